@@ -1,0 +1,72 @@
+"""Made textures and rigs whose truth is known: shifts by the Fourier theorem, not by resampling."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vo_core import Rig
+
+Texture = NDArray[np.float64]
+
+
+def rig_fields(**parts: dict[str, Any]) -> dict[str, Any]:
+    """The rig of the design document, with parts of it changed."""
+    fields: dict[str, Any] = {
+        "camera": {
+            "model": "pinhole",
+            "width": 640,
+            "height": 480,
+            "fx": 1194.0,
+            "fy": 1194.0,
+            "cx": 319.5,
+            "cy": 239.5,
+        },
+        "mount": {"view": "down", "height_mm": 230.0, "rotation_deg": 0.0},
+        "pipe": {"shape": "circular", "diameter_mm": 300.0, "segment_length_mm": 1500.0},
+    }
+    for part, changed in parts.items():
+        fields[part] = fields[part] | changed
+    return fields
+
+
+def make_rig(**parts: dict[str, Any]) -> Rig:
+    return Rig.parse(rig_fields(**parts))
+
+
+def texture(shape: tuple[int, int], seed: int) -> Texture:
+    """Periodic noise of four scales, zero mean, unit deviation."""
+    rng = np.random.default_rng(seed)
+    fy, fx = np.fft.fftfreq(shape[0])[:, None], np.fft.fftfreq(shape[1])[None, :]
+    layers = []
+    for sigma_px in (1.5, 3, 6, 12):
+        filtered = np.exp(-2 * (np.pi * sigma_px) ** 2 * (fx**2 + fy**2))
+        layer = np.fft.ifft2(np.fft.fft2(rng.normal(size=shape)) * filtered).real
+        layers.append(layer / layer.std())
+    total = sum(layers)
+    return np.asarray(total / np.std(total))
+
+
+def shifted(image: Texture, dx_px: float, dy_px: float) -> Texture:
+    """The content moved by (dx, dy), exactly, wrapping at the border."""
+    fy, fx = np.fft.fftfreq(image.shape[0])[:, None], np.fft.fftfreq(image.shape[1])[None, :]
+    phase = np.exp(-2j * np.pi * (fx * dx_px + fy * dy_px))
+    return np.asarray(np.fft.ifft2(np.fft.fft2(image) * phase).real)
+
+
+def pair(
+    shape: tuple[int, int],
+    shift_px: tuple[float, float],
+    *,
+    seed: int = 0,
+    contrast_grey: float = 25.0,
+    noise_grey: float = 0.0,
+) -> tuple[Texture, Texture]:
+    """Two views, grey levels about 110, of one texture moved by `shift_px`; no wrap in sight."""
+    margin = 8 + int(max(abs(shift_px[0]), abs(shift_px[1])))
+    whole = texture((shape[0] + 2 * margin, shape[1] + 2 * margin), seed)
+    inside = np.s_[margin : margin + shape[0], margin : margin + shape[1]]
+    rng = np.random.default_rng(seed + 1000)
+    views = (whole, shifted(whole, *shift_px))
+    a, b = (110 + contrast_grey * v[inside] + noise_grey * rng.normal(size=shape) for v in views)
+    return a, b

@@ -1,0 +1,121 @@
+"""Registration against shifts that are exact by construction."""
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from textures import pair, texture
+
+from vo_core import ShapeMismatch, Shift, register
+
+VGA = (480, 640)
+SIZES = [VGA, (240, 320), (241, 321), (239, 319), (225, 243), (375, 405), (64, 96)]
+
+
+def errors_px(shape, shifts, **kind):
+    found = [register(*pair(shape, s, seed=n, **kind)) for n, s in enumerate(shifts)]
+    assert all(shift.quality > 0 for shift in found)
+    return np.array([(f.dx_px - s[0], f.dy_px - s[1]) for f, s in zip(found, shifts, strict=True)])
+
+
+@pytest.mark.parametrize("shape", SIZES)
+def test_sub_pixel_shifts_are_found_in_pictures_of_any_size(shape):
+    shifts = [(0.25, -0.5), (1.37, 2.8), (-2.6, 0.9), (3.1, -1.7)]
+    # Small pictures hold less texture; the bound scales with what a picture can tell.
+    bound_px = 0.012 * np.sqrt(240 * 320 / min(shape[0] * shape[1], 240 * 320)) + 0.005
+    assert np.abs(errors_px(shape, shifts)).max() < bound_px
+
+
+def test_weak_texture_under_noise_costs_hundredths_of_a_pixel():
+    shifts = [(2.3, 1.2), (-4.6, 3.3), (7.7, -0.4)]
+    assert np.abs(errors_px(VGA, shifts, contrast_grey=3, noise_grey=2)).max() < 0.05
+
+
+def test_a_shift_of_a_third_of_the_picture_is_found():
+    shifts = [(210.4, 0.3), (-205.7, 40.2), (15.3, 155.6)]
+    assert np.abs(errors_px(VGA, shifts)).max() < 0.05
+
+
+def test_a_picture_against_itself_has_not_moved():
+    image, _ = pair(VGA, (0, 0))
+    shift = register(image, image)
+    assert np.abs([shift.dx_px, shift.dy_px, shift.rotation_rad]).max() < 1e-6
+    assert shift.quality > 0.99
+
+
+def test_swapping_the_pictures_negates_the_shift():
+    a, b = pair(VGA, (5.3, -2.9))
+    there, back = register(a, b), register(b, a)
+    assert there.dx_px == pytest.approx(-back.dx_px, abs=0.02)
+    assert there.dy_px == pytest.approx(-back.dy_px, abs=0.02)
+
+
+@pytest.mark.parametrize("angle_deg", [-9.5, -3.0, -0.3, 0.05, 0.4, 2.0, 10.0])
+def test_rotation_about_the_centre_is_found_with_the_shift(angle_deg):
+    whole = (110 + 25 * texture((800, 900), 3)).astype(np.float32)
+    centre, shift_px = np.array([449.5, 399.5]), np.array([5.3, -3.2])
+    angle = np.radians(angle_deg)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    matrix = np.column_stack([turn, centre - turn @ centre + shift_px])
+    turned = cv2.warpAffine(whole, matrix, (900, 800), flags=cv2.INTER_LANCZOS4)
+    view = np.s_[160:640, 130:770]  # 640x480 about the same centre
+    found = register(whole[view], turned[view])
+    assert np.degrees(found.rotation_rad) == pytest.approx(angle_deg, abs=0.01)
+    assert (found.dx_px, found.dy_px) == pytest.approx(tuple(shift_px), abs=0.02)
+
+
+@settings(max_examples=12, deadline=None)
+@given(gain=st.floats(0.4, 1.6), offset=st.floats(-30, 30))
+def test_gain_and_offset_do_not_matter(gain, offset):
+    a, b = pair((240, 320), (3.4, -1.6), contrast_grey=20)
+    found = register(a, b * gain + offset)
+    assert (found.dx_px, found.dy_px) == pytest.approx((3.4, -1.6), abs=0.02)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32, np.float64])
+@pytest.mark.parametrize("colour", [False, True])
+def test_every_type_is_taken_and_left_unchanged(dtype, colour):
+    scale = 257 if dtype == np.uint16 else 1
+    images = [(np.clip(v, 0, 255) * scale).astype(dtype) for v in pair((96, 128), (2.0, 1.0))]
+    if colour:
+        images = [
+            cv2.merge([v, v, v]) if dtype != np.float64 else np.dstack([v] * 3) for v in images
+        ]
+    before = [image.copy() for image in images]
+    found = register(*images)
+    assert (found.dx_px, found.dy_px) == pytest.approx((2.0, 1.0), abs=0.06)
+    assert all(np.array_equal(a, b) for a, b in zip(images, before, strict=True))
+
+
+NOTHING = Shift(0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_unrelated_textures_have_no_quality(seed):
+    a, b = (110 + 25 * texture(VGA, seed + k) for k in (0, 50))
+    assert register(a, b) == NOTHING
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_pure_noise_has_no_quality(seed):
+    rng = np.random.default_rng(seed)
+    a, b = rng.normal(110, 5, (2, *VGA)).clip(0, 255).astype(np.uint8)
+    assert register(a, b) == NOTHING
+
+
+@pytest.mark.parametrize("level", [0, 128, 255])
+def test_blank_pictures_have_no_quality(level):
+    blank = np.full(VGA, level, np.uint8)
+    assert register(blank, blank) == NOTHING
+
+
+def test_pictures_of_two_sizes_are_refused():
+    with pytest.raises(ShapeMismatch, match=r"480, 640.*240, 320"):
+        register(np.zeros(VGA), np.zeros((240, 320)))
+
+
+@pytest.mark.parametrize("shape", [(31, 64), (64,), (64, 64, 2)])
+def test_what_is_no_picture_is_refused(shape):
+    with pytest.raises(ShapeMismatch):
+        register(np.zeros(shape), np.zeros(shape))

@@ -1,0 +1,145 @@
+"""Video files: every frame with its exact time, and what is said of files that are not whole."""
+
+from fractions import Fraction
+
+import av
+import numpy as np
+import pytest
+
+from vo_core import UnreadableVideo, VideoFile, read_frame
+
+TIMES_S = [0.0, 0.04, 0.06, 0.16, 0.2, 0.25, 0.31, 0.5, 0.52, 0.6] + [
+    0.7 + 0.04 * n for n in range(50)
+]
+
+
+def write_video(path, times_s=TIMES_S, *, codec="libx264", size_wh=(64, 48), fmt="yuv420p"):
+    """A video whose frame n has the grey level 40 + 3 n, up to frame 66."""
+    with av.open(path, "w") as container:
+        stream = container.add_stream(codec, rate=25)
+        stream.width, stream.height, stream.pix_fmt = *size_wh, fmt
+        if not codec.startswith("mpeg"):  # those know fixed rates only
+            stream.codec_context.time_base = Fraction(1, 1000)
+        stream.gop_size = 12
+        for n, t_s in enumerate(times_s):
+            level = np.full((size_wh[1], size_wh[0], 3), 40 + 3 * n % 200, np.uint8)
+            frame = av.VideoFrame.from_ndarray(level, format="bgr24")
+            frame.pts, frame.time_base = round(1000 * t_s), Fraction(1, 1000)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    return path
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory):
+    return write_video(tmp_path_factory.mktemp("video") / "uneven.mp4")
+
+
+def test_every_frame_comes_in_order_with_its_exact_time(video):
+    with VideoFile(video) as source:
+        frames = list(source)
+    assert [f.index for f in frames] == list(range(len(TIMES_S)))
+    assert [f.t_s for f in frames] == pytest.approx(TIMES_S, abs=1e-9)
+    assert source.problem is None
+    levels = [float(f.image.mean()) for f in frames]
+    assert np.all(np.diff(levels) > 1)
+
+
+def test_what_the_container_says_is_told(video):
+    with VideoFile(video) as source:
+        info = source.info
+    assert (info.width, info.height, info.codec) == (64, 48, "h264")
+    assert info.duration_s == pytest.approx(TIMES_S[-1], abs=0.2)
+
+
+@pytest.mark.parametrize("n", [0, 1, 5, 13, 37, 59])
+def test_one_frame_is_read_by_its_time(video, n):
+    with VideoFile(video) as source:
+        expected = next(f.to_bgr() for f in source if f.index == n)
+    assert np.array_equal(read_frame(video, TIMES_S[n]), expected)
+
+
+def test_a_time_after_the_end_is_refused(video):
+    with pytest.raises(UnreadableVideo, match=r"no frame at 99\.000 s"):
+        read_frame(video, 99.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "codec"), [("a.avi", "mpeg4"), ("a.mkv", "libx264"), ("a.mpg", "mpeg2video")]
+)
+def test_old_containers_are_read(tmp_path, name, codec):
+    with VideoFile(write_video(tmp_path / name, [n / 25 for n in range(30)], codec=codec)) as v:
+        assert len(list(v)) == 30
+
+
+@pytest.mark.parametrize("keep", [0.5, 0.9])
+def test_a_cut_off_file_gives_what_is_there_and_says_so(tmp_path, keep):
+    whole = write_video(tmp_path / "whole.mkv", [n / 25 for n in range(200)], size_wh=(320, 240))
+    cut = tmp_path / "cut.mkv"
+    cut.write_bytes(whole.read_bytes()[: int(whole.stat().st_size * keep)])
+    with VideoFile(cut) as source:
+        frames = list(source)
+    assert 10 < len(frames) < 200
+    assert "ends at" in source.problem
+
+
+def test_a_damaged_middle_is_skipped_and_said(tmp_path):
+    rng = np.random.default_rng(0)
+    path = tmp_path / "damaged.avi"
+    content = bytearray(
+        write_video(
+            path, [n / 25 for n in range(200)], codec="mpeg4", size_wh=(320, 240)
+        ).read_bytes()
+    )
+    third = len(content) // 3
+    content[third : third + 3000] = rng.bytes(3000)
+    path.write_bytes(content)
+    with VideoFile(path) as source:
+        frames = list(source)
+    assert len(frames) > 50
+    assert np.all(np.diff([f.t_s for f in frames]) > 0)
+    assert source.problem is not None or len(frames) == 200
+
+
+CONCAT = b"ffconcat version 1.0\nfile neighbour.mp4\n"
+PLAYLIST = b"#EXTM3U\n#EXTINF:1,\nhttp://127.0.0.1:9/secret\n"
+SDP = b"v=0\no=- 0 0 IN IP4 127.0.0.1\ns=x\nc=IN IP4 127.0.0.1\nt=0 0\nm=video 9 RTP/AVP 96\n"
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"no video", CONCAT, PLAYLIST, SDP, bytes(range(256)) * 40],
+    ids=["empty", "text", "concat", "playlist", "sdp", "noise"],
+)
+@pytest.mark.parametrize("name", ["x.mp4", "x.m3u8", "concat:x.mp4"])
+def test_what_is_no_video_is_refused(tmp_path, name, content, video):
+    (tmp_path / "neighbour.mp4").write_bytes(video.read_bytes())
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(UnreadableVideo, match=r"is empty|not a video"):
+        VideoFile(path)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(UnreadableVideo, match=r"nowhere\.mp4 is not there"):
+        VideoFile(tmp_path / "nowhere.mp4")
+
+
+def test_a_codec_off_the_list_is_named(tmp_path):
+    path = write_video(tmp_path / "x.avi", codec="ffv1", fmt="bgr0")
+    with pytest.raises(UnreadableVideo, match="ffv1"):
+        VideoFile(path)
+
+
+def test_sound_without_pictures_is_refused(tmp_path):
+    path = tmp_path / "sound.mp4"
+    with av.open(path, "w") as container:
+        stream = container.add_stream("aac", rate=8000)
+        frame = av.AudioFrame.from_ndarray(
+            np.zeros((1, 1024), np.float32), format="fltp", layout="mono"
+        )
+        frame.sample_rate, frame.pts = 8000, 0
+        container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    with pytest.raises(UnreadableVideo, match="no video stream"):
+        VideoFile(path)

@@ -1,0 +1,33 @@
+"""Monocular visual odometry for pipes and culverts: arrays in, arrays out."""
+
+from vo_core.errors import ChainageError, InvalidRig, InvalidTrack, ShapeMismatch, UnreadableVideo
+from vo_core.odometry import Odometry
+from vo_core.register import Shift, register
+from vo_core.rig import Camera, Mount, Pipe, Rig
+from vo_core.sources import Frame, VideoFile, VideoInfo, read_frame
+from vo_core.track import Estimate, Track
+from vo_core.wall import Pose, WallPoint, wall_point
+
+__all__ = [
+    "Camera",
+    "ChainageError",
+    "Estimate",
+    "Frame",
+    "InvalidRig",
+    "InvalidTrack",
+    "Mount",
+    "Odometry",
+    "Pipe",
+    "Pose",
+    "Rig",
+    "ShapeMismatch",
+    "Shift",
+    "Track",
+    "UnreadableVideo",
+    "VideoFile",
+    "VideoInfo",
+    "WallPoint",
+    "read_frame",
+    "register",
+    "wall_point",
+]

@@ -1,0 +1,156 @@
+"""Phase correlation (Kuglin & Hines 1975) and rotation from the polar spectrum.
+
+With b(p) = a(p - s) the spectra satisfy B = A exp(-i k.s), so F^-1{conj(A) B / |A B|} peaks at s,
+the motion of the content from a to b: +x right, +y down.  A band-pass on the normalised product
+keeps what the wall's texture fills, and the peak is fitted by a parabola through its logarithms.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vo_core.types import GrayImage, Image
+
+LOW_PASS, HIGH_PASS = 0.16, 0.02
+"""Band of W = exp(-(r/low)^2/2) (1 - exp(-(r/high)^2/2)), r in cycles per px."""
+
+LOCK_PSR = 8.0
+"""Peak-to-sidelobe ratio that a true match reaches; without one it stays below 6 (measured)."""
+
+_LOBE_PX = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Peak:
+    """One peak of a correlation surface."""
+
+    dx_px: float
+    dy_px: float
+    height: float
+    """1 at a perfect match before the band-pass; comparable within one surface."""
+    psr: float
+    """(height - mean) / deviation of the surface outside the peaks; see `LOCK_PSR`."""
+
+
+def spectrum(image: GrayImage, window: GrayImage) -> Image:
+    """Spectrum of a windowed picture, padded with zeros to an even, quick size: (H', W', 2)."""
+    height, width = image.shape
+    padded = np.zeros((_dft_size(height), _dft_size(width)), np.float32)
+    np.multiply(image, window, out=padded[:height, :width])
+    return np.asarray(cv2.dft(padded, flags=cv2.DFT_COMPLEX_OUTPUT))
+
+
+def correlation(reference: Image, moving: Image) -> GrayImage:
+    """Correlation surface of two spectra, normalised and band-passed; lag zero at (0, 0)."""
+    product = cv2.mulSpectrums(moving, reference, 0, conjB=True)
+    magnitude = cv2.magnitude(product[..., 0], product[..., 1]) + np.float32(1e-9)
+    band = _band_pass(*magnitude.shape)
+    product *= (band / magnitude)[..., None]
+    surface = cv2.dft(product, flags=cv2.DFT_INVERSE | cv2.DFT_REAL_OUTPUT)
+    return np.asarray(surface / band.sum())
+
+
+def best_peaks(surface: GrayImage, count: int = 1) -> list[Peak]:
+    """The highest peaks, highest first, each at least a lobe away from those before it."""
+    rest = surface.copy()
+    places = []
+    for _ in range(count):
+        row, column = divmod(int(rest.argmax()), rest.shape[1])
+        places.append((row, column, float(rest[row, column])))
+        _blank(rest, row, column)
+    mean, deviation = (float(v.item()) for v in cv2.meanStdDev(rest, mask=_not_blank(rest)))
+    return [
+        Peak(*_subpixel(surface, row, column), height, (height - mean) / max(deviation, 1e-12))
+        for row, column, height in places
+    ]
+
+
+def _blank(surface: GrayImage, row: int, column: int) -> None:
+    rows = np.arange(row - _LOBE_PX, row + _LOBE_PX + 1) % surface.shape[0]
+    columns = np.arange(column - _LOBE_PX, column + _LOBE_PX + 1) % surface.shape[1]
+    surface[np.ix_(rows, columns)] = -np.inf
+
+
+def _not_blank(surface: GrayImage) -> NDArray[np.uint8]:
+    return (surface > -np.inf).astype(np.uint8)
+
+
+def _subpixel(surface: GrayImage, row: int, column: int) -> tuple[float, float]:
+    height, width = surface.shape
+    across = surface[row, [column - 1, column, (column + 1) % width]]
+    down = surface[[row - 1, row, (row + 1) % height], column]
+    dx = column + _log_parabola(across)
+    dy = row + _log_parabola(down)
+    return (dx + width / 2) % width - width / 2, (dy + height / 2) % height - height / 2
+
+
+def _log_parabola(three: GrayImage) -> float:
+    """Offset of the top of the parabola through the logarithms of three neighbours."""
+    left, middle, right = np.log(np.maximum(three.astype(np.float64), 1e-9))
+    curvature = left - 2 * middle + right
+    if curvature >= 0 or middle < max(left, right):
+        return 0.0
+    return float((left - right) / (2 * curvature))
+
+
+def _dft_size(length: int) -> int:
+    """An odd padded size would move every peak by half a pixel: even ones only."""
+    size: int = cv2.getOptimalDFTSize(length)
+    while size % 2:
+        size = cv2.getOptimalDFTSize(size + 1)
+    return size
+
+
+@lru_cache(maxsize=16)
+def _radius(height: int, width: int) -> GrayImage:
+    fy, fx = np.fft.fftfreq(height)[:, None], np.fft.fftfreq(width)[None, :]
+    return np.asarray(np.hypot(fx, fy), np.float32)
+
+
+@lru_cache(maxsize=16)
+def _band_pass(height: int, width: int) -> GrayImage:
+    r = _radius(height, width)
+    low, high = np.exp(-((r / LOW_PASS) ** 2) / 2), 1 - np.exp(-((r / HIGH_PASS) ** 2) / 2)
+    return np.asarray(low * high, np.float32)
+
+
+ANGLES, RADII = 360, 160
+_RADIUS_RANGE = (0.03, 0.35)
+"""Cycles per px that the polar spectrum covers."""
+
+
+def polar_spectrum(transform: Image) -> GrayImage:
+    """log|F| over (angle of half a turn, radius), free of slow parts; only rotation moves it."""
+    magnitude = np.log1p(cv2.magnitude(transform[..., 0], transform[..., 1]))
+    polar = cv2.remap(np.fft.fftshift(magnitude), *_polar_maps(*magnitude.shape), cv2.INTER_LINEAR)
+    return np.asarray(polar - cv2.GaussianBlur(polar, (0, 0), 9))
+
+
+def rotation_between(reference: GrayImage, moving: GrayImage, limit_rad: float) -> float:
+    """Rotation of the content, x towards y, between two polar spectra, within +-`limit_rad`."""
+    spectra = [np.fft.rfft(polar, axis=0) for polar in (reference, moving)]
+    curve = np.fft.irfft((np.conj(spectra[0]) * spectra[1]).sum(1), n=ANGLES)
+    curve = np.convolve(np.r_[curve[-2:], curve, curve[:2]], np.hanning(7)[1:-1], "valid")
+    step_rad = np.pi / ANGLES
+    reach = int(limit_rad / step_rad)
+    lags = np.arange(-reach, reach + 1)
+    best = int(lags[curve[lags].argmax()])
+    left, middle, right = curve[best - 1], curve[best], curve[(best + 1) % ANGLES]
+    curvature = left - 2 * middle + right
+    offset = (left - right) / (2 * curvature) if curvature < 0 else 0.0
+    return float((best + np.clip(offset, -0.5, 0.5)) * step_rad)
+
+
+@lru_cache(maxsize=16)
+def _polar_maps(height: int, width: int) -> tuple[GrayImage, GrayImage]:
+    angle = np.arange(ANGLES)[:, None] * np.pi / ANGLES
+    radius = np.linspace(*_RADIUS_RANGE, RADII)[None, :]
+    # Frequencies count per side: a spectrum that is not square has different steps along its axes.
+    x = width // 2 + radius * np.cos(angle) * width
+    y = height // 2 + radius * np.sin(angle) * height
+    return x.astype(np.float32), y.astype(np.float32)

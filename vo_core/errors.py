@@ -1,0 +1,31 @@
+"""What can go wrong in `vo_core`.
+
+    ChainageError
+    ├── InvalidRig           a rig file that cannot be used: names field, value, what is allowed
+    ├── InvalidTrack         a track file that cannot be read: names the line
+    ├── UnreadableVideo      a video that cannot be opened or that holds no decodable picture
+    └── ShapeMismatch        an array whose shape or type does not fit: expected and found
+
+What happens in normal work is a value, never an exception: a dark frame or a lost wall is an
+`Estimate` with status `lost`, a file that ends early is `VideoFile.problem`.
+"""
+
+
+class ChainageError(Exception):
+    """Base of every error that `vo_core` raises on purpose; its text is a sentence for a person."""
+
+
+class InvalidRig(ChainageError):
+    """The rig file is missing, is not JSON, or holds a value that is not allowed."""
+
+
+class InvalidTrack(ChainageError):
+    """A track.csv does not have the columns or the values that the contract asks for."""
+
+
+class UnreadableVideo(ChainageError):
+    """The video is refused or gives no picture at all."""
+
+
+class ShapeMismatch(ChainageError, ValueError):
+    """An image has a shape, size or type that the method cannot use."""

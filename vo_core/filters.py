@@ -1,0 +1,68 @@
+"""Filters on pictures: local normalisation, low-pass, gradient, window."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from vo_core.types import ByteImage, GrayImage
+
+FLOOR = 0.3
+"""Grey levels added to the local deviation, so that flat areas are not blown up to noise.
+
+It must stay well below the texture: where it shows, brightness shows, and a lamp's spot pulls every
+registration towards standstill."""
+
+NEIGHBOURHOOD_PX = 8.0
+"""Sigma of what counts as local."""
+
+_REDUCTION = 4
+
+
+def normalise(image: GrayImage) -> GrayImage:
+    """Local normalisation: gain, shading and lamp spot go, texture gets one strength everywhere.
+
+    n = d / (sqrt(G d^2) + floor) with d = I - G I, G a Gaussian of `NEIGHBOURHOOD_PX`.
+
+    Args:
+        image: (H, W), grey levels, low-passed.
+    Returns:
+        (H, W), about zero mean and unit deviation where there is texture.
+    """
+    detail = image - _smooth(image)
+    deviation = cv2.sqrt(np.maximum(_smooth(detail * detail), 0))
+    return np.asarray(detail / (deviation + np.float32(FLOOR)))
+
+
+def low_pass(image: GrayImage) -> GrayImage:
+    """Gaussian of 1 px: bilinear samples are exact on smooth pictures only."""
+    return np.asarray(cv2.GaussianBlur(image, (0, 0), 1.0), np.float32)
+
+
+def gradient(image: GrayImage) -> tuple[GrayImage, GrayImage]:
+    """Along the rows and along the columns, per px (Scharr)."""
+    along, down = (
+        cv2.Scharr(image, cv2.CV_32F, dx, 1 - dx, scale=1 / 32, borderType=cv2.BORDER_REFLECT_101)
+        for dx in (1, 0)
+    )
+    return np.asarray(along, np.float32), np.asarray(down, np.float32)
+
+
+def _smooth(image: GrayImage) -> GrayImage:
+    """A wide Gaussian at a quarter of the size: the same to 1 %, at a tenth of the cost."""
+    height, width = image.shape
+    small_wh = (max(width // _REDUCTION, 1), max(height // _REDUCTION, 1))
+    small = cv2.resize(image, small_wh, interpolation=cv2.INTER_AREA)
+    small = cv2.GaussianBlur(
+        small, (0, 0), NEIGHBOURHOOD_PX / _REDUCTION, borderType=cv2.BORDER_REFLECT
+    )
+    return np.asarray(cv2.resize(small, (width, height), interpolation=cv2.INTER_LINEAR))
+
+
+def taper(valid: ByteImage | GrayImage, margin_px: int) -> GrayImage:
+    """A window: 1 inside, falling to 0 within `margin_px` of the border and of invalid parts."""
+    framed = np.zeros((valid.shape[0] + 2, valid.shape[1] + 2), np.uint8)
+    framed[1:-1, 1:-1] = valid > 0.5
+    distance = cv2.distanceTransform(framed, cv2.DIST_L2, 3)[1:-1, 1:-1]
+    ramp = np.minimum(distance / margin_px, 1.0)
+    return np.asarray(0.5 - 0.5 * np.cos(np.pi * ramp), np.float32)

@@ -1,0 +1,197 @@
+"""Visual odometry on the developed wall: one pose a frame, with its uncertainty.
+
+The path of a frame through `Odometry.step`: rectify -> normalise -> remove the fixed pattern ->
+predict -> locate against the keyframe -> pose and status.  Frames that show nothing new (black,
+frozen, unrecognised) are bridged by the motion before them and say so; they are never read as
+standstill.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from vo_core.filters import low_pass, normalise
+from vo_core.locate import CERTAIN, LEAST_OVERLAP, Fix, Locator, Picture, Reference
+from vo_core.pattern import FixedPattern
+from vo_core.rectify import Rectifier
+from vo_core.resample import reduce_to
+from vo_core.rig import Rig
+from vo_core.track import Estimate, Status
+from vo_core.types import GrayImage, Image, Matrix
+from vo_core.wall import Pose
+
+KEYFRAME_OVERLAP = 0.68
+"""Below this share of common wall the current frame becomes the reference."""
+
+LEAST_CONTRAST = 0.5
+"""Deviation in grey levels, noise averaged away, below which a frame shows nothing (black, fog)."""
+
+FROZEN_GREY = 0.3
+"""Mean difference in grey levels below which a patch repeats the one before."""
+
+ACCELERATION_MM_S2 = 1500.0
+"""What a robot can do: a picture that stops harder than that is frozen, not standing."""
+
+FROZEN_LIMIT_S = 1.0
+"""A picture that repeats itself for longer does show standstill."""
+
+PATTERN_STEP = 0.05
+"""Share of the patch that the wall must move before the fixed pattern learns from a frame again."""
+
+START_SIGMA = (0.0, 0.5, float(np.radians(0.2)))
+"""How well the mount describes the pose at the start: mm along, mm across, rad."""
+
+BRIDGE_SPEED = 0.1
+"""Relative change of speed, one sigma, that a loss may hide."""
+
+BRIDGE_ACCELERATION = np.array([500.0, 200.0, 0.5])
+"""mm/s^2 along and across, rad/s^2, one sigma, that a loss may hide."""
+
+MODEL_ERROR = 1e-4
+"""Share of the distance to which interpolation and misfits of the model may add up."""
+
+
+class Odometry:
+    """The state between frames; `step` takes one frame after the other."""
+
+    def __init__(self, rig: Rig) -> None:
+        self.rig = rig
+        self._rectify = Rectifier(rig)
+        self._locator = Locator(self._rectify)
+        self._pattern = FixedPattern()
+        self._pattern_pose = Pose()
+        self._keyframe: Reference | None = None
+        self._recent: Reference | None = None
+        """The newest frame with a fix; after a long loss the newest one, at a guessed pose."""
+        self._pose = self._fix_pose = Pose()
+        """Of the last frame, and of the last frame that was measured."""
+        self._covariance = self._fix_covariance = np.diag(np.square(START_SIGMA))
+        self._velocity = np.zeros(3)
+        """mm/s along, mm/s across, rad/s, at the last fix."""
+        self._patch: GrayImage | None = None
+        self._time_s = self._fix_s = 0.0
+        self._frame = 0
+
+    def step(self, image: Image, t_s: float) -> Estimate:
+        """Take the next frame.
+
+        Args:
+            image: (H, W) or (H, W, 3), of the rig's size; left unchanged.
+            t_s: Its presentation time, rising.
+        Returns:
+            Estimate: The pose; `lost` when the wall was not recognised and the motion was bridged.
+        Raises:
+            ShapeMismatch: The image has not the size that the rig states.
+        """
+        patch = self._rectify(image)
+        normal = normalise(low_pass(patch))
+        picture = Picture(self._pattern.remove(normal))
+        predicted = self._predict(t_s)
+        visible = _contrast(patch) >= LEAST_CONTRAST and not self._is_frozen(patch, t_s)
+        if self._keyframe is None:
+            status, quality = self._begin(picture, t_s, visible=visible)
+        elif visible and (fix := self._fix(picture, predicted)) is not None:
+            status, quality = self._take(fix, picture, t_s)
+            self._learn(normal)
+        else:
+            status, quality = self._bridge(picture, predicted, t_s, visible=visible)
+        estimate = self._estimate(t_s, status, quality)
+        self._patch, self._time_s, self._frame = patch, t_s, self._frame + 1
+        return estimate
+
+    def _predict(self, t_s: float) -> Pose:
+        """The pose if the robot went on as before."""
+        x, y, yaw = self._velocity * (t_s - self._fix_s)
+        at = self._fix_pose
+        return Pose(at.x_mm + x, at.y_mm + y, at.yaw_rad + yaw)
+
+    def _is_frozen(self, patch: GrayImage, t_s: float) -> bool:
+        """Does the frame repeat the last one although no robot could stop that hard?"""
+        if self._patch is None or t_s - self._fix_s > FROZEN_LIMIT_S:
+            return False
+        could_stop = abs(self._velocity[0]) <= ACCELERATION_MM_S2 * (t_s - self._time_s)
+        return not could_stop and float(cv2.absdiff(patch, self._patch).mean()) < FROZEN_GREY
+
+    def _fix(self, picture: Picture, predicted: Pose) -> Fix | None:
+        """The pose by the keyframe, else by the newest frame, with the prediction and without."""
+        references = [r for r in (self._keyframe, self._recent) if r is not None]
+        for reference in references:
+            if self._locator.overlap(reference, predicted) >= LEAST_OVERLAP:
+                fix = self._locator.locate(reference, picture, predicted)
+                if fix is not None:
+                    return fix
+        for reference in references:
+            if (fix := self._locator.search(reference, picture)) is not None:
+                return fix
+        return None
+
+    def _begin(self, picture: Picture, t_s: float, *, visible: bool) -> tuple[Status, float]:
+        if not visible:
+            return "lost", 0.0
+        self._fix_s = t_s
+        self._keyframe = self._recent = self._reference(picture)
+        return "ok", 1.0
+
+    def _take(self, fix: Fix, picture: Picture, t_s: float) -> tuple[Status, float]:
+        elapsed_s = max(t_s - self._fix_s, 1e-6)
+        self._velocity = (_vector(fix.pose) - _vector(self._fix_pose)) / elapsed_s
+        self._pose = self._fix_pose = fix.pose
+        self._covariance = self._fix_covariance = fix.covariance
+        self._fix_s = t_s
+        self._recent = self._reference(picture)
+        if fix.reference is not self._keyframe or fix.alignment.overlap < KEYFRAME_OVERLAP:
+            self._keyframe = self._recent
+        sure = fix.significance >= CERTAIN
+        return "ok" if sure else "weak", float(np.clip(fix.alignment.agreement, 0.0, 1.0))
+
+    def _bridge(
+        self, picture: Picture, predicted: Pose, t_s: float, *, visible: bool
+    ) -> tuple[Status, float]:
+        """Go on as before, less and less certain; anchor anew when the old wall is out of sight."""
+        gone_s = t_s - self._fix_s
+        drift = np.abs(self._velocity) * BRIDGE_SPEED * gone_s + BRIDGE_ACCELERATION * gone_s**2 / 2
+        self._pose = predicted
+        self._covariance = self._fix_covariance + np.diag(np.square(drift))
+        if visible and self._keyframe is not None:
+            out_of_sight = self._locator.overlap(self._keyframe, predicted) < LEAST_OVERLAP
+            if out_of_sight or gone_s > FROZEN_LIMIT_S:
+                self._recent = self._reference(picture)
+        return "lost", 0.0
+
+    def _reference(self, picture: Picture) -> Reference:
+        return Reference(picture, self._locator.valid, self._pose, self._covariance)
+
+    def _learn(self, normal: GrayImage) -> None:
+        """Teach the fixed pattern one frame for each piece of new wall."""
+        rows, columns = normal.shape
+        step_mm = PATTERN_STEP * max(rows, columns) * self._rectify.grid.mm_per_px
+        moved = _vector(self._pose)[:2] - _vector(self._pattern_pose)[:2]
+        if self._pattern.count == 0 or np.hypot(*moved) >= step_mm:
+            self._pattern.add(normal)
+            self._pattern_pose = self._pose
+
+    def _estimate(self, t_s: float, status: Status, quality: float) -> Estimate:
+        pose = self._pose
+        model_mm = MODEL_ERROR * abs(pose.x_mm)
+        return Estimate(
+            frame=self._frame,
+            time_s=t_s,
+            x_mm=pose.x_mm,
+            y_mm=pose.y_mm,
+            yaw_deg=float(np.degrees(pose.yaw_rad)),
+            distance_mm=pose.x_mm,
+            sigma_distance_mm=float(np.sqrt(self._covariance[0, 0] + model_mm**2)),
+            quality=quality,
+            status=status,
+        )
+
+
+def _vector(pose: Pose) -> Matrix:
+    return np.array([pose.x_mm, pose.y_mm, pose.yaw_rad])
+
+
+def _contrast(patch: GrayImage) -> float:
+    """Deviation in grey levels at an eighth of the size, where noise is averaged away."""
+    small_wh = (max(patch.shape[1] // 8, 1), max(patch.shape[0] // 8, 1))
+    return float(reduce_to(patch, small_wh).std())

@@ -1,0 +1,133 @@
+"""The method of "Monocular visual odometry for in-pipe inspection robot", exactly as published.
+
+Kept for comparison and teaching; `Odometry` is the method to use.  What the paper does not have is
+not added: no window, no sub-pixel peak, no keyframe, no rejection, a plane for the wall.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from vo_core.errors import InvalidRig, ShapeMismatch
+from vo_core.resample import to_grey
+from vo_core.rig import Camera, Rig
+from vo_core.track import Estimate
+from vo_core.types import GrayImage, Image
+
+ANGLES_DEG = tuple(range(-10, 11))
+"""Equation (7): theta = -10 .. 10."""
+
+
+def phase_correlation(previous: GrayImage, current: GrayImage) -> GrayImage:
+    """c of equations (5) and (6), (H, W); its arg max is minus the motion of the content.
+
+    F{C} = F{I_t-1} F*{I_t} / |F{I_t-1} F*{I_t}|,  c = F^-1{C}.  Member by member; 1 at a perfect
+    match.
+    """
+    spectra = [cv2.dft(image, flags=cv2.DFT_COMPLEX_OUTPUT) for image in (previous, current)]
+    product = cv2.mulSpectrums(spectra[0], spectra[1], 0, conjB=True)
+    magnitude = cv2.magnitude(product[..., 0], product[..., 1])
+    product = product / np.maximum(magnitude, 1e-9)[..., None]
+    flags = cv2.DFT_INVERSE | cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT
+    return np.asarray(cv2.dft(product, flags=flags))
+
+
+def displacement(previous: GrayImage, current: GrayImage) -> tuple[float, float, float, float]:
+    """(dx px, dy px, dtheta deg, peak): equations (6) and (7).
+
+    dtheta is the turn of I_t-1 that gives the highest peak; dx, dy is the place of that peak.
+    """
+    height, width = previous.shape
+    centre = ((width - 1) / 2, (height - 1) / 2)
+    best = (0.0, 0.0, 0.0, -np.inf)
+    for theta_deg in ANGLES_DEG:
+        # OpenCV counts angles the other way round: from x towards -y.
+        turn = cv2.getRotationMatrix2D(centre, -theta_deg, 1.0)
+        turned = cv2.warpAffine(previous, turn, (width, height), flags=cv2.INTER_LINEAR)
+        surface = phase_correlation(np.asarray(turned, np.float32), current)
+        row, column = divmod(int(surface.argmax()), width)
+        peak = float(surface[row, column])
+        if peak > best[3]:
+            dx = column - width if column > width / 2 else column
+            dy = row - height if row > height / 2 else row
+            best = (float(dx), float(dy), float(theta_deg), peak)
+    return best
+
+
+def wall_motion_mm(
+    camera: Camera, height_mm: float, dx_px: float, dy_px: float
+) -> tuple[float, float]:
+    """(dX, dY) in mm of the camera's axes: equation (8).
+
+    dY = dy Z / fy,  dX = (dx - (alpha / Z) dY) Z / fx.  The paper prints alpha without a unit;
+    with K's off-diagonal term in px, u = fx X/Z + alpha Y/Z + cx gives dx = (fx dX + alpha dY) /
+    Z, which is the same equation: (alpha / Z) dY is px, since Z and dY are both mm.
+    """
+    dy_mm = dy_px * height_mm / camera.fy
+    dx_mm = (dx_px - camera.skew / height_mm * dy_mm) * height_mm / camera.fx
+    return dx_mm, dy_mm
+
+
+class PaperOdometry:
+    """Frame to frame by the paper's equations, chained to [X, Y, theta].
+
+    Raises:
+        InvalidRig: The camera does not look down, for which the paper has no equations.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        if rig.mount.view != "down":
+            raise InvalidRig("mount.view: the paper's method needs a camera that looks down.")
+        self.rig = rig
+        self._previous: GrayImage | None = None
+        self._x_mm = self._y_mm = self._yaw_rad = 0.0
+        self._variance_mm2 = 0.0
+        self._frame = 0
+
+    def step(self, image: Image, t_s: float) -> Estimate:
+        """Take the next frame; the paper rejects none, so that the status is always `ok`.
+
+        Raises:
+            ShapeMismatch: The image has not the size that the rig states.
+        """
+        camera, height_mm = self.rig.camera, self.rig.mount.height_mm
+        current = np.asarray(to_grey(image), np.float32)
+        if current.shape != (camera.height, camera.width):
+            raise ShapeMismatch(
+                f"The frame is {current.shape[1]}x{current.shape[0]} px, the rig's camera "
+                f"{camera.width}x{camera.height} px; they must agree."
+            )
+        peak = 1.0
+        if self._previous is not None:
+            dx_px, dy_px, theta_deg, peak = displacement(self._previous, current)
+            self._chain(
+                *wall_motion_mm(camera, height_mm, dx_px, dy_px), float(np.radians(theta_deg))
+            )
+            # All that the method can say of its error: the peak lies on a whole pixel.
+            self._variance_mm2 += (height_mm / camera.fx) ** 2 / 12
+        self._previous = current
+        self._frame += 1
+        return Estimate(
+            frame=self._frame - 1,
+            time_s=t_s,
+            x_mm=self._x_mm,
+            y_mm=self._y_mm,
+            yaw_deg=float(np.degrees(self._yaw_rad)),
+            distance_mm=self._x_mm,
+            sigma_distance_mm=float(np.sqrt(self._variance_mm2)),
+            quality=float(np.clip(peak, 0.0, 1.0)),
+            status="ok",
+        )
+
+    def _chain(self, dx_mm: float, dy_mm: float, turn_rad: float) -> None:
+        """Add a step: the content turned by `turn_rad`, so the camera turned by minus that.
+
+        The peak of (5) lies at minus the motion of the content, which is the motion of the camera,
+        but in the axes of the current picture: the reference was turned before it was correlated.
+        """
+        mount_rad = float(np.radians(self.rig.mount.rotation_deg))
+        heading_rad = self._yaw_rad - turn_rad + mount_rad
+        self._x_mm += np.cos(heading_rad) * dx_mm - np.sin(heading_rad) * dy_mm
+        self._y_mm += np.sin(heading_rad) * dx_mm + np.cos(heading_rad) * dy_mm
+        self._yaw_rad -= turn_rad

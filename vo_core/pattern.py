@@ -1,0 +1,62 @@
+"""The fixed pattern: dirt, burnt-in text, lamp edges: what moves with the camera, not the wall.
+
+A mean over frames would do, but what is left of the scene in a mean of few frames is itself a
+fixed pattern and pulls every registration towards standstill (about 1/N px).  So only what is
+significant is removed: where the mean of N frames exceeds `SIGNIFICANT` of its own standard
+errors, and by that excess only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from vo_core.types import GrayImage
+
+SIGNIFICANT = 3.0
+MEMORY = 100
+"""Frames over which the pattern is averaged: a lens that gets wet on the way is followed."""
+
+LEAST = 6
+"""Frames before anything is removed."""
+
+
+@dataclass
+class FixedPattern:
+    """Running mean and variance, pixel by pixel, of pictures of different parts of the wall."""
+
+    count: int = 0
+    _mean: GrayImage | None = None
+    _variance: GrayImage | None = None
+    _pattern: GrayImage | None = None
+
+    def add(self, picture: GrayImage) -> None:
+        """Learn from a normalised picture; its wall must differ from that of those before."""
+        self.count += 1
+        if self._mean is None or self._variance is None:
+            self._mean, self._variance = picture.copy(), np.zeros_like(picture)
+            return
+        gain = 1.0 / min(self.count, MEMORY)
+        off = picture - self._mean
+        self._mean += np.float32(gain) * off
+        self._variance += np.float32(gain) * ((1.0 - gain) * off * off - self._variance)
+        if self.count < LEAST:
+            return
+        error = cv2.sqrt(self._variance / np.float32(min(self.count, MEMORY) - 1))
+        excess = np.abs(self._mean) - np.float32(SIGNIFICANT) * error
+        self._pattern = np.copysign(np.maximum(excess, 0.0), self._mean)
+
+    def remove(self, picture: GrayImage) -> GrayImage:
+        """The picture without the pattern known so far."""
+        return picture if self._pattern is None else picture - self._pattern
+
+    @property
+    def share(self) -> float:
+        """Share of the picture that the pattern covers, 0 to 1."""
+        return (
+            0.0
+            if self._pattern is None
+            else float(np.count_nonzero(self._pattern)) / max(self._pattern.size, 1)
+        )

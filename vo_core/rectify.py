@@ -1,0 +1,131 @@
+"""Every frame resampled onto the developed wall of the known pipe.
+
+There the robot's motion is one rigid shift over the whole picture, whatever lens and mount the
+camera has; that is what makes the paper's direct method right in a pipe and not on a plane only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from vo_core.errors import ShapeMismatch
+from vo_core.resample import reduce_to, to_grey
+from vo_core.rig import Rig
+from vo_core.types import ByteImage, GrayImage, Image
+from vo_core.wall import (
+    Points,
+    Pose,
+    cast,
+    develop,
+    enclose,
+    pixel_rays,
+    ray_pixels,
+    rotation_robot_camera,
+    sight,
+    to_robot,
+)
+
+PATCH_SIDE_PX = 320
+"""Longest side to which frames are reduced first: noise and cost fall with the square of it."""
+
+COARSEST = 3.0
+"""Where a pixel covers more than this many times the finest one, the picture is left out."""
+
+NOMINAL = Pose()
+
+
+@dataclass(frozen=True)
+class PatchGrid:
+    """The rectangle of the developed wall that a rig sees, sampled evenly."""
+
+    axial_mm: float
+    """Axial coordinate of the centre of pixel (0, 0), from the camera."""
+    arc_mm: float
+    """Arc coordinate of the centre of pixel (0, 0)."""
+    mm_per_px: float
+    shape: tuple[int, int]
+    """(rows along the arc, columns along the axis)."""
+
+    def to_mm(self, xy_px: Points) -> Points:
+        """(N, 2) patch pixels (column, row) to (axial mm, arc mm)."""
+        return np.asarray(xy_px * self.mm_per_px + (self.axial_mm, self.arc_mm))
+
+    def to_px(self, axial_arc_mm: Points) -> Points:
+        """(N, 2) (axial mm, arc mm) to patch pixels (column, row)."""
+        return np.asarray((axial_arc_mm - (self.axial_mm, self.arc_mm)) / self.mm_per_px)
+
+
+class Rectifier:
+    """Resamples frames of one rig onto the developed wall; the maps are computed once.
+
+    Patches are (rows, columns) with columns rising forward along the pipe and rows to the right.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        self.rig = rig
+        camera = rig.camera
+        reduction = max(1.0, max(camera.width, camera.height) / PATCH_SIDE_PX)
+        self._frame_wh = (camera.width, camera.height)
+        self._reduced_wh = (round(camera.width / reduction), round(camera.height / reduction))
+        self.grid = _visible_grid(rig, reduction)
+        self._maps, self.valid = self._lookup()
+
+    def __call__(self, image: Image) -> GrayImage:
+        """The patch that a frame shows, (rows, columns) float32, 0 outside `valid`.
+
+        Raises:
+            ShapeMismatch: The frame has not the size that the rig states.
+        """
+        grey = to_grey(image)
+        if grey.shape[::-1] != self._frame_wh:
+            raise ShapeMismatch(
+                f"The frame is {grey.shape[1]}x{grey.shape[0]} px, the rig's camera "
+                f"{self._frame_wh[0]}x{self._frame_wh[1]} px; they must agree."
+            )
+        reduced = reduce_to(grey, self._reduced_wh)
+        # Outside the frame its border goes on: a black edge would be texture to what follows.
+        patch = cv2.remap(reduced, *self._maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return np.asarray(patch, np.float32)
+
+    def _lookup(self) -> tuple[tuple[Image, Image], ByteImage]:
+        rows, columns = self.grid.shape
+        xy = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), -1).reshape(-1, 2)
+        wall = enclose(self.rig, self.grid.to_mm(xy.astype(np.float64)))
+        rays = sight(self.rig, NOMINAL, wall)
+        uv = ray_pixels(self.rig.camera, rays @ rotation_robot_camera(self.rig.mount))
+        size = np.array(self._frame_wh)
+        with np.errstate(invalid="ignore"):
+            inside = ((uv >= 0) & (uv <= size - 1)).all(1)
+        reduced = (np.nan_to_num(uv, nan=-1.0) + 0.5) * (self._reduced_wh / size) - 0.5
+        u, v = (reduced[:, i].reshape(rows, columns).astype(np.float32) for i in (0, 1))
+        return (u, v), inside.reshape(rows, columns).astype(np.uint8)
+
+
+def _visible_grid(rig: Rig, reduction: float) -> PatchGrid:
+    """The bounding rectangle of the wall that the picture shows well enough (see `COARSEST`)."""
+    camera = rig.camera
+    u = np.linspace(0, camera.width - 1, 65)
+    v = np.linspace(0, camera.height - 1, 49)
+    wall_mm = _developed(rig, np.stack(np.meshgrid(u, v), -1).reshape(-1, 2)).reshape(49, 65, 2)
+    along_u = np.linalg.norm(np.diff(wall_mm, axis=1), axis=2)[:-1] / (u[1] - u[0])
+    along_v = np.linalg.norm(np.diff(wall_mm, axis=0), axis=2)[:, :-1] / (v[1] - v[0])
+    mm_per_px = np.maximum(along_u, along_v)  # (48, 64), nan where no wall is seen
+    finest = float(np.nanmin(mm_per_px))
+    with np.errstate(invalid="ignore"):
+        good = mm_per_px <= COARSEST * finest
+    corners = np.zeros((49, 65), bool)
+    corners[:-1, :-1] |= good
+    corners[1:, 1:] |= good
+    points = wall_mm[corners]
+    step_mm = float(np.median(mm_per_px[good])) * reduction
+    low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
+    columns, rows = (np.floor((high - low) / step_mm).astype(int) + 1).tolist()
+    return PatchGrid(float(low[0]), float(low[1]), step_mm, (rows, columns))
+
+
+def _developed(rig: Rig, pixels_uv: Points) -> Points:
+    rays = to_robot(rig.mount, pixel_rays(rig.camera, pixels_uv))
+    return develop(rig, cast(rig, NOMINAL, rays))

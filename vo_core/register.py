@@ -1,0 +1,150 @@
+"""Rigid registration of two pictures: phase correlation, then direct alignment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from vo_core.align import CORRELATED_PX, Alignment, Template, Warp, align
+from vo_core.correlate import (
+    LOCK_PSR,
+    Peak,
+    best_peaks,
+    correlation,
+    polar_spectrum,
+    rotation_between,
+    spectrum,
+)
+from vo_core.errors import ShapeMismatch
+from vo_core.filters import low_pass, normalise, taper
+from vo_core.resample import reduce_to, to_grey
+from vo_core.types import GrayImage, Image, Matrix
+from vo_core.wall import Points
+
+COARSE_SIDE_PX = 320
+"""Longest side of the pictures that are correlated; the refinement runs at full size."""
+
+ROTATION_LIMIT_RAD = float(np.radians(12))
+SIGNIFICANT = 6.0
+"""Agreement in standard deviations of what unrelated pictures reach by chance."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shift:
+    """Motion of the content about the image centre c.
+
+    moving(p) = reference(R^-1 (p - c - d) + c).
+    """
+
+    dx_px: float
+    """To the right."""
+    dy_px: float
+    """Down."""
+    rotation_rad: float
+    """Positive from x (right) to y (down)."""
+    quality: float
+    """Share of the texture that is seen again, 0 (no lock) to 1."""
+
+
+def register(reference: Image, moving: Image) -> Shift:
+    """Rigid motion of the image content between two pictures.
+
+    Phase correlation (Kuglin & Hines 1975) on locally normalised pictures gives the shift and the
+    polar spectrum the rotation; Gauss-Newton on the pictures refines all three together.
+
+    Args:
+        reference, moving: (H, W) or (H, W, 3), the same shape, at least 32x32; uint8, uint16 or
+            float. They are left unchanged.
+    Returns:
+        Shift: quality is 0 when the two do not show the same wall (no texture, no overlap).
+    Raises:
+        ShapeMismatch: The arrays differ in shape, or are no pictures.
+    """
+    if np.shape(reference) != np.shape(moving):
+        raise ShapeMismatch(
+            "Both pictures must have one shape; found "
+            f"{np.shape(reference)} and {np.shape(moving)}."
+        )
+    full = [np.asarray(to_grey(image), np.float32) for image in (reference, moving)]
+    reduction = max(1.0, max(full[0].shape) / COARSE_SIDE_PX)
+    coarse_wh = (round(full[0].shape[1] / reduction), round(full[0].shape[0] / reduction))
+    coarse = [normalise(reduce_to(image, coarse_wh)) for image in full]
+    start, peak = _coarse_shift(*coarse)
+    if peak.psr < LOCK_PSR:
+        return Shift(0.0, 0.0, 0.0, 0.0)
+    start[:2] *= np.array(full[0].shape[::-1]) / np.array(coarse[0].shape[::-1])
+    smooth = [normalise(low_pass(image)) for image in full]
+    everywhere = np.ones(full[0].shape, np.uint8)
+    template = Template.of(smooth[0], everywhere)
+    fit = align(
+        template, smooth[1], everywhere, rigid(full[0].shape), start, rigid_scales(full[0].shape)
+    )
+    if not is_lock(fit, template):
+        return Shift(0.0, 0.0, 0.0, 0.0)
+    dx, dy, rotation = fit.parameters.tolist()
+    return Shift(dx, dy, rotation, float(np.clip(fit.agreement, 0.0, 1.0)))
+
+
+def rigid(shape: tuple[int, ...]) -> Warp:
+    """w(q, p) = R (p - c) + c + d with q = (dx, dy, rotation), c the image centre."""
+    centre = (np.array(shape[1::-1]) - 1) / 2
+
+    def warp(q: Matrix, points: Points) -> Points:
+        cos, sin = np.cos(q[2]), np.sin(q[2])
+        x, y = (points - centre).T
+        return np.stack([cos * x - sin * y, sin * x + cos * y], 1) + centre + q[:2]
+
+    return warp
+
+
+def rigid_scales(shape: tuple[int, ...]) -> Matrix:
+    """Steps of (dx, dy, rotation) that move the content by a pixel."""
+    return np.array([1.0, 1.0, 2 / max(shape)])
+
+
+def is_lock(fit: Alignment, template: Template) -> bool:
+    """Does the fit agree by more than unrelated textures would by chance?"""
+    independent = fit.overlap * template.image.size / CORRELATED_PX
+    return fit.converged and fit.agreement * np.sqrt(independent) > SIGNIFICANT
+
+
+def _coarse_shift(reference: GrayImage, moving: GrayImage) -> tuple[Matrix, Peak]:
+    """Where to start: the best peak without rotation and with that of the polar spectrum."""
+    shape = reference.shape
+    everywhere = np.ones(shape, np.uint8)
+    window = taper(everywhere, min(shape) // 2)
+    spectra = [spectrum(image, window) for image in (reference, moving)]
+    before, now = (polar_spectrum(s) for s in spectra)
+    rotation = rotation_between(before, now, ROTATION_LIMIT_RAD)
+    best: tuple[Matrix, Peak] | None = None
+    for angle in (0.0, rotation):
+        turned = _moved(reference, np.array([0.0, 0.0, angle])) if angle else reference
+        (peak,) = best_peaks(correlation(spectrum(turned, window), spectra[1]))
+        if best is None or peak.psr > best[1].psr:
+            best = np.array([peak.dx_px, peak.dy_px, angle]), peak
+    if best is None:
+        raise AssertionError
+    return _on_overlap(reference, moving, *best)
+
+
+def _on_overlap(
+    reference: GrayImage, moving: GrayImage, start: Matrix, peak: Peak
+) -> tuple[Matrix, Peak]:
+    """Correlate once more, the reference moved by the start, on what both then show."""
+    seen = _moved(np.ones_like(reference), start)
+    window = taper(seen, max(8, min(reference.shape) // 6))
+    (again,) = best_peaks(
+        correlation(spectrum(_moved(reference, start), window), spectrum(moving, window))
+    )
+    if again.psr <= peak.psr:
+        return start, peak
+    return start + (again.dx_px, again.dy_px, 0.0), again
+
+
+def _moved(image: GrayImage, q: Matrix) -> GrayImage:
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    to = rigid(image.shape)(q, corners)
+    matrix = np.column_stack([to[1] - to[0], to[2] - to[0], to[0]])
+    return np.asarray(cv2.warpAffine(image, matrix, image.shape[::-1], flags=cv2.INTER_LINEAR))

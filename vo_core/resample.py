@@ -1,0 +1,75 @@
+"""Pictures at other positions, sizes and types."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+
+from vo_core.errors import ShapeMismatch
+from vo_core.types import ByteImage, GrayImage, Image
+
+SMALLEST_PX = 32
+
+
+def to_grey(image: Image) -> Image:
+    """Grey picture on the scale 0 to 255, uint8 or float32; the input is left alone.
+
+    Args:
+        image: (H, W) or (H, W, 3) BGR; uint8, uint16, or float (within 0 to 1 it is scaled).
+    Raises:
+        ShapeMismatch: Another number of dimensions or channels, or smaller than 32x32.
+    """
+    image = np.asarray(image)
+    if image.ndim == 3 and image.shape[2] == 1:
+        image = image[:, :, 0]
+    if image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
+        raise ShapeMismatch(f"An image is (H, W) or (H, W, 3); found {image.shape}.")
+    if min(image.shape[:2]) < SMALLEST_PX:
+        raise ShapeMismatch(f"An image is at least 32x32 px; found {image.shape[:2]}.")
+    if image.dtype != np.uint8:
+        sixteen_bit = image.dtype == np.uint16
+        image = np.nan_to_num(image.astype(np.float32))
+        if sixteen_bit:
+            image /= 257
+        elif 0.0 < np.abs(image).max() <= 1.0:
+            image *= 255
+    if image.ndim == 3:
+        image = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
+    return image
+
+
+_NO_MAP: Any = None
+"""remap takes columns and rows in one array or in two; the stubs know two only."""
+
+
+def resample(image: GrayImage, positions_px: GrayImage) -> GrayImage:
+    """The picture at (H, W, 2) positions (column, row), bilinear; 0 outside.
+
+    Bilinear on purpose: the bicubic tables of OpenCV round positions to 1/32 px.
+    """
+    return np.asarray(
+        cv2.remap(image, positions_px, _NO_MAP, cv2.INTER_LINEAR, borderValue=0), np.float32
+    )
+
+
+def resample_mask(mask: ByteImage, positions_px: GrayImage) -> ByteImage:
+    """The nearest value of a mask at (H, W, 2) positions (column, row); 0 outside."""
+    return np.asarray(
+        cv2.remap(mask, positions_px, _NO_MAP, cv2.INTER_NEAREST, borderValue=0), np.uint8
+    )
+
+
+def reduce_to(image: Image, size_wh: tuple[int, int]) -> GrayImage:
+    """A smaller picture, each pixel the mean of the area that it covers."""
+    if image.shape[1::-1] == size_wh:
+        return np.asarray(image, np.float32)
+    return np.asarray(cv2.resize(image, size_wh, interpolation=cv2.INTER_AREA), np.float32)
+
+
+def halve(image: GrayImage) -> GrayImage:
+    """Half the size by averaging 2x2; an odd last row or column is left out."""
+    height, width = image.shape
+    even = image[: height // 2 * 2, : width // 2 * 2]
+    return reduce_to(even, (width // 2, height // 2))

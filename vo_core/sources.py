@@ -1,0 +1,273 @@
+"""Where frames come from: video files, opened so that a hostile one can do no harm.
+
+Every decision here is about untrusted media: fixed lists of containers and codecs, only the `file`
+protocol, no file-like objects (those have no protocol list), a bound on the picture size that also
+holds when it changes in mid-stream.  Decode in a child process all the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import av
+import numpy as np
+from av.container import InputContainer
+from av.error import FFmpegError
+from av.video.frame import VideoFrame
+from av.video.stream import VideoStream
+
+from vo_core.errors import UnreadableVideo
+from vo_core.types import ByteImage
+
+CONTAINERS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,mpeg"
+CODECS = frozenset(
+    ("h264", "hevc", "mpeg4", "mpeg2video", "mpeg1video", "mjpeg", "msmpeg4v3")
+    + ("vp8", "vp9", "av1", "libdav1d")
+)
+MAX_PIXELS = 4096 * 2304
+"""Largest picture that is decoded, 4K; a decoder refuses more, also in mid-stream."""
+
+_OPEN_AND_READ_TIMEOUT_S = (10, 10)
+_LUMA_FIRST = ("yuv4", "yuvj4", "nv12", "nv21", "gray")
+"""Eight-bit planar formats whose first plane is the grey picture; others are converted."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One picture of a source, in presentation order."""
+
+    index: int
+    """Counted from 0."""
+    t_s: float
+    """Presentation time, exact: pts times the stream's time base."""
+    image: ByteImage
+    """(H, W) grey."""
+    _picture: VideoFrame = field(repr=False, compare=False)
+
+    def to_bgr(self) -> ByteImage:
+        """The picture in colour, (H, W, 3), blue first."""
+        return np.asarray(self._picture.to_ndarray(format="bgr24"), np.uint8)
+
+
+@dataclass(frozen=True)
+class VideoInfo:
+    """What the container says of its video; none of it is trusted for timing."""
+
+    width: int
+    height: int
+    codec: str
+    container: str
+    pixel_format: str | None
+    frames: int | None
+    """Estimated number of frames, for progress bars only; None if nothing is stated."""
+    duration_s: float | None
+    rate_hz: float | None
+
+
+class VideoFile:
+    """A video file as an iterable context manager of `Frame`s, each with its exact time.
+
+    After the loop `problem` says in a sentence what was damaged or missing, or is None.
+
+    Raises:
+        UnreadableVideo: No such file, a container or codec that is not accepted, no video stream,
+            or a picture above `MAX_PIXELS`.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        self.path = Path(path)
+        self.problem: str | None = None
+        self._container, self._stream = _open(self.path)
+        self.info = _describe(self._container, self._stream)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._container.close()
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Every decodable frame in presentation order, once."""
+        decoder = _Decoder(self._container, self._stream)
+        size_wh = (self.info.width, self.info.height)
+        index, last_s = 0, None
+        for picture, t_s in decoder.pictures():
+            if (picture.width, picture.height) != size_wh:
+                decoder.faults.append(
+                    f"the picture changes to {picture.width}x{picture.height} at {t_s:.2f} s"
+                )
+                break
+            yield Frame(index, t_s, _grey(picture), picture)
+            index, last_s = index + 1, t_s
+        if last_s is None:
+            reason = "; ".join(decoder.faults) or "it holds no decodable picture"
+            raise UnreadableVideo(f"No frame of this video can be decoded: {reason}.")
+        self.problem = _summary(decoder, index, last_s, self._stream.frames, self.info)
+
+    def seek(self, t_s: float) -> None:
+        """Go to the key frame at or before `t_s`; the next loop starts there."""
+        base = self._stream.time_base
+        if base is not None:
+            self._container.seek(int(t_s / base), stream=self._stream, backward=True)
+
+
+def read_frame(path: Path | str, t_s: float) -> ByteImage:
+    """The picture shown at presentation time `t_s` in colour, (H, W, 3) BGR.
+
+    Raises:
+        UnreadableVideo: The file cannot be opened, or ends before that time.
+    """
+    with VideoFile(path) as video:
+        tolerance_s = 0.25 / (video.info.rate_hz or 1000)
+        video.seek(max(t_s - tolerance_s, 0.0))
+        for frame in video:
+            if frame.t_s >= t_s - tolerance_s:
+                return frame.to_bgr()
+    raise UnreadableVideo(f"The video has no frame at {t_s:.3f} s.")
+
+
+def _open(path: Path) -> tuple[InputContainer, VideoStream]:
+    if not path.is_file():
+        raise UnreadableVideo(f"{path.name} is not there or is not a file.")
+    if path.stat().st_size == 0:
+        raise UnreadableVideo(f"{path.name} is empty (0 bytes).")
+    try:
+        container = av.open(
+            f"file:{path.resolve()}",
+            timeout=_OPEN_AND_READ_TIMEOUT_S,
+            container_options={
+                "protocol_whitelist": "file",
+                "format_whitelist": CONTAINERS,
+                "codec_whitelist": ",".join(sorted(CODECS)),
+            },
+        )
+    except (FFmpegError, ValueError) as error:
+        raise UnreadableVideo(
+            f"{path.name} is not a video that can be opened ({_reason(error)}). "
+            "Accepted are MP4, MOV, MKV, WebM, AVI, MPEG-TS and MPEG files."
+        ) from error
+    try:
+        return container, _checked_stream(container, path.name)
+    except BaseException:
+        container.close()
+        raise
+
+
+def _checked_stream(container: InputContainer, name: str) -> VideoStream:
+    stream = next(iter(container.streams.video), None)
+    # PyAV gives a stream without a decoder for codecs that FFmpeg does not know.
+    codec = stream.codec_context if stream is not None else None
+    if stream is None or codec is None:
+        raise UnreadableVideo(f"{name} holds no video stream that can be decoded.")
+    if codec.name not in CODECS:  # PyAV's decoder ignores codec_whitelist
+        raise UnreadableVideo(
+            f"{name} is coded as {codec.name}; accepted are {', '.join(sorted(CODECS))}."
+        )
+    if not 32 * 32 <= codec.width * codec.height <= MAX_PIXELS:
+        raise UnreadableVideo(
+            f"{name} has pictures of {codec.width}x{codec.height} px; "
+            f"accepted are 32x32 to {MAX_PIXELS} px in all."
+        )
+    codec.options = {"max_pixels": str(MAX_PIXELS)}  # holds when the size changes in mid-stream
+    codec.thread_count = 1
+    return stream
+
+
+def _describe(container: InputContainer, stream: VideoStream) -> VideoInfo:
+    """Read all meta data now: PyAV crashes the interpreter when asked after closing."""
+    duration_s = container.duration / av.time_base if container.duration else None
+    rate_hz = float(stream.average_rate) if stream.average_rate else None
+    frames = stream.frames or (round(duration_s * rate_hz) if duration_s and rate_hz else None)
+    codec = stream.codec_context
+    return VideoInfo(
+        width=codec.width,
+        height=codec.height,
+        codec=codec.name,
+        container=container.format.name,
+        pixel_format=codec.pix_fmt,
+        frames=frames or None,
+        duration_s=duration_s,
+        rate_hz=rate_hz,
+    )
+
+
+class _Decoder:
+    """Packets to pictures, going on after a damaged packet (a plain decode loop would stop)."""
+
+    MAX_FAULTS = 1000
+
+    def __init__(self, container: InputContainer, stream: VideoStream) -> None:
+        self.container, self.stream = container, stream
+        self.faults: list[str] = []
+        self.damaged_packets = 0
+
+    def pictures(self) -> Iterator[tuple[VideoFrame, float]]:
+        last_s = -np.inf
+        for picture in self._decoded():
+            if picture.pts is None or picture.time_base is None:
+                self.damaged_packets += 1
+                continue
+            t_s = float(picture.pts * picture.time_base)
+            if t_s <= last_s:  # a damaged index: presentation times must rise
+                self.damaged_packets += 1
+                continue
+            last_s = t_s
+            yield picture, t_s
+
+    def _decoded(self) -> Iterator[VideoFrame]:
+        packets = self.container.demux(self.stream)
+        while self.damaged_packets < self.MAX_FAULTS:
+            try:
+                packet = next(packets)
+            except StopIteration:
+                return
+            except FFmpegError as error:
+                self.faults.append(f"reading stopped: {_reason(error)}")
+                return
+            try:
+                yield from packet.decode()
+            except FFmpegError:
+                self.damaged_packets += 1
+        self.faults.append(f"more than {self.MAX_FAULTS} damaged packets")
+
+
+def _summary(
+    decoder: _Decoder, frames: int, last_s: float, stated_frames: int, info: VideoInfo
+) -> str | None:
+    """What was wrong with the file, in a sentence; None if nothing was.
+
+    A demuxer may pass over damage in silence, so the count that the container states is compared,
+    with room for frames that an edit list hides on purpose.
+    """
+    parts = list(decoder.faults)
+    if frames < stated_frames - 1 - 0.005 * stated_frames:
+        parts.append(f"{frames} of {stated_frames} frames could be decoded")
+    if decoder.damaged_packets:
+        parts.append(f"{decoder.damaged_packets} damaged packets were skipped")
+    slack_s = 0.5 + 2 / (info.rate_hz or 10)
+    if info.duration_s is not None and last_s < info.duration_s - slack_s:
+        parts.append(f"the video ends at {last_s:.2f} s of {info.duration_s:.2f} s")
+    return ("; ".join(parts)).capitalize() + "." if parts else None
+
+
+def _grey(picture: VideoFrame) -> ByteImage:
+    """Luma as it lies in the decoder's first plane; copying it is quicker than converting."""
+    name = picture.format.name
+    if name.startswith(_LUMA_FIRST) and not name.endswith(("le", "be")):
+        plane = picture.planes[0]
+        rows: ByteImage = np.frombuffer(memoryview(plane), np.uint8).reshape(-1, plane.line_size)
+        return rows[: picture.height, : picture.width].copy()
+    return np.asarray(picture.to_ndarray(format="gray"), np.uint8)
+
+
+def _reason(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error) or type(error).__name__

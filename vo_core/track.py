@@ -1,0 +1,161 @@
+"""The result of a run: one estimate a frame, as columns, and its text forms."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vo_core.errors import InvalidTrack
+
+Status = Literal["ok", "weak", "lost"]
+"""ok: measured; weak: measured with low confidence; lost: bridged from the motion before."""
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """Where the camera is in one frame; the first frame is (0, 0, 0)."""
+
+    frame: int
+    """Index in presentation order, from 0."""
+    time_s: float
+    """Presentation time."""
+    x_mm: float
+    """Axial coordinate from the zero point, falling when the robot reverses."""
+    y_mm: float
+    """To the right of the first frame's position."""
+    yaw_deg: float
+    """From x towards y: clockwise seen from above."""
+    distance_mm: float
+    """Chainage: the axial coordinate of the camera, signed; not the length of the path."""
+    sigma_distance_mm: float
+    """Standard deviation of `distance_mm` from registration."""
+    quality: float
+    """0 (nothing recognised) to 1 (certain)."""
+    status: Status
+
+
+COLUMNS = tuple(field.name for field in fields(Estimate))
+_DECIMALS = {
+    "time_s": 6, "x_mm": 4, "y_mm": 4, "yaw_deg": 5,
+    "distance_mm": 4, "sigma_distance_mm": 4, "quality": 3,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Track:
+    """Estimates as columns, each (N,), in the order of the frames."""
+
+    frame: NDArray[np.int64]
+    time_s: NDArray[np.float64]
+    x_mm: NDArray[np.float64]
+    y_mm: NDArray[np.float64]
+    yaw_deg: NDArray[np.float64]
+    distance_mm: NDArray[np.float64]
+    sigma_distance_mm: NDArray[np.float64]
+    quality: NDArray[np.float64]
+    status: NDArray[np.str_]
+
+    def __len__(self) -> int:
+        return len(self.frame)
+
+    @classmethod
+    def from_estimates(cls, estimates: Iterable[Estimate]) -> Track:
+        """Columns from rows."""
+        return cls._from_rows([[getattr(e, name) for name in COLUMNS] for e in estimates])
+
+    @classmethod
+    def _from_rows(cls, rows: list[list[Any]]) -> Track:
+        columns = list(zip(*rows, strict=True)) if rows else [()] * len(COLUMNS)
+        dtypes = {"frame": np.int64, "status": np.str_}
+        return cls(
+            **{
+                name: np.array(column, dtypes.get(name, np.float64))
+                for name, column in zip(COLUMNS, columns, strict=True)
+            }
+        )
+
+    def _rows(self) -> list[list[Any]]:
+        columns = [getattr(self, name).tolist() for name in COLUMNS]
+        return [list(row) for row in zip(*columns, strict=True)]
+
+    def to_csv(self, metadata: Mapping[str, object] | None = None) -> str:
+        """track.csv: `# key: value` lines, the header, one row a frame."""
+        out = io.StringIO()
+        for key, value in (metadata or {}).items():
+            out.write(f"# {key}: {' '.join(str(value).split())}\n")
+        out.write(CSV_HEADER)
+        for row in self._rows():
+            out.write(csv_row(Estimate(*row)))
+        return out.getvalue()
+
+    @classmethod
+    def from_csv(cls, text: str) -> Track:
+        """Read track.csv; lines that start with # are metadata.
+
+        Raises:
+            InvalidTrack: A column is missing, or a value is no number; names the line.
+        """
+        lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line[:1] != "#"]
+        reader = csv.DictReader(line for _, line in lines)
+        missing = set(COLUMNS) - set(reader.fieldnames or ())
+        if missing:
+            raise InvalidTrack(f"The track has no column {', '.join(sorted(missing))}.")
+        rows: list[list[Any]] = []
+        for record in reader:
+            number = lines[reader.line_num - 1][0]
+            try:
+                values = [float(record[name]) for name in COLUMNS[:-1]]
+            except (TypeError, ValueError) as error:
+                raise InvalidTrack(f"Line {number} of the track is not a row: {error}.") from error
+            if record["status"] not in get_args(Status):
+                raise InvalidTrack(
+                    f"Line {number} of the track has status {record['status']!r}; "
+                    "allowed are ok, weak, lost."
+                )
+            rows.append([*values, record["status"]])
+        return cls._from_rows(rows)
+
+    def to_tum(self) -> str:
+        """TUM trajectory: `t x y z qx qy qz qw`, metres, z down, as evo reads it."""
+        half_rad = np.radians(self.yaw_deg) / 2
+        lines = (
+            f"{t:.6f} {x:.7f} {y:.7f} 0 0 0 {qz:.9f} {qw:.9f}\n"
+            for t, x, y, qz, qw in zip(
+                self.time_s, self.x_mm / 1e3, self.y_mm / 1e3,
+                np.sin(half_rad), np.cos(half_rad), strict=True,
+            )
+        )  # fmt: skip
+        return "".join(lines)
+
+    def to_json(self, metadata: Mapping[str, object] | None = None) -> str:
+        """`{"metadata": {...}, "columns": {name: [...]}}`, numbers rounded as in the CSV."""
+        columns = {
+            name: [
+                round(v, _DECIMALS[name]) if name in _DECIMALS else v
+                for v in getattr(self, name).tolist()
+            ]
+            for name in COLUMNS
+        }
+        return json.dumps({"metadata": dict(metadata or {}), "columns": columns}, allow_nan=False)
+
+
+CSV_HEADER = ",".join(COLUMNS) + "\n"
+
+
+def csv_row(estimate: Estimate) -> str:
+    """One line of track.csv, so that a run can be written while it goes on."""
+    return (
+        ",".join(
+            f"{value:.{_DECIMALS[name]}f}" if name in _DECIMALS else str(value)
+            for name in COLUMNS
+            for value in (getattr(estimate, name),)
+        )
+        + "\n"
+    )

@@ -1,0 +1,229 @@
+"""Geometry between the camera and the wall: pixels, rays, wall points, the developed wall.
+
+Frames.  Robot: x forward, y right, z down.  World: X along the pipe's axis from the zero point, Y
+right, Z down, the axis of a circular pipe at Y = Z = 0, a flat floor at Z = 0.  With R the radius
+and h the height of the camera above the invert, the camera stands at (x, lateral + y, R - h), or
+(x, lateral + y, -h) above a floor, turned by the yaw about its vertical.
+
+Developed wall: (axial mm, arc mm).  The angle phi of a wall point is 0 at the invert and rises to
+the right, so that arc = R phi; on a floor the arc is Y itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vo_core.rig import Camera, Mount, Rig
+from vo_core.types import Matrix
+
+Points = NDArray[np.float64]
+"""(N, 2) or (N, 3) coordinates; nan where a ray meets nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Pose of the camera relative to the first frame: [X, Y, theta] of the paper."""
+
+    x_mm: float = 0.0
+    y_mm: float = 0.0
+    yaw_rad: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class WallPoint:
+    """Where on the wall a pixel looks."""
+
+    distance_mm: float
+    """Axial coordinate of the wall point, not of the camera."""
+    arc_mm: float
+    """Along the developed wall from the invert to the right; on a floor the lateral coordinate."""
+    clock_h: float | None
+    """Clock position in (0, 12], 12 crown, 3 right, 6 invert; None on a floor."""
+
+
+def wall_point(
+    rig: Rig,
+    pixel_uv: tuple[float, float],
+    x_mm: float = 0.0,
+    y_mm: float = 0.0,
+    yaw_deg: float = 0.0,
+) -> WallPoint | None:
+    """The wall point that a pixel shows from the given pose, by exact ray casting, or None."""
+    rays = to_robot(rig.mount, pixel_rays(rig.camera, [pixel_uv]))
+    (point,) = cast(rig, Pose(x_mm, y_mm, float(np.radians(yaw_deg))), rays)
+    if not np.isfinite(point).all():
+        return None
+    ((distance_mm, arc_mm),) = develop(rig, point[None])
+    clock_h = None
+    if rig.pipe.diameter_mm is not None:
+        clock_h = clock_of(arc_mm / (rig.pipe.diameter_mm / 2))
+    return WallPoint(float(distance_mm), float(arc_mm), clock_h)
+
+
+def clock_of(phi_rad: float) -> float:
+    """Clock position in (0, 12] of a wall angle: 6 at the invert, falling to 3 on the right."""
+    return float(-np.mod(np.degrees(phi_rad) / 30 - 6, -12)) or 12.0
+
+
+def pixel_rays(camera: Camera, pixels_uv: ArrayLike) -> Points:
+    """Unit rays in camera axes (right, down, forward) of (N, 2) pixels; nan outside the lens."""
+    uv = np.asarray(pixels_uv, np.float64).reshape(-1, 2)
+    y = (uv[:, 1] - camera.cy) / camera.fy
+    x = (uv[:, 0] - camera.cx - camera.skew * y) / camera.fx  # OpenCV ignores the skew of K
+    if not any(camera.distortion) and camera.model == "pinhole":
+        plane = np.stack([x, y], 1)
+    else:
+        plane = _undistort(camera, np.stack([x, y], 1))
+    rays = np.concatenate([plane, np.ones((len(plane), 1))], 1)
+    if camera.model == "fisheye":
+        # _undistort gives the direction and the angle: tan() alone could not look sideways.
+        theta = np.hypot(plane[:, 0], plane[:, 1])
+        scale = np.divide(np.sin(theta), theta, out=np.ones_like(theta), where=theta > 1e-12)
+        rays = np.column_stack([plane * scale[:, None], np.cos(theta)])
+    return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
+
+
+def ray_pixels(camera: Camera, rays: Points) -> Points:
+    """(N, 2) pixels that show rays given in camera axes; nan where the lens cannot see."""
+    x, y, z = rays.T
+    with np.errstate(invalid="ignore", divide="ignore"):
+        if camera.model == "fisheye":
+            theta = np.arctan2(np.hypot(x, y), z)
+            k1, k2, k3, k4 = camera.distortion or (0.0, 0.0, 0.0, 0.0)
+            t2 = theta * theta
+            bent = theta * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4))))
+            scale = np.where(theta > 1e-12, bent / np.hypot(x, y), 1 / z)
+            plane = np.stack([x * scale, y * scale], 1)
+        else:
+            plane = np.where(z[:, None] > 1e-9, np.stack([x / z, y / z], 1), np.nan)
+            if any(camera.distortion):
+                plane = _distort(camera, plane)
+    u = camera.fx * plane[:, 0] + camera.skew * plane[:, 1] + camera.cx
+    return np.stack([u, camera.fy * plane[:, 1] + camera.cy], 1)
+
+
+def _distort(camera: Camera, plane: Points) -> Points:
+    solid = np.column_stack([np.nan_to_num(plane), np.ones(len(plane))])
+    bent, _ = cv2.projectPoints(
+        solid, np.zeros(3), np.zeros(3), np.eye(3), np.array(camera.distortion)
+    )
+    # Far outside the picture a polynomial folds back and would show the wall twice.
+    radius = np.linalg.norm(plane, axis=1)
+    limit = np.linalg.norm(_undistort(camera, _border_plane(camera)), axis=1).max() * 1.1
+    return np.where((radius <= limit)[:, None], bent.reshape(-1, 2), np.nan)
+
+
+def _undistort(camera: Camera, plane: Points) -> Points:
+    """Undistorted plane coordinates; for a fisheye the angle in radians along its direction."""
+    if camera.model == "fisheye":
+        bent = np.linalg.norm(plane, axis=1)
+        theta = bent.copy()
+        k1, k2, k3, k4 = camera.distortion or (0.0, 0.0, 0.0, 0.0)
+        for _ in range(20):  # Newton on theta (1 + k1 theta^2 + ...) = bent
+            t2 = theta * theta
+            value = theta * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4))))
+            slope = 1 + t2 * (3 * k1 + t2 * (5 * k2 + t2 * (7 * k3 + t2 * 9 * k4)))
+            theta = theta - (value - bent) / np.where(np.abs(slope) > 1e-6, slope, 1.0)
+        theta = np.where((theta >= 0) & (theta < np.pi), theta, np.nan)
+        ratio = np.divide(theta, bent, out=np.ones_like(bent), where=bent > 1e-12)
+        return np.asarray(plane * ratio[:, None])
+    criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-12)
+    points = cv2.undistortPoints(
+        plane.reshape(-1, 1, 2), np.eye(3), np.array(camera.distortion), criteria=criteria
+    )
+    return np.asarray(points, np.float64).reshape(-1, 2)
+
+
+def _border_plane(camera: Camera) -> Points:
+    u = np.linspace(0, camera.width - 1, 17)
+    v = np.linspace(0, camera.height - 1, 17)
+    border = [(a, b) for a in u for b in (v[0], v[-1])] + [(a, b) for a in (u[0], u[-1]) for b in v]
+    uv = np.array(border)
+    y = (uv[:, 1] - camera.cy) / camera.fy
+    return np.stack([(uv[:, 0] - camera.cx - camera.skew * y) / camera.fx, y], 1)
+
+
+def rotation_robot_camera(mount: Mount) -> Matrix:
+    """R with p_robot = R p_camera, (3, 3): the mount's turn first, then roll, then pitch."""
+    turn, pitch, roll = np.radians([mount.rotation_deg, mount.pitch_deg, mount.roll_deg])
+    turn_z = np.array(
+        [[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]]
+    )
+    pitch_y = np.array(
+        [[np.cos(pitch), 0, np.sin(pitch)], [0, 1, 0], [-np.sin(pitch), 0, np.cos(pitch)]]
+    )
+    roll_x = np.array(
+        [[1, 0, 0], [0, np.cos(roll), -np.sin(roll)], [0, np.sin(roll), np.cos(roll)]]
+    )
+    # Columns: where the camera's right, down and optical axis point on the robot.
+    base = np.eye(3) if mount.view == "down" else np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]])
+    return np.asarray(pitch_y @ roll_x @ base @ turn_z)
+
+
+def to_robot(mount: Mount, camera_rays: Points) -> Points:
+    """Rays from camera axes to robot axes."""
+    return np.asarray(camera_rays @ rotation_robot_camera(mount).T)
+
+
+def camera_position(rig: Rig, pose: Pose) -> Matrix:
+    """(3,) position in the world."""
+    radius = _radius(rig)
+    top = -rig.mount.height_mm if radius is None else radius - rig.mount.height_mm
+    return np.array([pose.x_mm, rig.mount.lateral_mm + pose.y_mm, top])
+
+
+def cast(rig: Rig, pose: Pose, robot_rays: Points) -> Points:
+    """World points where rays given in robot axes meet the wall; nan where they never do.
+
+    Cylinder: |o + t d| = R in the plane across the axis (notes on cylinder rectification):
+    a = dy^2 + dz^2, b = oy dy + oz dz, c = oy^2 + oz^2 - R^2, t = (-b + sqrt(b^2 - a c)) / a.
+    """
+    origin = camera_position(rig, pose)
+    cos, sin = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
+    dx, dy, dz = robot_rays.T
+    direction = np.stack([cos * dx - sin * dy, sin * dx + cos * dy, dz], 1)
+    radius = _radius(rig)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        if radius is None:
+            t = -origin[2] / direction[:, 2]
+        else:
+            across = direction[:, 1:]
+            a = np.einsum("ni,ni->n", across, across)
+            b = across @ origin[1:]
+            c = origin[1:] @ origin[1:] - radius**2
+            t = (-b + np.sqrt(b * b - a * c)) / a
+        t = np.where(t > 0, t, np.nan)
+    return np.asarray(origin + t[:, None] * direction)
+
+
+def sight(rig: Rig, pose: Pose, wall_xyz: Points) -> Points:
+    """Directions in robot axes, not normalised, in which world points appear from a pose."""
+    dx, dy, dz = (wall_xyz - camera_position(rig, pose)).T
+    cos, sin = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
+    return np.stack([cos * dx + sin * dy, -sin * dx + cos * dy, dz], 1)
+
+
+def develop(rig: Rig, wall_xyz: Points) -> Points:
+    """(axial mm, arc mm) of points on the wall."""
+    radius = _radius(rig)
+    if radius is None:
+        return np.asarray(wall_xyz[:, :2])
+    arc = radius * np.arctan2(wall_xyz[:, 1], wall_xyz[:, 2])
+    return np.stack([wall_xyz[:, 0], arc], 1)
+
+
+def enclose(rig: Rig, axial_arc: Points) -> Points:
+    """World points of the developed wall: the inverse of `develop`."""
+    axial, arc = axial_arc.T
+    radius = _radius(rig)
+    if radius is None:
+        return np.stack([axial, arc, np.zeros_like(arc)], 1)
+    return np.stack([axial, radius * np.sin(arc / radius), radius * np.cos(arc / radius)], 1)
+
+
+def _radius(rig: Rig) -> float | None:
+    return None if rig.pipe.diameter_mm is None else rig.pipe.diameter_mm / 2
