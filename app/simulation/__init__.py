@@ -1,0 +1,7 @@
+"""Rendered culvert inspections of exactly known motion: samples, test truth, rig planning."""
+
+from app.simulation.render import RenderedFrame, render
+from app.simulation.scenarios import SCENARIOS, Scenario
+from app.simulation.write import SimulatedRun, simulate
+
+__all__ = ["SCENARIOS", "RenderedFrame", "Scenario", "SimulatedRun", "render", "simulate"]

@@ -1,0 +1,224 @@
+"""The named inspections that `chainage simulate` can render."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from vo_core.rig import Rig
+
+
+def _rig(
+    *,
+    camera: Mapping[str, Any] | None = None,
+    mount: Mapping[str, Any] | None = None,
+    pipe: Mapping[str, Any] | None = None,
+) -> Rig:
+    """The rig of the paper (30 degrees, 230 mm above the invert of a 300 mm culvert), changed."""
+    return Rig.parse(
+        {
+            "camera": {
+                "model": "pinhole",
+                "width": 640,
+                "height": 480,
+                "fx": 1194.0,
+                "fy": 1194.0,
+                "cx": 319.5,
+                "cy": 239.5,
+                **(camera or {}),
+            },
+            "mount": {"view": "down", "height_mm": 230.0, "rotation_deg": 0.0, **(mount or {})},
+            "pipe": pipe
+            or {"shape": "circular", "diameter_mm": 300.0, "segment_length_mm": 1500.0},
+        }
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scenario:
+    """One inspection to render; what is not said is as in the nominal one."""
+
+    name: str
+    description: str
+    """One sentence for a person."""
+    rig: Rig
+    seed: int = 1
+    """Of the wall, the noise, the dirt and the drop-outs: equal seeds give equal files."""
+
+    length_mm: float = 6000.0
+    """Length of the path, there and back added up."""
+    legs: tuple[float, ...] = (1.0,)
+    """Shares of the path between two stops; negative is backwards. Their sizes add up to 1."""
+    rest_s: float = 0.0
+    """How long the robot stands between two legs."""
+    speed_mm_s: float = 300.0
+    acceleration_mm_s2: float = 600.0
+    sway_mm: float = 4.0
+    """Largest sideways offset on the way."""
+    yaw_deg: float = 1.0
+    """Largest turn to either side."""
+    frames_per_s: int = 30
+    exposure_s: float = 0.0005
+
+    contrast: float = 1.0
+    """Of the wall's texture; 1 is a standard deviation of about 14 grey levels."""
+    first_joint_mm: float = 400.0
+    """Axial position of one pipe joint; the others lie whole segments away."""
+    tile_mm: float | None = None
+    """A floor of square tiles of this size instead of concrete."""
+    water: bool = False
+    """Water runs along the invert, over about a third of the picture."""
+
+    brightness: float = 1.0
+    lamp_width: float = 1.7
+    """Radius of the lamp's beam (one sigma) over half the picture's diagonal."""
+    flicker: float = 0.005
+    """Relative standard deviation of the gain from frame to frame."""
+    noise_grey: float = 1.5
+    """Standard deviation of the sensor noise in grey levels."""
+
+    text: bool = False
+    """A name and a running clock are burnt into the picture."""
+    dirt_share: float = 0.0
+    """Share of the glass that is covered with dirt."""
+    drop_out_frames: int = 0
+    """Length of the longest black or frozen stretch in frames."""
+
+    def shortened(self, length_mm: float) -> Scenario:
+        """The same inspection over a shorter path; one that is short already stays as it is."""
+        return replace(self, length_mm=min(length_mm, self.length_mm))
+
+
+_NOMINAL = Scenario(
+    name="nominal",
+    description="Six metres of concrete culvert at 300 mm/s with a little sway, well lit.",
+    rig=_rig(),
+)
+
+_ALL = (
+    _NOMINAL,
+    replace(
+        _NOMINAL,
+        name="low_texture",
+        description="A very smooth wall: about two grey levels of contrast.",
+        contrast=0.15,
+    ),
+    replace(
+        _NOMINAL,
+        name="dim",
+        description="Weak light: a dark, noisy picture.",
+        brightness=0.25,
+        noise_grey=3.5,
+    ),
+    replace(
+        _NOMINAL,
+        name="spot_light",
+        description="A narrow lamp that lights the middle of a weakly textured wall.",
+        contrast=0.4,
+        lamp_width=0.4,
+    ),
+    replace(
+        _NOMINAL,
+        name="burnt_in_text",
+        description="A name and a running clock are burnt into the picture.",
+        contrast=0.6,
+        text=True,
+    ),
+    replace(
+        _NOMINAL,
+        name="dirty_lens",
+        description="Drops and dust on the glass hide and veil a good part of the picture.",
+        contrast=0.6,
+        dirt_share=0.18,
+    ),
+    replace(
+        _NOMINAL,
+        name="blur",
+        description="A long exposure: about nine pixels of motion blur.",
+        exposure_s=0.006,
+    ),
+    replace(
+        _NOMINAL,
+        name="fast",
+        description="Half the picture is new in each frame.",
+        speed_mm_s=1850.0,
+        acceleration_mm_s2=3700.0,
+        exposure_s=0.0002,
+    ),
+    replace(
+        _NOMINAL,
+        name="reverse",
+        description="Stops on the way, and a stretch driven backwards.",
+        legs=(0.35, -0.2, 0.25, 0.2),
+        rest_s=1.0,
+    ),
+    replace(
+        _NOMINAL,
+        name="there_and_back",
+        description="Three metres in, a stop, and back to the start.",
+        legs=(0.5, -0.5),
+        rest_s=0.5,
+    ),
+    replace(
+        _NOMINAL,
+        name="drop_outs",
+        description="Black and frozen stretches of up to eight frames.",
+        drop_out_frames=8,
+    ),
+    replace(
+        _NOMINAL,
+        name="flicker",
+        description="The lamp's brightness jumps from frame to frame.",
+        flicker=0.2,
+    ),
+    replace(
+        _NOMINAL,
+        name="turned_camera",
+        description="A lens with distortion, turned 30 degrees about its axis.",
+        rig=_rig(
+            camera={"distortion": [-0.25, 0.05, 0.0, 0.0], "cx": 327.0, "cy": 233.0},
+            mount={"rotation_deg": 30.0},
+        ),
+    ),
+    replace(
+        _NOMINAL,
+        name="large_sway",
+        description="The robot climbs 14 mm up either side and turns by up to 6 degrees.",
+        sway_mm=14.0,
+        yaw_deg=6.0,
+    ),
+    replace(
+        _NOMINAL,
+        name="tiled_floor",
+        description="A flat floor of 200 mm tiles with a weak texture, as in the paper's trials.",
+        rig=_rig(camera={"fx": 700.0, "fy": 700.0}, pipe={"shape": "flat"}),
+        contrast=0.35,
+        tile_mm=200.0,
+    ),
+    replace(
+        _NOMINAL,
+        name="wide_lens",
+        description="A fisheye lens on the axis of the pipe.",
+        rig=_rig(camera={"model": "fisheye", "fx": 210.0, "fy": 210.0}, mount={"height_mm": 150.0}),
+    ),
+    replace(
+        _NOMINAL,
+        name="running_water",
+        description="Water runs along the invert, over a third of the picture.",
+        water=True,
+    ),
+    replace(
+        _NOMINAL,
+        name="crawl",
+        description="1.2 mm a frame under a spot of light, with dust on the glass, for 0.7 m.",
+        length_mm=700.0,
+        speed_mm_s=36.0,
+        acceleration_mm_s2=72.0,
+        lamp_width=0.8,
+        dirt_share=0.015,
+    ),
+)
+
+SCENARIOS: Mapping[str, Scenario] = {scenario.name: scenario for scenario in _ALL}
+"""By name, in the order in which they are listed and run."""

@@ -1,0 +1,166 @@
+"""What the pictures show, checked against positions worked out by OpenCV's projection."""
+
+from dataclasses import replace
+from itertools import islice, pairwise
+
+import cv2
+import numpy as np
+import pytest
+from test_simulation_camera import project
+
+from app.simulation import SCENARIOS, render
+from app.simulation.motion import Pose
+
+
+def clean(name: str, **changes):
+    """A scenario without noise and flicker, over a few centimetres."""
+    return replace(SCENARIOS[name], noise_grey=0.0, flicker=0.0, **{"length_mm": 60.0, **changes})
+
+
+def last_frame(scenario):
+    *_, frame = render(scenario)
+    return frame
+
+
+@pytest.mark.parametrize(
+    "name", ["nominal", "turned_camera", "wide_lens", "large_sway", "burnt_in_text"]
+)
+def test_joint_appears_where_projection_puts_it(name):
+    joint_mm = 75.0
+    scenario = clean(name, first_joint_mm=joint_mm, sway_mm=14.0, yaw_deg=6.0)
+    frame = last_frame(scenario)
+    pose = Pose(frame.x_mm, frame.y_mm, np.radians(frame.yaw_deg))
+    assert abs(frame.y_mm) > 1
+    assert abs(frame.yaw_deg) > 0.5
+
+    arc_mm = np.linspace(-30, 30, 200)
+    away_mm = np.linspace(-10, 10, 201)
+    seen = []
+    for away in away_mm:
+        u, v = project(scenario.rig, pose, np.full_like(arc_mm, joint_mm + away), arc_mm)
+        line = cv2.remap(frame.image, u.astype(np.float32), v.astype(np.float32), cv2.INTER_LINEAR)
+        seen.append(line.mean())
+    gap = away_mm[np.array(seen) < (min(seen) + np.median(seen)) / 2]
+
+    assert np.median(seen) - min(seen) > 20
+    # The broken lips of the joint move its middle by up to 0.3 mm over 60 mm of arc.
+    assert abs(gap[0] + gap[-1]) / 2 < 0.4
+
+
+def test_grout_of_a_floor_appears_where_the_pinhole_puts_it():
+    scenario = clean("tiled_floor", sway_mm=0.0, yaw_deg=0.0, contrast=0.02, lamp_width=9.0)
+    frame = last_frame(scenario)
+    camera = scenario.rig.camera
+    u = camera.cx + camera.fx * (0.0 - frame.x_mm) / scenario.rig.mount.height_mm
+    profile = frame.image[20:200].astype(float).mean(axis=0)
+    grout = round(u)
+    # Each edge lies half-way between its own tile's tone and the grout.
+    left = profile[grout - 20 : grout + 1]
+    right = profile[grout : grout + 21]
+    left_edge = (
+        grout - 20 + np.interp(-(left[:8].mean() + left[-1]) / 2, -left[8:], np.arange(8, 21))
+    )
+    right_edge = grout + np.interp((right[-8:].mean() + right[0]) / 2, right[:13], np.arange(13))
+    assert right_edge - left_edge == pytest.approx(4.0 * camera.fx / 230.0, abs=0.5)
+    assert (left_edge + right_edge) / 2 == pytest.approx(u, abs=0.2)
+
+
+def test_content_of_a_floor_moves_by_the_pinhole_equation():
+    scenario = clean("tiled_floor", sway_mm=0.0, yaw_deg=0.0, length_mm=100.0, contrast=1.0)
+    frames = list(render(scenario))
+    before, after = frames[10], frames[11]
+    window = cv2.createHanningWindow((640, 480), cv2.CV_32F)
+    (dx_px, dy_px), _ = cv2.phaseCorrelate(
+        before.image.astype(np.float32), after.image.astype(np.float32), window
+    )
+    camera, height_mm = scenario.rig.camera, scenario.rig.mount.height_mm
+    expected_px = -(after.x_mm - before.x_mm) * camera.fx / height_mm
+    # The lamp and the vignette stay where they are and pull the peak a little towards zero.
+    assert dx_px == pytest.approx(expected_px, abs=0.3)
+    assert dy_px == pytest.approx(0, abs=0.3)
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_scenario_renders_usable_pictures(name):
+    frames = list(islice(render(SCENARIOS[name].shortened(40)), 6))
+    assert [frame.index for frame in frames] == [0, 1, 2, 3, 4, 5]
+    assert frames[3].t_s == pytest.approx(0.1)
+    assert (frames[0].x_mm, frames[0].y_mm, frames[0].yaw_deg) == (0, 0, 0)
+    for frame in frames:
+        assert frame.image.shape == (480, 640)
+        assert frame.image.dtype == np.uint8
+        assert 10 < frame.image.mean() < 160
+        assert (frame.image == 255).mean() < 0.01
+    assert not np.array_equal(frames[0].image, frames[5].image)
+
+
+def test_equal_scenarios_give_equal_pictures_and_other_seeds_others():
+    scenario = SCENARIOS["dirty_lens"].shortened(20)
+    first, second = (last_frame(scenario).image for _ in range(2))
+    other = last_frame(replace(scenario, seed=2)).image
+    assert np.array_equal(first, second)
+    assert not np.array_equal(first, other)
+
+
+def test_drop_outs_are_black_or_frozen_and_never_longer_than_stated():
+    scenario = SCENARIOS["drop_outs"].shortened(700)
+    images = [frame.image for frame in render(scenario)]
+    black = [image.mean() < 10 for image in images]
+    frozen = [False] + [np.array_equal(a, b) for a, b in pairwise(images)]
+    assert any(black)
+    assert any(frozen)
+    faulty = "".join("x" if b or f else "." for b, f in zip(black, frozen, strict=True))
+    assert max(map(len, faulty.split("."))) <= 8
+    assert faulty.startswith("." * 20)
+
+
+def test_low_texture_has_a_few_grey_levels_of_contrast():
+    for name, low, high in (("low_texture", 1.0, 3.5), ("nominal", 9.0, 20.0)):
+        image = last_frame(clean(name, lamp_width=9.0, first_joint_mm=700.0)).image
+        flat = image.astype(np.float32) - cv2.GaussianBlur(image.astype(np.float32), (0, 0), 60)
+        assert low < flat.std() < high
+
+
+def test_motion_blur_softens_along_the_motion_only():
+    def sharpness(name):
+        image = last_frame(clean(name, length_mm=300.0, legs=(1.0,))).image  # standing at the end
+        moving = list(render(clean(name, length_mm=300.0)))[20].image
+        return [
+            float(np.abs(np.diff(moving.astype(np.float32), axis=axis)).mean())
+            / float(np.abs(np.diff(image.astype(np.float32), axis=axis)).mean())
+            for axis in (1, 0)
+        ]
+
+    along, across = sharpness("blur")
+    assert along < 0.75 * across
+
+
+def test_text_stays_in_its_place_while_the_clock_runs():
+    frames = [frame.image for frame in islice(render(clean("burnt_in_text")), 8)]
+    ink = [image == 245 for image in frames]
+    assert np.array_equal(ink[0][:60], ink[7][:60])
+    assert ink[0][:60].sum() > 500
+    assert not np.array_equal(ink[0][-40:], ink[7][-40:])
+
+
+def test_forward_camera_sees_the_whole_ring_of_the_pipe():
+    nominal = SCENARIOS["nominal"]
+    rig = nominal.rig.model_copy(
+        update={
+            "camera": nominal.rig.camera.model_copy(update={"fx": 266.0, "fy": 266.0}),
+            "mount": nominal.rig.mount.model_copy(update={"view": "forward", "height_mm": 150.0}),
+        }
+    )
+    scenario = replace(nominal, rig=rig, first_joint_mm=250.0, noise_grey=0.0, length_mm=5.0)
+    image = cv2.blur(next(iter(render(scenario))).image, (3, 3)).astype(float)
+    # A joint X ahead lies on a circle of f R / X; it is dark all around, at the crown too.
+    radius_px = 266.0 * 150 / 250
+    for clock in np.radians(np.arange(0, 360, 30)):
+        samples = [
+            image[
+                round(239.5 + (radius_px + away) * np.sin(clock)),
+                round(319.5 + (radius_px + away) * np.cos(clock)),
+            ]
+            for away in (-20, 0, 20)
+        ]
+        assert samples[1] < 0.8 * min(samples[0], samples[2])
