@@ -1,0 +1,211 @@
+"""Shapes of the scene in metres: the wall and its meshes, the camera's frustum, rays.
+
+World as in `vo_core.wall`: X along the axis, Y right, Z down; the axis of a circular pipe at
+Y = Z = 0, a flat floor at Z = 0.  Wall angle phi: 0 at the invert, rising to the right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vo_core.rig import Rig
+from vo_core.wall import Pose, camera_position, cast, clock_of, pixel_rays, rotation_robot_camera
+
+Vector = NDArray[np.float64]
+"""(3,)"""
+
+
+class Mesh(NamedTuple):
+    """Triangles whose front side is where their vertices run counter-clockwise."""
+
+    vertices: NDArray[np.float64]
+    """(V, 3)"""
+    faces: NDArray[np.int64]
+    """(F, 3)"""
+
+
+@dataclass(frozen=True, slots=True)
+class WallHit:
+    """A point on the wall."""
+
+    distance_m: float
+    clock_h: float | None
+    """In (0, 12], 12 at the crown; None on a floor."""
+    lateral_m: float
+    """To the right of the axis."""
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """Cross-section of the wall."""
+
+    radius_m: float | None
+    """None for a flat floor."""
+    half_width_m: float
+    """Of the floor drawn; the radius of a pipe."""
+
+    @classmethod
+    def of(cls, rig: Rig) -> Section:
+        """A floor is drawn six camera heights wide: its real edge is not known."""
+        if rig.pipe.diameter_mm is not None:
+            radius_m = rig.pipe.diameter_mm / 2000
+            return cls(radius_m, radius_m)
+        return cls(None, 3e-3 * rig.mount.height_mm)
+
+    @property
+    def scale_m(self) -> float:
+        """The length that drawn things are proportioned to: a radius, or about one for a floor."""
+        return self.radius_m or self.half_width_m / 4
+
+    @property
+    def axis_z_m(self) -> float:
+        """Height of the middle of the space that the robot drives in."""
+        return 0.0 if self.radius_m is not None else -self.scale_m
+
+    def below(
+        self, x_m: NDArray[np.float64], y_m: NDArray[np.float64], *, above_m: float
+    ) -> Vector:
+        """(N, 3) points on the wall under (x, y), lifted by `above_m`."""
+        if self.radius_m is None:
+            z = np.full_like(x_m, -above_m)
+        else:
+            z = np.sqrt(np.maximum(self.radius_m**2 - y_m**2, 0.0)) - above_m
+        return np.stack([x_m, y_m, z], axis=-1)
+
+    def hit(
+        self, origin: Sequence[float], direction: Sequence[float], reach_m: tuple[float, float]
+    ) -> WallHit | None:
+        """Where a ray first meets the inner side of the wall drawn from reach_m[0] to reach_m[1].
+
+        The near wall is not drawn towards an outside observer, so that from outside the far
+        crossing counts; from inside there is only one ahead.
+        """
+        o, d = np.asarray(origin, np.float64), np.asarray(direction, np.float64)
+        if self.radius_m is None:
+            t = -o[2] / d[2] if abs(d[2]) > 1e-12 else -1.0
+        else:
+            # |o + t d| = R across the axis: a t^2 + 2 b t + c = 0.
+            a, b, c = d[1:] @ d[1:], o[1:] @ d[1:], o[1:] @ o[1:] - self.radius_m**2
+            inner = b * b - a * c
+            t = (-b + np.sqrt(inner)) / a if a > 1e-12 and inner >= 0 else -1.0
+        x, y, z = o + t * d
+        on_drawn_wall = reach_m[0] <= x <= reach_m[1] and (
+            self.radius_m is not None or abs(y) <= self.half_width_m
+        )
+        if t <= 0 or not on_drawn_wall:
+            return None
+        clock_h = None if self.radius_m is None else clock_of(float(np.arctan2(y, z)))
+        return WallHit(float(x), clock_h, float(y))
+
+
+def phi_of_clock(clock_h: float) -> float:
+    """Wall angle in rad of a clock position: 6 o'clock is 0, 3 o'clock is a quarter turn."""
+    return float(np.radians(180.0 - 30.0 * clock_h))
+
+
+def tube(radius_m: float, length_m: float, *, sides: int = 64, inward: bool) -> Mesh:
+    """A cylinder's side along +X from the origin, seen from inside or from outside only."""
+    phi = np.linspace(0, 2 * np.pi, sides, endpoint=False)
+    ring = radius_m * np.stack([np.zeros(sides), np.sin(phi), np.cos(phi)], axis=1)
+    vertices = np.concatenate([ring, ring + np.array([length_m, 0, 0])])
+    return Mesh(vertices, _strip_faces(sides, flip=inward))
+
+
+def torus(radius_m: float, thickness_m: float, *, sides: int = 64, around: int = 8) -> Mesh:
+    """A ring around the X axis; `radius_m` is that of its centre line."""
+    phi = np.linspace(0, 2 * np.pi, sides, endpoint=False)
+    psi = np.linspace(0, 2 * np.pi, around, endpoint=False)
+    reach = radius_m + thickness_m / 2 * np.cos(psi)[:, None]
+    x = np.broadcast_to(thickness_m / 2 * np.sin(psi)[:, None], (around, sides))
+    vertices = np.stack([x, reach * np.sin(phi), reach * np.cos(phi)], axis=-1).reshape(-1, 3)
+    strip = _strip_faces(sides, flip=False)
+    faces = np.concatenate([strip + sides * k for k in range(around)]) % (sides * around)
+    return Mesh(vertices, faces)
+
+
+def _strip_faces(sides: int, *, flip: bool) -> NDArray[np.int64]:
+    """Faces between a closed ring of vertices and the next one."""
+    here = np.arange(sides)
+    there = (here + 1) % sides
+    faces = np.concatenate(
+        [
+            np.stack([here, here + sides, there], axis=1),
+            np.stack([there, here + sides, there + sides], axis=1),
+        ]
+    )
+    return faces[:, ::-1] if flip else faces
+
+
+def plank(length_m: float, half_width_m: float) -> Mesh:
+    """A floor from the origin along +X, seen from above (-Z)."""
+    w = half_width_m
+    vertices = np.array([[0, -w, 0], [length_m, -w, 0], [length_m, w, 0], [0, w, 0]], np.float64)
+    return Mesh(vertices, np.array([[0, 2, 1], [0, 3, 2]]))
+
+
+def octahedron() -> Mesh:
+    """The diamond of a pin's head, one unit from the middle to each corner."""
+    vertices = np.concatenate([np.eye(3), -np.eye(3)])
+    x, y, z, a, b, c = range(6)  # a, b, c lie opposite of x, y, z
+    faces = [[x, y, z], [y, a, z], [a, b, z], [b, x, z], [y, x, c], [a, y, c], [b, a, c], [x, b, c]]
+    return Mesh(vertices, np.array(faces))
+
+
+def yaw_wxyz(yaw_rad: float) -> tuple[float, float, float, float]:
+    """Quaternion of a turn about Z (down), positive from X towards Y."""
+    return (float(np.cos(yaw_rad / 2)), 0.0, 0.0, float(np.sin(yaw_rad / 2)))
+
+
+def camera_xyz_m(rig: Rig, x_m: float, y_m: float) -> Vector:
+    """Where the camera stands in the world."""
+    return np.asarray(camera_position(rig, Pose(1000 * x_m, 1000 * y_m)) / 1000)
+
+
+@dataclass(frozen=True, slots=True)
+class Frustum:
+    """The camera's field of view, cut off just before it touches the wall."""
+
+    rotation: NDArray[np.float64]
+    """(3, 3), p_robot = R p_camera."""
+    fov_rad: float
+    """Vertical."""
+    aspect: float
+    """Width over height."""
+    depth_m: float
+
+    @property
+    def half_extent_robot_m(self) -> Vector:
+        """Half the size of the picture plane along the robot's axes."""
+        half_height = self.depth_m * np.tan(self.fov_rad / 2)
+        corner = [half_height * self.aspect, half_height, 0.0]
+        return np.asarray(np.abs(self.rotation) @ corner)
+
+    @classmethod
+    def of(cls, rig: Rig) -> Frustum:
+        """From the rays at the middles of the picture's edges; 120 degrees at most fit a plane."""
+        camera = rig.camera
+        right, bottom = camera.width - 1.0, camera.height - 1.0
+        edges = [(0.0, camera.cy), (right, camera.cy), (camera.cx, 0.0), (camera.cx, bottom)]
+        rays = np.nan_to_num(pixel_rays(camera, edges))
+        off_axis = np.arctan2(np.abs([rays[0:2, 0], rays[2:4, 1]]), rays[:, 2].reshape(2, 2))
+        half_width, half_height = np.tan(np.minimum(off_axis.mean(axis=1), np.radians(60)))
+        rotation = rotation_robot_camera(rig.mount)
+        signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+        corners = np.column_stack([signs * [half_width, half_height], np.ones(4)])
+        touches = cast(rig, Pose(), corners @ rotation.T) - camera_position(rig, Pose())
+        depths_m = touches @ rotation[:, 2] / 1000
+        # A forward or a wide camera sees far and wide: its picture stays within the robot's size.
+        size = Section.of(rig).scale_m
+        limits = [1.8 * size, size / half_width, size / half_height]
+        depth_m = min([0.97 * d for d in depths_m if d > 0] + limits)
+        return cls(
+            rotation,
+            float(2 * np.arctan(half_height)),
+            float(half_width / half_height),
+            float(depth_m),
+        )

@@ -1,0 +1,78 @@
+"""viser's one page, served from our own origin with our head and our content security policy.
+
+PAGE is the page, gzip; HEADERS are its response headers: send them all, and nothing that
+contradicts them; ETAG is to be compared with If-None-Match.
+"""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+from pathlib import Path
+
+import viser
+
+CSP = "; ".join(
+    [
+        "default-src 'none'",
+        # No 'unsafe-eval': viser's client evaluates script that its server sends, and the address
+        # of the page can name a foreign server.
+        "script-src 'unsafe-inline' 'wasm-unsafe-eval' blob: data:",
+        "style-src 'unsafe-inline'",
+        "img-src data: blob:",
+        "font-src data:",
+        "worker-src blob: data:",
+        "connect-src 'self' data: blob:",
+        "base-uri 'none'",
+        "form-action 'none'",
+        "frame-ancestors 'self'",
+    ]
+)
+
+# viser has no switch for panel and notifications; on a phone the panel is a sheet (3rd selector).
+# The canvas is transparent where nothing is drawn, so the gradient is the sky of the scene.
+_STYLE = """
+[data-testid="floating-panel"], .mantine-Notifications-root,
+.mantine-Paper-root[style*="position: fixed"] { display: none !important }
+html, body, #root { background: #0b1015 }
+div:has(> canvas) {
+  background: radial-gradient(120% 90% at 50% 40%, #1c2732 0%, #111922 45%, #090d12 100%)
+}
+"""
+
+# hasFocus: the client reconnects only while the frame has the focus, which it loses as soon as the
+# operator works elsewhere on the page.
+# shaderSource: labels are black on white without a choice; their two fragment shaders end in
+# these colours (viser 1.1.1, LabelRenderer.tsx).
+_SCRIPT = """
+Document.prototype.hasFocus = () => true;
+const shaderSource = WebGL2RenderingContext.prototype.shaderSource;
+WebGL2RenderingContext.prototype.shaderSource = function (shader, source) {
+  shaderSource.call(this, shader, source
+    .replace("vec4(1.0, 1.0, 1.0, 0.85 * vAlpha)", "vec4(0.035, 0.055, 0.08, 0.72 * vAlpha)")
+    .replace("gl_FragColor = vec4(0.0, 0.0, 0.0, a);", "gl_FragColor = vec4(0.93, 0.97, 1.0, a);"));
+};
+"""
+
+
+def _build_page() -> bytes:
+    index = Path(viser.__file__).parent / "client" / "build" / "index.html"
+    before, head, after = index.read_text("utf-8").partition("<head>")
+    if not head:
+        raise RuntimeError(f"viser {viser.__version__} has a page without <head>; 1.1.1 is needed.")
+    page = f"{before}{head}<style>{_STYLE}</style><script>{_SCRIPT}</script>{after}"
+    return gzip.compress(page.encode(), 9, mtime=0)
+
+
+PAGE = _build_page()
+ETAG = f'"{hashlib.sha256(PAGE).hexdigest()[:32]}"'
+HEADERS = {
+    "Content-Type": "text/html; charset=utf-8",
+    "Content-Encoding": "gzip",
+    "Content-Security-Policy": CSP,
+    "ETag": ETAG,
+    # The page and the server must be of one viser version.
+    "Cache-Control": "no-cache",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}

@@ -1,0 +1,131 @@
+"""A viser server that listens on a unix socket only and starts within a time limit.
+
+viser 1.1.1 knows TCP alone, listens on all interfaces by default, opens a public tunnel for any
+client that asks, never returns when it cannot bind, and prints a banner with addresses that do not
+exist here.  Each is put right below.  This relies on internals, so the version is pinned exactly.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import warnings
+from collections.abc import Iterator
+from concurrent.futures import Future
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import rich
+import viser
+import websockets.asyncio.server as websockets_server
+
+logger = logging.getLogger(__name__)
+
+START_LIMIT_S = 10.0
+"""A start takes 2 to 40 ms; viser waits for ever when it cannot bind."""
+
+_SOCKET_PATH_LIMIT = 107
+"""Bytes of a unix socket's path on Linux, without the closing zero."""
+
+_UNIX = "unix:"
+
+
+class ViewerUnavailable(Exception):
+    """The 3D view cannot be started; the text is a sentence for a person."""
+
+
+def start_private_server(socket_path: Path) -> viser.ViserServer:
+    """Start viser on `socket_path`, in a directory that only this user can enter.
+
+    Blocks for 2 to 40 ms; call in a worker thread.
+
+    Raises:
+        ViewerUnavailable: The socket cannot be made, or viser did not start in time.
+    """
+    _prepare(socket_path)
+    started: Future[viser.ViserServer] = Future()
+    with _silent_console():
+        threading.Thread(
+            target=_start, args=(socket_path, started), name="viser-start", daemon=True
+        ).start()
+        try:
+            server = started.result(START_LIMIT_S)
+        except TimeoutError as error:
+            started.cancel()
+            raise ViewerUnavailable(
+                f"The 3D view did not start within {START_LIMIT_S:g} s."
+            ) from error
+    server.request_share_url = _refuse_share_url  # type: ignore[method-assign]
+    server.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
+    return server
+
+
+def _start(socket_path: Path, started: Future[viser.ViserServer]) -> None:
+    server = viser.ViserServer(host=f"{_UNIX}{socket_path}", port=0, verbose=False)
+    if started.set_running_or_notify_cancel():
+        started.set_result(server)
+    else:  # nobody waits any more
+        stop_private_server(server, socket_path)
+
+
+def stop_private_server(server: viser.ViserServer, socket_path: Path) -> None:
+    """Stop the server and remove its socket.  Blocks for some ms; call in a worker thread."""
+    with _silent_console():
+        server.stop()
+    socket_path.unlink(missing_ok=True)
+
+
+def _prepare(socket_path: Path) -> None:
+    if len(str(socket_path).encode()) > _SOCKET_PATH_LIMIT:
+        raise ViewerUnavailable(
+            f"The 3D view cannot start: the path of its socket is longer than "
+            f"{_SOCKET_PATH_LIMIT} bytes ({socket_path})."
+        )
+    try:
+        socket_path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        socket_path.parent.chmod(0o700)  # viser's socket itself is open to everyone (0755)
+        socket_path.unlink(missing_ok=True)  # left behind by a crash
+    except OSError as error:
+        raise ViewerUnavailable(f"The 3D view cannot make its socket: {error}.") from error
+
+
+def _refuse_share_url(*_: object, **__: object) -> None:
+    """In place of viser's public tunnel, which any client may request."""
+    logger.warning("A client asked for a public share address of the 3D view; refused.")
+
+
+_serve = websockets_server.serve
+
+
+def _serve_on_socket(handler: Any, host: Any = None, port: Any = None, **options: Any) -> Any:
+    """`websockets.serve` that also takes a host of `unix:PATH`."""
+    if isinstance(host, str) and host.startswith(_UNIX):
+        return _serve(handler, unix=True, path=host.removeprefix(_UNIX), **options)
+    return _serve(handler, host, port, **options)
+
+
+# A browser may leave between the look at who is there and the message to it.
+warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
+
+# viser looks the function up in this module on every start and has no option for a socket.
+websockets_server.serve = _serve_on_socket  # type: ignore[assignment,misc]
+
+
+_console_lock = threading.Lock()
+_console_users = 0
+
+
+@contextmanager
+def _silent_console() -> Iterator[None]:
+    """Keep viser's banner (`rich.print`, verbose or not) off the terminal."""
+    global _console_users
+    with _console_lock:
+        _console_users += 1
+        rich.get_console().quiet = True
+    try:
+        yield
+    finally:
+        with _console_lock:
+            _console_users -= 1
+            rich.get_console().quiet = _console_users > 0

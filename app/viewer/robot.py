@@ -1,0 +1,185 @@
+"""The robot: a small crawler with camera, field of view, live picture, lamp and 95 % interval."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+from viser.transforms import SO3
+
+from app.viewer.geometry import Frustum, Section, camera_xyz_m, plank, torus, tube, yaw_wxyz
+from app.viewer.views import CameraMode
+from vo_core.rig import Rig
+from vo_core.track import Estimate
+
+Z_95 = 1.96
+"""Half-width of a 95 % interval in standard deviations."""
+
+_BODY = (240, 172, 32)
+_TRIM = (104, 114, 124)
+_TYRE = (52, 56, 60)
+_LAMP = (255, 244, 214)
+_STATUS_COLORS = {"ok": (64, 214, 255), "weak": (255, 190, 60), "lost": (255, 84, 84)}
+_LABEL_HEIGHT: dict[CameraMode, float] = {"overview": 3.4, "follow": 1.7, "inside": 0.72}
+"""Above the axis, in scales of the section: clear of the pins' labels, and in sight."""
+
+
+class Robot:
+    """Draws the robot once and then only moves it."""
+
+    def __init__(self, scene: viser.SceneApi, rig: Rig, section: Section) -> None:
+        self._scene = scene
+        self._rig = rig
+        self._section = section
+        self._frame = scene.add_frame("/robot", show_axes=False)
+        frustum = Frustum.of(rig)
+        self._draw_body(frustum)
+        self._picture = self._draw_camera(frustum)
+        self._band, self._edges = self._draw_interval()
+        self._label = scene.add_label(
+            "/robot_label", "", font_screen_scale=1.6, anchor="bottom-center"
+        )
+
+    def show(self, estimate: Estimate, mode: CameraMode) -> None:
+        """Move everything to the estimate; the interval is to scale, with a least visible width."""
+        x_m, y_m = estimate.distance_mm / 1000, estimate.y_mm / 1000
+        half_m = Z_95 * estimate.sigma_distance_mm / 1000
+        self._frame.position = camera_xyz_m(self._rig, x_m, y_m)
+        self._frame.wxyz = yaw_wxyz(np.radians(estimate.yaw_deg))
+
+        color = _STATUS_COLORS[estimate.status]
+        drawn_m = max(half_m, 0.02 * self._section.scale_m)
+        self._band.position = (x_m - drawn_m, 0.0, 0.0)
+        self._band.scale = (2 * drawn_m, 1.0, 1.0)
+        self._band.color = color
+        for side, edge in zip((-1, 1), self._edges, strict=True):
+            edge.position = (x_m + side * drawn_m, 0.0, 0.0)
+            edge.color = color
+
+        note = "" if estimate.status == "ok" else f" · {estimate.status}"
+        self._label.text = f"{x_m:.3f} m ± {1000 * half_m:.0f} mm{note}"
+        raised_m = _LABEL_HEIGHT[mode] * self._section.scale_m
+        self._label.position = (x_m, 0.0, self._section.axis_z_m - raised_m)
+
+    def show_preview(self, jpeg: bytes) -> None:
+        """The live picture; its bytes go to the browser as they are, undecoded."""
+        self._picture._image_data = jpeg
+
+    def _draw_body(self, frustum: Frustum) -> None:
+        """A chassis on four wheels behind what the camera sees, and a mast that carries it."""
+        size, mount = self._section.scale_m, self._rig.mount
+        y = -mount.lateral_mm / 1000
+        ground = self._below_camera_m(0.42 * size)
+        wheel_z, deck_z = ground - 0.2 * size, ground - 0.36 * size
+        ahead = 0.12 * size if mount.view == "forward" else frustum.half_extent_robot_m[0]
+        front = -min(ahead, size) - 0.14 * size
+        self._box("chassis", _BODY, (1.25, 0.62, 0.24), (front - 0.62 * size, y, deck_z))
+        self._box("deck", _TRIM, (0.8, 0.4, 0.08), (front - 0.66 * size, y, deck_z - 0.16 * size))
+        for name, along in (("rear", -1.02), ("front", -0.24)):
+            for side in (-1, 1):
+                self._scene.add_cylinder(
+                    f"/robot/wheel_{name}_{'left' if side < 0 else 'right'}",
+                    radius=0.2 * size,
+                    height=0.14 * size,
+                    color=_TYRE,
+                    wxyz=SO3.from_x_radians(np.pi / 2).wxyz,
+                    position=(front + along * size, y + side * 0.4 * size, wheel_z),
+                    cast_shadow=False,
+                    receive_shadow=False,
+                )
+        arm_z = -0.1 * size if mount.view == "down" else 0.0
+        mast_x = front - 0.12 * size
+        self._box(
+            "mast",
+            _TRIM,
+            (0.09, 0.12, abs(deck_z - arm_z) / size + 0.09),
+            (mast_x, y, (deck_z + arm_z) / 2),
+        )
+        self._box("arm", _TRIM, (-mast_x / size, 0.1, 0.09), (mast_x / 2, y, arm_z))
+        if y:
+            self._box("cross", _TRIM, (0.09, abs(y) / size, 0.09), (0.0, y / 2, arm_z))
+
+    def _draw_camera(self, frustum: Frustum) -> viser.CameraFrustumHandle:
+        size = self._section.scale_m
+        self._scene.add_frame(
+            "/robot/camera", show_axes=False, wxyz=SO3.from_matrix(frustum.rotation).wxyz
+        )
+        self._box("camera/head", _BODY, (0.24, 0.2, 0.18), (0.0, 0.0, -0.1 * size))
+        self._scene.add_cylinder(
+            "/robot/camera/lens",
+            radius=0.075 * size,
+            height=0.05 * size,
+            color=_LAMP,
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+        self._scene.add_light_point(
+            "/robot/camera/lamp",
+            color=_LAMP,
+            intensity=3.3 * size**2,  # in cd: the same light on the wall of any size of pipe
+            distance=9 * size,
+            position=(0.0, 0.0, 0.1 * size),
+        )
+        # viser normalises a frustum by its volume: depth = scale / cbrt(tan(fov/2)^2 aspect / 3).
+        volume = np.tan(frustum.fov_rad / 2) ** 2 * frustum.aspect / 3
+        return self._scene.add_camera_frustum(
+            "/robot/camera/view",
+            fov=frustum.fov_rad,
+            aspect=frustum.aspect,
+            scale=float(frustum.depth_m * np.cbrt(volume)),
+            thickness=0.018 * size,
+            color=_STATUS_COLORS["ok"],
+            format="jpeg",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+    def _draw_interval(self) -> tuple[viser.MeshHandle, list[viser.MeshHandle]]:
+        """A band on the wall over the 95 % interval of the distance, and an edge at either end."""
+        size, radius = self._section.scale_m, self._section.radius_m
+        if radius is None:
+            band = plank(1.0, self._section.half_width_m)
+            edge = plank(0.02 * size, self._section.half_width_m)
+        else:
+            band = tube(0.985 * radius, 1.0, inward=True)
+            edge = torus(0.98 * radius, 0.022 * size)
+        edges = [
+            self._scene.add_mesh_simple(
+                f"/interval/{name}", *edge, side="double", cast_shadow=False, receive_shadow=False
+            )
+            for name in ("from", "to")
+        ]
+        filled = self._scene.add_mesh_simple(
+            "/interval/band",
+            *band,
+            opacity=0.35,
+            side="double",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+        return filled, edges
+
+    def _below_camera_m(self, beside_m: float) -> float:
+        """Height of the wall below the camera at a lateral distance from the middle."""
+        height_m = self._rig.mount.height_mm / 1000
+        radius = self._section.radius_m
+        return (
+            height_m
+            if radius is None
+            else height_m - radius + float(np.sqrt(radius**2 - beside_m**2))
+        )
+
+    def _box(
+        self,
+        name: str,
+        color: tuple[int, int, int],
+        size_in_scales: tuple[float, float, float],
+        position: tuple[float, float, float],
+    ) -> None:
+        self._scene.add_box(
+            f"/robot/{name}",
+            color=color,
+            dimensions=self._section.scale_m * np.array(size_in_scales),
+            position=position,
+            cast_shadow=False,
+            receive_shadow=False,
+        )

@@ -1,0 +1,260 @@
+"""One inspection in 3D: callers leave the newest state, one writer thread draws it.
+
+Our store is the record; this scene is a view that can be rebuilt from it at any time.  Every scene
+node has a stable name, so that the scene grows with the culvert and never with the frames seen.
+"""
+
+from __future__ import annotations
+
+import gc
+import threading
+import time
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import viser
+
+from app.viewer.culvert import Culvert
+from app.viewer.geometry import Section, WallHit
+from app.viewer.pins import Pin, Pins
+from app.viewer.private_server import ViewerUnavailable, start_private_server, stop_private_server
+from app.viewer.robot import Robot
+from app.viewer.trail import MAX_POINTS, PathPoint, Thinner, Trail
+from app.viewer.views import CameraMode, Observers, Reach, named_stretch
+from vo_core.rig import Rig
+from vo_core.track import Estimate
+
+__all__ = ["CameraMode", "CulvertScene", "Pin", "ViewerUnavailable", "WallHit"]
+
+_TICK_S = 1 / 15
+"""Robot and following cameras move together, at this rate."""
+
+_PREVIEW_PERIOD_S = 0.2
+_PREVIEW_BYTES_PER_S = 100_000
+"""A browser on a slow line lags by the pictures queued for it, so they stay few and small."""
+
+_CLOSE_LIMIT_S = 15.0
+
+
+@dataclass
+class _Inbox:
+    """What is to be drawn next: of each kind only the newest."""
+
+    pose: Estimate | None = None
+    preview: bytes | None = None
+    pins: tuple[Pin, ...] | None = None
+    mode: CameraMode | None = None
+    length_m: float | None = None
+    path_is_reset: bool = False
+    path: deque[PathPoint] = field(default_factory=lambda: deque(maxlen=MAX_POINTS))
+
+
+class CulvertScene:
+    """The culvert, the robot in it, its path and the defects, for any number of browsers.
+
+    Make it and close it in a worker thread: both block for some milliseconds.  All other methods
+    return at once and may be called from any thread.
+
+    Raises:
+        ViewerUnavailable: The viser server could not be started.
+    """
+
+    def __init__(self, rig: Rig, socket_path: Path) -> None:
+        self.socket_path = socket_path
+        self._section = Section.of(rig)
+        self._lock = threading.Lock()
+        self._inbox = _Inbox()
+        self._thinner = Thinner()
+        self._wake = threading.Event()
+        self._closing = threading.Event()
+        server = start_private_server(socket_path)
+        try:
+            drawing = _Drawing(server, rig, self._section, self._wake)
+        except Exception as error:
+            stop_private_server(server, socket_path)
+            raise ViewerUnavailable(f"The 3D view cannot be drawn: {error}.") from error
+        self._reach_m = drawing.reach_m
+        # Only the writer holds the drawing, so that nothing of viser outlives it.
+        self._writer = threading.Thread(
+            target=self._write, args=(drawing,), name="scene-writer", daemon=True
+        )
+        self._writer.start()
+
+    @property
+    def is_open(self) -> bool:
+        """False after `close`, and if the writer has failed: then a new scene is needed."""
+        return self._writer.is_alive() and not self._closing.is_set()
+
+    def show_pose(self, estimate: Estimate) -> None:
+        """The robot goes there; the culvert grows with it if need be."""
+        with self._lock:
+            self._inbox.pose = estimate
+        self._wake.set()
+
+    def extend_path(
+        self, xs_mm: Sequence[float], ys_mm: Sequence[float], sigmas_mm: Sequence[float]
+    ) -> None:
+        """Continue the path: distance, lateral offset and sigma of the distance of each frame."""
+        with self._lock:
+            self._inbox.path.extend(self._thinner.thin(xs_mm, ys_mm, sigmas_mm))
+        self._wake.set()
+
+    def reset_path(self) -> None:
+        """Take the path away, for another run."""
+        with self._lock:
+            self._thinner = Thinner()
+            self._inbox.path.clear()
+            self._inbox.path_is_reset = True
+        self._wake.set()
+
+    def show_preview(self, jpeg: bytes) -> None:
+        """The picture in the frustum, at most 5 times and 100 kB a second; 320 px wide will do."""
+        with self._lock:
+            self._inbox.preview = jpeg
+        self._wake.set()
+
+    def set_pins(self, pins: Sequence[Pin]) -> None:
+        """Show these defects and no others."""
+        with self._lock:
+            self._inbox.pins = tuple({pin.id: pin for pin in pins}.values())
+        self._wake.set()
+
+    def set_camera(self, mode: CameraMode) -> None:
+        """Send every browser's camera to this view."""
+        with self._lock:
+            self._inbox.mode = mode
+        self._wake.set()
+
+    def set_length(self, length_mm: float) -> None:
+        """Draw at least so much culvert, in whole segments; it never shrinks."""
+        with self._lock:
+            self._inbox.length_m = length_mm / 1000
+        self._wake.set()
+
+    def wall_hit(
+        self, origin: tuple[float, float, float], direction: tuple[float, float, float]
+    ) -> WallHit | None:
+        """Where a ray in scene coordinates meets the wall that is drawn towards its origin."""
+        return self._section.hit(origin, direction, self._reach_m)
+
+    def close(self) -> None:
+        """Disconnect every browser, stop the server and remove its socket."""
+        self._closing.set()
+        self._wake.set()
+        self._writer.join(_CLOSE_LIMIT_S)
+        gc.collect()  # stopped viser servers sit in reference cycles
+
+    def _write(self, drawing: _Drawing) -> None:
+        try:
+            while True:
+                self._wake.wait(drawing.preview_due_in_s())
+                self._wake.clear()
+                if self._closing.is_set():
+                    return
+                with self._lock:
+                    inbox, self._inbox = self._inbox, _Inbox()
+                drawing.apply(inbox)
+                self._reach_m = drawing.reach_m
+                self._closing.wait(_TICK_S)
+        finally:
+            self._closing.set()
+            stop_private_server(drawing.server, self.socket_path)
+
+
+class _Drawing:
+    """All that touches viser; used by one thread at a time."""
+
+    def __init__(
+        self, server: viser.ViserServer, rig: Rig, section: Section, wake: threading.Event
+    ) -> None:
+        self.server = server
+        self._section = section
+        scene = server.scene
+        scene.set_up_direction("-z")
+        _light(scene)
+        scene.world_axes.visible = False
+        # Makes browsers send shift-clicks; the pump, which knows the user, takes them out.
+        scene.on_click(modifier="shift")(lambda _: None)
+        self._culvert = Culvert(scene, section, _metres(rig.pipe.segment_length_mm))
+        self._robot = Robot(scene, rig, section)
+        self._trail = Trail(scene, section)
+        self._pins = Pins(scene, section)
+        self._observers = Observers(server, section)
+        self._observers.set_initial(self.reach_m)
+        self._mode: CameraMode = "overview"
+        self._pose = Estimate(0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, "ok")
+        self._pin_list: tuple[Pin, ...] = ()
+        self._preview: bytes | None = None
+        self._preview_due_s = 0.0  # time.monotonic
+        self._robot.show(self._pose, self._mode)
+
+        @server.on_client_connect
+        async def _(_: viser.ClientHandle) -> None:
+            wake.set()
+
+    @property
+    def reach_m(self) -> Reach:
+        """First and last metre drawn."""
+        return self._culvert.reach_m
+
+    def preview_due_in_s(self) -> float | None:
+        """How long until a waiting picture may be sent; None if none waits."""
+        if self._preview is None:
+            return None
+        return max(0.0, self._preview_due_s - time.monotonic())
+
+    def apply(self, inbox: _Inbox) -> None:
+        """Draw what has changed, and move the observers along."""
+        with self.server.atomic():
+            if inbox.mode is not None:
+                self._mode = inbox.mode
+                self._observers.set_mode(inbox.mode)
+            if inbox.length_m is not None:
+                self._culvert.grow_to(inbox.length_m)
+            if inbox.path_is_reset:
+                self._trail.reset()
+            if inbox.path:
+                self._trail.add(tuple(inbox.path))
+            if inbox.pins is not None or inbox.mode is not None:
+                self._pin_list = self._pin_list if inbox.pins is None else inbox.pins
+                self._pins.show(self._pin_list, self._mode)
+            if inbox.pose is not None or inbox.mode is not None:
+                self._pose = inbox.pose or self._pose
+                self._culvert.grow_to(self._pose.distance_mm / 1000)
+                self._robot.show(self._pose, self._mode)
+        self._show_preview(inbox.preview)
+        robot_x_m = self._pose.distance_mm / 1000
+        self._culvert.label(
+            named_stretch(self._mode, self._section, self.reach_m, robot_x_m), self._mode
+        )
+        self._observers.update(self.reach_m, robot_x_m)
+
+    def _show_preview(self, newest: bytes | None) -> None:
+        self._preview = newest or self._preview
+        if self._preview is not None and self.preview_due_in_s() == 0.0:
+            self._robot.show_preview(self._preview)
+            pause_s = max(_PREVIEW_PERIOD_S, len(self._preview) / _PREVIEW_BYTES_PER_S)
+            self._preview_due_s = time.monotonic() + pause_s
+            self._preview = None
+
+
+def _metres(length_mm: float | None) -> float | None:
+    return None if length_mm is None else length_mm / 1000
+
+
+def _light(scene: viser.SceneApi) -> None:
+    """Dim daylight from above, so that the lamp of the robot shows."""
+    scene.configure_default_lights(enabled=False)
+    scene.configure_environment_map(None)
+    scene.add_light_hemisphere(
+        "/light/sky",
+        sky_color=(190, 212, 235),
+        ground_color=(112, 112, 118),
+        intensity=1.0,
+        position=(0.0, 0.0, -1.0),  # its direction
+    )
+    scene.add_light_directional(
+        "/light/sun", color=(255, 246, 232), intensity=1.2, position=(-1.0, 1.6, -3.0)
+    )

@@ -1,0 +1,176 @@
+"""Where the observer stands: overview, follow and inside; and sending browsers there."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import viser
+
+from app.viewer.geometry import Section, Vector
+
+CameraMode = Literal["overview", "follow", "inside"]
+
+Reach = tuple[float, float]
+"""First and last metre of the drawn culvert."""
+
+_UP = np.array([0.0, 0.0, -1.0])
+_SETTLED_S = 2.0
+"""What a browser reports earlier than this after a command may still be its old camera."""
+
+
+@dataclass(frozen=True)
+class View:
+    """A pose of the observer's camera."""
+
+    position: Vector
+    look_at: Vector
+    fov_rad: float
+    """Vertical."""
+
+    def is_near(self, other: View) -> bool:
+        """True if a move from one to the other could not be seen."""
+        scale = np.linalg.norm(self.look_at - self.position)
+        moved = np.abs([self.position - other.position, self.look_at - other.look_at]).max()
+        return bool(moved < 1e-3 * scale)
+
+
+def view_of(
+    mode: CameraMode, section: Section, reach_m: Reach, robot_x_m: float, aspect: float
+) -> View:
+    """The view of a mode; `aspect` is width over height of the observer's window."""
+    if mode == "overview":
+        return _overview(section, _stretch(section, reach_m, robot_x_m), aspect)
+    size, axis_z = section.scale_m, section.axis_z_m
+    if mode == "follow":
+        away = size * max(1.0, 1.3 / aspect)  # a narrow window needs more room
+        return View(
+            np.array([robot_x_m - 4.6 * away, 3.4 * away, axis_z - 3.2 * away]),
+            np.array([robot_x_m - 0.2 * size, 0.0, axis_z]),
+            np.radians(45),
+        )
+    return View(
+        np.array([robot_x_m - 4.4 * size, -0.42 * size, axis_z - 0.4 * size]),
+        np.array([robot_x_m + 1.0 * size, 0.1 * size, axis_z + 0.12 * size]),
+        np.radians(60),
+    )
+
+
+def named_stretch(mode: CameraMode, section: Section, reach_m: Reach, robot_x_m: float) -> Reach:
+    """The part of the culvert that is seen well enough to be named."""
+    if mode == "overview":
+        return _stretch(section, reach_m, robot_x_m)
+    ahead = 22 if mode == "follow" else 14
+    return robot_x_m - 9 * section.scale_m, robot_x_m + ahead * section.scale_m
+
+
+def _stretch(section: Section, reach_m: Reach, robot_x_m: float) -> Reach:
+    """What an overview shows: the whole culvert, or of a long one the part around the robot.
+
+    It moves in steps of half its length, so that the overview stands still most of the time.
+    """
+    first, last = reach_m
+    span = 60 * section.scale_m
+    if last - first <= span:
+        return reach_m
+    start = first + (np.floor(2 * (robot_x_m - first) / span) - 0.5) * span / 2
+    start = float(np.clip(start, first, last - span))
+    return start, start + span
+
+
+def _overview(section: Section, stretch_m: Reach, aspect: float) -> View:
+    """From the right, above and behind, as near as the stretch still fits the window."""
+    fov_rad = np.radians(36)
+    azimuth, elevation = np.radians(46), np.radians(24)
+    forward = np.array([np.cos(azimuth), -np.sin(azimuth), np.tan(elevation)])
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, _UP)
+    right /= np.linalg.norm(right)
+    above = np.cross(right, forward)
+    half, axis_z = 1.3 * section.half_width_m, section.axis_z_m
+    corners = np.array(
+        [[x, y, axis_z + z] for x in stretch_m for y in (-half, half) for z in (-half, half)]
+    )
+    centre = corners.mean(axis=0)
+    across, upward, depth = ((corners - centre) @ np.stack([right, above, forward], axis=1)).T
+    # A corner is in view while |across - shift| <= (distance + depth) tan(half the field of view).
+    tan_v = 0.88 * np.tan(fov_rad / 2)
+    tan_h = tan_v * aspect
+    shift_h, distance_h = _fit(across, depth, tan_h)
+    shift_v, distance_v = _fit(upward, depth, tan_v)
+    look_at = centre + shift_h * right + shift_v * above
+    return View(look_at - max(distance_h, distance_v) * forward, look_at, fov_rad)
+
+
+def _fit(offset: Vector, depth: Vector, tan: float) -> tuple[float, float]:
+    """Sideways shift and distance of the nearest observer who has all offsets in view."""
+    high, low = np.max(offset - tan * depth), np.max(-offset - tan * depth)
+    return float(high - low) / 2, float(high + low) / (2 * tan)
+
+
+@dataclass(frozen=True)
+class _Command:
+    view: View
+    at_s: float
+    """time.monotonic"""
+
+
+class Observers:
+    """Moves the camera of each connected browser: at once on a new mode, then along with the robot.
+
+    An overview that the user has turned by hand is left alone until a mode is chosen again; follow
+    and inside move with the robot and are free to be turned while it stands still.
+    """
+
+    def __init__(self, server: viser.ViserServer, section: Section) -> None:
+        self._server = server
+        self._section = section
+        self._mode: CameraMode = "overview"
+        self._commands: dict[int, _Command] = {}
+        server.initial_camera.near = 0.03 * section.scale_m
+        server.initial_camera.far = 4000 * section.scale_m
+
+    def set_mode(self, mode: CameraMode) -> None:
+        """Takes effect for everyone at the next `update`."""
+        self._mode = mode
+        self._commands.clear()
+        size = self._section.scale_m
+        # In the pipe the far end fades into the dark instead of ending in a bright dot.
+        self._server.scene.configure_fog(
+            4 * size, 36 * size, color=(9, 13, 18), enabled=mode == "inside"
+        )
+
+    def set_initial(self, reach_m: Reach) -> None:
+        """What a browser shows before its first command arrives; its aspect is not known yet."""
+        view = view_of("overview", self._section, reach_m, reach_m[0], aspect=1.2)
+        self._server.initial_camera.position = view.position
+        self._server.initial_camera.look_at = view.look_at
+        self._server.initial_camera.fov = view.fov_rad
+
+    def update(self, reach_m: Reach, robot_x_m: float) -> None:
+        """Send each browser to its view, if that has changed."""
+        clients = self._server.get_clients()
+        self._commands = {n: command for n, command in self._commands.items() if n in clients}
+        for number, client in clients.items():
+            view = view_of(self._mode, self._section, reach_m, robot_x_m, client.camera.aspect)
+            last = self._commands.get(number)
+            if last is None or not (
+                view.is_near(last.view)
+                or (self._mode == "overview" and _has_left(client.camera, last))
+            ):
+                self._commands[number] = _Command(view, time.monotonic())
+                with client.atomic():
+                    client.camera.position = view.position
+                    client.camera.look_at = view.look_at
+                    client.camera.up_direction = _UP
+                    client.camera.fov = view.fov_rad
+
+
+def _has_left(camera: viser.CameraHandle, command: _Command) -> bool:
+    """True if the user has moved the camera away from where it was sent."""
+    if time.monotonic() - command.at_s < _SETTLED_S:
+        return False
+    seen = View(camera.position, camera.look_at, camera.fov)
+    return not command.view.is_near(seen)

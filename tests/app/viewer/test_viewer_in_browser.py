@@ -1,0 +1,89 @@
+"""The 3D view in a real browser: it is drawn, can be clicked, and asks no foreign server."""
+
+from __future__ import annotations
+
+import shutil
+import socket
+from collections.abc import Iterator
+
+import cv2
+import numpy as np
+import pytest
+from playwright.sync_api import Page, sync_playwright
+from viewer_client import Served, make_estimate
+
+from app.viewer.scene import Pin
+
+FIRST_PICTURE_MS = 60_000
+"""Software GL takes 5 to 7 s on an idle machine."""
+
+CYAN, YELLOW, RED = (95, 80, 90), (18, 120, 90), (0, 90, 90)
+"""HSV centres of the interval's ring, the robot's body and a pin of severity 5."""
+
+
+@pytest.fixture(scope="module")
+def page() -> Iterator[Page]:
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which("chromium"),
+            args=["--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader"],
+        )
+        yield browser.new_page(viewport={"width": 640, "height": 480})
+        browser.close()
+
+
+def pixels(page: Page, hsv: tuple[int, int, int]) -> int:
+    """Number of pixels of the canvas with about this hue and at least this saturation and value."""
+    png = np.frombuffer(page.locator("canvas").first.screenshot(), np.uint8)
+    picture = cv2.cvtColor(cv2.imdecode(png, cv2.IMREAD_COLOR), cv2.COLOR_BGR2HSV)
+    hue, least_saturation, least_value = hsv
+    near = np.abs((picture[..., 0].astype(int) - hue + 90) % 180 - 90) <= 8
+    return int(
+        (near & (picture[..., 1] >= least_saturation) & (picture[..., 2] >= least_value)).sum()
+    )
+
+
+def wait_for_pixels(page: Page, hsv: tuple[int, int, int], at_least: int) -> None:
+    for _ in range(FIRST_PICTURE_MS // 250):
+        if page.locator("canvas").count() and pixels(page, hsv) >= at_least:
+            return
+        page.wait_for_timeout(250)
+    raise AssertionError(f"fewer than {at_least} pixels of {hsv}")
+
+
+def test_scene_is_drawn_and_clicked_in_a_browser(page: Page, served: Served) -> None:
+    served.scene.set_length(4500)
+    served.scene.show_pose(make_estimate(2000.0))
+    served.scene.set_camera("follow")
+    page.goto(served.page_url + "?fixedDpr=1")
+
+    wait_for_pixels(page, YELLOW, 1500)
+    wait_for_pixels(page, CYAN, 300)
+    assert pixels(page, RED) < 50
+    served.scene.set_pins([Pin("a", 2.2, 9.0, 0.005, 5, "BAC C")])
+    wait_for_pixels(page, RED, 60)
+    assert page.locator('[data-testid="floating-panel"]').is_hidden()
+
+    middle = page.locator("canvas").first.bounding_box()
+    assert middle is not None
+    at = (middle["x"] + 0.35 * middle["width"], middle["y"] + 0.4 * middle["height"])
+    page.mouse.click(*at)  # a plain click is for turning the view
+    page.keyboard.down("Shift")
+    page.mouse.click(*at)
+    page.keyboard.up("Shift")
+    hit = served.clicks.get(timeout=10)
+    assert 1.0 < hit.distance_m < 3.5
+    assert hit.clock_h is not None
+    assert served.clicks.empty()
+
+
+def test_foreign_server_named_in_the_address_is_not_asked(page: Page, served: Served) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as foreign:
+        foreign.setblocking(False)
+        address = f"ws://127.0.0.1:{foreign.getsockname()[1]}"
+        with page.expect_console_message(lambda m: m.text.startswith(f"Connecting to: {address}")):
+            page.goto(f"{served.page_url}?websocket={address}/")
+        page.wait_for_timeout(1500)  # its worker asks once a second
+
+        with pytest.raises(BlockingIOError):
+            foreign.accept()

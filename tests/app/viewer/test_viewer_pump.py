@@ -1,0 +1,159 @@
+import os
+
+import pytest
+import viser._viser
+from viewer_client import Client, Served, is_sent, make_estimate
+from websockets.sync.client import unix_connect
+
+from app.viewer.geometry import WallHit
+
+
+class Tunnels:
+    """Stands in for the class that opens viser's public tunnel."""
+
+    made = 0
+
+    def __init__(self, *_: object) -> None:
+        type(self).made += 1
+
+
+@pytest.fixture
+def tunnels(monkeypatch: pytest.MonkeyPatch) -> type[Tunnels]:
+    monkeypatch.setattr(viser._viser, "ViserTunnel", Tunnels)
+    monkeypatch.setattr(Tunnels, "made", 0)
+    return Tunnels
+
+
+def barrier(served: Served, client, mm: float = 33.0) -> list[dict]:
+    """Messages until a pose posted now has come through."""
+    served.scene.show_pose(make_estimate(mm))
+    return client.until_robot_says(f"{mm / 1000:.3f} m")
+
+
+def test_operator_clicks_the_wall(served: Served) -> None:
+    served.scene.set_length(3000)
+    with served.client() as client:
+        barrier(served, client)
+        client.click((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+        inside = served.clicks.get(timeout=5)
+        client.click((1.0, 3.0, 0.0), (0.1, -3.0, 0.0))
+        outside = served.clicks.get(timeout=5)
+
+    assert inside == WallHit(pytest.approx(1.0), pytest.approx(3.0), pytest.approx(0.15))
+    # From outside the near wall is not drawn: the far wall is what was clicked.
+    assert outside == WallHit(pytest.approx(1.105), pytest.approx(9.0), pytest.approx(-0.15))
+
+
+def test_click_beside_the_culvert_is_nothing(served: Served) -> None:
+    with served.client() as client:
+        barrier(served, client)
+        client.click((-5.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+        client.click((0.5, 0.0, 0.0), (0.0, 0.0, 1.0))
+        first = served.clicks.get(timeout=5)
+
+    assert first.clock_h == pytest.approx(6.0)
+    assert served.clicks.empty()
+
+
+@pytest.mark.parametrize("role", ["viewer", "unheard-of"])
+def test_click_of_a_viewer_is_dropped(served: Served, role: str) -> None:
+    served.role = role
+    with served.client() as client:
+        client.click((0.5, 0.0, 0.0), (0.0, 1.0, 0.0))
+        client.send_camera()
+        client.until(is_sent)
+
+    assert served.clicks.empty()
+
+
+def test_share_request_opens_no_tunnel(served: Served, tunnels: type[Tunnels]) -> None:
+    with served.client() as client:
+        client.send(type="ShareUrlRequest")
+        client.send_camera()
+        client.until(is_sent)
+
+    assert tunnels.made == 0
+
+
+def test_share_request_past_the_pump_opens_no_tunnel(
+    served: Served, tunnels: type[Tunnels]
+) -> None:
+    with unix_connect(
+        str(served.scene.socket_path), "ws://localhost/", subprotocols=["viser-v1.1.1"]
+    ) as ws:
+        client = Client(ws)
+        client.send(type="ShareUrlRequest")
+        client.send_camera()
+        client.until(is_sent)
+
+    assert tunnels.made == 0
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        {"type": "SceneNodeClickMessage", "name": "/robot"},
+        {"type": "GuiUpdateMessage", "uuid": "x", "updates": {}},
+        {"type": "RunJavascriptMessage", "source": "alert(1)"},
+        {"type": "no such message"},
+    ],
+)
+def test_messages_off_the_list_are_dropped(served: Served, message: dict) -> None:
+    with served.client() as client:
+        client.send(**message)
+        client.send_camera()
+        client.until(is_sent)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"position": (float("nan"), 0.0, 0.0)},
+        {"look_at": (-1.0, 0.0, 0.0)},
+        {"up_direction": (0.0, 0.0, 0.0)},
+        {"wxyz": (0.0, 0.0, 0.0, 0.0)},
+        {"image_height": 0},
+        {"fov": "wide"},
+        {"extra": 1},
+    ],
+)
+def test_impossible_camera_ends_its_own_connection_only(served: Served, changes: dict) -> None:
+    with served.client() as other, served.client() as client:
+        client.send_camera(**changes)
+        assert client.close_code() == 1011
+        other.send_camera()
+        served.scene.set_camera("follow")
+        barrier(served, other)
+
+
+@pytest.mark.parametrize("raw", [b"", b"\xc1", b"\x81\xa4type\x01", b"\x93\x01\x02\x03"])
+def test_malformed_message_ends_its_own_connection(served: Served, raw: bytes) -> None:
+    with served.client() as client:
+        client.ws.send(raw)
+        assert client.close_code() == 1011
+
+
+def test_text_message_ends_its_own_connection(served: Served) -> None:
+    with served.client() as client:
+        client.ws.send("hello")
+        assert client.close_code() == 1011
+
+
+def test_ray_that_is_not_finite_ends_its_own_connection(served: Served) -> None:
+    with served.client() as client:
+        client.click((float("inf"), 0.0, 0.0), (0.0, 1.0, 0.0))
+        assert client.close_code() == 1011
+
+
+def test_frame_of_three_megabytes_passes(served: Served) -> None:
+    served.scene.show_preview(os.urandom(3_000_000))
+    with served.client() as client:
+        messages = client.until(lambda m: "_image_data" in m.get("updates", {}))
+
+    assert messages
+
+
+def test_view_of_a_closed_scene_says_try_again(served: Served) -> None:
+    served.scene.close()
+    with served.client() as client:
+        assert client.close_code() == 1013

@@ -1,0 +1,291 @@
+import gc
+import os
+import stat
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from viewer_client import Client, Served, is_sent, make_estimate, make_rig
+
+from app.viewer.geometry import Section
+from app.viewer.private_server import START_LIMIT_S, start_private_server
+from app.viewer.scene import CameraMode, CulvertScene, Pin, ViewerUnavailable
+from app.viewer.views import View, view_of
+
+JPEG = b"\xff\xd8 not decoded on the server \xff\xd9"
+
+
+def texts_of(messages: list[dict]) -> set[str]:
+    """Texts of the labels that can be seen after these messages."""
+    text, visible = {}, {}
+    for message in messages:
+        name = message.get("name")
+        if message["type"] == "LabelMessage":
+            text[name] = message["props"]["text"]
+        elif message["type"] == "SceneNodeUpdateMessage" and "text" in message["updates"]:
+            text[name] = message["updates"]["text"]
+        elif message["type"] == "SetSceneNodeVisibilityMessage":
+            visible[name] = message["visible"]
+    return {shown for name, shown in text.items() if visible.get(name, True)}
+
+
+def names_of(messages: list[dict]) -> set[str]:
+    return {message["name"] for message in messages if message.get("name")}
+
+
+def replay(served: Served) -> list[dict]:
+    """What a late joiner gets after everything posted so far has been drawn."""
+    mark = next(replay.marks)
+    with served.client() as client:
+        served.scene.show_pose(make_estimate(mark))
+        client.until_robot_says(f"{mark / 1000:.3f} m")
+    with served.client() as client:
+        return client.replay()
+
+
+replay.marks = iter(range(1, 1000))
+
+
+def test_late_joiner_gets_the_whole_scene(served: Served) -> None:
+    served.scene.set_length(4000)
+    served.scene.extend_path([0, 50, 100], [0, 0, 0], [1, 1, 1])
+    served.scene.set_pins([Pin("a", 1.25, 7.5, 0.004, 2, "BAF C")])
+    served.scene.set_camera("follow")
+
+    messages = replay(served)
+
+    assert {"/culvert/wall", "/robot/camera/view", "/interval/band", "/trail/0"} <= names_of(
+        messages
+    )
+    assert {"S2 BAF C\n1.25 m ± 4 mm", "joint 1 · 1.50 m"} <= texts_of(messages)
+
+
+def test_scene_does_not_grow_with_frames(served: Served) -> None:
+    served.scene.show_preview(JPEG)
+    before = replay(served)
+    with served.client() as client:
+        for step in range(40):
+            served.scene.show_pose(make_estimate(100 + step, status="weak" if step % 2 else "ok"))
+            served.scene.extend_path([100 + 0.1 * step], [0.1], [1.0])
+            served.scene.show_preview(JPEG + bytes([step]))
+            client.until_robot_says(f"{(100 + step) / 1000:.3f} m")
+
+    after = replay(served)
+
+    # One message more at most for each property that had its first value until now.
+    assert len(after) <= len(before) + 8
+    assert names_of(after) - names_of(before) <= {"/trail/0"}
+
+
+def test_newest_pose_wins(served: Served) -> None:
+    with served.client() as client:
+        client.replay()
+        for mm in range(1000):
+            served.scene.show_pose(make_estimate(mm))
+
+        messages = client.until_robot_says("0.999 m")
+
+    poses = [m for m in messages if m.get("name") == "/robot_label" and "updates" in m]
+    assert len(poses) < 10
+
+
+def test_robot_tells_distance_interval_and_trouble(served: Served) -> None:
+    served.scene.show_pose(make_estimate(1234.0, status="lost"))
+    with served.client() as client:
+        client.until_robot_says("1.234 m ± 10 mm · lost")
+
+
+def test_path_comes_in_chunks_and_can_be_taken_away(served: Served) -> None:
+    xs = np.arange(0, 6000, 10.0)
+    served.scene.extend_path(xs, np.zeros(600), np.ones(600))
+    drawn = replay(served)
+    served.scene.reset_path()
+    served.scene.extend_path([0.0, 20.0], [0.0, 0.0], [1.0, 1.0])
+    again = replay(served)
+
+    assert {n for n in names_of(drawn) if n.startswith("/trail/")} == {
+        "/trail/0",
+        "/trail/1",
+        "/trail/2",
+    }
+    hidden = {
+        m["name"]
+        for m in again
+        if m["type"] == "SetSceneNodeVisibilityMessage" and not m["visible"]
+    }
+    assert {"/trail/1", "/trail/2"} <= hidden
+    assert "/trail/0" not in hidden
+
+
+def test_pins_replace_each_other(served: Served) -> None:
+    served.scene.set_camera("inside")
+    served.scene.set_pins([Pin("a", 1, 6, 0.01, 5, "BAB"), Pin("b", 2, None, 0.02, None, "BBC")])
+    both = texts_of(replay(served))
+    served.scene.set_pins([Pin("b", 2.5, None, 0.02, None, "BBC"), Pin("b", 3, 1, 0.03, 1, "BBA")])
+    one = texts_of(replay(served))
+    served.scene.set_pins([])
+    none = texts_of(replay(served))
+
+    assert {"S5 BAB\n1.00 m ± 10 mm", "BBC\n2.00 m ± 20 mm"} <= both
+    assert {text for text in one if text.startswith(("BB", "S"))} == {"S1 BBA\n3.00 m ± 30 mm"}
+    assert not {text for text in none if "±" in text and "\n" in text}
+
+
+@pytest.mark.parametrize(("length_mm", "last"), [(100, 1.5), (3000, 3.0), (3001, 4.5)])
+def test_culvert_grows_in_whole_segments(served: Served, length_mm: float, last: float) -> None:
+    served.scene.set_length(length_mm)
+
+    joints = {text for text in texts_of(replay(served)) if "joint" in text}
+
+    assert f"joint {last / 1.5:.0f} · {last:.2f} m" in joints
+    assert not {text for text in joints if float(text.split()[3]) > last}
+
+
+def test_floor_and_unknown_joints_are_drawn(socket_path: Path, serve) -> None:
+    rig = make_rig(shape="flat", segment_length_mm=None)
+    scene = CulvertScene(rig, socket_path)
+    try:
+        served = serve(scene)
+        scene.set_pins([Pin("a", 0.5, None, 0.01, 3, "BAF", lateral_m=0.1)])
+        messages = replay(served)
+    finally:
+        scene.close()
+
+    assert "1.00 m" in texts_of(messages)
+    assert "/culvert/joints" not in names_of(messages)
+
+
+def is_sent_to(view: View) -> Callable[[dict], bool]:
+    return lambda m: is_sent(m) and m["position"] == pytest.approx(view.position.tolist())
+
+
+@pytest.mark.parametrize("mode", ["follow", "inside"])
+def test_camera_moves_with_the_robot(served: Served, mode: CameraMode) -> None:
+    with served.client() as client:
+        client.send_camera()
+        served.scene.set_camera(mode)
+        for x_m in (1.0, 2.0, 0.5):
+            served.scene.show_pose(make_estimate(1000 * x_m))
+            view = view_of(mode, Section(0.15, 0.15), (0.0, 3.0), x_m, aspect=800 / 600)
+            client.until(is_sent_to(view))
+
+
+def test_overview_turned_by_hand_is_left_alone(served: Served) -> None:
+    with served.client() as client:
+        client.send_camera()
+        client.until(is_sent)
+        time.sleep(2.1)  # until then a report may be one from before the command
+        client.send_camera(position=(0.0, 1.0, -1.0))
+        served.scene.set_length(5000)
+        served.scene.show_pose(make_estimate(7.0))
+        until_pose = client.until_robot_says("0.007 m")
+        served.scene.set_camera("overview")
+        client.until(is_sent)
+
+    assert not any(map(is_sent, until_pose))
+
+
+def test_pictures_are_rare_for_slow_lines(served: Served) -> None:
+    with served.client() as client:
+        client.replay()
+        for _ in range(3):
+            served.scene.show_preview(JPEG + os.urandom(60_000))
+            served.scene.show_pose(make_estimate(11.0))
+        start = time.monotonic()
+        for _ in range(2):
+            client.until(lambda m: "_image_data" in m.get("updates", {}))
+            served.scene.show_preview(os.urandom(60_000))
+
+    assert time.monotonic() - start > 0.4
+
+
+def test_socket_is_private_and_no_port_is_opened(socket_path: Path) -> None:
+    before = listeners()
+    scene = CulvertScene(make_rig(), socket_path)
+    try:
+        assert stat.S_IMODE(socket_path.parent.stat().st_mode) == 0o700
+        assert listeners() == before
+    finally:
+        scene.close()
+
+
+def listeners() -> set[str]:
+    """Inodes of this process's listening TCP sockets."""
+    rows = [
+        row.split()
+        for family in ("tcp", "tcp6")
+        for row in Path("/proc/self/net", family).read_text().splitlines()[1:]
+    ]
+    listening = {f"socket:[{row[9]}]" for row in rows if row[3] == "0A"}
+    return listening & {str(fd.readlink()) for fd in open_files()}
+
+
+def open_files() -> list[Path]:
+    return [fd for fd in Path("/proc/self/fd").iterdir() if fd.is_symlink()]
+
+
+def test_close_removes_the_socket_and_ends_the_view(served: Served) -> None:
+    with served.client() as client:
+        client.replay()
+        served.scene.close()
+        assert Client(client.ws).close_code() == 1013
+
+    assert not served.scene.is_open
+    assert not served.scene.socket_path.exists()
+
+
+def test_twenty_cycles_leave_nothing_behind(socket_path: Path) -> None:
+    def cycle() -> None:
+        scene = CulvertScene(make_rig(), socket_path)
+        scene.show_pose(make_estimate(100.0))
+        scene.close()
+
+    cycle()
+    gc.collect()
+    threads, files = threading.active_count(), len(open_files())
+    for _ in range(20):
+        cycle()
+
+    assert threading.active_count() <= threads
+    assert len(open_files()) <= files
+
+
+def test_banner_stays_off_the_terminal(socket_path: Path, capfd: pytest.CaptureFixture) -> None:
+    CulvertScene(make_rig(), socket_path).close()
+
+    assert capfd.readouterr().out == ""
+
+
+def test_socket_left_by_a_crash_is_replaced(socket_path: Path) -> None:
+    socket_path.parent.mkdir(parents=True)
+    socket_path.touch()
+    scene = CulvertScene(make_rig(), socket_path)
+    assert scene.is_open
+    scene.close()
+
+
+def test_path_too_long_for_a_socket_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(ViewerUnavailable, match="longer than 107 bytes"):
+        CulvertScene(make_rig(), tmp_path / ("x" * 120) / "a.sock")
+
+
+def test_place_that_cannot_hold_a_socket_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(ViewerUnavailable, match="cannot make its socket"):
+        start_private_server(tmp_path / "file" / "a.sock")
+
+
+def test_start_that_takes_too_long_is_an_error(
+    socket_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.viewer.private_server.START_LIMIT_S", 0.0)
+    with pytest.raises(ViewerUnavailable, match="did not start within"):
+        start_private_server(socket_path)
+    for thread in threading.enumerate():
+        if thread.name == "viser-start":
+            thread.join(START_LIMIT_S)
+
+    assert not socket_path.exists()

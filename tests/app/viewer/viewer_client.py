@@ -1,0 +1,179 @@
+"""Builders of the viewer tests: a scene behind its pump, and a client that is no browser."""
+
+from __future__ import annotations
+
+import queue
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from typing import Any
+
+import msgspec
+import zstandard
+from fastapi import FastAPI, Response, WebSocket
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection, connect
+
+from app.viewer import page
+from app.viewer.geometry import WallHit
+from app.viewer.pump import pump
+from app.viewer.scene import CulvertScene
+from vo_core import Estimate, Rig
+
+LIMIT_S = 10.0
+
+CAMERA = {
+    "type": "ViewerCameraMessage",
+    "wxyz": (1.0, 0.0, 0.0, 0.0),
+    "position": (-1.0, 0.0, 0.0),
+    "fov": 1.0,
+    "near": 0.01,
+    "far": 100.0,
+    "image_height": 600,
+    "image_width": 800,
+    "look_at": (0.0, 0.0, 0.0),
+    "up_direction": (0.0, 0.0, -1.0),
+}
+
+
+def make_rig(
+    *, view: str = "down", shape: str = "circular", segment_length_mm: float | None = 1500.0
+) -> Rig:
+    pipe = {"shape": shape, "segment_length_mm": segment_length_mm}
+    if shape == "circular":
+        pipe["diameter_mm"] = 300.0
+    return Rig.model_validate(
+        {
+            "camera": {
+                "model": "pinhole",
+                "width": 640,
+                "height": 480,
+                "fx": 1194.0,
+                "fy": 1194.0,
+                "cx": 319.5,
+                "cy": 239.5,
+            },
+            "mount": {"view": view, "height_mm": 230.0, "rotation_deg": 0.0},
+            "pipe": pipe,
+        }
+    )
+
+
+def make_estimate(distance_mm: float, *, status: Any = "ok") -> Estimate:
+    return Estimate(
+        frame=0,
+        time_s=0.0,
+        x_mm=distance_mm,
+        y_mm=0.0,
+        yaw_deg=0.0,
+        distance_mm=distance_mm,
+        sigma_distance_mm=5.0,
+        quality=0.9,
+        status=status,
+    )
+
+
+class Served:
+    """A scene with its page and pump on a loopback port."""
+
+    def __init__(self, scene: CulvertScene) -> None:
+        self.scene = scene
+        self.role = "operator"
+        self.clicks: queue.Queue[WallHit] = queue.Queue()
+        self.port = 0
+
+    @property
+    def page_url(self) -> str:
+        return f"http://127.0.0.1:{self.port}/viewer/x/"
+
+    def app(self) -> FastAPI:
+        app = FastAPI()
+
+        @app.get("/viewer/x/")
+        def viewer_page() -> Response:
+            return Response(page.PAGE, headers=page.HEADERS)
+
+        @app.websocket("/viewer/x")
+        async def viewer_socket(ws: WebSocket) -> None:
+            async def on_click(hit: WallHit) -> None:
+                self.clicks.put(hit)
+
+            await pump(ws, self.scene, self.role, on_click)
+
+        return app
+
+    @contextmanager
+    def client(self) -> Iterator[Client]:
+        with connect(
+            f"ws://127.0.0.1:{self.port}/viewer/x",
+            subprotocols=["viser-v1.1.1"],  # type: ignore[list-item]
+            max_size=None,
+            compression=None,
+        ) as ws:
+            yield Client(ws)
+
+
+class Client:
+    """What a browser's viser client does, as far as the wire shows it."""
+
+    def __init__(self, ws: ClientConnection) -> None:
+        self.ws = ws
+        self.waiting: list[dict[str, Any]] = []
+
+    def send(self, **message: Any) -> None:
+        self.ws.send(msgspec.msgpack.encode(message))
+
+    def send_camera(self, **changes: Any) -> None:
+        self.send(**{**CAMERA, **changes})
+
+    def click(self, origin: Any, direction: Any) -> None:
+        self.send(
+            type="ScenePointerMessage",
+            event_type="click",
+            ray_origin=origin,
+            ray_direction=direction,
+            screen_pos=((0.5, 0.5),),
+            modifier="shift",
+        )
+
+    def until(self, found: Callable[[dict[str, Any]], bool]) -> list[dict[str, Any]]:
+        """All messages up to the first that `found` accepts."""
+        seen = []
+        while True:
+            if not self.waiting:
+                self.waiting = decode(self.ws.recv(timeout=LIMIT_S))
+            message = self.waiting.pop(0)
+            seen.append(message)
+            if found(message):
+                return seen
+
+    def replay(self) -> list[dict[str, Any]]:
+        """The whole scene as a late joiner gets it."""
+        return self.until(lambda m: m["type"] == "ReplayDoneMessage")
+
+    def until_robot_says(self, text: str) -> list[dict[str, Any]]:
+        """All messages up to the pose whose label begins so: the barrier of most tests."""
+        return self.until(
+            lambda m: (
+                m.get("name") == "/robot_label"
+                and str(m.get("updates", {}).get("text", "")).startswith(text)
+            )
+        )
+
+    def close_code(self) -> int | None:
+        """Read on until the server closes."""
+        with suppress(ConnectionClosed):
+            while True:
+                self.ws.recv(timeout=LIMIT_S)
+        return self.ws.close_code
+
+
+def decode(frame: Any) -> list[dict[str, Any]]:
+    """Messages of one frame; arrays stay references into its binary part."""
+    size = int.from_bytes(frame[8:16], "little")
+    packed = zstandard.ZstdDecompressor().decompress(frame[16 : 16 + size])
+    return list(msgspec.msgpack.decode(packed)["messages"])
+
+
+def is_sent(message: dict[str, Any]) -> bool:
+    """True for a command that moves this browser's camera."""
+    return message["type"] == "SetCameraPositionMessage" and not message["initial"]
