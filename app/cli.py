@@ -1,0 +1,228 @@
+"""The command line: each command checks its words, calls one function elsewhere, shows the result.
+
+Exit codes: 0 done, 1 failed with a sentence on standard error, 2 wrong usage.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeRemainingColumn,
+)
+from rich.table import Table
+
+from app.offline import Method, TrackedVideo, track_video
+from vo_core import ChainageError, Rig, Track
+
+app = typer.Typer(
+    name="chainage",
+    help="Where in the pipe every frame and every defect is, from the camera alone.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+_out = Console()
+_err = Console(stderr=True)
+
+Port = Annotated[int, typer.Option(min=0, max=65535, help="0 takes any free port.")]
+Host = Annotated[str, typer.Option(help="Address to listen on.")]
+
+
+class TrackFormat(StrEnum):
+    """Forms of a track file."""
+
+    CSV = "csv"
+    TUM = "tum"
+    JSON = "json"
+
+
+def main() -> None:
+    """Entry point of the `chainage` command."""
+    try:
+        app()
+    except (ChainageError, OSError) as error:
+        _err.print(f"[bold red]chainage:[/] {error}", highlight=False, soft_wrap=True)
+        sys.exit(1)
+    except KeyboardInterrupt:
+        sys.exit(1)
+
+
+@app.command()
+def demo(host: Host = "127.0.0.1", port: Port = 8000) -> None:
+    """Serve the dashboard with a sample culvert inspection that starts by itself."""
+    from app.demo import run_demo
+
+    with _progress() as progress:
+        task = progress.add_task("rendering a sample culvert", total=None)
+        run_demo(
+            host,
+            port,
+            on_progress=lambda done, total: _advance(progress, task, done, total),
+            on_ready=lambda url: _announce(progress, url),
+        )
+
+
+@app.command()
+def serve(
+    host: Host = "127.0.0.1",
+    port: Port = 8000,
+    data: Annotated[
+        Path | None, typer.Option(help="Data folder.  [default: chainage-data or CHAINAGE_DATA]")
+    ] = None,
+) -> None:
+    """Serve the dashboard."""
+    from app import main as server
+    from app.settings import Settings
+
+    settings = Settings() if data is None else Settings(data=data)
+    server.serve(settings, host, port, lambda url, _: _out.print(f"Open {url}", soft_wrap=True))
+
+
+@app.command()
+def track(
+    video: Annotated[Path, typer.Argument(help="MP4, MOV, MKV, WebM, AVI, MPEG-TS or MPEG.")],
+    rig: Annotated[Path, typer.Option(help="Rig file: camera, mount and pipe.")],
+    out: Annotated[Path, typer.Option(help="Track file to write.")],
+    format: Annotated[TrackFormat, typer.Option(help="Form of the file.")] = TrackFormat.CSV,  # noqa: A002
+    method: Annotated[Method, typer.Option(help="How motion is measured.")] = Method.CHAINAGE,
+) -> None:
+    """Measure the pose of the camera in every frame of a video."""
+    with _progress() as progress:
+        task = progress.add_task(f"tracking {video.name}", total=None)
+        result = track_video(
+            video,
+            Rig.load(rig),
+            method,
+            on_progress=lambda done, total: _advance(progress, task, done, total),
+        )
+    metadata = {"video": video.name, "rig": rig.name, "method": method.value}
+    out.write_text(_as_text(result, format, metadata), encoding="utf-8")
+    lost = int((result.track.status == "lost").sum())
+    _out.print(
+        f"{out}: {len(result.track)} frames, {result.track.distance_mm[-1] / 1000:.3f} m, "
+        f"{lost} frames without a lock",
+        highlight=False,
+        soft_wrap=True,
+    )
+    if result.problem is not None:
+        _err.print(f"[yellow]warning:[/] {result.problem}", highlight=False, soft_wrap=True)
+
+
+@app.command()
+def simulate(
+    folder: Annotated[Path, typer.Argument(help="Gets video.mp4, rig.json and truth.csv.")],
+    scenario: Annotated[
+        list[str] | None,
+        typer.Option(help="Name of a scenario; several give a folder each; none gives all."),
+    ] = None,
+) -> None:
+    """Render a culvert inspection whose true motion is known."""
+    from app.simulation import SCENARIOS
+    from app.simulation import simulate as render
+
+    names = scenario or list(SCENARIOS)
+    for name in names:
+        if name not in SCENARIOS:
+            raise typer.BadParameter(
+                f"no scenario {name!r}; there are {', '.join(SCENARIOS)}", param_hint="--scenario"
+            )
+    with _progress() as progress:
+        for name in names:
+            task = progress.add_task(f"rendering {name}", total=None)
+            place = folder if len(names) == 1 else folder / name
+            render(SCENARIOS[name], place, lambda done, n, t=task: _advance(progress, t, done, n))
+    _out.print(f"{folder}: {', '.join(names)}", highlight=False, soft_wrap=True)
+
+
+@app.command()
+def evaluate(
+    track: Annotated[Path, typer.Argument(help="track.csv")],
+    truth: Annotated[Path, typer.Argument(help="truth.csv")],
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw the path and the error of displacement here.")
+    ] = None,
+) -> None:
+    """Compare a track with the truth: distance, ATE, RPE, yaw, honesty of the uncertainty."""
+    from app import evaluation
+
+    measured = Track.from_csv(track.read_text(encoding="utf-8"))
+    true = evaluation.Truth.from_csv(truth.read_text(encoding="utf-8"))
+    table = Table(show_header=False, box=None)
+    for name, value in evaluation.evaluate(measured, true).rows():
+        table.add_row(name, value)
+    _out.print(table)
+    if plot is not None:
+        evaluation.plot([(track.stem, measured, true)], plot)
+
+
+@app.command()
+def bench(
+    quick: Annotated[bool, typer.Option("--quick", help="Short runs only.")] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="Also write OUT.md and OUT.json.", show_default=False)
+    ] = None,
+) -> None:
+    """Accuracy and speed on every scenario, against the paper's method and other peers."""
+    from app import bench as benchmark
+    from app.simulation import SCENARIOS
+
+    scenarios = list(SCENARIOS.values())
+    with _progress() as progress:
+        task = progress.add_task("bench", total=None)
+
+        def report(what: str, done: int, total: int) -> None:
+            progress.update(task, description=what, completed=done, total=total)
+
+        rows = benchmark.bench(
+            benchmark.quick(scenarios) if quick else scenarios, on_progress=report
+        )
+    markdown = benchmark.to_markdown(rows)
+    typer.echo(markdown)
+    if out is not None:
+        out.with_suffix(".md").write_text(markdown, encoding="utf-8")
+        out.with_suffix(".json").write_text(benchmark.to_json(rows), encoding="utf-8")
+
+
+def _as_text(result: TrackedVideo, form: TrackFormat, metadata: dict[str, object]) -> str:
+    match form:
+        case TrackFormat.CSV:
+            return result.track.to_csv(metadata)
+        case TrackFormat.TUM:
+            return result.track.to_tum()
+        case TrackFormat.JSON:
+            return result.track.to_json(metadata)
+
+
+@contextmanager
+def _progress() -> Iterator[Progress]:
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=_err) as progress:
+        yield progress
+
+
+def _advance(progress: Progress, task: TaskID, done: int, total: int | None) -> None:
+    progress.update(task, completed=done, total=total)
+
+
+def _announce(progress: Progress, url: str) -> None:
+    progress.stop()
+    _out.print(f"Open {url}", highlight=False, soft_wrap=True)
+    _out.print("Stop with Ctrl+C.")

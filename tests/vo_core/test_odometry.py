@@ -1,0 +1,189 @@
+"""The odometry on rendered culverts whose true motion is known, and where it must not answer."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.simulation import SCENARIOS, render
+from vo_core import Odometry, ShapeMismatch, Track
+from vo_core.paper import PaperOdometry
+
+ACCURACY = {
+    # scenario: largest error of the distance and of y (mm), rms of the yaw (deg), on 1 m of path.
+    # Measured values times two or more; what a change makes worse by half shows here.
+    "nominal": (0.3, 1.0, 0.15),
+    "low_texture": (0.6, 2.0, 0.4),
+    "dim": (0.6, 2.0, 0.4),
+    "spot_light": (1.2, 4.0, 0.8),
+    "burnt_in_text": (0.6, 2.0, 0.3),
+    "dirty_lens": (1.2, 3.0, 0.6),
+    "blur": (0.6, 1.0, 0.2),
+    "reverse": (0.5, 1.0, 0.2),
+    "there_and_back": (0.3, 1.0, 0.2),
+    "flicker": (0.5, 1.0, 0.2),
+    "turned_camera": (0.6, 1.5, 0.3),
+    "large_sway": (0.6, 1.5, 0.3),
+    "tiled_floor": (0.5, 1.0, 0.15),
+    "wide_lens": (0.8, 1.5, 0.3),
+    "running_water": (0.5, 1.5, 0.4),
+}
+
+
+def drive(name, length_mm=1000.0, make=Odometry):
+    """Track and truth columns of a shortened scenario, straight from the renderer."""
+    scenario = SCENARIOS[name].shortened(length_mm)
+    odometry = make(scenario.rig)
+    estimates, truth = [], []
+    for frame in render(scenario):
+        estimates.append(odometry.step(frame.image, frame.t_s))
+        truth.append((frame.x_mm, frame.y_mm, frame.yaw_deg))
+    return Track.from_estimates(estimates), np.array(truth).T
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(values**2)))
+
+
+@pytest.mark.parametrize("name", ACCURACY)
+def test_the_pose_follows_the_truth(name):
+    track, (x_mm, y_mm, yaw_deg) = drive(name)
+    distance_mm, side_mm, turn_deg = ACCURACY[name]
+    assert np.abs(track.distance_mm - x_mm).max() < distance_mm
+    assert np.abs(track.y_mm - y_mm).max() < side_mm
+    assert rms(track.yaw_deg - yaw_deg) < turn_deg
+    within = np.abs(track.distance_mm - x_mm) <= 3 * track.sigma_distance_mm + 0.01
+    assert within.mean() > 0.9
+
+
+def test_half_a_new_picture_each_frame_is_followed():
+    track, (x_mm, _, _) = drive("fast", 2500.0)
+    assert np.abs(track.distance_mm - x_mm).max() < 0.5
+    assert set(track.status) == {"ok"}
+
+
+def test_a_crawl_of_a_millimetre_a_frame_is_not_read_as_standstill():
+    track, (x_mm, _, _) = drive("crawl", 200.0)
+    assert np.abs(track.distance_mm - x_mm).max() < 0.4
+
+
+@pytest.mark.parametrize("name", ["nominal", "burnt_in_text", "wide_lens"])
+def test_the_papers_method_is_beaten(name):
+    ours, (x_mm, y_mm, _) = drive(name, 300.0)
+    paper, _ = drive(name, 300.0, PaperOdometry)
+    ate = [rms(np.hypot(t.x_mm - x_mm, t.y_mm - y_mm)) for t in (ours, paper)]
+    assert ate[0] < ate[1] / 3
+    assert abs(ours.distance_mm[-1] - x_mm[-1]) < abs(paper.distance_mm[-1] - x_mm[-1])
+
+
+NOMINAL = SCENARIOS["nominal"].shortened(1200.0)
+
+
+@pytest.fixture(scope="module")
+def frames():
+    return list(render(NOMINAL))
+
+
+def run(images, frames, rig=NOMINAL.rig):
+    odometry = Odometry(rig)
+    return Track.from_estimates(
+        [odometry.step(image, f.t_s) for image, f in zip(images, frames, strict=True)]
+    )
+
+
+def with_gap(frames, first, count, gap):
+    """The pictures of a run, `count` of them from `first` on replaced by `gap(n)`."""
+    return [gap(n) if first <= n < first + count else frame.image for n, frame in enumerate(frames)]
+
+
+GAPS = {
+    "black": lambda frames: lambda _: np.zeros_like(frames[0].image),
+    "white": lambda frames: lambda _: np.full_like(frames[0].image, 255),
+    "noise": lambda frames: (
+        lambda n: np.random.default_rng(n).normal(60, 3, frames[0].image.shape).astype(np.uint8)
+    ),
+    "frozen": lambda frames: lambda _: frames[59].image,
+}
+
+
+@pytest.mark.parametrize("kind", GAPS)
+def test_frames_that_show_no_wall_are_bridged_and_say_so(frames, kind):
+    track = run(with_gap(frames, 60, 8, GAPS[kind](frames)), frames)
+    x_mm = np.array([f.x_mm for f in frames])
+    gap = slice(60, 68)
+    assert set(track.status[gap]) == {"lost"}
+    assert np.all(track.quality[gap] == 0)
+    # Bridged by the motion before, never read as standstill.
+    assert np.all(np.diff(track.distance_mm[59:69]) > 5)
+    assert np.all(np.diff(track.sigma_distance_mm[gap]) > 0)
+    assert np.abs(track.distance_mm - x_mm)[gap].max() < 3 * track.sigma_distance_mm[67]
+    assert np.all(track.status[68:] != "lost")
+    assert abs(track.distance_mm[-1] - x_mm[-1]) < 0.5
+
+
+def test_a_loss_longer_than_the_picture_is_survived_with_an_honest_sigma(frames):
+    track = run(with_gap(frames, 40, 30, GAPS["black"](frames)), frames)
+    assert set(track.status[40:70]) == {"lost"}
+    assert set(track.status[75:]) == {"ok"}
+    x_mm = np.array([f.x_mm for f in frames])
+    error_mm = np.abs(track.distance_mm - x_mm)[75:]
+    assert track.sigma_distance_mm[-1] > 10
+    assert np.all(error_mm < 3 * track.sigma_distance_mm[75:])
+
+
+def test_a_video_without_any_wall_is_lost_from_the_first_frame(frames):
+    track = run([np.zeros_like(f.image) for f in frames[:10]], frames[:10])
+    assert set(track.status) == {"lost"}
+    assert np.all(track.distance_mm == 0)
+
+
+def test_a_robot_that_stands_reads_standstill(frames):
+    rng = np.random.default_rng(0)
+    images = [
+        (frames[50].image + rng.normal(0, 1.5, frames[50].image.shape))
+        .clip(0, 255)
+        .astype(np.uint8)
+        for _ in range(30)
+    ]
+    track = run(images, frames[:30])
+    assert np.abs(track.distance_mm).max() < 0.05
+    assert set(track.status) == {"ok"}
+
+
+def test_dirt_that_comes_on_the_way_is_not_read_as_standstill(frames):
+    dirty = list(render(replace(SCENARIOS["dirty_lens"].shortened(1200.0), contrast=1.0)))
+    images = [
+        f.image if n < 40 else d.image for n, (f, d) in enumerate(zip(frames, dirty, strict=True))
+    ]
+    track = run(images, frames)
+    x_mm = np.array([f.x_mm for f in frames])
+    assert np.abs(track.distance_mm - x_mm).max() < 1.5
+
+
+def test_uneven_frame_times_and_dropped_frames_change_nothing(frames):
+    kept = [f for n, f in enumerate(frames) if n % 5 not in (2, 3)]
+    track = run([f.image for f in kept], kept)
+    error_mm = track.distance_mm - np.array([f.x_mm for f in kept])
+    assert np.abs(error_mm).max() < 0.3
+
+
+def test_every_frame_gives_one_estimate_and_no_picture_is_changed(frames):
+    images = [f.image.copy() for f in frames[:20]]
+    track = run(images, frames[:20])
+    assert track.frame.tolist() == list(range(20))
+    assert track.time_s.tolist() == [f.t_s for f in frames[:20]]
+    assert (track.x_mm[0], track.y_mm[0], track.yaw_deg[0]) == (0, 0, 0)
+    assert all(np.array_equal(a, f.image) for a, f in zip(images, frames, strict=False))
+
+
+def test_colour_and_sixteen_bit_pictures_give_the_same_track(frames):
+    grey = run([f.image for f in frames[:20]], frames[:20])
+    colour = run([np.dstack([f.image] * 3) for f in frames[:20]], frames[:20])
+    deep = run([f.image.astype(np.uint16) * 257 for f in frames[:20]], frames[:20])
+    assert colour.x_mm == pytest.approx(grey.x_mm, abs=0.01)
+    assert deep.x_mm == pytest.approx(grey.x_mm, abs=0.01)
+
+
+def test_pictures_of_another_size_are_refused():
+    with pytest.raises(ShapeMismatch, match=r"320x240 px.*640x480 px"):
+        Odometry(NOMINAL.rig).step(np.zeros((240, 320), np.uint8), 0.0)
