@@ -7,7 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from vo_core.align import CORRELATED_PX, Alignment, BlockGrid, Template, align
+from vo_core.align import Alignment, Template, align
+from vo_core.blocks import BlockGrid
 from vo_core.correlate import (
     LOCK_PSR,
     best_peaks,
@@ -17,11 +18,11 @@ from vo_core.correlate import (
     spectrum,
 )
 from vo_core.filters import taper
-from vo_core.motion import moved_by_content, wall_scales, wall_warp
+from vo_core.motion import WallMotion, moved_by_content
 from vo_core.rectify import Rectifier
 from vo_core.resample import halve, resample, resample_mask
 from vo_core.types import ByteImage, GrayImage, Matrix
-from vo_core.wall import Points, Pose
+from vo_core.wall import Pose
 
 LEAST_OVERLAP = 0.15
 """Below this share of common wall a reference is out of reach."""
@@ -69,8 +70,6 @@ class Fix:
     """(3, 3) of x mm, y mm, yaw rad, the reference's own included."""
     reference: Reference
     alignment: Alignment
-    significance: float
-    """Agreement in standard deviations of what unrelated walls reach by chance."""
 
 
 class Locator:
@@ -81,7 +80,10 @@ class Locator:
         self.valid = rectifier.valid
         self._coarse_valid = (halve(self.valid.astype(np.float32)) > 0.99).astype(np.uint8)
         self._coarse_blocks = BlockGrid.over(self._coarse_valid.shape)
-        self._scales = wall_scales(self._grid)
+        self._motion = WallMotion(self._rig, self._grid, BlockGrid.over(self._grid.shape).nodes())
+        self._coarse_motion = WallMotion(
+            self._rig, self._grid, 2 * self._coarse_blocks.nodes() + 0.5
+        )
 
     def locate(self, reference: Reference, picture: Picture, guess: Pose) -> Fix | None:
         """The pose of a picture whose wall lies within the coarse correlation's reach of a guess.
@@ -119,9 +121,8 @@ class Locator:
         window = taper(self._coarse_valid, min(self._coarse_valid.shape) // 2)
         pictures = (reference.picture, picture)
         before, now = (polar_spectrum(spectrum(p.coarse, window)) for p in pictures)
-        turn = rotation_between(
-            before, now, ROTATION_LIMIT_RAD
-        )  # of the content: the camera turns back
+        # The content turns one way when the camera turns the other.
+        turn = rotation_between(before, now, ROTATION_LIMIT_RAD)
         at = reference.pose
         guesses = [at, Pose(at.x_mm, at.y_mm, at.yaw_rad - turn)]
         fixes = [fix for g in guesses if (fix := self.locate(reference, picture, g)) is not None]
@@ -136,10 +137,9 @@ class Locator:
 
     def _starts(self, reference: Reference, picture: Picture, guess: Pose) -> list[Pose]:
         """Poses at which the phase correlation of the reference with the moved picture peaks."""
-        warp = wall_warp(self._rig, self._grid, reference.pose.x_mm)
-        nodes = self._coarse_blocks.nodes()
-        positions = warp(_parameters(reference, guess), _fine(nodes))
-        maps = self._coarse_blocks.dense(_coarse(positions))
+        warp = self._coarse_motion.against(reference.pose.x_mm)
+        positions = (warp(_parameters(reference, guess)) - 0.5) / 2  # of the half-size picture
+        maps = self._coarse_blocks.dense(positions)
         seen = resample(picture.coarse, maps)
         common = resample_mask(self._coarse_valid, maps)
         common &= self._coarse_blocks.crop(self._coarse_valid)
@@ -165,29 +165,19 @@ class Locator:
             reference.template,
             picture.fine,
             self.valid,
-            wall_warp(self._rig, self._grid, reference.pose.x_mm),
+            self._motion.against(reference.pose.x_mm),
             _parameters(reference, start),
-            self._scales,
+            self._motion.scales,
             prior=prior,
         )
-        independent = fit.overlap * reference.template.image.size / CORRELATED_PX
-        significance = fit.agreement * float(np.sqrt(independent))
-        if not fit.converged or significance < LOCK or fit.overlap < LEAST_OVERLAP:
+        if not fit.converged or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
             return None
         covariance = fit.covariance[:3, :3].copy()
         covariance[0, 0] += reference.covariance[0, 0]
-        return Fix(Pose(*fit.parameters[:3].tolist()), covariance, reference, fit, significance)
+        return Fix(Pose(*fit.parameters[:3].tolist()), covariance, reference, fit)
 
 
 def _parameters(reference: Reference, pose: Pose) -> Matrix:
-    """q of `wall_warp`."""
+    """Parameters of `WallMotion`."""
     at = reference.pose
     return np.array([pose.x_mm, pose.y_mm, pose.yaw_rad, at.y_mm, at.yaw_rad])
-
-
-def _fine(coarse_px: Points) -> Points:
-    return 2 * coarse_px + 0.5
-
-
-def _coarse(fine_px: Points) -> Points:
-    return (fine_px - 0.5) / 2

@@ -18,28 +18,30 @@ from vo_core.types import Matrix
 from vo_core.wall import Points, Pose, cast, develop, enclose, sight
 
 
-def wall_warp(rig: Rig, grid: PatchGrid, reference_x_mm: float) -> Warp:
-    """w(q, p): where points of the reference's patch lie in the moving camera's patch.
+class WallMotion:
+    """The motion model at fixed points of the patch, whose rays are computed once.
 
     q = (x, y, yaw, y_reference, yaw_reference) in mm and rad: the pose of the moving camera, and
     what of the reference's pose shows in the picture.  Its axial coordinate does not: it is given.
     """
 
-    def warp(q: Matrix, points_px: Points) -> Points:
-        x, y, yaw, y_reference, yaw_reference = q
-        reference = Pose(reference_x_mm, y_reference, yaw_reference)
-        rays = sight(rig, NOMINAL, enclose(rig, grid.to_mm(points_px)))
-        wall = cast(rig, reference, rays)
-        appears = cast(rig, NOMINAL, sight(rig, Pose(x, y, yaw), wall))
-        return grid.to_px(develop(rig, appears))
+    def __init__(self, rig: Rig, grid: PatchGrid, points_px: Points) -> None:
+        self._rig, self._grid = rig, grid
+        self._rays = sight(rig, NOMINAL, enclose(rig, grid.to_mm(points_px)))
+        turn_rad = 2 / max(grid.shape)
+        self.scales = np.array([grid.mm_per_px, grid.mm_per_px, turn_rad, grid.mm_per_px, turn_rad])
+        """Steps of q that move the content by about a pixel at the border of the patch."""
 
-    return warp
+    def against(self, reference_x_mm: float) -> Warp:
+        """w(q): where the points of a reference's patch lie in the moving camera's patch, px."""
 
+        def warp(q: Matrix) -> Points:
+            x, y, yaw, y_reference, yaw_reference = q
+            wall = cast(self._rig, Pose(reference_x_mm, y_reference, yaw_reference), self._rays)
+            appears = cast(self._rig, NOMINAL, sight(self._rig, Pose(x, y, yaw), wall))
+            return self._grid.to_px(develop(self._rig, appears))
 
-def wall_scales(grid: PatchGrid) -> Matrix:
-    """Steps of q that move the content by about a pixel at the border of the patch."""
-    turn_rad = 2 / max(grid.shape)
-    return np.array([grid.mm_per_px, grid.mm_per_px, turn_rad, grid.mm_per_px, turn_rad])
+        return warp
 
 
 def moved_by_content(pose: Pose, shift_mm: tuple[float, float], reference_yaw_rad: float) -> Pose:

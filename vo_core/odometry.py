@@ -142,7 +142,7 @@ class Odometry:
         self._recent = self._reference(picture)
         if fix.reference is not self._keyframe or fix.alignment.overlap < KEYFRAME_OVERLAP:
             self._keyframe = self._recent
-        sure = fix.significance >= CERTAIN
+        sure = fix.alignment.significance >= CERTAIN
         return "ok" if sure else "weak", float(np.clip(fix.alignment.agreement, 0.0, 1.0))
 
     def _bridge(

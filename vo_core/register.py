@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vo_core.align import CORRELATED_PX, Alignment, Template, Warp, align
+from vo_core.align import Template, align
 from vo_core.correlate import (
     LOCK_PSR,
     Peak,
@@ -78,36 +78,27 @@ def register(reference: Image, moving: Image) -> Shift:
     smooth = [normalise(low_pass(image)) for image in full]
     everywhere = np.ones(full[0].shape, np.uint8)
     template = Template.of(smooth[0], everywhere)
+    nodes = template.grid.nodes()
     fit = align(
-        template, smooth[1], everywhere, rigid(full[0].shape), start, rigid_scales(full[0].shape)
+        template,
+        smooth[1],
+        everywhere,
+        lambda q: rigid(q, nodes, full[0].shape),
+        start,
+        np.array([1.0, 1.0, 2 / max(full[0].shape)]),
     )
-    if not is_lock(fit, template):
+    if not fit.converged or fit.significance < SIGNIFICANT:
         return Shift(0.0, 0.0, 0.0, 0.0)
     dx, dy, rotation = fit.parameters.tolist()
     return Shift(dx, dy, rotation, float(np.clip(fit.agreement, 0.0, 1.0)))
 
 
-def rigid(shape: tuple[int, ...]) -> Warp:
-    """w(q, p) = R (p - c) + c + d with q = (dx, dy, rotation), c the image centre."""
+def rigid(q: Matrix, points: Points, shape: tuple[int, ...]) -> Points:
+    """w(q, p) = R (p - c) + c + d with q = (dx, dy, rotation), c the centre of the picture."""
     centre = (np.array(shape[1::-1]) - 1) / 2
-
-    def warp(q: Matrix, points: Points) -> Points:
-        cos, sin = np.cos(q[2]), np.sin(q[2])
-        x, y = (points - centre).T
-        return np.stack([cos * x - sin * y, sin * x + cos * y], 1) + centre + q[:2]
-
-    return warp
-
-
-def rigid_scales(shape: tuple[int, ...]) -> Matrix:
-    """Steps of (dx, dy, rotation) that move the content by a pixel."""
-    return np.array([1.0, 1.0, 2 / max(shape)])
-
-
-def is_lock(fit: Alignment, template: Template) -> bool:
-    """Does the fit agree by more than unrelated textures would by chance?"""
-    independent = fit.overlap * template.image.size / CORRELATED_PX
-    return fit.converged and fit.agreement * np.sqrt(independent) > SIGNIFICANT
+    cos, sin = np.cos(q[2]), np.sin(q[2])
+    x, y = (points - centre).T
+    return np.stack([cos * x - sin * y, sin * x + cos * y], 1) + centre + q[:2]
 
 
 def _coarse_shift(reference: GrayImage, moving: GrayImage) -> tuple[Matrix, Peak]:
@@ -145,6 +136,6 @@ def _on_overlap(
 
 def _moved(image: GrayImage, q: Matrix) -> GrayImage:
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    to = rigid(image.shape)(q, corners)
+    to = rigid(q, corners, image.shape)
     matrix = np.column_stack([to[1] - to[0], to[2] - to[0], to[0]])
     return np.asarray(cv2.warpAffine(image, matrix, image.shape[::-1], flags=cv2.INTER_LINEAR))

@@ -1,0 +1,73 @@
+"""Pictures cut into square blocks: smooth fields at their centres, sums and means over each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import cv2
+import numpy as np
+
+from vo_core.types import ByteImage, GrayImage, Matrix
+from vo_core.wall import Points
+
+AnyImage = TypeVar("AnyImage", ByteImage, GrayImage)
+
+BLOCK_PX = 16
+
+
+@dataclass(frozen=True)
+class BlockGrid:
+    """Square blocks of pixels, as many as fit, centred in a picture."""
+
+    rows: int
+    columns: int
+    side_px: int
+    top_px: int
+    left_px: int
+
+    @classmethod
+    def over(cls, shape: tuple[int, ...]) -> BlockGrid:
+        """Blocks of `BLOCK_PX`, or half of that in a small picture."""
+        side = BLOCK_PX if min(shape) >= 6 * BLOCK_PX else BLOCK_PX // 2
+        rows, columns = shape[0] // side, shape[1] // side
+        return cls(
+            rows, columns, side, (shape[0] - rows * side) // 2, (shape[1] - columns * side) // 2
+        )
+
+    def crop(self, image: AnyImage) -> AnyImage:
+        """The part of a picture that the blocks cover."""
+        height, width = self.rows * self.side_px, self.columns * self.side_px
+        return np.ascontiguousarray(
+            image[self.top_px : self.top_px + height, self.left_px : self.left_px + width]
+        )
+
+    def nodes(self) -> Points:
+        """Centres of the blocks and of one ring around them, ((rows + 2) (columns + 2), 2) px."""
+        x = (np.arange(-1, self.columns + 1) + 0.5) * self.side_px - 0.5 + self.left_px
+        y = (np.arange(-1, self.rows + 1) + 0.5) * self.side_px - 0.5 + self.top_px
+        return np.stack(np.meshgrid(x, y), -1).reshape(-1, 2).astype(np.float64)
+
+    def at_nodes(self, values: Points) -> Points:
+        """Values at `nodes`, as (rows + 2, columns + 2, ...)."""
+        return values.reshape(self.rows + 2, self.columns + 2, *values.shape[1:])
+
+    def dense(self, positions: Points) -> GrayImage:
+        """Positions at the nodes to positions of every covered pixel, (H, W, 2), bilinear."""
+        coarse = np.nan_to_num(self.at_nodes(positions), nan=-1e4).astype(np.float32)
+        side = self.side_px
+        size_wh = ((self.columns + 2) * side, (self.rows + 2) * side)
+        dense = cv2.resize(coarse, size_wh, interpolation=cv2.INTER_LINEAR)
+        return np.ascontiguousarray(dense[side:-side, side:-side])
+
+    def means(self, image: GrayImage) -> Matrix:
+        """Mean of each block of a covered picture, (blocks,)."""
+        means = cv2.resize(image, (self.columns, self.rows), interpolation=cv2.INTER_AREA)
+        return np.asarray(means, np.float64).ravel()
+
+    def pooled(self, values: Matrix) -> Matrix:
+        """Block values averaged with their neighbours: one block holds too few texture elements."""
+        pooled = cv2.blur(
+            values.reshape(self.rows, self.columns), (3, 3), borderType=cv2.BORDER_REPLICATE
+        )
+        return np.asarray(pooled, np.float64).ravel()
