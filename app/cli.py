@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -24,6 +25,7 @@ from rich.progress import (
 )
 from rich.table import Table
 
+from app.intrinsics import read_camera
 from app.offline import Method, TrackedVideo, track_video
 from vo_core import ChainageError, Rig, Track
 
@@ -34,8 +36,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-_out = Console()
-_err = Console(stderr=True)
+# No markup: names of files and values out of them hold brackets.
+_out = Console(markup=False, highlight=False, soft_wrap=True)
+_err = Console(markup=False, highlight=False, soft_wrap=True, stderr=True)
 
 Port = Annotated[int, typer.Option(min=0, max=65535, help="0 takes any free port.")]
 Host = Annotated[str, typer.Option(help="Address to listen on.")]
@@ -54,7 +57,7 @@ def main() -> None:
     try:
         app()
     except (ChainageError, OSError) as error:
-        _err.print(f"[bold red]chainage:[/] {error}", highlight=False, soft_wrap=True)
+        _err.print(f"chainage: {error}", style="red")
         sys.exit(1)
     except KeyboardInterrupt:
         sys.exit(1)
@@ -70,8 +73,8 @@ def demo(host: Host = "127.0.0.1", port: Port = 8000) -> None:
         run_demo(
             host,
             port,
-            on_progress=lambda done, total: _advance(progress, task, done, total),
-            on_ready=lambda url: _announce(progress, url),
+            on_progress=partial(_advance, progress, task),
+            on_ready=partial(_announce, progress),
         )
 
 
@@ -88,7 +91,7 @@ def serve(
     from app.settings import Settings
 
     settings = Settings() if data is None else Settings(data=data)
-    server.serve(settings, host, port, lambda url, _: _out.print(f"Open {url}", soft_wrap=True))
+    server.serve(settings, host, port, lambda url, _: _out.print(f"Open {url}"))
 
 
 @app.command()
@@ -98,27 +101,40 @@ def track(
     out: Annotated[Path, typer.Option(help="Track file to write.")],
     format: Annotated[TrackFormat, typer.Option(help="Form of the file.")] = TrackFormat.CSV,  # noqa: A002
     method: Annotated[Method, typer.Option(help="How motion is measured.")] = Method.CHAINAGE,
+    camera: Annotated[
+        Path | None,
+        typer.Option(
+            help="Take the intrinsics from this file instead of the rig's: ROS camera_info, "
+            "Kalibr camchain or OpenCV FileStorage.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Measure the pose of the camera in every frame of a video."""
+    if not out.parent.is_dir():  # known now, not after an hour of tracking
+        raise typer.BadParameter(f"there is no folder {out.parent}", param_hint="--out")
+    setup = Rig.load(rig)
+    if camera is not None:
+        setup = setup.model_copy(update={"camera": read_camera(camera)})
     with _progress() as progress:
         task = progress.add_task(f"tracking {video.name}", total=None)
         result = track_video(
             video,
-            Rig.load(rig),
+            setup,
             method,
-            on_progress=lambda done, total: _advance(progress, task, done, total),
+            on_progress=partial(_advance, progress, task),
         )
-    metadata = {"video": video.name, "rig": rig.name, "method": method.value}
+    metadata: dict[str, object] = {"video": video.name, "rig": rig.name, "method": method.value}
+    if camera is not None:
+        metadata["camera"] = camera.name
     out.write_text(_as_text(result, format, metadata), encoding="utf-8")
     lost = int((result.track.status == "lost").sum())
     _out.print(
         f"{out}: {len(result.track)} frames, {result.track.distance_mm[-1] / 1000:.3f} m, "
-        f"{lost} frames without a lock",
-        highlight=False,
-        soft_wrap=True,
+        f"{lost} frames without a lock"
     )
     if result.problem is not None:
-        _err.print(f"[yellow]warning:[/] {result.problem}", highlight=False, soft_wrap=True)
+        _err.print(f"warning: {result.problem}", style="yellow")
 
 
 @app.command()
@@ -143,8 +159,8 @@ def simulate(
         for name in names:
             task = progress.add_task(f"rendering {name}", total=None)
             place = folder if len(names) == 1 else folder / name
-            render(SCENARIOS[name], place, lambda done, n, t=task: _advance(progress, t, done, n))
-    _out.print(f"{folder}: {', '.join(names)}", highlight=False, soft_wrap=True)
+            render(SCENARIOS[name], place, partial(_advance, progress, task))
+    _out.print(f"{folder}: {', '.join(names)}")
 
 
 @app.command()
@@ -179,16 +195,14 @@ def bench(
     from app import bench as benchmark
     from app.simulation import SCENARIOS
 
-    scenarios = list(SCENARIOS.values())
+    scenarios = benchmark.quick_scenarios() if quick else list(SCENARIOS.values())
     with _progress() as progress:
         task = progress.add_task("bench", total=None)
 
         def report(what: str, done: int, total: int) -> None:
             progress.update(task, description=what, completed=done, total=total)
 
-        rows = benchmark.bench(
-            benchmark.quick(scenarios) if quick else scenarios, on_progress=report
-        )
+        rows = benchmark.bench(scenarios, on_progress=report)
     markdown = benchmark.to_markdown(rows)
     typer.echo(markdown)
     if out is not None:
@@ -209,7 +223,7 @@ def _as_text(result: TrackedVideo, form: TrackFormat, metadata: dict[str, object
 @contextmanager
 def _progress() -> Iterator[Progress]:
     columns = (
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         MofNCompleteColumn(),
         TimeRemainingColumn(),
@@ -224,5 +238,5 @@ def _advance(progress: Progress, task: TaskID, done: int, total: int | None) -> 
 
 def _announce(progress: Progress, url: str) -> None:
     progress.stop()
-    _out.print(f"Open {url}", highlight=False, soft_wrap=True)
+    _out.print(f"Open {url}")
     _out.print("Stop with Ctrl+C.")

@@ -54,7 +54,8 @@ def track_video(
         on_progress: Called after each frame with frames done and frames in all, if that is known.
     Raises:
         UnreadableVideo: The video cannot be opened or holds no picture.
-        InvalidRig: The rig's camera has another picture size, or the method cannot use the rig.
+        RigVideoMismatch: The rig's camera has another picture size.
+        InvalidRig: The method cannot use the rig.
     """
     stepper = METHODS[method](rig)
     estimates: list[Estimate] = []

@@ -2,6 +2,7 @@
 
     ChainageError
     ├── InvalidRig           a rig file that cannot be used: names field, value, what is allowed
+    │   └── RigVideoMismatch the rig's camera has pictures of another size than the video
     ├── InvalidTrack         a track file that cannot be read: names the line
     ├── UnreadableVideo      a video that cannot be opened or that holds no decodable picture
     └── ShapeMismatch        an array whose shape or type does not fit: expected and found
@@ -17,6 +18,10 @@ class ChainageError(Exception):
 
 class InvalidRig(ChainageError):
     """The rig file is missing, is not JSON, or holds a value that is not allowed."""
+
+
+class RigVideoMismatch(InvalidRig):
+    """The rig is fine, but not of the camera that made the video."""
 
 
 class InvalidTrack(ChainageError):

@@ -9,7 +9,7 @@ from typing import Annotated, Literal, Self, TypeVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from vo_core.errors import InvalidRig
+from vo_core.errors import InvalidRig, RigVideoMismatch
 from vo_core.types import Matrix
 
 
@@ -153,10 +153,10 @@ class Rig(_Part):
         """Check that pictures of this size can come from the rig's camera.
 
         Raises:
-            InvalidRig: The camera has another picture size.
+            RigVideoMismatch: The camera has another picture size.
         """
         if (self.camera.width, self.camera.height) != (width, height):
-            raise InvalidRig(
+            raise RigVideoMismatch(
                 f"camera.width and camera.height are {self.camera.width} x {self.camera.height}, "
                 f"but the video has {width} x {height} px; "
                 "the rig must be of the camera that made the video."

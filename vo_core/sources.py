@@ -7,6 +7,7 @@ holds when it changes in mid-stream.  Decode in a child process all the same.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -114,7 +115,7 @@ class VideoFile:
         self.problem = _summary(decoder, index, last_s, self._stream.frames, self.info)
 
     def seek(self, t_s: float) -> None:
-        """Go to the key frame at or before `t_s`; the next loop starts there."""
+        """Go to the key frame at or before `t_s`, about; the next loop starts there."""
         base = self._stream.time_base
         if base is not None:
             self._container.seek(int(t_s / base), stream=self._stream, backward=True)
@@ -127,12 +128,33 @@ def read_frame(path: Path | str, t_s: float) -> ByteImage:
         UnreadableVideo: The file cannot be opened, or ends before that time.
     """
     with VideoFile(path) as video:
-        tolerance_s = 0.25 / (video.info.rate_hz or 1000)
-        video.seek(max(t_s - tolerance_s, 0.0))
-        for frame in video:
-            if frame.t_s >= t_s - tolerance_s:
-                return frame.to_bgr()
+        for back_s in _SEEK_BACK_S:
+            video.seek(max(t_s - back_s, 0.0))
+            if (picture := _from_here(video, t_s)) is not None:
+                return picture
     raise UnreadableVideo(f"The video has no frame at {t_s:.3f} s.")
+
+
+_SEEK_BACK_S = (0.0, 1.0, 4.0, 16.0, math.inf)
+    """The first frame at or after `t_s`; None if the source already stands behind it."""
+
+_ROUNDING_S = 1e-5
+"""Times come back from track files, which have six decimals."""
+
+
+def _from_here(video: VideoFile, t_s: float) -> ByteImage | None:
+    """The first frame at or after `t_s`, None if the source already stands behind it."""
+    is_first = True
+    try:
+        for frame in video:
+            if is_first and frame.t_s > t_s + _ROUNDING_S:
+                return None
+            if frame.t_s >= t_s - _ROUNDING_S:
+                return frame.to_bgr()
+            is_first = False
+    except UnreadableVideo:  # nothing can be decoded from here on; there may be before
+        return None
+    return None
 
 
 def _open(path: Path) -> tuple[InputContainer, VideoStream]:

@@ -10,6 +10,7 @@ import asyncio
 import logging
 import math
 from collections.abc import Awaitable, Callable
+from pathlib import Path
 from typing import Literal, Protocol
 
 import msgspec
@@ -35,7 +36,7 @@ class Scene(Protocol):
     """What the pump needs of a `CulvertScene`."""
 
     @property
-    def socket_path(self) -> str:
+    def socket_path(self) -> Path:
         """Where its viser server listens."""
 
     def wall_hit(self, origin: _Vector, direction: _Vector) -> WallHit | None:

@@ -59,6 +59,15 @@ def test_one_frame_is_read_by_its_time(video, n):
     assert np.array_equal(read_frame(video, TIMES_S[n]), expected)
 
 
+@pytest.mark.parametrize(("name", "codec"), [("a.ts", "mpeg2video"), ("a.avi", "mpeg4")])
+def test_one_frame_is_read_by_its_time_without_an_index_too(tmp_path, name, codec):
+    path = write_video(tmp_path / name, [n / 25 for n in range(60)], codec=codec)
+    with VideoFile(path) as source:
+        frames = [(f.t_s, f.to_bgr()) for f in source]
+    for t_s, picture in frames[::7]:
+        assert np.array_equal(read_frame(path, t_s), picture)
+
+
 def test_a_time_after_the_end_is_refused(video):
     with pytest.raises(UnreadableVideo, match=r"no frame at 99\.000 s"):
         read_frame(video, 99.0)

@@ -1,0 +1,280 @@
+"""What can go wrong in the server, and the one place that knows status codes.
+
+    vo_core.errors.ChainageError
+    └── AppError
+        ├── ...NotFound                                   nothing has that id
+        ├── Unauthenticated, CrossOrigin, UnknownHost, TooManyAttempts            access
+        ├── InvalidUpload, OffsetConflict, UploadBusy, ChecksumMismatch, ...      uploads
+        ├── FrameOutsideVideo, StillRunning, NotRunning, ...                      inspections
+        └── MediaFailed, MediaTimeout, Busy, DiskFull, NotReady, ...NotAvailable  not now, not yet
+
+Every failing answer has one body, `{"code": "snake_case", "detail": "a sentence for a person"}`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+from starlette.responses import JSONResponse, Response
+from starlette.websockets import WebSocket, WebSocketState
+
+from vo_core.errors import (
+    ChainageError,
+    InvalidRig,
+    RigVideoMismatch,
+    ShapeMismatch,
+    UnreadableVideo,
+)
+
+
+class AppError(ChainageError):
+    """Base of the server's own errors; its text is a sentence for a person."""
+
+    headers: ClassVar[Mapping[str, str]] = {}
+
+
+class InspectionNotFound(AppError):
+    """No inspection has this id."""
+
+
+class ObservationNotFound(AppError):
+    """The inspection has no observation with this id."""
+
+
+class UploadNotFound(AppError):
+    """No upload has this id: never made, expired, or already an inspection."""
+
+
+class PhotoNotFound(AppError):
+    """The observation has no photo."""
+
+
+class FrameNotFound(AppError):
+    """The inspection has no picture with this number, or it is not tracked yet."""
+
+
+class TrackNotFound(AppError):
+    """Nothing has been tracked yet."""
+
+
+class Unauthenticated(AppError):
+    """Neither a valid token nor a valid session came with the request."""
+
+    headers: ClassVar[Mapping[str, str]] = {"WWW-Authenticate": "Bearer"}
+
+
+class CrossOrigin(AppError):
+    """The request was made by a page of another site."""
+
+
+class UnknownHost(AppError):
+    """The server is addressed by a name it does not answer to."""
+
+
+class TooManyAttempts(AppError):
+    """Too many failed log-ins from one address."""
+
+    headers: ClassVar[Mapping[str, str]] = {"Retry-After": "60"}
+
+
+class InvalidUpload(AppError):
+    """A tus request without a header that it needs, or with an unreadable one."""
+
+
+class UnsupportedTusVersion(AppError):
+    """Tus-Resumable is missing or names another version."""
+
+    headers: ClassVar[Mapping[str, str]] = {"Tus-Version": "1.0.0"}
+
+
+class WrongContentType(AppError):
+    """A PATCH that is not application/offset+octet-stream."""
+
+
+class UploadTooLarge(AppError):
+    """More bytes than announced, or than the server takes."""
+
+
+class OffsetConflict(AppError):
+    """The client and the disk disagree about what has arrived."""
+
+    def __init__(self, offset: int) -> None:
+        super().__init__(f"The server holds {offset} bytes of this upload; go on from there.")
+        self.offset = offset
+
+
+class UploadBusy(AppError):
+    """Another request is using the upload."""
+
+
+class ChecksumMismatch(AppError):
+    """The bytes that arrived are not those that were sent."""
+
+
+class DiskFull(AppError):
+    """There is no room for it on the server's disk."""
+
+
+class UploadIncomplete(AppError):
+    """The upload has not arrived completely."""
+
+
+class FrameOutsideVideo(AppError):
+    """The video has no such frame."""
+
+
+class PixelOutsidePicture(AppError):
+    """The pixel is not in the picture."""
+
+
+class LiveSourceNotAvailable(AppError):
+    """Live sources are not built yet."""
+
+
+class ExportNotAvailable(AppError):
+    """The export format is not built yet."""
+
+
+class StillRunning(AppError):
+    """The inspection must have ended for that."""
+
+
+class NotRunning(AppError):
+    """The inspection is not running, so there is nothing to stop."""
+
+
+class MediaTimeout(AppError):
+    """The media process took too long over one picture."""
+
+
+class MediaFailed(AppError):
+    """The media process died over this file."""
+
+
+class NoScene(AppError):
+    """The 3D view could not be started."""
+
+
+class Busy(AppError):
+    """Too much is waiting already."""
+
+    headers: ClassVar[Mapping[str, str]] = {"Retry-After": "2"}
+
+
+class NotReady(AppError):
+    """A part of the server is not working; the text says which."""
+
+
+class DataFolderInUse(AppError):
+    """Another server uses the data folder."""
+
+
+STATUS: dict[type[Exception], tuple[int, str]] = {
+    InspectionNotFound: (404, "inspection_not_found"),
+    ObservationNotFound: (404, "observation_not_found"),
+    UploadNotFound: (404, "upload_not_found"),
+    PhotoNotFound: (404, "photo_not_found"),
+    FrameNotFound: (404, "frame_not_found"),
+    TrackNotFound: (404, "track_not_found"),
+    Unauthenticated: (401, "unauthenticated"),
+    CrossOrigin: (403, "cross_origin"),
+    UnknownHost: (400, "unknown_host"),
+    TooManyAttempts: (429, "too_many_attempts"),
+    InvalidUpload: (400, "invalid_upload"),
+    UnsupportedTusVersion: (412, "unsupported_tus_version"),
+    WrongContentType: (415, "wrong_content_type"),
+    UploadTooLarge: (413, "upload_too_large"),
+    OffsetConflict: (409, "offset_conflict"),
+    UploadBusy: (423, "upload_busy"),
+    ChecksumMismatch: (460, "checksum_mismatch"),
+    DiskFull: (507, "disk_full"),
+    UploadIncomplete: (409, "upload_incomplete"),
+    RigVideoMismatch: (422, "rig_video_mismatch"),
+    FrameOutsideVideo: (422, "frame_outside_video"),
+    PixelOutsidePicture: (422, "pixel_outside_picture"),
+    LiveSourceNotAvailable: (501, "live_source_not_available"),
+    ExportNotAvailable: (501, "export_not_available"),
+    StillRunning: (409, "still_running"),
+    NotRunning: (409, "not_running"),
+    MediaTimeout: (504, "media_timeout"),
+    MediaFailed: (422, "media_failed"),
+    NoScene: (503, "no_3d_view"),
+    Busy: (503, "busy"),
+    NotReady: (503, "not_ready"),
+    InvalidRig: (422, "invalid_rig"),
+    UnreadableVideo: (422, "unreadable_video"),
+    ShapeMismatch: (422, "shape_mismatch"),
+}
+"""Status and code of each error; a class that is not listed is looked up along its MRO."""
+
+_HTTP_CODES = {
+    400: ("bad_request", "The request cannot be understood."),
+    404: ("not_found", "There is nothing at this address."),
+    405: ("method_not_allowed", "This address does not take that method."),
+    413: ("body_too_large", "The body of the request is too large."),
+    416: ("range_not_satisfiable", "The file has no such range."),
+}
+
+
+def body_of(error: Exception) -> tuple[int, dict[str, str]]:
+    """Status and body of the answer to `error`; anything unforeseen is a plain 500."""
+    for kind in type(error).__mro__:
+        if kind in STATUS:
+            status, code = STATUS[kind]
+            return status, {"code": code, "detail": str(error)}
+    if isinstance(error, HTTPException):
+        code, detail = _HTTP_CODES.get(error.status_code, ("request_refused", str(error.detail)))
+        return error.status_code, {"code": code, "detail": detail}
+    return 500, {
+        "code": "internal_error",
+        "detail": "The server met an unexpected fault. It is in the server's log.",
+    }
+
+
+def answer(error: Exception) -> JSONResponse:
+    """The one error response."""
+    status, body = body_of(error)
+    headers = dict(getattr(error, "headers", None) or {})
+    if isinstance(error, OffsetConflict):
+        headers["Upload-Offset"] = str(error.offset)
+    return JSONResponse(body, status, headers)
+
+
+def _validation_sentence(faults: Any) -> str:
+    parts = []
+    for fault in faults:
+        if fault["type"] == "json_invalid":
+            return f"The body is not JSON: {fault['ctx']['error']}."
+        where = ".".join(str(step) for step in fault["loc"] if step != "body") or "the body"
+        found = fault.get("input")
+        shown = f" (found {found!r:.60})" if isinstance(found, str | int | float | bool) else ""
+        message = str(fault["msg"]).removeprefix("Value error, ")
+        parts.append(f"{where}: {message}{shown}")
+    return "; ".join(parts) + "."
+
+
+async def _handle(connection: Request | WebSocket, error: Exception) -> Response:
+    response = answer(error)
+    if isinstance(connection, WebSocket):
+        if connection.application_state is not WebSocketState.CONNECTING:
+            raise error
+        await connection.send_denial_response(response)
+    return response
+
+
+async def _handle_validation(request: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestValidationError)  # noqa: S101  (registered for this class only)
+    return JSONResponse(
+        {"code": "invalid_request", "detail": _validation_sentence(error.errors())}, 422
+    )
+
+
+def install(app: FastAPI) -> None:
+    """Give `app` the one body for every error; `middleware.Envelope` has what passes through."""
+    app.add_exception_handler(ChainageError, _handle)
+    app.add_exception_handler(HTTPException, _handle)
+    app.add_exception_handler(RequestValidationError, _handle_validation)

@@ -1,0 +1,1 @@
+"""Child processes: media is decoded and tracked here, never in the server."""

@@ -1,0 +1,83 @@
+"""The media process: says what a video file is, and cuts single pictures out of it."""
+
+from __future__ import annotations
+
+import traceback
+from dataclasses import asdict
+
+import msgspec
+
+from app.jobs import limits
+from app.jobs.messages import (
+    Failed,
+    FromMedia,
+    Limits,
+    Picture,
+    PictureRequest,
+    Probed,
+    ProbeRequest,
+    ToMedia,
+    encode,
+)
+from app.jobs.process import connection_from_arguments
+
+
+def main() -> None:
+    """Answer requests until the pipe closes."""
+    with connection_from_arguments() as connection:
+        decoder = msgspec.msgpack.Decoder(ToMedia)
+        while True:
+            try:
+                request = decoder.decode(connection.recv_bytes())
+            except EOFError:
+                return
+            if isinstance(request, Limits):
+                limits.apply(request)
+                _warm_up()
+            else:
+                connection.send_bytes(encode(_answer(request)))
+
+
+def _warm_up() -> None:
+    """Load the decoders while nobody waits."""
+    import cv2  # noqa: F401
+
+    import vo_core.sources  # noqa: F401
+
+
+def _answer(request: ProbeRequest | PictureRequest) -> FromMedia:
+    from vo_core.errors import UnreadableVideo
+
+    try:
+        if isinstance(request, ProbeRequest):
+            return _probe(request)
+        return _picture(request)
+    except UnreadableVideo as error:
+        return Failed("unreadable_video", str(error))
+    except MemoryError:
+        return Failed("out_of_memory", "The video needs more memory than the media process has.")
+    except Exception:
+        detail = "Reading the video met an unexpected fault; it is in the log."
+        return Failed("media_failed", detail, traceback.format_exc())
+
+
+def _probe(request: ProbeRequest) -> Probed:
+    from vo_core.sources import VideoFile
+
+    with VideoFile(request.video) as video:
+        next(iter(video))  # raises unless there is a picture to be had
+        return Probed(**asdict(video.info))
+
+
+def _picture(request: PictureRequest) -> Picture:
+    import cv2
+
+    from vo_core.sources import read_frame
+
+    picture = read_frame(request.video, request.t_s)
+    _, jpeg = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, request.jpeg_quality])
+    return Picture(jpeg.tobytes())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,216 @@
+"""Around everything: one error body, security headers, and a guard that lets nobody else in."""
+
+from __future__ import annotations
+
+import asyncio
+import ipaddress
+import logging
+from collections.abc import Collection
+from urllib.parse import quote, urlsplit
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect, HTTPConnection
+from starlette.responses import RedirectResponse, Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from app.errors import AppError, CrossOrigin, Unauthenticated, UnknownHost, answer
+from app.services.access import Access, Principal
+
+logger = logging.getLogger(__name__)
+
+CSP = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+    "media-src 'self' blob:; connect-src 'self'; frame-src 'self'; font-src 'self'; "
+    "base-uri 'none'; form-action 'self'; frame-ancestors 'none'; worker-src 'self'; "
+    "manifest-src 'self'"
+)
+SECURITY_HEADERS = {
+    "Content-Security-Policy": CSP,
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Permissions-Policy": "camera=(), geolocation=(), microphone=(), payment=(), usb=()",
+    "Cache-Control": "no-store",
+}
+"""Set where the answer does not say otherwise; the 3D page has a policy of its own."""
+
+MAX_BODY_BYTES = 2**20
+"""Of everything but the pieces of an upload, which are streamed to the disk."""
+
+COOKIE = "chainage_session"
+SECURE_COOKIE = "__Host-chainage_session"
+
+PUBLIC = frozenset(
+    {
+        "/healthz", "/readyz", "/login", "/api/login", "/favicon.ico",
+        # what the log-in page is made of
+        "/static/icon.svg", "/static/login.css", "/static/login.js", "/static/css/tokens.css",
+        "/static/css/base.css", "/static/core/api.js",
+    }
+)  # fmt: skip
+_SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
+
+
+class Envelope:
+    """Outermost: security headers on every answer, a 500 with our body, a limit on bodies."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """ASGI."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        started = replaced = False
+        is_upload = scope["path"].startswith("/api/uploads")
+
+        async def send_with_headers(message: Message) -> None:
+            nonlocal started, replaced
+            if message["type"] == "http.response.start":
+                started = True
+                headers = MutableHeaders(scope=message)
+                replaced = _is_foreign_failure(message["status"], headers)
+                if replaced:  # such as Starlette's own answer to a range that does not exist
+                    body = answer(HTTPException(message["status"])).body
+                    headers["Content-Type"] = "application/json"
+                    headers["Content-Length"] = str(len(body))
+                for name, value in SECURITY_HEADERS.items():
+                    headers.setdefault(name, value)
+                if is_upload:
+                    headers.setdefault("Tus-Resumable", "1.0.0")
+                await send(message)
+                if replaced:
+                    await send({"type": "http.response.body", "body": body})
+            elif not replaced:
+                await send(message)
+
+        is_streamed = is_upload and scope["method"] == "PATCH"
+        try:
+            await self._app(scope, receive if is_streamed else _limited(receive), send_with_headers)
+        except (ClientDisconnect, ConnectionError):
+            logger.debug("A client went away during %s %s.", scope["method"], scope["path"])
+        except Exception as error:
+            logger.exception("%s %s failed.", scope["method"], scope["path"])
+            if started:
+                raise
+            await answer(error)(scope, receive, send_with_headers)
+
+
+class Guard:
+    """Host, Origin, session or token; what is not public then has a `state.principal`."""
+
+    def __init__(self, app: ASGIApp, allowed_hosts: Collection[str]) -> None:
+        self._app = app
+        self._hosts = {"localhost", *(host.lower() for host in allowed_hosts)}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """ASGI."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        try:
+            await self._check(scope)
+        except Unauthenticated as error:
+            await _refusal(scope, error)(scope, receive, send)
+        except AppError as error:
+            await answer(error)(scope, receive, send)
+        else:
+            await self._app(scope, receive, send)
+
+    async def _check(self, scope: Scope) -> None:
+        connection = HTTPConnection(scope)
+        self._check_host(connection.headers)
+        has_cookie = cookie_of(connection) is not None
+        if scope["type"] == "websocket":
+            _check_origin(connection.headers, is_required=True)
+        elif scope["method"] not in _SAFE_METHODS:
+            _check_origin(connection.headers, is_required=has_cookie)
+        if scope["path"] in PUBLIC:
+            return
+        principal = await self._principal(connection)
+        if principal is None:
+            raise Unauthenticated("Log in, or send a valid token as `Authorization: Bearer ...`.")
+        scope.setdefault("state", {})["principal"] = principal
+
+    def _check_host(self, headers: Headers) -> None:
+        """Against DNS rebinding: a page of another site may reach us only under its own name.
+
+        An address as host cannot be rebound, so every address is fine.
+        """
+        host = urlsplit(f"//{headers.get('host', '')}").hostname or ""
+        if host not in self._hosts and not _is_address(host):
+            raise UnknownHost(
+                f"The server does not answer to the name {host!r}; its operator can add it to "
+                "CHAINAGE_ALLOWED_HOSTS."
+            )
+
+    async def _principal(self, connection: HTTPConnection) -> Principal | None:
+        access: Access = connection.app.state.services.access
+        scheme, _, token = connection.headers.get("authorization", "").partition(" ")
+        if scheme.lower() == "bearer":
+            return await asyncio.to_thread(access.by_token, token.strip())
+        cookie = cookie_of(connection)
+        if cookie is None:
+            return None
+        return await asyncio.to_thread(access.by_cookie, cookie)
+
+
+def _is_foreign_failure(status: int, headers: MutableHeaders) -> bool:
+    return status >= 400 and not headers.get("content-type", "").startswith("application/json")
+
+
+def cookie_of(connection: HTTPConnection) -> str | None:
+    """The session cookie; under TLS only the one that a browser takes from this very host."""
+    is_secure = connection.url.scheme in ("https", "wss")
+    return connection.cookies.get(SECURE_COOKIE if is_secure else COOKIE)
+
+
+def _check_origin(headers: Headers, *, is_required: bool) -> None:
+    """The page that made the request is ours: CORS does not keep others from sending it."""
+    origin = headers.get("origin")
+    site = headers.get("sec-fetch-site")
+    if origin is not None:
+        is_ours = urlsplit(origin).netloc.lower() == headers.get("host", "").lower()
+    elif site is not None:
+        is_ours = site in ("same-origin", "none")
+    else:
+        is_ours = not is_required
+    if not is_ours:
+        raise CrossOrigin(
+            "The request comes from a page of another site, or does not say from where."
+        )
+
+
+def _refusal(scope: Scope, error: Unauthenticated) -> Response:
+    """Pages lead to the log-in; everything else is told."""
+    accepts = Headers(scope=scope).get("accept", "")
+    path = scope["path"]
+    is_page = scope["type"] == "http" and scope["method"] == "GET" and "text/html" in accepts
+    if is_page and not path.startswith(("/api/", "/static/", "/viewer/")):
+        return RedirectResponse(f"/login?next={quote(path)}", 303)
+    return answer(error)
+
+
+def _is_address(host: str) -> bool:
+    try:
+        ipaddress.ip_address(host)
+    except ValueError:
+        return False
+    return True
+
+
+def _limited(receive: Receive) -> Receive:
+    taken = 0
+
+    async def receive_limited() -> Message:
+        nonlocal taken
+        message = await receive()
+        taken += len(message.get("body", b""))
+        if taken > MAX_BODY_BYTES:
+            raise HTTPException(413)
+        return message
+
+    return receive_limited

@@ -1,0 +1,75 @@
+"""Log-in and log-out."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request, Response
+from fastapi.concurrency import run_in_threadpool
+from starlette.responses import RedirectResponse
+
+from app.deps import PrincipalDep, ServicesDep
+from app.middleware import COOKIE, SECURE_COOKIE, cookie_of
+from app.routers.pages import login_page
+from app.schemas import LoginIn, SessionOut
+from app.services.access import SESSION_LIFETIME
+
+router = APIRouter(tags=["access"])
+
+_OUR_PAGES = re.compile(r"/(new|inspections/[0-9a-f]{32})?")
+"""Where a log-in may lead; never to another site."""
+
+
+@router.post("/api/login", status_code=204)
+def log_in(body: LoginIn, request: Request, response: Response, services: ServicesDep) -> None:
+    """Exchange the access token for a session cookie."""
+    _set_cookie(request, response, services.access.log_in(body.token, _address(request)))
+
+
+@router.get("/login", include_in_schema=False)
+async def log_in_page(
+    request: Request,
+    services: ServicesDep,
+    token: Annotated[str | None, Query(max_length=500)] = None,
+    next_page: Annotated[str, Query(alias="next", max_length=500)] = "/",
+) -> Response:
+    """The page; with `?token=`, the address that the server printed, log in and go on to `next`."""
+    if token is None:
+        return login_page()
+    cookie = await run_in_threadpool(services.access.log_in, token, _address(request))
+    response = RedirectResponse(next_page if _OUR_PAGES.fullmatch(next_page) else "/", 303)
+    _set_cookie(request, response, cookie)
+    return response
+
+
+@router.post("/api/logout", status_code=204)
+def log_out(request: Request, response: Response, services: ServicesDep) -> None:
+    """End the session of the cookie, if there is one."""
+    cookie = cookie_of(request)
+    if cookie is not None:
+        services.access.log_out(cookie)
+    name = SECURE_COOKIE if request.url.scheme == "https" else COOKIE
+    response.delete_cookie(name, secure=name == SECURE_COOKIE, httponly=True, samesite="strict")
+
+
+@router.get("/api/session")
+def session(principal: PrincipalDep) -> SessionOut:
+    """Who is logged in."""
+    return SessionOut(name=principal.name, role=principal.role)
+
+
+def _set_cookie(request: Request, response: Response, value: str) -> None:
+    is_secure = request.url.scheme == "https"
+    response.set_cookie(
+        SECURE_COOKIE if is_secure else COOKIE,
+        value,
+        max_age=int(SESSION_LIFETIME.total_seconds()),
+        secure=is_secure,
+        httponly=True,
+        samesite="strict",
+    )
+
+
+def _address(request: Request) -> str:
+    return request.client.host if request.client else "unknown"

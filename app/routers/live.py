@@ -1,0 +1,174 @@
+"""The live socket: pose and picture of the same frame in one message, newest wins."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+from contextlib import AsyncExitStack
+from typing import Annotated, Literal
+
+import msgspec
+from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+
+from app.deps import InspectionId, ServicesDep
+from app.errors import InspectionNotFound, NoScene, body_of
+from app.schemas import live_header
+from app.services.container import Services
+from app.services.live import Event, Update
+from app.services.scenes import SceneFeed
+
+logger = logging.getLogger(__name__)
+
+router = APIRouter()
+
+MAX_IN_FLIGHT = 2
+CLOSE_NOT_FOUND = 4404
+CLOSE_BAD_MESSAGE = 1011
+
+
+class _Ack(msgspec.Struct, tag="ack", tag_field="type"):
+    seq: int
+
+
+class _Show(msgspec.Struct, tag="show", tag_field="type"):
+    frame: Annotated[int, msgspec.Meta(ge=0, le=2**31)] | None
+    """None: the robot follows the tracking again."""
+
+
+class _Camera(msgspec.Struct, tag="camera", tag_field="type"):
+    mode: Literal["follow", "overview", "inside"]
+
+
+_commands: msgspec.json.Decoder[_Ack | _Show | _Camera] = msgspec.json.Decoder(
+    _Ack | _Show | _Camera
+)
+
+
+class _Outbox:
+    """The newest update that the browser has not seen, and how many it has not acknowledged."""
+
+    def __init__(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._may_send = asyncio.Event()
+        self._newest: Update | None = None
+        self._in_flight: list[int] = []
+
+    def listen(self, event: Event) -> None:
+        """Called from any thread."""
+        if isinstance(event, Update):
+            self._loop.call_soon_threadsafe(self.put, event)
+
+    def put(self, update: Update) -> None:
+        """The newest wins, but the end of an inspection is not lost."""
+        if self._newest is None or update.seq > self._newest.seq:
+            self._newest = update
+        self._wake()
+
+    def acknowledge(self, seq: int) -> None:
+        self._in_flight = [sent for sent in self._in_flight if sent > seq]
+        self._wake()
+
+    async def next(self) -> Update:
+        """The update to send now."""
+        while True:
+            await self._may_send.wait()
+            update, self._newest = self._newest, None
+            self._wake()
+            if update is not None:
+                self._in_flight.append(update.seq)
+                self._wake()
+                return update
+
+    def _wake(self) -> None:
+        if self._newest is not None and len(self._in_flight) < MAX_IN_FLIGHT:
+            self._may_send.set()
+        else:
+            self._may_send.clear()
+
+
+@router.websocket("/api/inspections/{inspection_id}/live")
+async def live(socket: WebSocket, inspection_id: InspectionId, services: ServicesDep) -> None:
+    """Updates of an inspection to the browser; acknowledgements and commands from it."""
+    await socket.accept()
+    try:
+        current = await asyncio.to_thread(_current, services, inspection_id)
+    except InspectionNotFound as error:
+        await _refuse(socket, error, CLOSE_NOT_FOUND)
+        return
+    outbox = _Outbox()
+    async with AsyncExitStack() as stack:
+        stack.enter_context(services.live.listening(inspection_id, outbox.listen))
+        outbox.put(current)
+        feed = await _scene(stack, services, inspection_id)
+        tasks = {
+            asyncio.create_task(_send(socket, outbox)),
+            asyncio.create_task(_receive(socket, outbox, feed)),
+        }
+        stack.push_async_callback(_end, tasks)
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        for task in done:
+            fault = task.exception()
+            if isinstance(fault, msgspec.MsgspecError):
+                await _refuse(socket, fault, CLOSE_BAD_MESSAGE)
+            elif fault is not None and not isinstance(fault, WebSocketDisconnect):
+                raise fault
+
+
+async def _send(socket: WebSocket, outbox: _Outbox) -> None:
+    while True:
+        update = await outbox.next()
+        header = json.dumps(live_header(update), allow_nan=False).encode()
+        await socket.send_bytes(len(header).to_bytes(4, "big") + header + update.jpeg)
+
+
+async def _receive(socket: WebSocket, outbox: _Outbox, feed: SceneFeed | None) -> None:
+    while True:
+        match await _next_command(socket):
+            case _Ack(seq):
+                outbox.acknowledge(seq)
+            case _Show(frame) if feed is not None:
+                await asyncio.to_thread(feed.show_frame, frame)
+            case _Camera(mode) if feed is not None:
+                feed.set_camera(mode)
+
+
+async def _next_command(socket: WebSocket) -> _Ack | _Show | _Camera:
+    message = await socket.receive()
+    if message["type"] == "websocket.disconnect":
+        raise WebSocketDisconnect(message["code"])
+    return _commands.decode(message.get("text") or message.get("bytes") or b"")
+
+
+async def _scene(stack: AsyncExitStack, services: Services, inspection_id: str) -> SceneFeed | None:
+    """The 3D scene that this page will show; without one the live picture goes on."""
+    try:
+        return await stack.enter_async_context(services.scenes.use(inspection_id))
+    except NoScene:
+        logger.exception("No 3D view for inspection %s.", inspection_id)
+        return None
+
+
+def _current(services: Services, inspection_id: str) -> Update:
+    """What a browser that has just come is to see first."""
+    newest = services.live.newest(inspection_id)
+    if newest is not None:
+        return newest
+    view = services.inspections.get(inspection_id)
+    last = services.inspections.last_estimate(inspection_id)
+    return Update(inspection_id, 0, view.row.status, view.progress, (last,) if last else ())
+
+
+async def _end(tasks: set[asyncio.Task[None]]) -> None:
+    for task in tasks:
+        task.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
+
+
+async def _refuse(socket: WebSocket, error: Exception, code: int) -> None:
+    if isinstance(error, msgspec.MsgspecError):
+        body = {"code": "invalid_message", "detail": f"The message is not understood: {error}."}
+    else:
+        _, body = body_of(error)
+    await socket.send_json(body)
+    await socket.close(code)

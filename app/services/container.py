@@ -1,0 +1,129 @@
+"""Builds the services, starts them in order, stops them in the opposite one."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import AsyncIterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, asynccontextmanager, suppress
+from dataclasses import dataclass
+
+from app.jobs.messages import Limits
+from app.services.access import Access
+from app.services.exports import Exports
+from app.services.health import Health
+from app.services.inspections import Inspections
+from app.services.live import Live
+from app.services.media import Media
+from app.services.observations import Observations
+from app.services.photos import Photos
+from app.services.scenes import Scenes
+from app.services.tracking import Tracking
+from app.services.tracks import Tracks
+from app.services.uploads import Uploads
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.files import DataFolder
+
+logger = logging.getLogger(__name__)
+
+_EXPIRY_SWEEP_S = 600.0
+_THREADS = 32
+
+
+@dataclass(frozen=True)
+class Services:
+    """Everything that routers may call."""
+
+    access: Access
+    uploads: Uploads
+    inspections: Inspections
+    tracking: Tracking
+    tracks: Tracks
+    observations: Observations
+    photos: Photos
+    media: Media
+    exports: Exports
+    live: Live
+    scenes: Scenes
+    health: Health
+
+
+@asynccontextmanager
+async def running(settings: Settings) -> AsyncIterator[Services]:
+    """The services of one data folder, until the block ends."""
+    # The default has a few threads only, and each upload occupies one while the disk syncs.
+    asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(_THREADS, "worker"))
+    with ExitStack() as stack:
+        services = await asyncio.to_thread(_start, settings, stack)
+        sweeps = [
+            asyncio.create_task(services.scenes.sweep()),
+            asyncio.create_task(_expire_uploads(services.uploads)),
+        ]
+        try:
+            yield services
+        finally:
+            for sweep in sweeps:
+                sweep.cancel()
+                with suppress(asyncio.CancelledError):
+                    await sweep
+            await services.scenes.close()
+            await asyncio.to_thread(stack.close)
+
+
+def _start(settings: Settings, stack: ExitStack) -> Services:
+    """What is started here is stopped by `stack`, also if a later step fails."""
+    folder = DataFolder(settings.data, reserve_bytes=settings.disk_reserve_bytes)
+    stack.callback(folder.close)
+    database = Database(folder.database)
+    stack.callback(database.close)
+    live = Live()
+    tracks = Tracks(folder)
+    uploads = Uploads(
+        folder, max_bytes=settings.max_upload_bytes, expiry_s=settings.upload_expiry_h * 3600
+    )
+    media = Media(Limits(settings.child_memory_bytes))
+    stack.callback(media.close)
+    tracking = Tracking(
+        database,
+        folder,
+        tracks,
+        live,
+        slots=settings.max_jobs,
+        limits=Limits(settings.child_memory_bytes, round(settings.job_cpu_h * 3600)),
+        stall_s=settings.stall_s,
+        pace=settings.pace,
+    )
+    photos = Photos(database, folder, media, tracks, live)
+    stack.enter_context(live.listening(None, photos.on_event))
+    photos.start()
+    stack.callback(photos.stop)
+    tracking.start()
+    stack.callback(tracking.stop)
+    inspections = Inspections(database, folder, media, uploads, tracks, tracking, live)
+    observations = Observations(database, tracks, live)
+    token = settings.token.get_secret_value() if settings.token else folder.kept_token()
+    return Services(
+        access=Access(database, token),
+        uploads=uploads,
+        inspections=inspections,
+        tracking=tracking,
+        tracks=tracks,
+        observations=observations,
+        photos=photos,
+        media=media,
+        exports=Exports(inspections, observations),
+        live=live,
+        scenes=Scenes(inspections, tracks, observations, live),
+        health=Health(database, folder, media, tracking, photos),
+    )
+
+
+async def _expire_uploads(uploads: Uploads) -> None:
+    while True:
+        try:
+            await asyncio.to_thread(uploads.expire)
+        except OSError:
+            logger.exception("Old uploads could not be deleted; another try in ten minutes.")
+        await asyncio.sleep(_EXPIRY_SWEEP_S)

@@ -1,0 +1,115 @@
+"""The one process that looks into media files for the server; replaced when it dies or hangs."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from pathlib import Path
+
+import msgspec
+
+from app.errors import Busy, MediaFailed, MediaTimeout
+from app.jobs.messages import (
+    Failed,
+    FromMedia,
+    Limits,
+    Picture,
+    PictureRequest,
+    Probed,
+    ProbeRequest,
+)
+from app.jobs.process import Child, describe_exit
+from vo_core.errors import UnreadableVideo
+
+logger = logging.getLogger(__name__)
+
+PHOTO_JPEG_QUALITY = 92
+_ANSWER_TIMEOUT_S = 30.0
+_WAIT_FOR_TURN_S = 60.0
+
+
+class Media:
+    """Probe files and cut pictures, one at a time."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self._turn = threading.Lock()
+        self._answers = msgspec.msgpack.Decoder(FromMedia)
+        self._child = self._start()
+
+    def close(self) -> None:
+        """End the process."""
+        self._child.kill()
+
+    def is_alive(self) -> bool:
+        """Whether the process runs; if not, the next request starts another."""
+        return self._child.is_alive()
+
+    def probe(self, path: Path, name: str) -> Probed:
+        """What the video file is; its first picture could be decoded. `name` stands in messages.
+
+        Raises:
+            UnreadableVideo: It cannot be used, and why.
+        """
+        try:
+            answer = self._ask(ProbeRequest(str(path)))
+        except UnreadableVideo as error:
+            raise UnreadableVideo(str(error).replace(path.name, name)) from error
+        assert isinstance(answer, Probed)  # noqa: S101  (checked by _ask)
+        return answer
+
+    def picture(self, path: Path, t_s: float, jpeg_quality: int = PHOTO_JPEG_QUALITY) -> bytes:
+        """The frame shown at presentation time `t_s`, as JPEG."""
+        answer = self._ask(PictureRequest(str(path), t_s, jpeg_quality))
+        assert isinstance(answer, Picture)  # noqa: S101  (checked by _ask)
+        return answer.jpeg
+
+    def _ask(self, request: ProbeRequest | PictureRequest) -> Probed | Picture:
+        if not self._turn.acquire(timeout=_WAIT_FOR_TURN_S):
+            raise Busy("Too many pictures are being read from videos; try again in a moment.")
+        try:
+            if not self._child.is_alive():
+                logger.warning("The media process had ended; another is started.")
+                self._child.kill()
+                self._child = self._start()
+            return self._checked(self._exchange(request), request)
+        finally:
+            self._turn.release()
+
+    def _exchange(self, request: ProbeRequest | PictureRequest) -> bytes:
+        try:
+            self._child.send(request)
+            return self._child.receive(_ANSWER_TIMEOUT_S)
+        except TimeoutError as error:
+            self._restart()
+            raise MediaTimeout(
+                f"Reading the video took more than {_ANSWER_TIMEOUT_S:g} s and was stopped."
+            ) from error
+        except (EOFError, OSError) as error:
+            how = describe_exit(self._restart())
+            raise MediaFailed(f"The media process died over this video: {how}.") from error
+
+    def _checked(self, answer: bytes, request: ProbeRequest | PictureRequest) -> Probed | Picture:
+        expected = Probed if isinstance(request, ProbeRequest) else Picture
+        try:
+            message = self._answers.decode(answer)
+        except msgspec.MsgspecError as error:
+            self._restart()
+            raise MediaFailed("The media process gave no sensible answer.") from error
+        if isinstance(message, expected):
+            return message
+        if isinstance(message, Failed) and message.code == "unreadable_video":
+            raise UnreadableVideo(message.detail)
+        detail = message.detail if isinstance(message, Failed) else "an answer of another kind"
+        logger.error("Media process: %s %s", detail, getattr(message, "trace", ""))
+        raise MediaFailed(detail)
+
+    def _restart(self) -> int:
+        code = self._child.kill() if self._child.is_alive() else self._child.end()
+        self._child = self._start()
+        return code
+
+    def _start(self) -> Child:
+        child = Child("app.jobs.media")
+        child.send(self._limits)
+        return child

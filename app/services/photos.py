@@ -1,0 +1,164 @@
+"""The photo of each observation: the original picture of its frame, cut by presentation time.
+
+The table says which photos are missing, so nothing is lost when the server ends; one thread makes
+them, and a request waits for its own a little while.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import threading
+from pathlib import Path
+
+from sqlalchemy import or_, select
+from sqlalchemy.orm import Session
+
+from app.errors import PhotoNotFound
+from app.services.live import ENDED, Event, Live, Update
+from app.services.media import Media
+from app.services.tracks import Tracks, estimate_at
+from app.storage.database import Database
+from app.storage.files import DataFolder, write_durably
+from app.storage.tables import Inspection, Observation
+from vo_core.errors import ChainageError
+
+logger = logging.getLogger(__name__)
+
+_WAIT_FOR_PHOTO_S = 3.0
+_PAUSE_AFTER_FAULT_S = 5.0
+_STOP_TIMEOUT_S = 40.0
+
+
+class Photos:
+    """Makes what is missing, serves what is there."""
+
+    def __init__(
+        self, database: Database, folder: DataFolder, media: Media, tracks: Tracks, live: Live
+    ) -> None:
+        self._database = database
+        self._folder = folder
+        self._media = media
+        self._tracks = tracks
+        self._live = live
+        self._changed = threading.Condition()
+        """Guards `_dirty` and `_stopping`; notified when either or a photo changes."""
+        self._dirty: set[str] = set()
+        """Inspections that may miss photos."""
+        self._stopping = False
+        self._thread = threading.Thread(target=self._work, name="photos", daemon=True)
+
+    def start(self) -> None:
+        """Begin with what the last run of the server left undone."""
+        with self._database.read() as session:
+            self._dirty.update(
+                session.scalars(_MISSING.with_only_columns(Observation.inspection_id))
+            )
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Finish the photo in hand and end."""
+        with self._changed:
+            self._stopping = True
+            self._changed.notify_all()
+        self._thread.join(_STOP_TIMEOUT_S)
+
+    def is_alive(self) -> bool:
+        """Whether photos are being made."""
+        return self._thread.is_alive()
+
+    def on_event(self, event: Event) -> None:
+        """A listener of all events: a tag or the end of a track may allow for more photos."""
+        if isinstance(event, Update) and event.state not in ENDED:
+            return
+        with self._changed:
+            self._dirty.add(event.inspection_id)
+            self._changed.notify_all()
+
+    def wait_for(self, inspection_id: str, observation_id: str) -> None:
+        """Wait until the photo of an observation is made or failed, but not long."""
+        with self._changed:
+            self._changed.wait_for(
+                lambda: self._is_settled(inspection_id, observation_id), _WAIT_FOR_PHOTO_S
+            )
+
+    def _is_settled(self, inspection_id: str, observation_id: str) -> bool:
+        with self._database.read() as session:
+            row = session.get(Observation, (inspection_id, observation_id))
+        if row is None or row.photo_error is not None or row.photo_frame == row.frame:
+            return True
+        return row.frame >= len(self._tracks.get(inspection_id))  # not before it is tracked
+
+    def path(self, row: Observation) -> Path:
+        """File of the photo of an observation.
+
+        Raises:
+            PhotoNotFound: It has none, or only that of an earlier frame.
+        """
+        if row.photo_frame != row.frame:
+            raise PhotoNotFound(row.photo_error or "The photo is not made yet.")
+        path = self._folder.photo(row.inspection_id, row.id, row.frame)
+        if not path.exists():
+            raise PhotoNotFound("The file of this photo is missing in the server's data folder.")
+        return path
+
+    def _work(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._stopping or self._dirty)
+                if self._stopping:
+                    return
+                inspection_id = self._dirty.pop()
+            try:
+                self._make_missing(inspection_id)
+            except Exception:
+                logger.exception("Photos of inspection %s could not be made.", inspection_id)
+                with self._changed:
+                    self._dirty.add(inspection_id)
+                    self._changed.wait_for(lambda: self._stopping, _PAUSE_AFTER_FAULT_S)
+
+    def _make_missing(self, inspection_id: str) -> None:
+        with self._database.read() as session:
+            inspection = session.get(Inspection, inspection_id)
+            rows = session.scalars(_MISSING.where(Observation.inspection_id == inspection_id)).all()
+        if inspection is None:
+            return
+        for row in rows:
+            if self._stopping:
+                return
+            self._make(inspection, row)
+
+    def _make(self, inspection: Inspection, row: Observation) -> None:
+        estimate = estimate_at(self._tracks.get(inspection.id), row.frame)
+        sha256, error = None, None
+        if estimate is None:
+            if inspection.status not in ENDED:
+                return  # its time is known when tracking has got there
+            error = "This frame was not tracked, so its picture cannot be found."
+        else:
+            video = self._folder.inspection(inspection.id) / inspection.video_file
+            try:
+                jpeg = self._media.picture(video, estimate.time_s)
+                write_durably(self._folder.photo(inspection.id, row.id, row.frame), jpeg)
+                sha256 = hashlib.sha256(jpeg).hexdigest()
+            except ChainageError as failure:
+                error = str(failure)
+        self._database.write(lambda session: _record(session, row, sha256, error))
+        with self._changed:
+            self._changed.notify_all()
+
+
+_MISSING = select(Observation).where(
+    Observation.deleted_at.is_(None),
+    Observation.photo_error.is_(None),
+    or_(Observation.photo_frame.is_(None), Observation.photo_frame != Observation.frame),
+)
+
+
+def _record(session: Session, made: Observation, sha256: str | None, error: str | None) -> None:
+    row = session.get(Observation, (made.inspection_id, made.id))
+    if row is None or row.frame != made.frame:
+        return  # edited meanwhile: it is still among the missing
+    row.photo_error = error
+    if sha256 is not None:
+        row.photo_frame, row.photo_sha256 = made.frame, sha256

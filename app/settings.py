@@ -1,0 +1,80 @@
+"""Every setting of the server, read from the environment as `CHAINAGE_<NAME>`."""
+
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field, SecretStr, field_validator
+from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
+
+GIB = 2**30
+MIB = 2**20
+
+
+class Settings(BaseSettings):
+    """What an operator may change; handed to `create_app`, never a global."""
+
+    model_config = SettingsConfigDict(env_prefix="CHAINAGE_", extra="forbid", frozen=True)
+
+    data: Path = Field(
+        default=Path("chainage-data"),
+        description="Data folder: database, uploads and inspections. One server at a time uses it.",
+    )
+    token: SecretStr | None = Field(
+        default=None,
+        min_length=1,
+        description="Access token of the server; without it one is made and kept in the data "
+        "folder.",
+    )
+    allowed_hosts: Annotated[tuple[str, ...], NoDecode] = Field(
+        default=(),
+        description="Host names, separated by commas, under which the server may be reached, "
+        "besides localhost and plain addresses.",
+    )
+    max_jobs: int = Field(
+        default=1, ge=1, le=16, description="Videos that are tracked at the same time."
+    )
+    max_upload_bytes: int = Field(
+        default=64 * GIB, ge=MIB, le=2**42, description="Largest upload that is accepted, in bytes."
+    )
+    upload_expiry_h: float = Field(
+        default=48,
+        gt=0,
+        le=24 * 365,
+        description="Hours after its last byte until an upload is deleted.",
+    )
+    disk_reserve_bytes: int = Field(
+        default=512 * MIB,
+        ge=0,
+        le=2**50,
+        description="Free disk space that uploads leave untouched.",
+    )
+    child_memory_bytes: int = Field(
+        default=1536 * MIB,
+        ge=768 * MIB,
+        le=2**40,
+        description="Address space of a process that decodes media; one that needs more is ended.",
+    )
+    stall_s: float = Field(
+        default=60,
+        gt=0,
+        le=3600,
+        description="Seconds without progress after which tracking is ended.",
+    )
+    job_cpu_h: float = Field(
+        default=24, gt=0, le=1000, description="Processor hours that tracking one video may take."
+    )
+
+    pace: float | None = Field(
+        default=None,
+        gt=0,
+        le=1000,
+        description="Track videos no faster than so many times their own speed; the demo does, so "
+        "that one can watch. Without it tracking is as fast as it can.",
+    )
+
+    @field_validator("allowed_hosts", mode="before")
+    @classmethod
+    def _split(cls, value: object) -> object:
+        if isinstance(value, str):
+            return tuple(name.strip() for name in value.split(",") if name.strip())
+        return value

@@ -1,0 +1,138 @@
+"""Files of the data folder; what is acknowledged has been synced, with its folder.
+
+chainage.db
+token                                  the access token, mode 0600, unless CHAINAGE_TOKEN is set
+lock                                   held while a server uses the folder
+uploads/<32 hex>.bin  .json            bytes so far; what was announced
+inspections/<32 hex>/video.<suffix>    the original, as it was uploaded
+                     rig.json  track.csv
+                     photos/<uuid>-<frame>.jpg
+"""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import hashlib
+import os
+import secrets
+import shutil
+from pathlib import Path
+from typing import BinaryIO
+
+from app.errors import DataFolderInUse, DiskFull
+
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
+
+
+class DataFolder:
+    """The places, and the free space."""
+
+    def __init__(self, root: Path, *, reserve_bytes: int) -> None:
+        self.root = root.resolve()
+        self._reserve_bytes = reserve_bytes
+        self.database = self.root / "chainage.db"
+        self.uploads = self.root / "uploads"
+        self.inspections = self.root / "inspections"
+        self.root.mkdir(mode=0o700, parents=True, exist_ok=True)
+        self.uploads.mkdir(exist_ok=True)
+        self.inspections.mkdir(exist_ok=True)
+        self._lock = self._take_lock()
+
+    def close(self) -> None:
+        """Let another server use the folder."""
+        self._lock.close()
+
+    def _take_lock(self) -> BinaryIO:
+        lock = (self.root / "lock").open("wb")
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            lock.close()
+            raise DataFolderInUse(
+                f"Another server is using the data folder {self.root}."
+            ) from error
+        return lock
+
+    def inspection(self, inspection_id: str) -> Path:
+        """Folder of an inspection."""
+        return self.inspections / inspection_id
+
+    def track(self, inspection_id: str) -> Path:
+        """File of the track of an inspection that has ended."""
+        return self.inspection(inspection_id) / "track.csv"
+
+    def photo(self, inspection_id: str, observation_id: str, frame: int) -> Path:
+        """File of the photo of an observation at a frame."""
+        return self.inspection(inspection_id) / "photos" / f"{observation_id}-{frame}.jpg"
+
+    def free_bytes(self) -> int:
+        """What may still be filled: the free space without the reserve; negative when short."""
+        return shutil.disk_usage(self.root).free - self._reserve_bytes
+
+    def require_room(self, size: int) -> None:
+        """Raise DiskFull unless `size` bytes fit."""
+        if size > self.free_bytes():
+            raise DiskFull("There is not enough room on the server's disk. Free some, then go on.")
+
+    def kept_token(self) -> str:
+        """The server's own token: made at the first start, readable by its owner only."""
+        path = self.root / "token"
+        if not path.exists():
+            write_durably(path, secrets.token_urlsafe(32).encode(), mode=0o600)
+        return path.read_text("ascii").strip()
+
+
+def write_durably(path: Path, content: bytes, *, mode: int = 0o644) -> None:
+    """Replace a file so that after a power cut it is either the old one or the whole new one."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
+    try:
+        with open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as out:  # noqa: PTH123
+            out.write(content)
+            out.flush()
+            os.fsync(out.fileno())
+        part.replace(path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise_if_full(error)
+        raise
+    sync_folder(path.parent)
+
+
+def move_durably(source: Path, target: Path) -> None:
+    """Rename within the data folder, so that it holds after a power cut."""
+    source.replace(target)
+    sync_folder(target.parent)
+    sync_folder(source.parent)
+
+
+def copy_durably(source: Path, target: Path) -> None:
+    """Copy a file into the data folder; the target is whole or not there."""
+    part = target.with_name(f".{target.name}.part")
+    shutil.copyfile(source, part)
+    with part.open("rb+") as file:
+        os.fsync(file.fileno())
+    part.replace(target)
+    sync_folder(target.parent)
+
+
+def sync_folder(folder: Path) -> None:
+    """Make renames and new names in `folder` durable."""
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def sha256_of(path: Path) -> str:
+    """SHA-256 of a file, hexadecimal."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def raise_if_full(error: OSError) -> None:
+    """Turn "no space left" and "quota exceeded" into DiskFull; let the rest pass."""
+    if error.errno in _NO_ROOM:
+        raise DiskFull("The server's disk is full. Free some room, then go on.") from error

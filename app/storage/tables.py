@@ -1,0 +1,144 @@
+"""The tables; every change of them is a migration in `migrations/versions`."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import JSON, DateTime, Float, ForeignKey, Index, Integer, String, Text
+from sqlalchemy.engine import Dialect
+from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+from sqlalchemy.types import TypeDecorator
+
+
+class UtcDateTime(TypeDecorator[datetime]):
+    """An instant: aware in Python, UTC in the database (SQLite keeps no time zone)."""
+
+    impl = DateTime
+    cache_ok = True
+
+    def process_bind_param(self, value: datetime | None, dialect: Dialect) -> datetime | None:
+        """Naive UTC for the database."""
+        return None if value is None else value.astimezone(UTC).replace(tzinfo=None)
+
+    def process_result_value(self, value: datetime | None, dialect: Dialect) -> datetime | None:
+        """Aware UTC for Python."""
+        return None if value is None else value.replace(tzinfo=UTC)
+
+
+class Base(DeclarativeBase):
+    """Registry of the tables."""
+
+    type_annotation_map = {  # noqa: RUF012  (read by SQLAlchemy)
+        datetime: UtcDateTime(),
+        dict[str, Any]: JSON(none_as_null=True),
+    }
+
+
+class Token(Base):
+    """A named access token; only its SHA-256 is kept."""
+
+    __tablename__ = "tokens"
+
+    digest: Mapped[str] = mapped_column(String(64), primary_key=True)
+    name: Mapped[str] = mapped_column(String(100))
+    role: Mapped[str] = mapped_column(String(10))
+    created_at: Mapped[datetime]
+    revoked_at: Mapped[datetime | None]
+
+
+class LoginSession(Base):
+    """A browser that exchanged a token for a cookie; only the cookie's SHA-256 is kept."""
+
+    __tablename__ = "sessions"
+
+    digest: Mapped[str] = mapped_column(String(64), primary_key=True)
+    token_digest: Mapped[str] = mapped_column(ForeignKey("tokens.digest", ondelete="CASCADE"))
+    created_at: Mapped[datetime]
+    seen_at: Mapped[datetime]
+
+
+class Inspection(Base):
+    """One run of a camera through a culvert."""
+
+    __tablename__ = "inspections"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    name: Mapped[str] = mapped_column(String(200))
+    status: Mapped[str] = mapped_column(String(10), index=True)
+    """queued, running, done, failed or cancelled."""
+    rig: Mapped[dict[str, Any]]
+    header: Mapped[dict[str, Any]]
+    source_kind: Mapped[str] = mapped_column(String(10))
+    source_filename: Mapped[str] = mapped_column(String(255))
+    """What the user called it; the file itself has a name of ours."""
+    source_size: Mapped[int]
+    source_sha256: Mapped[str] = mapped_column(String(64))
+    video_file: Mapped[str] = mapped_column(String(20))
+    """Name within the inspection's folder."""
+    video: Mapped[dict[str, Any]]
+    """What the probe found: width, height, duration_s, frames, codec, playable, media_type."""
+    frames_done: Mapped[int] = mapped_column(Integer, default=0)
+    fps: Mapped[float | None] = mapped_column(Float)
+    """Tracked frames a second, of the last run."""
+    distance_mm: Mapped[float | None] = mapped_column(Float)
+    """Of the last tracked frame, with its standard deviation."""
+    sigma_distance_mm: Mapped[float | None] = mapped_column(Float)
+    error_code: Mapped[str | None] = mapped_column(String(50))
+    error_detail: Mapped[str | None] = mapped_column(Text)
+    warning: Mapped[str | None] = mapped_column(Text)
+    """Why the video ended early or what was skipped, in a sentence."""
+    created_at: Mapped[datetime]
+    queued_at: Mapped[datetime]
+    finished_at: Mapped[datetime | None]
+
+
+class Observation(Base):
+    """A defect or a note, anchored to a frame and a pixel; its distance is never stored."""
+
+    __tablename__ = "observations"
+
+    inspection_id: Mapped[str] = mapped_column(
+        ForeignKey("inspections.id", ondelete="CASCADE"), primary_key=True
+    )
+    id: Mapped[str] = mapped_column(String(36), primary_key=True)
+    """UUID made by the client, so that a repeated PUT is the same observation."""
+    seq: Mapped[int]
+    """1, 2, ... within the inspection; never used twice."""
+    frame: Mapped[int]
+    fields: Mapped[dict[str, Any]]
+    """What was PUT, as it was accepted."""
+    photo_frame: Mapped[int | None]
+    """The frame that the saved photo shows; None while there is none."""
+    photo_sha256: Mapped[str | None] = mapped_column(String(64))
+    photo_error: Mapped[str | None] = mapped_column(Text)
+    created_at: Mapped[datetime]
+    created_by: Mapped[str] = mapped_column(String(100))
+    edited_at: Mapped[datetime | None]
+    edited_by: Mapped[str | None] = mapped_column(String(100))
+    deleted_at: Mapped[datetime | None]
+
+
+class Event(Base):
+    """Who changed what, when, from what to what; never changed or deleted."""
+
+    __tablename__ = "events"
+    __table_args__ = (Index("ix_events_subject", "inspection_id", "observation_id"),)
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    inspection_id: Mapped[str] = mapped_column(String(32))
+    observation_id: Mapped[str | None] = mapped_column(String(36))
+    action: Mapped[str] = mapped_column(String(20))
+    who: Mapped[str] = mapped_column(String(100))
+    at: Mapped[datetime]
+    before: Mapped[dict[str, Any] | None]
+    after: Mapped[dict[str, Any] | None]
+
+
+class Heartbeat(Base):
+    """One row that `/readyz` writes, to know that the database takes writes."""
+
+    __tablename__ = "heartbeat"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    at: Mapped[datetime]

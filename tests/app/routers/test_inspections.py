@@ -1,0 +1,288 @@
+import copy
+import hashlib
+import shutil
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from builders import (
+    STEP_MM,
+    TUS,
+    Client,
+    assert_error,
+    clip_rig,
+    frame_number,
+    make_clip,
+    serving,
+)
+
+from vo_core import Track
+
+
+def test_an_upload_becomes_a_tracked_inspection(shared: Client, clip: Path, done: str) -> None:
+    inspection = shared.inspection(done)
+    assert inspection["status"] == "done"
+    assert inspection["progress"]["frames_done"] == inspection["progress"]["frames_total"] == 40
+    assert inspection["distance_m"] == pytest.approx(39 * STEP_MM / 1000, abs=0.001)
+    assert inspection["distance_u95_m"] is not None
+    assert inspection["error"] is None
+    assert inspection["warning"] is None
+    assert inspection["finished_at"] > inspection["created_at"]
+    assert inspection["header"] == {"asset_id": "CUL-0041"}
+    assert inspection["rig"]["camera"] == clip_rig(skew=0.0, distortion=[])["camera"]
+    assert inspection["source"] == {
+        "kind": "upload",
+        "filename": "short.mp4",
+        "size": clip.stat().st_size,
+        "sha256": hashlib.sha256(clip.read_bytes()).hexdigest(),
+    }
+    assert inspection["video"] == {
+        "width": 256,
+        "height": 160,
+        "duration_s": 1.6,
+        "codec": "h264",
+        "playable": True,
+    }
+
+
+def test_an_upload_is_used_up_by_its_inspection(server: Client, clip: Path) -> None:
+    created = server.create(clip)
+    assert created.status_code == 201
+    assert created.headers["Location"] == f"/api/inspections/{created.json()['id']}"
+    assert list((server.data / "uploads").iterdir()) == []
+
+
+def body(upload_id: str, **changes: Any) -> dict[str, Any]:
+    source = {"kind": "upload", "upload_id": upload_id}
+    return {"name": "x", "source": source, "rig": clip_rig()} | changes
+
+
+def test_what_is_not_a_video_is_refused_by_name_and_its_upload_stays(shared: Client) -> None:
+    upload_id = shared.upload(b"#EXTM3U\nhttp://127.0.0.1/secret\n", "holiday.mp4")
+    answer = shared.post("/api/inspections", json=body(upload_id))
+    assert "holiday.mp4" in assert_error(answer, 422, "unreadable_video")
+    assert shared.head(f"/api/uploads/{upload_id}", headers=TUS).status_code == 200
+
+
+def test_an_incomplete_upload_is_not_taken(shared: Client) -> None:
+    created = shared.post("/api/uploads", headers={**TUS, "Upload-Length": "10"})
+    upload_id = created.headers["Location"].rsplit("/", 1)[1]
+    answer = shared.post("/api/inspections", json=body(upload_id))
+    assert "0 of 10" in assert_error(answer, 409, "upload_incomplete")
+    assert_error(shared.post("/api/inspections", json=body("0" * 32)), 404, "upload_not_found")
+
+
+def test_a_rig_for_another_picture_size_is_refused(shared: Client, clip: Path) -> None:
+    detail = assert_error(shared.create(clip, rig=clip_rig(width=640)), 422, "rig_video_mismatch")
+    assert "640 x 160" in detail
+    assert "256 x 160" in detail
+
+
+@pytest.mark.parametrize(
+    ("part", "field", "value", "said"),
+    [
+        ("camera", "fx", -5, "camera.fx"),
+        ("camera", "fx", False, "camera.fx"),
+        ("mount", "view", "up", "'down' or 'forward'"),
+        ("pipe", "colour", "grey", "pipe.colour"),
+    ],
+)
+def test_a_wrong_rig_is_refused_with_field_and_value(
+    shared: Client, part: str, field: str, value: object, said: str
+) -> None:
+    rig = copy.deepcopy(clip_rig())
+    rig[part][field] = value
+    answer = shared.post("/api/inspections", json=body("0" * 32, rig=rig))
+    detail = assert_error(answer, 422, "invalid_rig")
+    assert said in detail
+    assert str(value) in detail
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"name": ""},
+        {"name": "  "},
+        {"name": "a\nb"},
+        {"name": "x" * 201},
+        {"header": {"Not A Name": "x"}},
+        {"header": {"a": ["x"]}},
+        {"source": {"kind": "file", "path": "/etc/passwd"}},
+        {"source": {"kind": "upload", "upload_id": "../../x"}},
+        {"rig": None},
+        {"more": 1},
+    ],
+)
+def test_a_body_out_of_bounds_is_refused(shared: Client, changes: dict[str, Any]) -> None:
+    answer = shared.post("/api/inspections", json=body("0" * 32, **changes))
+    assert_error(answer, 422, "invalid_request")
+
+
+def test_a_live_source_is_said_to_come_later(shared: Client) -> None:
+    source = {"kind": "live", "url": "rtsp://192.168.1.9/stream"}
+    answer = shared.post("/api/inspections", json=body("", source=source))
+    assert_error(answer, 501, "live_source_not_available")
+
+
+def test_the_list_has_the_newest_first(server: Client, clip: Path) -> None:
+    first, second = server.inspect(clip, name="first"), server.inspect(clip, name="second")
+    listed = server.get("/api/inspections").json()["inspections"]
+    assert [item["id"] for item in listed] == [second, first]
+    assert listed[0]["name"] == "second"
+    assert listed[0]["defects"] == 0
+
+
+def test_name_and_header_can_be_changed(shared: Client, clip: Path) -> None:
+    path = f"/api/inspections/{shared.inspect(clip)}"
+    changed = shared.patch(path, json={"name": "Renamed"}).json()
+    assert (changed["name"], changed["header"]) == ("Renamed", {"asset_id": "CUL-0041"})
+    changed = shared.patch(path, json={"header": {"operator": "Ai"}}).json()
+    assert (changed["name"], changed["header"]) == ("Renamed", {"operator": "Ai"})
+    assert_error(shared.patch(path, json={"status": "done"}), 422, "invalid_request")
+
+
+def test_a_deleted_inspection_is_gone_with_its_files(server: Client, long_clip: Path) -> None:
+    inspection_id = server.inspect(long_clip)
+    server.wait(inspection_id, "running")
+    assert server.delete(f"/api/inspections/{inspection_id}").status_code == 204
+    assert_error(server.get(f"/api/inspections/{inspection_id}"), 404, "inspection_not_found")
+    assert list((server.data / "inspections").iterdir()) == []
+
+
+def test_an_unknown_inspection_is_not_found_everywhere(shared: Client) -> None:
+    path = f"/api/inspections/{'0' * 32}"
+    for part in ("", "/track", "/video", "/observations", "/wallgrid", "/exports/csv"):
+        assert_error(shared.get(path + part), 404, "inspection_not_found")
+    for part in ("/cancel", "/retry"):
+        assert_error(shared.post(path + part), 404, "inspection_not_found")
+    assert_error(shared.delete(path), 404, "inspection_not_found")
+    assert_error(shared.get(f"/viewer/{'0' * 32}/"), 404, "inspection_not_found")
+
+
+def test_the_track_comes_as_csv_json_and_tum(shared: Client, done: str) -> None:
+    path = f"/api/inspections/{done}/track"
+    track = Track.from_csv(shared.get(path).text)
+    assert track.frame.tolist() == list(range(40))
+    assert track.distance_mm == pytest.approx(STEP_MM * np.arange(40), abs=0.5)
+    columns = shared.get(path, params={"format": "json"}).json()["columns"]
+    assert columns["distance_mm"] == pytest.approx(track.distance_mm.tolist())
+    assert columns["status"] == track.status.tolist()
+    assert len(shared.get(path, params={"format": "tum"}).text.splitlines()) == 40
+    late = shared.get(path, params={"format": "json", "since": 38}).json()["columns"]
+    assert late["frame"] == [38, 39]
+    assert shared.get(path, params={"format": "json", "since": 99}).json()["columns"]["frame"] == []
+    assert_error(shared.get(path, params={"format": "xml"}), 422, "invalid_request")
+
+
+def test_the_original_is_served_whole_and_in_ranges(shared: Client, done: str, clip: Path) -> None:
+    path, content = f"/api/inspections/{done}/video", clip.read_bytes()
+    whole = shared.get(path)
+    assert whole.content == content
+    assert whole.headers["Content-Type"] == "video/mp4"
+    assert whole.headers["Content-Security-Policy"] == "sandbox"
+    part = shared.get(path, headers={"Range": "bytes=100-199"})
+    assert (part.status_code, part.content) == (206, content[100:200])
+    assert part.headers["Content-Range"] == f"bytes 100-199/{len(content)}"
+    beyond = shared.get(path, headers={"Range": f"bytes={len(content)}-"})
+    assert_error(beyond, 416, "range_not_satisfiable")
+
+
+@pytest.mark.parametrize("frame", [0, 17, 39])
+def test_a_single_frame_is_exactly_that_frame(shared: Client, done: str, frame: int) -> None:
+    answer = shared.get(f"/api/inspections/{done}/frames/{frame}.jpg")
+    assert answer.headers["Content-Type"] == "image/jpeg"
+    assert frame_number(answer.content) == frame
+
+
+def test_a_frame_that_is_not_tracked_has_no_picture(shared: Client, done: str) -> None:
+    assert_error(shared.get(f"/api/inspections/{done}/frames/40.jpg"), 404, "frame_not_found")
+    assert_error(shared.get(f"/api/inspections/{done}/frames/-1.jpg"), 422, "invalid_request")
+
+
+def test_frames_of_a_video_with_uneven_times_are_exact(server: Client, tmp_path: Path) -> None:
+    gaps = np.random.default_rng(3).uniform(0.01, 0.2, 60)
+    video = make_clip(tmp_path / "uneven.mp4", 60, times_s=np.cumsum(gaps).tolist())
+    inspection_id = server.tracked(video)
+    for frame in (1, 23, 24, 58):
+        answer = server.get(f"/api/inspections/{inspection_id}/frames/{frame}.jpg")
+        assert frame_number(answer.content) == frame
+
+
+@pytest.mark.parametrize(
+    ("name", "codec", "media_type", "playable"),
+    [
+        ("a.webm", "libvpx", "video/webm", True),
+        ("a.mkv", "libx264", "video/x-matroska", False),
+        ("a.avi", "mpeg4", "video/x-msvideo", False),
+        ("a.ts", "mpeg2video", "video/mp2t", False),
+    ],
+)
+def test_other_containers_are_tracked_too(
+    shared: Client, tmp_path: Path, name: str, codec: str, media_type: str, playable: bool
+) -> None:
+    inspection_id = shared.tracked(make_clip(tmp_path / name, 12, codec=codec))
+    inspection = shared.inspection(inspection_id)
+    assert inspection["progress"]["frames_done"] == 12
+    assert inspection["video"]["playable"] is playable
+    video = shared.get(f"/api/inspections/{inspection_id}/video")
+    assert video.headers["Content-Type"] == media_type
+    picture = shared.get(f"/api/inspections/{inspection_id}/frames/7.jpg").content
+    assert frame_number(picture) == 7
+
+
+def test_the_wall_under_a_pixel_is_ray_cast(shared: Client, done: str) -> None:
+    path = f"/api/inspections/{done}/wall"
+    wall = shared.get(path, params={"frame": 20, "u": 152.5, "v": 104.5}).json()
+    assert wall["distance_m"] == pytest.approx((20 * STEP_MM + 20) / 1000, abs=0.001)
+    assert wall["y_mm"] == pytest.approx(20, abs=0.5)
+    assert wall["clock"] is None
+    outside = shared.get(path, params={"frame": 20, "u": 256, "v": 0})
+    assert_error(outside, 422, "pixel_outside_picture")
+    assert_error(shared.get(path, params={"frame": 40, "u": 0, "v": 0}), 404, "frame_not_found")
+    nan = shared.get(path, params={"frame": 0, "u": "nan", "v": 0})
+    assert_error(nan, 422, "invalid_request")
+
+
+def test_the_wall_grid_is_the_wall_at_pose_zero(shared: Client, done: str) -> None:
+    grid = shared.get(f"/api/inspections/{done}/wallgrid").json()
+    assert len(grid["axial_mm"]) == grid["rows"]
+    assert len(grid["axial_mm"][0]) == grid["cols"]
+    assert (grid["u"][-1], grid["v"][-1]) == (255, 159)
+    assert grid["axial_mm"][0][0] == pytest.approx(-127.5 * 200 / 250)
+    assert grid["right_mm"][-1][0] == pytest.approx(79.5 * 200 / 250)
+    assert grid["clock_h"] is None
+
+
+def test_everything_is_found_again_after_a_restart(tmp_path: Path, clip: Path) -> None:
+    with serving(tmp_path / "data") as client:
+        inspection_id = client.tracked(clip)
+        before = client.inspection(inspection_id)
+        track = client.get(f"/api/inspections/{inspection_id}/track").text
+    with serving(tmp_path / "data") as client:
+        assert client.inspection(inspection_id) == before
+        assert client.get(f"/api/inspections/{inspection_id}/track").text == track
+        picture = client.get(f"/api/inspections/{inspection_id}/frames/5.jpg").content
+        assert frame_number(picture) == 5
+
+
+def test_a_damaged_photo_folder_does_not_hide_the_inspection(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    name = server.tag(inspection_id).json()["id"]
+    shutil.rmtree(server.data / "inspections" / inspection_id / "photos")
+    answer = server.get(f"/api/inspections/{inspection_id}/observations/{name}/photo")
+    assert_error(answer, 404, "photo_not_found")
+    assert server.inspection(inspection_id)["defects"] == 1
+
+
+def test_presets_are_rigs(shared: Client) -> None:
+    presets = shared.get("/api/presets").json()["presets"]
+    assert len(presets) >= 3
+    assert all({"camera", "mount", "pipe"} == preset["rig"].keys() for preset in presets)
+
+
+def test_a_large_preview_is_a_picture(shared: Client, done: str) -> None:
+    picture = shared.get(f"/api/inspections/{done}/frames/3.jpg").content
+    image = cv2.imdecode(np.frombuffer(picture, np.uint8), cv2.IMREAD_COLOR)
+    assert image.shape == (160, 256, 3)

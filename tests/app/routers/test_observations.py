@@ -1,0 +1,249 @@
+import hashlib
+import signal
+import uuid
+from pathlib import Path
+from typing import Any
+
+import pytest
+from builders import (
+    STEP_MM,
+    Client,
+    assert_error,
+    clip_rig,
+    frame_number,
+    make_clip,
+    send_signal,
+    serving,
+    wait_until,
+)
+
+
+def path(inspection_id: str, name: str = "") -> str:
+    return f"/api/inspections/{inspection_id}/observations" + (f"/{name}" if name else "")
+
+
+def listed(client: Client, inspection_id: str) -> list[dict[str, Any]]:
+    return list(client.get(path(inspection_id)).json()["observations"])
+
+
+def test_a_tag_gets_its_distance_from_the_camera(shared: Client, done: str) -> None:
+    tag = shared.tag(done, frame=30).json()
+    assert tag["distance_m"] == pytest.approx(30 * STEP_MM / 1000, abs=0.001)
+    assert tag["distance_u95_m"] >= 0
+    assert tag["time_s"] == pytest.approx(1.2)
+    assert tag["code"] is None
+    assert tag["pixel"] is None
+    assert tag["clock"] is None
+
+
+def test_a_tag_with_a_pixel_gets_the_distance_of_that_wall_point(shared: Client, done: str) -> None:
+    tag = shared.tag(done, frame=30, pixel=[27.5, 79.5]).json()
+    assert tag["distance_m"] == pytest.approx((30 * STEP_MM - 80) / 1000, abs=0.001)
+
+
+def test_everything_that_was_entered_comes_back(shared: Client, done: str) -> None:
+    entered = {
+        "frame": 12, "pixel": [3.5, 70.0], "code": "BAB", "char1": "B", "char2": "A",
+        "quant1": 2.5, "quant2": 0.0, "clock_from": 10, "clock_to": 2, "severity": 4,
+        "continuous": "A1", "remark": "crack, <b>wide</b>\nsecond line",
+    }  # fmt: skip
+    name = str(uuid.uuid4())
+    assert shared.put(path(done, name), json=entered).status_code == 200
+    tag = shared.get(path(done, name)).json()
+    assert {field: tag[field] for field in entered} == entered
+    assert tag["clock"] == 10
+    assert tag in listed(shared, done)
+
+
+def test_the_same_put_again_changes_nothing(shared: Client, done: str) -> None:
+    name = str(uuid.uuid4())
+    first = shared.tag(done, name, code="BAF").json()
+    again = shared.tag(done, name, code="BAF").json()
+    assert again == first
+    assert sum(tag["id"] == name for tag in listed(shared, done)) == 1
+
+
+def test_another_put_replaces_all_fields_and_keeps_the_number(shared: Client, done: str) -> None:
+    name = str(uuid.uuid4())
+    first = shared.tag(done, name, code="BAF", severity=2).json()
+    edited = shared.tag(done, name, code="BBC").json()
+    assert (edited["code"], edited["severity"]) == ("BBC", None)
+    assert edited["seq"] == first["seq"]
+    assert edited["edited_at"] is not None
+    assert first["edited_at"] is None
+
+
+def test_delete_is_undone_by_restore_and_both_may_be_repeated(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    first = server.tag(inspection_id, code="BAB").json()
+    for _ in range(2):
+        assert server.delete(path(inspection_id, first["id"])).status_code == 204
+    assert listed(server, inspection_id) == []
+    assert server.inspection(inspection_id)["defects"] == 0
+    assert_error(server.get(path(inspection_id, first["id"])), 404, "observation_not_found")
+    second = server.tag(inspection_id).json()
+    assert second["seq"] == 2, "a number is never used twice"
+    for _ in range(2):
+        restored = server.post(path(inspection_id, first["id"]) + "/restore").json()
+        assert restored["id"] == first["id"]
+        assert restored["code"] == "BAB"
+    assert [tag["seq"] for tag in listed(server, inspection_id)] == [1, 2]
+
+
+def test_what_never_was_cannot_be_deleted(shared: Client, done: str) -> None:
+    name = str(uuid.uuid4())
+    assert_error(shared.delete(path(done, name)), 404, "observation_not_found")
+    assert_error(shared.post(path(done, name) + "/restore"), 404, "observation_not_found")
+    assert_error(shared.tag("0" * 32, name), 404, "inspection_not_found")
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"frame": -1}, {"frame": 1.5}, {"frame": "3"}, {"frame": False}, {"frame": None},
+        {"frame": 2**40}, {"pixel": [1]}, {"pixel": [1, 2, 3]}, {"pixel": [True, 2]},
+        {"pixel": ["1", "2"]}, {"code": "bab"}, {"code": ""}, {"code": "B"}, {"code": "=CMD()"},
+        {"char1": "AAA"}, {"char1": "a"}, {"quant1": False}, {"quant1": "2"}, {"quant1": 1e9},
+        {"clock_from": 0}, {"clock_from": 13}, {"clock_from": 3.5}, {"clock_to": True},
+        {"severity": 6}, {"severity": -1}, {"severity": True}, {"continuous": "D1"},
+        {"continuous": True}, {"continuous": "A0"}, {"remark": 5}, {"remark": "x" * 4001},
+        {"remark": "a\x00b"}, {"distance_m": 3.0},
+    ],
+)  # fmt: skip
+def test_fields_out_of_bounds_are_refused_by_name(
+    shared: Client, done: str, fields: dict[str, Any]
+) -> None:
+    detail = assert_error(shared.tag(done, **fields), 422, "invalid_request")
+    assert next(iter(fields)) in detail
+
+
+def test_nan_is_no_number(shared: Client, done: str) -> None:
+    for number in ("NaN", "Infinity", "-Infinity", "1e999"):
+        answer = shared.put(
+            path(done, str(uuid.uuid4())),
+            content=f'{{"frame": 1, "quant1": {number}}}',
+            headers={"Content-Type": "application/json"},
+        )
+        assert_error(answer, 422, "invalid_request")
+
+
+def test_frame_and_pixel_must_be_in_the_video(shared: Client, done: str) -> None:
+    assert shared.tag(done, frame=39).status_code == 200
+    assert "its last one is 39" in assert_error(
+        shared.tag(done, frame=40), 422, "frame_outside_video"
+    )
+    for pixel in ([256, 0], [-1, 0], [0, 160], [0, -0.6]):
+        assert_error(shared.tag(done, pixel=pixel), 422, "pixel_outside_picture")
+    assert shared.tag(done, pixel=[255.5, -0.5]).status_code == 200
+
+
+def test_the_photo_is_of_exactly_that_frame_also_after_an_edit(shared: Client, done: str) -> None:
+    name = str(uuid.uuid4())
+    for frame in (7, 31):
+        tag = shared.tag(done, name, frame=frame).json()
+        assert tag["photo_error"] is None
+        photo = shared.get(tag["photo"])
+        assert photo.headers["Content-Type"] == "image/jpeg"
+        assert frame_number(photo.content) == frame
+
+
+def test_the_photo_is_on_the_disk_with_its_checksum(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    tag = server.tag(inspection_id, frame=9).json()
+    photos = server.data / "inspections" / inspection_id / "photos"
+    content = (photos / f"{tag['id']}-9.jpg").read_bytes()
+    report = server.get(f"/api/inspections/{inspection_id}/exports/json").json()
+    sha256 = report["observations"][0]["photo_sha256"]
+    assert sha256 == hashlib.sha256(content).hexdigest()
+
+
+def test_a_tag_is_kept_when_its_photo_cannot_be_made(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    (server.data / "inspections" / inspection_id / "video.mp4").write_bytes(b"damaged")
+    tag = server.tag(inspection_id, frame=3).json()
+    assert tag["photo"] is None
+    assert tag["photo_error"]
+    assert tag["distance_m"] is not None
+
+
+def test_a_media_process_that_dies_is_replaced(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    send_signal("app.jobs.media", signal.SIGKILL)
+    tag = server.tag(inspection_id, frame=3).json()
+    again = server.tag(inspection_id, frame=4).json()
+    assert tag["photo_error"] is None or "SIGKILL" in tag["photo_error"]
+    assert frame_number(server.get(again["photo"]).content) == 4
+
+
+def test_a_tag_before_its_frame_is_tracked_is_located_later(
+    server: Client, clip: Path, long_clip: Path
+) -> None:
+    blocking, waiting = server.inspect(long_clip), server.inspect(clip)
+    server.wait(blocking, "running")
+    tag = server.tag(waiting, frame=25, pixel=[100, 100]).json()
+    assert tag["distance_m"] is tag["distance_u95_m"] is tag["photo"] is tag["at_joint"] is None
+    assert tag["photo_error"] is None
+    server.post(f"/api/inspections/{blocking}/cancel")
+    server.wait(waiting)
+    (later,) = wait_until(lambda: [t for t in listed(server, waiting) if t["photo"]])
+    assert later["distance_m"] == pytest.approx(0.018, abs=0.001)
+    assert frame_number(server.get(later["photo"]).content) == 25
+
+
+def test_a_tag_on_a_frame_that_was_never_reached_says_why_it_has_no_photo(
+    server: Client, long_clip: Path
+) -> None:
+    inspection_id = server.inspect(long_clip)
+    server.wait(inspection_id, "running")
+    name = server.tag(inspection_id, frame=1400).json()["id"]
+    server.post(f"/api/inspections/{inspection_id}/cancel")
+    tag = wait_until(
+        lambda: (t := server.get(path(inspection_id, name)).json())["photo_error"] and t
+    )
+    assert "not tracked" in tag["photo_error"]
+    assert tag["distance_m"] is None
+
+
+def test_a_tag_near_a_joint_is_at_that_joint(server: Client, tmp_path: Path) -> None:
+    inspection_id = server.tracked(make_clip(tmp_path / "to_the_joint.mp4", 160))
+    assert server.tag(inspection_id, frame=100).json()["joint_no"] is None, "240 mm before it"
+    near = server.tag(inspection_id, frame=150).json()
+    assert (near["at_joint"], near["joint_no"]) == (True, 1)
+    start = server.tag(inspection_id, frame=0).json()
+    assert (start["at_joint"], start["joint_no"]) == (False, None)
+
+
+def test_in_a_pipe_the_pixel_tells_the_clock(server: Client, clip: Path) -> None:
+    rig = clip_rig(fx=60.0, fy=60.0)
+    rig["pipe"] = {"shape": "circular", "diameter_mm": 300.0}
+    rig["mount"]["height_mm"] = 150.0
+    inspection_id = server.inspect(clip, rig=rig)
+    server.wait(inspection_id)
+    clocks = {
+        v: server.tag(inspection_id, frame=5, pixel=[127.5, v]).json()["clock"]
+        for v in (79.5, 159, 0)
+    }
+    assert clocks == {79.5: 6, 159: 4, 0: 8}  # atan(79.5 / 60) = 53 degrees to either side
+    entered = server.tag(inspection_id, frame=5, pixel=[127.5, 0], clock_from=11).json()
+    assert entered["clock"] == 11
+
+
+def test_counts_and_the_worst_severity_are_in_the_list(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    for severity in (2, 5, None):
+        server.tag(inspection_id, severity=severity)
+    (item,) = server.get("/api/inspections").json()["inspections"]
+    assert (item["defects"], item["worst_severity"]) == (3, 5)
+
+
+def test_observations_survive_a_restart(tmp_path: Path, clip: Path) -> None:
+    with serving(tmp_path) as client:
+        inspection_id = client.tracked(clip)
+        client.tag(inspection_id, code="BAB", pixel=[20, 30])
+        gone = client.tag(inspection_id).json()["id"]
+        client.delete(path(inspection_id, gone))
+        before = listed(client, inspection_id)
+    with serving(tmp_path) as client:
+        assert listed(client, inspection_id) == before
+        restored = client.post(path(inspection_id, gone) + "/restore")
+        assert restored.status_code == 200

@@ -1,0 +1,176 @@
+import json
+import signal
+import sqlite3
+import subprocess
+import sys
+import threading
+import uuid
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+
+import httpx
+import pytest
+from alembic.autogenerate import compare_metadata
+from alembic.migration import MigrationContext
+from builders import TOKEN, clip_rig, make_clip, serving, wait_until
+from sqlalchemy import text
+from sqlalchemy.exc import OperationalError
+from sqlalchemy.orm import Session
+
+from app.errors import DataFolderInUse
+from app.storage.database import Database
+from app.storage.files import DataFolder, write_durably
+from app.storage.tables import Base, Event, Token
+
+
+@pytest.fixture
+def database(tmp_path: Path) -> Iterator[Database]:
+    opened = Database(tmp_path / "chainage.db")
+    yield opened
+    opened.close()
+
+
+def test_the_migrations_make_the_tables_that_the_code_uses(database: Database) -> None:
+    with database.read() as session:
+        context = MigrationContext.configure(session.connection())
+        assert compare_metadata(context, Base.metadata) == []
+
+
+def test_commits_are_synced_and_readers_cannot_write(database: Database) -> None:
+    def pragma(session: Session) -> tuple[str, int, int]:
+        names = ("journal_mode", "synchronous", "foreign_keys")
+        return tuple(session.scalar(text(f"PRAGMA {name}")) for name in names)  # type: ignore[return-value]
+
+    assert database.write(pragma) == ("wal", 2, 1)
+    with database.read() as session, pytest.raises(OperationalError, match="readonly"):
+        session.execute(text("DELETE FROM tokens"))
+
+
+def add_token(session: Session, digest: str) -> None:
+    session.add(Token(digest=digest, name="x", role="viewer", created_at=datetime.now(UTC)))
+
+
+def test_a_write_that_fails_leaves_nothing_and_the_next_one_works(database: Database) -> None:
+    def fail(session: Session) -> None:
+        add_token(session, "a")
+        session.flush()
+        raise KeyError("x")
+
+    with pytest.raises(KeyError):
+        database.write(fail)
+    database.write(lambda session: add_token(session, "b"))
+    with database.read() as session:
+        assert session.get(Token, "a") is None
+        assert session.get(Token, "b") is not None
+
+
+def test_writes_from_many_threads_are_done_one_after_the_other(database: Database) -> None:
+    writing = []
+
+    def write(session: Session) -> None:
+        writing.append(threading.current_thread().name)
+        add_token(session, uuid.uuid4().hex)
+
+    threads = [
+        threading.Thread(target=lambda: [database.write(write) for _ in range(10)])
+        for _ in range(8)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert writing == ["database-writer"] * 80
+    with database.read() as session:
+        assert session.scalar(text("SELECT count(*) FROM tokens")) == 80
+
+
+def test_instants_come_back_aware(database: Database) -> None:
+    now = datetime.now(UTC)
+    event = Event(inspection_id="i", action="a", who="w", at=now, before=None, after={"x": 1})
+    database.write(lambda session: session.add(event))
+    with database.read() as session:
+        (kept,) = session.query(Event).all()
+        assert (kept.at, kept.before, kept.after) == (now, None, {"x": 1})
+
+
+def test_a_second_server_on_the_same_folder_is_refused(tmp_path: Path) -> None:
+    folder = DataFolder(tmp_path, reserve_bytes=0)
+    with pytest.raises(DataFolderInUse, match=str(tmp_path)):
+        DataFolder(tmp_path, reserve_bytes=0)
+    folder.close()
+    DataFolder(tmp_path, reserve_bytes=0).close()
+
+
+def test_a_file_is_replaced_as_a_whole(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "file"
+    write_durably(path, b"first")
+    write_durably(path, b"second")
+    assert path.read_bytes() == b"second"
+    assert list(path.parent.iterdir()) == [path]
+
+
+PROGRAM = """
+import sys
+from pathlib import Path
+from app.main import serve
+from app.settings import Settings
+
+serve(
+    Settings(data=Path(sys.argv[1]), token=sys.argv[2], disk_reserve_bytes=0),
+    "127.0.0.1", 0, lambda url, services: print(url, flush=True),
+)
+"""
+
+
+def test_what_was_acknowledged_survives_a_kill(tmp_path: Path) -> None:
+    data = tmp_path / "data"
+    with serving(data) as client:
+        inspection_id = client.tracked(make_clip(tmp_path / "clip.mp4", 30))
+    acknowledged: dict[str, int] = {}
+    for _ in range(3):
+        process = subprocess.Popen(
+            [sys.executable, "-c", PROGRAM, str(data), TOKEN], stdout=subprocess.PIPE, text=True
+        )
+        assert process.stdout is not None
+        url = process.stdout.readline().strip().removesuffix("/login")
+        writer = threading.Thread(target=tag_until_killed, args=(url, inspection_id, acknowledged))
+        before = len(acknowledged)
+        writer.start()
+        wait_until(lambda before=before: len(acknowledged) > before + 5)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        writer.join()
+    with serving(data) as client:
+        kept = client.get(f"/api/inspections/{inspection_id}/observations").json()["observations"]
+        frames = {tag["id"]: tag["frame"] for tag in kept}
+        assert {name: frames.get(name) for name in acknowledged} == acknowledged
+    with sqlite3.connect(data / "chainage.db") as connection:
+        assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+
+
+def tag_until_killed(url: str, inspection_id: str, acknowledged: dict[str, int]) -> None:
+    with httpx.Client(base_url=url, headers={"Authorization": f"Bearer {TOKEN}"}) as client:
+        while True:
+            name, frame = str(uuid.uuid4()), len(acknowledged) % 30
+            path = f"/api/inspections/{inspection_id}/observations/{name}"
+            try:
+                answer = client.put(path, json={"frame": frame})
+            except httpx.TransportError:
+                return
+            assert answer.status_code == 200
+            acknowledged[name] = frame
+
+
+def test_an_operator_can_import_a_file_of_the_machine(tmp_path: Path) -> None:
+    from vo_core import Rig
+
+    video = make_clip(tmp_path / "sample.mp4", 30)
+    with serving(tmp_path / "data") as client:
+        inspections = client.server.app.state.services.inspections
+        name = inspections.import_video(video, Rig.parse(clip_rig()), "Sample", {"asset_id": "S"})
+        inspection = client.wait(name)
+        assert (inspection["name"], inspection["status"]) == ("Sample", "done")
+    assert video.exists()
+    rig = json.loads((tmp_path / "data" / "inspections" / name / "rig.json").read_text())
+    assert Rig.parse(rig) == Rig.parse(clip_rig())

@@ -1,0 +1,272 @@
+"""What several tests are made from: small real videos, their rig, a real server, its client."""
+
+from __future__ import annotations
+
+import base64
+import contextlib
+import os
+import signal
+import threading
+import time
+import uuid
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, TypeVar
+
+import av
+import cv2
+import httpx
+import numpy as np
+import uvicorn
+from fastapi import FastAPI
+from numpy.typing import NDArray
+from websockets.sync.client import ClientConnection, connect
+
+from app.main import create_app
+from app.settings import Settings
+
+TOKEN = "a-token-for-tests-0123456789abcdef"  # noqa: S105
+WIDTH, HEIGHT, RATE = 256, 160, 25
+BLOCK = 16
+STEP_PX = 2
+"""The clip's wall moves so far to the left from frame to frame: the robot drives forward."""
+HEIGHT_MM, FOCAL_PX = 200.0, 250.0
+STEP_MM = STEP_PX * HEIGHT_MM / FOCAL_PX
+
+T = TypeVar("T")
+
+TUS = {"Tus-Resumable": "1.0.0"}
+
+
+def clip_rig(**camera: object) -> dict[str, Any]:
+    """The rig of `make_clip`: a camera above a flat floor with slabs of 400 mm."""
+    return {
+        "camera": {
+            "model": "pinhole",
+            "width": WIDTH,
+            "height": HEIGHT,
+            "fx": FOCAL_PX,
+            "fy": FOCAL_PX,
+            "cx": (WIDTH - 1) / 2,
+            "cy": (HEIGHT - 1) / 2,
+            **camera,
+        },
+        "mount": {"view": "down", "height_mm": HEIGHT_MM, "rotation_deg": 0.0},
+        "pipe": {"shape": "flat", "segment_length_mm": 400.0},
+    }
+
+
+def make_clip(
+    path: Path, frames: int = 40, *, codec: str = "libx264", times_s: list[float] | None = None
+) -> Path:
+    """A floor passing by, with the number of the frame as 16 black or white blocks on top."""
+    rng = np.random.default_rng(7)
+    wall = cv2.GaussianBlur(
+        rng.integers(0, 256, (HEIGHT, WIDTH + STEP_PX * frames), np.uint8), (0, 0), 2
+    )
+    wall = cv2.normalize(wall, None, 30, 225, cv2.NORM_MINMAX).astype(np.uint8)
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream(codec, rate=RATE)
+        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
+        stream.gop_size = 12
+        if codec == "libx264":
+            stream.options = {"preset": "ultrafast", "crf": "18"}
+        if times_s is not None:
+            stream.codec_context.time_base = Fraction(1, 1000)
+        for n in range(frames):
+            picture = wall[:, STEP_PX * n : STEP_PX * n + WIDTH].copy()
+            picture[:BLOCK] = _blocks(n)
+            frame = av.VideoFrame.from_ndarray(picture, format="gray").reformat(format="yuv420p")
+            frame.pts = n if times_s is None else round(1000 * times_s[n])
+            frame.time_base = Fraction(1, RATE if times_s is None else 1000)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    return path
+
+
+def frame_number(jpeg: bytes) -> int:
+    """Which frame of a clip a picture shows."""
+    picture = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_GRAYSCALE)
+    row = picture[BLOCK // 2, BLOCK // 2 :: BLOCK][:16]
+    return sum(1 << i for i, grey in enumerate(row) if grey > 127)
+
+
+def _blocks(n: int) -> NDArray[np.uint8]:
+    row = np.array([255 * (n >> i & 1) for i in range(WIDTH // BLOCK)], np.uint8)
+    return np.kron(row, np.ones((BLOCK, BLOCK), np.uint8)).astype(np.uint8)
+
+
+class LiveServer:
+    """The application behind a real uvicorn, in a thread of the test's process."""
+
+    def __init__(self, app: FastAPI) -> None:
+        self.app = app
+        config = uvicorn.Config(
+            app, port=0, log_config=None, ws_per_message_deflate=False, timeout_graceful_shutdown=1
+        )
+        self._server = uvicorn.Server(config)
+        self._thread = threading.Thread(target=self._server.run)
+        self._thread.start()
+        wait_until(lambda: self._server.started or not self._thread.is_alive())
+        assert self._thread.is_alive(), "The server did not start."
+        port = self._server.servers[0].sockets[0].getsockname()[1]
+        self.url = f"http://127.0.0.1:{port}"
+        self.websocket_url = f"ws://127.0.0.1:{port}"
+
+    def stop(self) -> None:
+        """As Ctrl-C does."""
+        self._server.should_exit = True
+        self._thread.join()
+
+
+@contextlib.contextmanager
+def serving(data: Path, **settings: Any) -> Iterator[Client]:
+    """A server over a data folder, and a client that knows its token."""
+    settings = {"token": TOKEN, "disk_reserve_bytes": 0} | settings
+    server = LiveServer(create_app(Settings(data=data, **settings)))
+    try:
+        with Client(server, settings["token"]) as client:
+            client.data = data
+            yield client
+    finally:
+        server.stop()
+
+
+class Client(httpx.Client):
+    """The API as a program uses it, with what tests do again and again."""
+
+    data: Path
+    """The server's data folder, to look at what is on the disk."""
+
+    def __init__(self, server: LiveServer, token: str | None) -> None:
+        headers = {"Authorization": f"Bearer {token}"} if token else {}
+        super().__init__(base_url=server.url, headers=headers, timeout=30)
+        self.server = server
+
+    def anonymous(self) -> Client:
+        """Another client of the same server, without a token."""
+        return Client(self.server, None)
+
+    def upload(self, content: bytes, name: str = "clip.mp4") -> str:
+        """A complete upload; its id."""
+        filename = base64.b64encode(name.encode()).decode()
+        created = self.post(
+            "/api/uploads",
+            headers={
+                **TUS,
+                "Upload-Length": str(len(content)),
+                "Upload-Metadata": f"filename {filename}",
+            },
+        )
+        assert created.status_code == 201, created.text
+        location = created.headers["Location"]
+        if content:
+            sent = self.patch_upload(location, 0, content)
+            assert sent.status_code == 204, sent.text
+        return location.rsplit("/", 1)[1]
+
+    def patch_upload(
+        self, location: str, offset: int, content: bytes, **headers: str
+    ) -> httpx.Response:
+        """One piece of an upload."""
+        standard = {
+            **TUS,
+            "Upload-Offset": str(offset),
+            "Content-Type": "application/offset+octet-stream",
+        }
+        return self.patch(location, content=content, headers=standard | headers)
+
+    def create(self, video: Path, name: str = "Culvert 7", **fields: Any) -> httpx.Response:
+        """Upload a video and ask for an inspection of it."""
+        body = {
+            "name": name,
+            "source": {"kind": "upload", "upload_id": self.upload(video.read_bytes(), video.name)},
+            "rig": clip_rig(),
+            "header": {"asset_id": "CUL-0041"},
+        }
+        return self.post("/api/inspections", json=body | fields)
+
+    def inspect(self, video: Path, **fields: Any) -> str:
+        """A new inspection; its id."""
+        created = self.create(video, **fields)
+        assert created.status_code == 201, created.text
+        return str(created.json()["id"])
+
+    def inspection(self, inspection_id: str) -> dict[str, Any]:
+        """As it is now."""
+        return dict(self.get(f"/api/inspections/{inspection_id}").json())
+
+    def wait(self, inspection_id: str, *states: str) -> dict[str, Any]:
+        """Until it is in one of the states; `ended` stands for those that last."""
+        wanted = states or ("done", "failed", "cancelled")
+        return wait_until(lambda: self._in_state(inspection_id, wanted))
+
+    def _in_state(self, inspection_id: str, wanted: tuple[str, ...]) -> dict[str, Any] | None:
+        inspection = self.inspection(inspection_id)
+        return inspection if inspection["status"] in wanted else None
+
+    def tracked(self, video: Path) -> str:
+        """A new inspection whose tracking is done; its id."""
+        inspection_id = self.inspect(video)
+        assert self.wait(inspection_id)["status"] == "done"
+        return inspection_id
+
+    def socket(self, path: str, **options: Any) -> ClientConnection:
+        """A web socket as a logged-in browser opens it."""
+        browser = self.anonymous()
+        browser.post("/api/login", json={"token": TOKEN})
+        cookie = browser.cookies["chainage_session"]
+        return connect(
+            self.server.websocket_url + path,
+            origin=self.server.url,
+            additional_headers={"Cookie": f"chainage_session={cookie}"},
+            max_size=None,
+            **options,
+        )
+
+    def tag(
+        self, inspection_id: str, observation_id: str | None = None, **fields: Any
+    ) -> httpx.Response:
+        """PUT an observation."""
+        name = observation_id or str(uuid.uuid4())
+        return self.put(
+            f"/api/inspections/{inspection_id}/observations/{name}", json={"frame": 10} | fields
+        )
+
+
+def wait_until(condition: Callable[[], T], timeout_s: float = 30) -> T:
+    """Ask again until the answer is true; state behind HTTP has no event to wait for."""
+    deadline = time.monotonic() + timeout_s
+    while not (answer := condition()):
+        assert time.monotonic() < deadline, "It did not happen in time."
+        time.sleep(0.02)
+    return answer
+
+
+def assert_error(response: httpx.Response, status: int, code: str) -> str:
+    """The one body of every failure; its sentence."""
+    assert response.status_code == status, (response.status_code, response.text)
+    body = response.json()
+    assert body.keys() == {"code", "detail"}
+    assert body["code"] == code
+    assert body["detail"][:1].isalnum() or body["detail"][:1] == "'"
+    assert body["detail"].endswith(".")
+    return str(body["detail"])
+
+
+def children(module: str) -> list[int]:
+    """Process ids of our children that run a module."""
+    found = []
+    for task in Path("/proc/self/task").iterdir():
+        with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+            for pid in (task / "children").read_text().split():
+                if module in Path(f"/proc/{pid}/cmdline").read_text().split("\0"):
+                    found.append(int(pid))
+    return found
+
+
+def send_signal(module: str, number: signal.Signals) -> None:
+    """To every child that runs a module, when there is one."""
+    for pid in wait_until(lambda: children(module)):
+        os.kill(pid, number)
