@@ -136,7 +136,7 @@ def read_frame(path: Path | str, t_s: float) -> ByteImage:
 
 
 _SEEK_BACK_S = (0.0, 1.0, 4.0, 16.0, math.inf)
-    """The first frame at or after `t_s`; None if the source already stands behind it."""
+"""Without an index (MPEG-TS) a seek may land after the frame: then go further and further back."""
 
 _ROUNDING_S = 1e-5
 """Times come back from track files, which have six decimals."""
