@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 
 from app.evaluation import Evaluation, Truth, evaluate
+from app.peers import PEERS
 from app.simulation import SCENARIOS, Scenario, simulate
 from app.simulation.motion import Trajectory
 from vo_core.odometry import Odometry
@@ -24,7 +25,7 @@ from vo_core.paper import PaperOdometry
 from vo_core.rig import Rig
 from vo_core.sources import VideoFile
 from vo_core.track import Estimate, Track
-from vo_core.types import GrayImage, Image
+from vo_core.types import Image
 
 QUICK_LENGTH_MM = 450.0
 QUICK_NAMES = (
@@ -44,54 +45,10 @@ class Method(Protocol):
         """Take the next frame."""
 
 
-class PhaseCorrelatePeer:
-    """`cv2.phaseCorrelate` from frame to frame under a Hann window, and the pinhole equation.
-
-    What a practitioner writes first.  It knows neither lens distortion, cylinder nor yaw.
-    """
-
-    def __init__(self, rig: Rig) -> None:
-        turn_rad = np.radians(rig.mount.rotation_deg)
-        mm_per_px = rig.mount.height_mm / np.array([rig.camera.fx, rig.camera.fy])
-        # The content moves against the camera; the mount turns the picture on the robot.
-        self._to_robot_mm = (
-            -np.array([[np.cos(turn_rad), -np.sin(turn_rad)], [np.sin(turn_rad), np.cos(turn_rad)]])
-            * mm_per_px
-        )
-        self._window = cv2.createHanningWindow((rig.camera.width, rig.camera.height), cv2.CV_32F)
-        self._before: GrayImage | None = None
-        self._position_mm = np.zeros(2)
-        self._frame = 0
-
-    def step(self, image: Image, t_s: float) -> Estimate:
-        """Position after the next frame, (H, W) grey."""
-        now = image.astype(np.float32)
-        response = 1.0
-        if self._before is not None:
-            # phaseCorrelate multiplies its inputs by the window in place, so it gets copies.
-            shift_px, response = cv2.phaseCorrelate(self._before.copy(), now.copy(), self._window)
-            self._position_mm += self._to_robot_mm @ np.array(shift_px)
-        self._before = now
-        x_mm, y_mm = self._position_mm.tolist()
-        estimate = Estimate(
-            frame=self._frame,
-            time_s=t_s,
-            x_mm=x_mm,
-            y_mm=y_mm,
-            yaw_deg=0.0,
-            distance_mm=x_mm,
-            sigma_distance_mm=0.0,
-            quality=float(np.clip(response, 0, 1)),
-            status="ok",
-        )
-        self._frame += 1
-        return estimate
-
-
 METHODS: Mapping[str, Callable[[Rig], Method]] = {
     "chainage": Odometry,
     "paper": PaperOdometry,
-    "phaseCorrelate": PhaseCorrelatePeer,
+    **PEERS,
 }
 
 

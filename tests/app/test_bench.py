@@ -5,10 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from app.bench import PhaseCorrelatePeer, bench, quick_scenarios, to_json, to_markdown
+from app.bench import bench, quick_scenarios, to_json, to_markdown
+from app.peers import PEERS, PhaseCorrelate
 from app.simulation import SCENARIOS, render
 
-ONLY_PEER = {"phaseCorrelate": PhaseCorrelatePeer}
+ONLY_PEER = {"phaseCorrelate": PhaseCorrelate}
 
 
 @pytest.fixture(scope="module")
@@ -56,12 +57,22 @@ def test_tables_are_markdown_and_json(run):
     assert stored["environment"]
 
 
-def test_peer_leaves_its_input_alone():
-    peer = PhaseCorrelatePeer(SCENARIOS["nominal"].rig)
-    for frame in render(SCENARIOS["nominal"].shortened(5)):
+@pytest.mark.parametrize("name", PEERS)
+def test_a_peer_follows_an_easy_wall_and_leaves_its_input_alone(name):
+    scenario = SCENARIOS["tiled_floor"].shortened(150)
+    peer = PEERS[name](scenario.rig)
+    for frame in render(scenario):
         before = frame.image.copy()
-        peer.step(frame.image, frame.t_s)
+        estimate = peer.step(frame.image, frame.t_s)
         assert np.array_equal(frame.image, before)
+    assert estimate.distance_mm == pytest.approx(frame.x_mm, rel=0.05)
+
+
+@pytest.mark.parametrize("name", ["KLT", "ORB"])
+def test_a_feature_peer_without_features_is_lost(name):
+    peer = PEERS[name](SCENARIOS["nominal"].rig)
+    blank = np.full((480, 640), 90, np.uint8)
+    assert [peer.step(blank, t).status for t in (0.0, 0.1)] == ["ok", "lost"]
 
 
 def test_quick_bench_is_short():

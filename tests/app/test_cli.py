@@ -1,0 +1,249 @@
+"""The command line: exit codes 0, 1 and 2, what is written, and what is said when it goes wrong."""
+
+import json
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from app.cli import main
+from app.simulation import SCENARIOS, SimulatedRun, simulate
+from vo_core import Track
+
+COMMANDS = ["demo", "serve", "track", "simulate", "evaluate", "bench"]
+HEADER = "frame,time_s,x_mm,y_mm,yaw_deg,distance_mm,sigma_distance_mm,quality,status"
+SHORT = SCENARIOS["nominal"].shortened(60)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def chainage(capsys, monkeypatch):
+    """Run the command in this process."""
+
+    def run(*words) -> Outcome:
+        monkeypatch.setattr(sys, "argv", ["chainage", *map(str, words)])
+        with pytest.raises(SystemExit) as end:
+            main()
+        return Outcome(end.value.code, *capsys.readouterr())
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def sample(tmp_path_factory) -> SimulatedRun:
+    return simulate(SHORT, tmp_path_factory.mktemp("sample"))
+
+
+@pytest.fixture
+def track(chainage, sample, tmp_path):
+    """`chainage track` of the sample, with what differs; the outcome and the file."""
+
+    def run(*words, video=sample.video, rig=sample.rig) -> tuple[Outcome, Path]:
+        out = tmp_path / "track.out"
+        return chainage("track", video, "--rig", rig, "--out", out, *words), out
+
+    return run
+
+
+def changed_rig(sample, path, **camera):
+    """The sample's rig file with another camera."""
+    fields = json.loads(sample.rig.read_text())
+    fields["camera"] |= camera
+    path.write_text(json.dumps(fields))
+    return path
+
+
+def ros_camera(path, width, height, focal_px):
+    path.write_text(
+        f"image_width: {width}\nimage_height: {height}\ndistortion_model: plumb_bob\n"
+        "camera_matrix:\n  rows: 3\n  cols: 3\n"
+        f"  data: [{focal_px}, 0, {(width - 1) / 2}, 0, {focal_px}, {(height - 1) / 2}, 0, 0, 1]\n"
+        "distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [0, 0, 0, 0, 0]\n"
+    )
+    return path
+
+
+def frames_in(sample):
+    return len(sample.truth.read_text().splitlines()) - 1
+
+
+def test_the_installed_command_runs_from_any_folder(tmp_path):
+    command = Path(sys.executable).with_name("chainage")
+    done = subprocess.run([command, "--help"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0
+    assert all(name in done.stdout for name in COMMANDS)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_explains_itself(chainage, command):
+    done = chainage(command, "--help")
+    assert done.code == 0
+    assert f"Usage: chainage {command}" in done.out
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [],
+        ["survey"],
+        ["track"],
+        ["track", "v.mp4", "--rig", "rig.json"],
+        ["track", "v.mp4", "--rig", "rig.json", "--out", "t.csv", "--format", "xls"],
+        ["track", "v.mp4", "--rig", "rig.json", "--out", "t.csv", "--method", "guess"],
+        ["evaluate", "t.csv"],
+        ["serve", "--port", "70000"],
+    ],
+)
+def test_wrong_usage_ends_with_2(chainage, words):
+    assert chainage(*words).code == 2
+
+
+def test_track_writes_a_row_for_every_frame(track, sample):
+    done, out = track()
+    assert done.code == 0
+    rows = [line for line in out.read_text().splitlines() if not line.startswith("#")]
+    assert rows[0] == HEADER
+    assert len(rows) == 1 + frames_in(sample)
+    assert rows[1].startswith("0,0.000000,0.0000,0.0000,0.00000,0.0000,")
+    measured = Track.from_csv(out.read_text())
+    # 60 mm at the 0.1 % of the issue, and what a first frame at rest may add.
+    assert measured.distance_mm[-1] == pytest.approx(60, abs=0.5)
+    assert f"{frames_in(sample)} frames, 0.060 m, 0 frames without a lock" in done.out
+
+
+def test_track_says_in_the_file_what_it_was_made_of(track):
+    _, out = track("--method", "paper")
+    metadata = [line for line in out.read_text().splitlines() if line.startswith("#")]
+    assert metadata == ["# video: video.mp4", "# rig: rig.json", "# method: paper"]
+
+
+def test_track_as_tum(track, sample):
+    done, out = track("--format", "tum")
+    assert done.code == 0
+    rows = [[float(value) for value in line.split()] for line in out.read_text().splitlines()]
+    assert len(rows) == frames_in(sample)
+    assert rows[0] == [0, 0, 0, 0, 0, 0, 0, 1]
+    assert rows[-1][1] == pytest.approx(0.060, abs=0.0005)
+
+
+def test_track_as_json(track, sample):
+    done, out = track("--format", "json")
+    assert done.code == 0
+    content = json.loads(out.read_text())
+    assert ",".join(content["columns"]) == HEADER
+    assert {len(column) for column in content["columns"].values()} == {frames_in(sample)}
+    assert content["metadata"]["video"] == "video.mp4"
+
+
+def test_camera_file_replaces_the_camera_of_the_rig(track, sample, tmp_path):
+    wrong = changed_rig(sample, tmp_path / "wrong.json", fx=2388.0, fy=2388.0)
+    right = ros_camera(tmp_path / "camera.yaml", 640, 480, 1194.0)
+    _, out = track()
+    expected = Track.from_csv(out.read_text())
+    done, out = track("--camera", right, rig=wrong)
+    assert done.code == 0
+    assert Track.from_csv(out.read_text()).distance_mm.tolist() == expected.distance_mm.tolist()
+    assert "# camera: camera.yaml" in out.read_text().splitlines()
+
+
+def test_camera_file_of_another_camera_is_refused(track, tmp_path):
+    done, out = track("--camera", ros_camera(tmp_path / "camera.yaml", 320, 240, 600.0))
+    assert done.code == 1
+    assert "320 x 240" in done.err
+    assert "640 x 480" in done.err
+    assert not out.exists()
+
+
+def test_missing_video(track, tmp_path):
+    done, out = track(video=tmp_path / "none.mp4")
+    assert done.code == 1
+    assert "none.mp4" in done.err
+    assert "Traceback" not in done.err
+    assert not out.exists()
+
+
+def test_file_that_is_no_video(track, sample):
+    done, _ = track(video=sample.truth)
+    assert done.code == 1
+    assert "chainage: truth.csv" in done.err
+
+
+def test_damaged_video_is_tracked_as_far_as_it_goes(track, sample, tmp_path):
+    cut = tmp_path / "cut.mp4"
+    content = sample.video.read_bytes()
+    cut.write_bytes(content[: len(content) * 3 // 4])
+    done, out = track(video=cut)
+    assert done.code == 0
+    assert 0 < len(Track.from_csv(out.read_text())) < frames_in(sample)
+    assert "warning: " in done.err
+
+
+def test_missing_rig(track, tmp_path):
+    done, _ = track(rig=tmp_path / "none.json")
+    assert done.code == 1
+    assert "none.json cannot be read: No such file" in done.err
+
+
+def test_wrong_rig_is_explained_with_field_and_value_as_they_stand(track, sample, tmp_path):
+    done, _ = track(rig=changed_rig(sample, tmp_path / "rig.json", model="[/b]", fx=-1.0))
+    assert done.code == 1
+    assert "camera.model: Input should be 'pinhole' or 'fisheye' (found '[/b]')" in done.err
+    assert "camera.fx: Input should be greater than 1 (found -1.0)" in done.err
+
+
+def test_folder_of_the_track_is_looked_for_before_the_work(chainage, sample, tmp_path):
+    out = tmp_path / "none" / "track.csv"
+    done = chainage("track", sample.video, "--rig", sample.rig, "--out", out)
+    assert done.code == 2
+    assert "--out" in done.err
+    assert "tracking" not in done.err
+
+
+def test_simulate_one_scenario_into_the_folder(chainage, monkeypatch, tmp_path):
+    monkeypatch.setitem(SCENARIOS, "short", SHORT)
+    done = chainage("simulate", tmp_path, "--scenario", "short")
+    assert done.code == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"video.mp4", "rig.json", "truth.csv"}
+
+
+def test_simulate_several_scenarios_into_a_folder_each(chainage, monkeypatch, tmp_path):
+    monkeypatch.setitem(SCENARIOS, "short", SHORT.shortened(20))
+    monkeypatch.setitem(SCENARIOS, "floor", SCENARIOS["tiled_floor"].shortened(20))
+    done = chainage("simulate", tmp_path, "--scenario", "short", "--scenario", "floor")
+    assert done.code == 0
+    for name in ("short", "floor"):
+        assert (tmp_path / name / "video.mp4").is_file()
+
+
+def test_unknown_scenario_names_those_there_are(chainage, tmp_path):
+    done = chainage("simulate", tmp_path / "run", "--scenario", "sunny")
+    assert done.code == 2
+    assert "'sunny'" in done.err
+    assert "nominal" in done.err
+    assert not (tmp_path / "run").exists()
+
+
+def test_evaluate_prints_the_errors_and_draws_them(chainage, track, sample, tmp_path):
+    _, out = track()
+    picture = tmp_path / "errors.png"
+    done = chainage("evaluate", out, sample.truth, "--plot", picture)
+    assert done.code == 0
+    assert f"{frames_in(sample)}, of which 0 missing" in done.out
+    assert "end error" in done.out
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("name", ["none.csv", "rig.json"])
+def test_evaluate_of_something_else_ends_with_1(chainage, sample, name):
+    done = chainage("evaluate", sample.rig.with_name(name), sample.truth)
+    assert done.code == 1
+    assert done.err.startswith("chainage: ")
+    assert "Traceback" not in done.err
