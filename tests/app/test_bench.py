@@ -59,7 +59,7 @@ def test_tables_are_markdown_and_json(run):
 
 @pytest.mark.parametrize("name", PEERS)
 def test_a_peer_follows_an_easy_wall_and_leaves_its_input_alone(name):
-    scenario = SCENARIOS["tiled_floor"].shortened(150)
+    scenario = SCENARIOS["nominal"].shortened(150)
     peer = PEERS[name](scenario.rig)
     for frame in render(scenario):
         before = frame.image.copy()
