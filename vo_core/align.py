@@ -29,6 +29,10 @@ MAX_STEPS = 8
 CONVERGED_PX = 0.005
 """A step that moves no block by more ends the iteration."""
 
+DIFFERENCE = 1e-4
+"""Step of the numerical derivative in scales: what cannot be seen (the heading on a floor) must
+come out as exactly that, and a large step would see it in the curvature."""
+
 VARIANCE_FLOOR = 0.02
 """Residual variance, of a texture of variance 1, below which a block earns no more weight."""
 
@@ -207,9 +211,10 @@ def _jacobian(
     grid: BlockGrid, warp: Warp, parameters: Matrix, positions: Points, scales: Matrix
 ) -> Matrix:
     """dw/dq a block, (blocks, 2, n), turned into the reference's pixels by (dw/dp)^-1."""
+    steps = DIFFERENCE * scales
     columns = [
-        (warp(parameters + step) - positions) / scale
-        for step, scale in zip(np.diag(scales), scales, strict=True)
+        (warp(parameters + step) - positions) / size
+        for step, size in zip(np.diag(steps), steps, strict=True)
     ]
     dq = grid.at_nodes(np.stack(columns, -1))[1:-1, 1:-1]
     at = grid.at_nodes(positions)

@@ -19,14 +19,13 @@ ANGLES_DEG = tuple(range(-10, 11))
 """Equation (7): theta = -10 .. 10."""
 
 
-def phase_correlation(previous: GrayImage, current: GrayImage) -> GrayImage:
-    """c of equations (5) and (6), (H, W); its arg max is minus the motion of the content.
+def phase_correlation(previous: Image, current: Image) -> GrayImage:
+    """c of equations (5) and (6), (H, W), from two spectra; 1 at a perfect match.
 
-    F{C} = F{I_t-1} F*{I_t} / |F{I_t-1} F*{I_t}|,  c = F^-1{C}.  Member by member; 1 at a perfect
-    match.
+    F{C} = F{I_t-1} F*{I_t} / |F{I_t-1} F*{I_t}|,  c = F^-1{C}, member by member.  The arg max is
+    minus the motion of the content.
     """
-    spectra = [cv2.dft(image, flags=cv2.DFT_COMPLEX_OUTPUT) for image in (previous, current)]
-    product = cv2.mulSpectrums(spectra[0], spectra[1], 0, conjB=True)
+    product = cv2.mulSpectrums(previous, current, 0, conjB=True)
     magnitude = cv2.magnitude(product[..., 0], product[..., 1])
     product = product / np.maximum(magnitude, 1e-9)[..., None]
     flags = cv2.DFT_INVERSE | cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT
@@ -40,12 +39,13 @@ def displacement(previous: GrayImage, current: GrayImage) -> tuple[float, float,
     """
     height, width = previous.shape
     centre = ((width - 1) / 2, (height - 1) / 2)
+    spectrum = cv2.dft(current, flags=cv2.DFT_COMPLEX_OUTPUT)
     best = (0.0, 0.0, 0.0, -np.inf)
     for theta_deg in ANGLES_DEG:
         # OpenCV counts angles the other way round: from x towards -y.
         turn = cv2.getRotationMatrix2D(centre, -theta_deg, 1.0)
         turned = cv2.warpAffine(previous, turn, (width, height), flags=cv2.INTER_LINEAR)
-        surface = phase_correlation(np.asarray(turned, np.float32), current)
+        surface = phase_correlation(cv2.dft(turned, flags=cv2.DFT_COMPLEX_OUTPUT), spectrum)
         row, column = divmod(int(surface.argmax()), width)
         peak = float(surface[row, column])
         if peak > best[3]:

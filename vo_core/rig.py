@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Literal, Self, TypeVar
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -16,8 +16,25 @@ from vo_core.types import Matrix
 class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
+    @classmethod
+    def parse(cls, fields: object, *, origin: str = "the rig") -> Self:
+        """Check fields that come from a file or a request; `origin` names where from.
 
-PartT = TypeVar("PartT", bound=_Part)
+        Raises:
+            InvalidRig: A value that is not allowed; the text names field, value and what is
+            allowed.
+        """
+        try:
+            return cls.model_validate(fields)
+        except ValidationError as error:
+            reasons = []
+            for fault in error.errors(include_url=False):
+                field = ".".join(map(str, fault["loc"])) or origin
+                value = fault["input"]
+                found = "" if isinstance(value, dict) else f" (found {value!r})"
+                reasons.append(f"{field}: {fault['msg'].removeprefix('Value error, ')}{found}")
+            raise InvalidRig(f"{origin} cannot be used. " + "; ".join(reasons) + ".") from error
+
 
 Pixels = Annotated[int, Field(ge=32, le=8192)]
 
@@ -139,16 +156,6 @@ class Rig(_Part):
         except (ValueError, RecursionError) as error:
             raise InvalidRig(f"{path.name} is not a JSON file: {error}.") from error
 
-    @classmethod
-    def parse(cls, fields: object, *, origin: str = "the rig") -> Rig:
-        """Check the content of a rig file, as `load` does.
-
-        Raises:
-            InvalidRig: A value that is not allowed; the text names field, value and what is
-            allowed.
-        """
-        return _validated(cls, fields, origin)
-
     def require_picture_size(self, width: int, height: int) -> None:
         """Check that pictures of this size can come from the rig's camera.
 
@@ -161,16 +168,3 @@ class Rig(_Part):
                 f"but the video has {width} x {height} px; "
                 "the rig must be of the camera that made the video."
             )
-
-
-def _validated(model: type[PartT], fields: object, origin: str) -> PartT:
-    try:
-        return model.model_validate(fields)
-    except ValidationError as error:
-        reasons = []
-        for fault in error.errors(include_url=False):
-            field = ".".join(map(str, fault["loc"])) or origin
-            value = fault["input"]
-            found = "" if isinstance(value, dict) else f" (found {value!r})"
-            reasons.append(f"{field}: {fault['msg'].removeprefix('Value error, ')}{found}")
-        raise InvalidRig(f"{origin} cannot be used. " + "; ".join(reasons) + ".") from error
