@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from textures import make_rig, pair, rig_fields, texture
+from textures import make_rig, pair, rig_fields
 
 from vo_core import InvalidRig, Rig, ShapeMismatch
 from vo_core.paper import PaperOdometry, displacement, wall_motion_mm
@@ -12,11 +12,11 @@ def test_the_peak_lies_at_minus_the_motion_of_the_content():
     before, now = (v.astype(np.float32) for v in pair((240, 320), (7.0, -4.0)))
     dx_px, dy_px, theta_deg, peak = displacement(before, now)
     assert (dx_px, dy_px, theta_deg) == (-7, 4, 0)
-    assert 0.3 < peak <= 1
+    assert 0.2 < peak <= 1
 
 
 def test_the_peak_is_one_at_a_perfect_match():
-    image = texture((240, 320), 1).astype(np.float32)
+    image = np.random.default_rng(0).normal(100, 20, (240, 320)).astype(np.float32)
     assert displacement(image, image) == pytest.approx((0, 0, 0, 1), abs=1e-3)
 
 
