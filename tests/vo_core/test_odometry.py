@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from textures import make_rig
 
 from app.simulation import SCENARIOS, render
 from vo_core import Odometry, ShapeMismatch, Track
@@ -54,6 +55,16 @@ def test_the_pose_follows_the_truth(name):
     assert rms(track.yaw_deg - yaw_deg) < turn_deg
     within = np.abs(track.distance_mm - x_mm) <= 3 * track.sigma_distance_mm + 0.01
     assert within.mean() > 0.9
+
+
+def test_a_camera_that_looks_along_the_pipe_is_followed():
+    camera = {"fx": 266.0, "fy": 266.0}
+    rig = make_rig(camera=camera, mount={"view": "forward", "height_mm": 150.0})
+    scenario = replace(SCENARIOS["nominal"].shortened(700.0), rig=rig)
+    frames = list(render(scenario))
+    track = run([f.image for f in frames], frames, rig)
+    assert set(track.status) == {"ok"}
+    assert np.abs(track.distance_mm - [f.x_mm for f in frames]).max() < 1.0
 
 
 def test_half_a_new_picture_each_frame_is_followed():
