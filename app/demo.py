@@ -6,14 +6,17 @@ from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from app.main import serve
+from app.main import listening, run
 from app.services.container import Services
-from app.settings import Settings
+from app.settings import MIB, Settings
 from app.simulation import SCENARIOS, SimulatedRun, simulate
 from vo_core import Rig
 
 SAMPLE = SCENARIOS["nominal"].shortened(4500)
 """Three segments: long enough to watch, short enough to be rendered while one waits."""
+
+DISK_RESERVE_BYTES = 8 * MIB
+"""The demo needs some 20 MiB of a temporary folder, which often lies in memory and is small."""
 
 SAMPLE_HEADER = {
     "asset_id": "CUL-0001",
@@ -38,16 +41,24 @@ def run_demo(
         host, port: Where to listen.
         on_progress: Called while the sample is rendered, with frames done and frames in all.
         on_ready: Called once with the address that logs in and opens the sample.
+    Raises:
+        AddressNotAvailable, InvalidSettings: Known before anything is rendered.
     """
-    with TemporaryDirectory(prefix="chainage-demo-") as folder:
+    with (
+        listening(host, port) as listener,
+        TemporaryDirectory(prefix="chainage-demo-") as folder,
+    ):
+        settings = Settings.load(
+            data=Path(folder) / "data",
+            disk_reserve_bytes=DISK_RESERVE_BYTES,
+            pace=1.0,  # the speed of the camera: one can watch the robot drive
+        )
         sample = simulate(SAMPLE, Path(folder) / "sample", on_progress)
-        # At the speed of the camera: one can watch the robot drive.
-        settings = Settings(data=Path(folder) / "data", pace=1.0)
 
         def ready(url: str, services: Services) -> None:
             on_ready(_opening(url, _add_sample(services, sample)))
 
-        serve(settings, host, port, ready)
+        run(settings, host, listener, ready)
 
 
 def _add_sample(services: Services, sample: SimulatedRun) -> str:

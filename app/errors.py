@@ -6,7 +6,8 @@
         ├── Unauthenticated, CrossOrigin, UnknownHost, TooManyAttempts            access
         ├── InvalidUpload, OffsetConflict, UploadBusy, ChecksumMismatch, ...      uploads
         ├── FrameOutsideVideo, StillRunning, NotRunning, ...                      inspections
-        └── MediaFailed, MediaTimeout, Busy, DiskFull, NotReady, ...NotAvailable  not now, not yet
+        ├── MediaFailed, MediaTimeout, Busy, DiskFull, NotReady, ...NotAvailable  not now, not yet
+        └── InvalidSettings, DataFolderInUse, AddressNotAvailable                 before the start
 
 Every failing answer has one body, `{"code": "snake_case", "detail": "a sentence for a person"}`.
 """
@@ -55,10 +56,6 @@ class PhotoNotFound(AppError):
 
 class FrameNotFound(AppError):
     """The inspection has no picture with this number, or it is not tracked yet."""
-
-
-class TrackNotFound(AppError):
-    """Nothing has been tracked yet."""
 
 
 class Unauthenticated(AppError):
@@ -169,8 +166,16 @@ class NotReady(AppError):
     """A part of the server is not working; the text says which."""
 
 
+class InvalidSettings(AppError):
+    """A setting has a value that is not allowed."""
+
+
 class DataFolderInUse(AppError):
     """Another server uses the data folder."""
+
+
+class AddressNotAvailable(AppError):
+    """The server cannot listen there: the port is in use, or the machine has no such address."""
 
 
 STATUS: dict[type[Exception], tuple[int, str]] = {
@@ -179,7 +184,6 @@ STATUS: dict[type[Exception], tuple[int, str]] = {
     UploadNotFound: (404, "upload_not_found"),
     PhotoNotFound: (404, "photo_not_found"),
     FrameNotFound: (404, "frame_not_found"),
-    TrackNotFound: (404, "track_not_found"),
     Unauthenticated: (401, "unauthenticated"),
     CrossOrigin: (403, "cross_origin"),
     UnknownHost: (400, "unknown_host"),

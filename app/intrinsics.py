@@ -17,7 +17,6 @@ from typing import Any
 import cv2
 import numpy as np
 import yaml
-from pydantic import ValidationError
 
 from vo_core.errors import InvalidRig
 from vo_core.rig import Camera
@@ -48,19 +47,11 @@ def read_camera(path: Path | str) -> Camera:
     """
     path = Path(path)
     try:
-        fields = _fields(path.read_text("utf-8-sig"))
-        # Not strict: the sizes of OpenCV's files arrive as floats.
-        return Camera.model_validate(fields, strict=False)
+        return Camera.parse(_fields(path.read_text("utf-8-sig")), origin=path.name)
     except OSError as error:
         raise InvalidRig(f"{path.name} cannot be read: {error.strerror or error}.") from error
-    except ValidationError as error:
-        reasons = "; ".join(
-            f"{'.'.join(map(str, fault['loc']))}: {fault['msg'].removeprefix('Value error, ')}"
-            for fault in error.errors(include_url=False)
-        )
-        raise InvalidRig(f"{path.name} gives no usable camera: {reasons}.") from error
     except ValueError as error:
-        raise InvalidRig(f"{path.name} gives no usable camera: {error}.") from error
+        raise InvalidRig(f"{path.name} cannot be used. {error}.") from error
 
 
 def _fields(text: str) -> dict[str, Any]:
@@ -112,7 +103,7 @@ def _of_kalibr(camera: Mapping[str, Any]) -> dict[str, Any]:
     if lens != "pinhole":
         raise ValueError(f"camera_model is {lens!r}; only pinhole is accepted")
     fx, fy, cx, cy = _numbers(camera, "intrinsics", count=4)
-    width, height = _numbers(camera, "resolution", count=2)
+    width, height = _sizes(camera, "resolution", count=2)
     return {
         "model": _model(_value(camera, "distortion_model")),
         "width": width,
@@ -129,10 +120,10 @@ def _of_opencv(fields: Mapping[str, Any]) -> dict[str, Any]:
     """OpenCV's and ROS's files; in ROS's a field names the distortion model."""
     fx, skew, cx, _, fy, cy, *_ = _numbers(fields, *_MATRIX, count=9)
     if any(name in fields for name in _SIZE_WH):
-        width, height = _numbers(fields, *_SIZE_WH, count=2)
+        width, height = _sizes(fields, *_SIZE_WH, count=2)
     else:
-        (width,) = _numbers(fields, *_WIDTH, count=1)
-        (height,) = _numbers(fields, *_HEIGHT, count=1)
+        (width,) = _sizes(fields, *_WIDTH, count=1)
+        (height,) = _sizes(fields, *_HEIGHT, count=1)
     unnamed = "fisheye" if fields.get("fisheye_model") else "plumb_bob"
     return {
         "model": _model(fields.get("distortion_model", unnamed)),
@@ -152,6 +143,12 @@ def _model(distortion: object) -> str:
     if model is None:
         raise ValueError(f"distortion_model is {distortion!r}; accepted are {', '.join(_MODELS)}")
     return model
+
+
+def _sizes(fields: Mapping[str, Any], *names: str, count: int) -> list[float]:
+    """Whole numbers as int: those of OpenCV's files arrive as floats, which the rig refuses."""
+    numbers = _numbers(fields, *names, count=count)
+    return [int(number) if number.is_integer() else number for number in numbers]
 
 
 def _numbers(fields: Mapping[str, Any], *names: str, count: int | None = None) -> list[float]:

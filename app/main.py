@@ -7,6 +7,7 @@ import logging
 import socket
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
+from errno import EADDRINUSE
 from importlib.metadata import version
 from ipaddress import ip_address
 
@@ -14,6 +15,7 @@ import uvicorn
 from fastapi import FastAPI
 
 from app import errors
+from app.errors import AddressNotAvailable
 from app.middleware import Envelope, Guard
 from app.routers import (
     access,
@@ -72,14 +74,44 @@ def create_app(settings: Settings) -> FastAPI:
 
 def app_from_environment() -> FastAPI:
     """For `uvicorn --factory app.main:app_from_environment`."""
-    return create_app(Settings())
+    return create_app(Settings.load())
 
 
 def serve(settings: Settings, host: str, port: int, on_ready: OnReady) -> None:
-    """Run the server until it is told to stop by a signal.
+    """Listen and run the server, as `run` does.
+
+    Raises:
+        AddressNotAvailable: Another program listens there, or there is no such address.
+        DataFolderInUse: Another server uses the data folder.
+        OSError: The data folder cannot be made or written.
+    """
+    with listening(host, port) as listener:
+        run(settings, host, listener, on_ready)
+
+
+def listening(host: str, port: int) -> socket.socket:
+    """A socket that is bound and holds early connections back until the server takes them.
+
+    Raises:
+        AddressNotAvailable: Another program listens there, or there is no such address.
+    """
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family)
+    except OSError as error:
+        is_used = error.errno == EADDRINUSE
+        reason = f"port {port} of {host} is in use" if is_used else error.strerror
+        raise AddressNotAvailable(
+            f"The server cannot listen: {reason}; choose another with --host or --port."
+        ) from error
+
+
+def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnReady) -> None:
+    """Run the server on `listener` until it is told to stop by a signal.
 
     `on_ready(url, services)` is called in a thread of its own once it takes requests, with the
-    address to log in at; the token stands in it unless the operator has set one.
+    address to log in at; the token stands in it unless the operator has set one.  `host` is the
+    name by which it may be reached besides those of the settings.
 
     Raises:
         DataFolderInUse: Another server uses the data folder.
@@ -96,7 +128,6 @@ def serve(settings: Settings, host: str, port: int, on_ready: OnReady) -> None:
     config = uvicorn.Config(
         app,
         host=host,
-        port=port,
         log_config=None,
         access_log=False,  # the log-in address holds the token
         server_header=False,
@@ -105,7 +136,7 @@ def serve(settings: Settings, host: str, port: int, on_ready: OnReady) -> None:
         timeout_graceful_shutdown=_SHUTDOWN_S,
     )
     with suppress(KeyboardInterrupt):  # uvicorn raises it again after a graceful stop
-        _Server(config, settings, on_ready).run()
+        _Server(config, settings, on_ready).run([listener])
 
 
 class _Server(uvicorn.Server):

@@ -1,11 +1,15 @@
 """Every setting of the server, read from the environment as `CHAINAGE_<NAME>`."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Self
 
-from pydantic import Field, SecretStr, field_validator
+from pydantic import Field, SecretStr, ValidationError, field_validator
+from pydantic_core import ErrorDetails
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
+from app.errors import InvalidSettings
+
+PREFIX = "CHAINAGE_"
 GIB = 2**30
 MIB = 2**20
 
@@ -13,7 +17,10 @@ MIB = 2**20
 class Settings(BaseSettings):
     """What an operator may change; handed to `create_app`, never a global."""
 
-    model_config = SettingsConfigDict(env_prefix="CHAINAGE_", extra="forbid", frozen=True)
+    # Compose files pass on what is unset as empty.
+    model_config = SettingsConfigDict(
+        env_prefix=PREFIX, env_ignore_empty=True, extra="forbid", frozen=True
+    )
 
     data: Path = Field(
         default=Path("chainage-data"),
@@ -72,9 +79,28 @@ class Settings(BaseSettings):
         "that one can watch. Without it tracking is as fast as it can.",
     )
 
+    @classmethod
+    def load(cls, **given: Any) -> Self:
+        """From the environment, except for what is given.
+
+        Raises:
+            InvalidSettings: A value that is not allowed; the text names the variable, the value
+            (never that of the token) and what is allowed.
+        """
+        try:
+            return cls(**given)
+        except ValidationError as error:
+            raise InvalidSettings("; ".join(map(_reason, error.errors())) + ".") from error
+
     @field_validator("allowed_hosts", mode="before")
     @classmethod
     def _split(cls, value: object) -> object:
         if isinstance(value, str):
             return tuple(name.strip() for name in value.split(",") if name.strip())
         return value
+
+
+def _reason(fault: ErrorDetails) -> str:
+    name = str(fault["loc"][0])
+    found = "" if name == "token" else f" (found {fault['input']!r})"
+    return f"{PREFIX}{name.upper()}: {fault['msg']}{found}"

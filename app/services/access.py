@@ -11,12 +11,9 @@ from collections import OrderedDict, deque
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
-from sqlalchemy import delete, select
-from sqlalchemy.orm import Session
-
 from app.errors import TooManyAttempts, Unauthenticated
-from app.storage.database import Database
-from app.storage.tables import LoginSession, Token
+from app.storage.access import AccessStore
+from app.storage.tables import Token
 
 logger = logging.getLogger(__name__)
 
@@ -45,9 +42,9 @@ class Principal:
 class Access:
     """Tokens, sessions, and a limit on guessing."""
 
-    def __init__(self, database: Database, server_token: str) -> None:
+    def __init__(self, store: AccessStore, server_token: str) -> None:
         """`server_token` is the one that always works; an earlier one of the server ends here."""
-        self._database = database
+        self._store = store
         self.server_token = server_token
         self._attempts = _Attempts()
         if len(server_token) < _WEAK_TOKEN_LENGTH:
@@ -56,19 +53,8 @@ class Access:
                 len(server_token),
                 _WEAK_TOKEN_LENGTH,
             )
-        database.write(self._install_server_token)
-
-    def _install_server_token(self, session: Session) -> None:
-        digest, now = _digest(self.server_token), datetime.now(UTC)
-        for token in session.scalars(select(Token).where(Token.name == _SERVER_TOKEN)):
-            if token.digest != digest and token.revoked_at is None:
-                token.revoked_at = now
-        known = session.get(Token, digest)
-        if known is None:
-            session.add(Token(digest=digest, name=_SERVER_TOKEN, role="admin", created_at=now))
-        else:
-            known.revoked_at = None
-        session.execute(delete(LoginSession).where(LoginSession.seen_at < now - SESSION_IDLE))
+        store.install_token(_digest(server_token), _SERVER_TOKEN, "admin")
+        store.end_logins_unused_since(datetime.now(UTC) - SESSION_IDLE)
 
     def log_in(self, token: str, address: str) -> str:
         """Exchange a token for a new session's cookie value.
@@ -79,42 +65,32 @@ class Access:
         """
         self._attempts.check(address)
         digest = _digest(token)
-        with self._database.read() as session:
-            known = session.get(Token, digest)
-        if known is None or known.revoked_at is not None:
+        if _principal(self._store.token(digest)) is None:
             self._attempts.failed(address)
             raise Unauthenticated("This token is not known to the server.")
-        cookie, now = secrets.token_urlsafe(32), datetime.now(UTC)
-        row = LoginSession(digest=_digest(cookie), token_digest=digest, created_at=now, seen_at=now)
-        self._database.write(lambda session: session.add(row))
+        cookie = secrets.token_urlsafe(32)
+        self._store.add_login(_digest(cookie), digest)
         return cookie
 
     def log_out(self, cookie: str) -> None:
         """End a session."""
-        digest = _digest(cookie)
-        self._database.write(
-            lambda session: session.execute(
-                delete(LoginSession).where(LoginSession.digest == digest)
-            )
-        )
+        self._store.end_login(_digest(cookie))
 
     def by_token(self, token: str) -> Principal | None:
         """Who holds this token."""
-        with self._database.read() as session:
-            return _principal(session.get(Token, _digest(token)))
+        return _principal(self._store.token(_digest(token)))
 
     def by_cookie(self, cookie: str) -> Principal | None:
         """Whose session this is; None if there is none or it has ended."""
         digest, now = _digest(cookie), datetime.now(UTC)
-        with self._database.read() as session:
-            row = session.get(LoginSession, digest)
-            if row is None or now > row.created_at + SESSION_LIFETIME:
-                return None
-            if now > row.seen_at + SESSION_IDLE:
-                return None
-            principal = _principal(session.get(Token, row.token_digest))
-        if principal is not None and now > row.seen_at + _SEEN_STEP:
-            self._database.write(lambda session: _touch(session, digest, now))
+        login = self._store.login(digest)
+        if login is None or now > login.created_at + SESSION_LIFETIME:
+            return None
+        if now > login.seen_at + SESSION_IDLE:
+            return None
+        principal = _principal(self._store.token(login.token_digest))
+        if principal is not None and now > login.seen_at + _SEEN_STEP:
+            self._store.touch_login(digest)
         return principal
 
 
@@ -149,9 +125,3 @@ def _principal(token: Token | None) -> Principal | None:
     if token is None or token.revoked_at is not None:
         return None
     return Principal(token.name, token.role)
-
-
-def _touch(session: Session, digest: str, now: datetime) -> None:
-    row = session.get(LoginSession, digest)
-    if row is not None:
-        row.seen_at = now

@@ -23,8 +23,11 @@ from app.services.tracking import Tracking
 from app.services.tracks import Tracks
 from app.services.uploads import Uploads
 from app.settings import Settings
+from app.storage.access import AccessStore
 from app.storage.database import Database
 from app.storage.files import DataFolder
+from app.storage.inspections import InspectionStore
+from app.storage.observations import ObservationStore
 
 logger = logging.getLogger(__name__)
 
@@ -78,6 +81,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     stack.callback(folder.close)
     database = Database(folder.database)
     stack.callback(database.close)
+    inspection_store, observation_store = InspectionStore(database), ObservationStore(database)
     live = Live()
     tracks = Tracks(folder)
     uploads = Uploads(
@@ -86,7 +90,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     media = Media(Limits(settings.child_memory_bytes))
     stack.callback(media.close)
     tracking = Tracking(
-        database,
+        inspection_store,
         folder,
         tracks,
         live,
@@ -95,17 +99,17 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         stall_s=settings.stall_s,
         pace=settings.pace,
     )
-    photos = Photos(database, folder, media, tracks, live)
+    photos = Photos(inspection_store, observation_store, folder, media, tracks, live)
     stack.enter_context(live.listening(None, photos.on_event))
     photos.start()
     stack.callback(photos.stop)
     tracking.start()
     stack.callback(tracking.stop)
-    inspections = Inspections(database, folder, media, uploads, tracks, tracking, live)
-    observations = Observations(database, tracks, live)
+    inspections = Inspections(inspection_store, folder, media, uploads, tracks, tracking, live)
+    observations = Observations(inspection_store, observation_store, tracks, live)
     token = settings.token.get_secret_value() if settings.token else folder.kept_token()
     return Services(
-        access=Access(database, token),
+        access=Access(AccessStore(database), token),
         uploads=uploads,
         inspections=inspections,
         tracking=tracking,

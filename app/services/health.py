@@ -6,9 +6,6 @@ import sqlite3
 import threading
 import time
 from dataclasses import dataclass
-from datetime import UTC, datetime
-
-from sqlalchemy.orm import Session
 
 from app.errors import NotReady
 from app.services.media import Media
@@ -16,7 +13,6 @@ from app.services.photos import Photos
 from app.services.tracking import Tracking
 from app.storage.database import Database
 from app.storage.files import DataFolder
-from app.storage.tables import Heartbeat
 from vo_core.errors import ChainageError
 
 _CACHED_S = 2.0
@@ -69,7 +65,7 @@ class Health:
 
     def _writes(self) -> Check:
         try:
-            self._database.write(_beat)
+            self._database.beat()
         except (ChainageError, OSError) as error:
             return Check("database", False, str(error))
         except Exception as error:  # the driver's errors have no common base with ours
@@ -103,7 +99,3 @@ def _sqlite() -> Check:
             "so the server has only one.",
         )
     return Check("sqlite", True, f"Version {version}.")
-
-
-def _beat(session: Session) -> None:
-    session.merge(Heartbeat(id=1, at=datetime.now(UTC)))

@@ -14,17 +14,14 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from sqlalchemy import Integer, cast, func, select
-from sqlalchemy.orm import Session
 
-from app.errors import FrameNotFound, InspectionNotFound
+from app.errors import FrameNotFound
 from app.jobs.messages import Probed
-from app.services.live import ENDED, Live, Progress
+from app.services.live import Live, Progress
 from app.services.media import Media
 from app.services.tracking import Tracking, track_metadata
 from app.services.tracks import Tracks, estimate_at, since
 from app.services.uploads import Uploads
-from app.storage.database import Database
 from app.storage.files import (
     DataFolder,
     copy_durably,
@@ -33,7 +30,8 @@ from app.storage.files import (
     sync_folder,
     write_durably,
 )
-from app.storage.tables import Event, Inspection, Observation
+from app.storage.inspections import InspectionStore, Summary
+from app.storage.tables import ENDED, Inspection
 from vo_core import Estimate, Rig
 
 logger = logging.getLogger(__name__)
@@ -70,7 +68,7 @@ class Inspections:
 
     def __init__(
         self,
-        database: Database,
+        store: InspectionStore,
         folder: DataFolder,
         media: Media,
         uploads: Uploads,
@@ -78,7 +76,7 @@ class Inspections:
         tracking: Tracking,
         live: Live,
     ) -> None:
-        self._database = database
+        self._store = store
         self._folder = folder
         self._media = media
         self._uploads = uploads
@@ -157,26 +155,14 @@ class Inspections:
         sync_folder(place.parent)
         write_durably(place / "rig.json", json.dumps(rig_fields, indent=2).encode())
         bring(source, place / inspection.video_file)
-        after = {"name": name, "header": dict(header)}
-        inspection_id = inspection.id
-
-        def insert(session: Session) -> None:
-            session.add(inspection)
-            session.add(_event(inspection_id, "created", who, None, after))
-
-        self._database.write(insert)
-        logger.info("Inspection %s (%s) made from %s.", inspection_id, name, filename)
+        self._store.add(inspection, who)
+        logger.info("Inspection %s (%s) made from %s.", inspection.id, name, filename)
         self._tracking.wake()
-        return inspection_id
+        return inspection.id
 
     def all(self) -> list[InspectionView]:
         """All, the newest first."""
-        with self._database.read() as session:
-            rows = session.scalars(
-                select(Inspection).order_by(Inspection.created_at.desc(), Inspection.id)
-            ).all()
-            counts = _counts(session)
-        return [self._view(row, counts.get(row.id, (0, None))) for row in rows]
+        return [self._view(summary) for summary in self._store.summaries()]
 
     def get(self, inspection_id: str) -> InspectionView:
         """One.
@@ -184,10 +170,7 @@ class Inspections:
         Raises:
             InspectionNotFound: There is none of this id.
         """
-        with self._database.read() as session:
-            row = _existing(session, inspection_id)
-            counts = _counts(session, inspection_id)
-        return self._view(row, counts.get(inspection_id, (0, None)))
+        return self._view(self._store.summary(inspection_id))
 
     def row(self, inspection_id: str) -> Inspection:
         """Only what is stored.
@@ -195,8 +178,7 @@ class Inspections:
         Raises:
             InspectionNotFound: There is none of this id.
         """
-        with self._database.read() as session:
-            return _existing(session, inspection_id)
+        return self._store.get(inspection_id)
 
     def video_path(self, inspection: Inspection) -> Path:
         """The original file."""
@@ -233,38 +215,22 @@ class Inspections:
         self, inspection_id: str, who: str, name: str | None, header: Mapping[str, Any] | None
     ) -> InspectionView:
         """Give another name or another header; None leaves it as it is."""
-
-        def apply(session: Session) -> None:
-            row = _existing(session, inspection_id)
-            before = {"name": row.name, "header": row.header}
-            row.name = row.name if name is None else name
-            row.header = row.header if header is None else dict(header)
-            after = {"name": row.name, "header": row.header}
-            if after != before:
-                session.add(_event(inspection_id, "changed", who, before, after))
-
-        self._database.write(apply)
+        self._store.change(inspection_id, who, name, header)
         return self.get(inspection_id)
 
     def delete(self, inspection_id: str, who: str) -> None:
         """Stop it and remove it with all its files; the record of events stays."""
         if self.row(inspection_id).status not in ENDED:
             self._tracking.cancel(inspection_id)
-
-        def remove(session: Session) -> None:
-            row = _existing(session, inspection_id)
-            before = {"name": row.name, "header": row.header}
-            session.delete(row)
-            session.add(_event(inspection_id, "deleted", who, before, None))
-
-        self._database.write(remove)
+        self._store.delete(inspection_id, who)
         self._tracks.forget(inspection_id)
         self._live.publish(inspection_id, "cancelled", Progress(0, None, None, None))
         with suppress(FileNotFoundError):
             shutil.rmtree(self._folder.inspection(inspection_id))
         logger.info("Inspection %s deleted by %s.", inspection_id, who)
 
-    def _view(self, row: Inspection, counted: tuple[int, int | None]) -> InspectionView:
+    def _view(self, summary: Summary) -> InspectionView:
+        row = summary.row
         progress = self._tracking.progress(row.id)
         last = self._tracking.last_estimate(row.id)
         total = row.frames_done if row.status == "done" else row.video.get("frames")
@@ -273,8 +239,8 @@ class Inspections:
             progress=progress or Progress(row.frames_done, total, row.fps, None),
             distance_mm=last.distance_mm if last else row.distance_mm,
             sigma_distance_mm=last.sigma_distance_mm if last else row.sigma_distance_mm,
-            defects=counted[0],
-            worst_severity=counted[1],
+            defects=summary.defects,
+            worst_severity=summary.worst_severity,
         )
 
 
@@ -289,42 +255,3 @@ def _kind_of(probed: Probed) -> str:
 def _is_playable(kind: str, probed: Probed) -> bool:
     """Whether browsers play the original; otherwise single frames are shown."""
     return probed.codec in _BROWSERS_PLAY.get(kind, ()) and probed.pixel_format in _BROWSERS_SHOW
-
-
-def _counts(
-    session: Session, inspection_id: str | None = None
-) -> dict[str, tuple[int, int | None]]:
-    """Observations and the worst severity of each inspection."""
-    severity = cast(Observation.fields["severity"].as_string(), Integer)
-    query = (
-        select(Observation.inspection_id, func.count(), func.max(severity))
-        .where(Observation.deleted_at.is_(None))
-        .group_by(Observation.inspection_id)
-    )
-    if inspection_id is not None:
-        query = query.where(Observation.inspection_id == inspection_id)
-    return {row[0]: (row[1], row[2]) for row in session.execute(query)}
-
-
-def _existing(session: Session, inspection_id: str) -> Inspection:
-    row = session.get(Inspection, inspection_id)
-    if row is None:
-        raise InspectionNotFound("There is no such inspection.")
-    return row
-
-
-def _event(
-    inspection_id: str,
-    action: str,
-    who: str,
-    before: dict[str, Any] | None,
-    after: dict[str, Any] | None,
-) -> Event:
-    return Event(
-        inspection_id=inspection_id,
-        action=action,
-        who=who,
-        at=datetime.now(UTC),
-        before=before,
-        after=after,
-    )

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from app.storage.tables import ENDED
 from vo_core.track import Estimate
 
 logger = logging.getLogger(__name__)
@@ -54,8 +55,6 @@ class ObservationsChanged:
 
 Event = Update | ObservationsChanged
 Listener = Callable[[Event], None]
-
-ENDED = ("done", "failed", "cancelled")
 
 
 class Live:

@@ -4,27 +4,24 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import func, select
-from sqlalchemy.orm import Session
 
 from app.errors import (
     FrameNotFound,
     FrameOutsideVideo,
-    InspectionNotFound,
     ObservationNotFound,
     PixelOutsidePicture,
 )
 from app.services.live import Live
 from app.services.tracks import Tracks, estimate_at
-from app.storage.database import Database
+from app.storage.inspections import InspectionStore
+from app.storage.observations import ObservationStore
 from app.storage.tables import Event, Inspection, Observation
 from vo_core import Pose, Rig, Track, wall_point
 from vo_core.wall import camera_position, cast, clock_of, develop, pixel_rays, to_robot
@@ -72,8 +69,11 @@ class ObservationView:
 class Observations:
     """Put, list, delete, restore."""
 
-    def __init__(self, database: Database, tracks: Tracks, live: Live) -> None:
-        self._database = database
+    def __init__(
+        self, inspections: InspectionStore, store: ObservationStore, tracks: Tracks, live: Live
+    ) -> None:
+        self._inspections = inspections
+        self._store = store
         self._tracks = tracks
         self._live = live
 
@@ -88,13 +88,11 @@ class Observations:
             InspectionNotFound: There is no such inspection.
             FrameOutsideVideo, PixelOutsidePicture: It cannot be anchored there.
         """
-        with self._database.read() as session:
-            inspection = _inspection(session, inspection_id)
+        inspection = self._inspections.get(inspection_id)
         _check_anchor(inspection, len(self._tracks.get(inspection_id)), fields)
         kept = {name: value for name, value in fields.items() if value is not None}
-        self._change(
-            inspection_id, lambda session: _put(session, inspection_id, observation_id, kept, who)
-        )
+        if self._store.put(inspection_id, observation_id, kept, who):
+            self._live.observations_changed(inspection_id)
 
     def delete(self, inspection_id: str, observation_id: str, who: str) -> None:
         """Take it out of the list; it can be restored.
@@ -102,10 +100,8 @@ class Observations:
         Raises:
             ObservationNotFound: There never was one.
         """
-        self._change(
-            inspection_id,
-            lambda session: _set_deleted(session, inspection_id, observation_id, who, deleted=True),
-        )
+        if self._store.delete(inspection_id, observation_id, who):
+            self._live.observations_changed(inspection_id)
 
     def restore(self, inspection_id: str, observation_id: str, who: str) -> None:
         """Undo a delete.
@@ -113,30 +109,22 @@ class Observations:
         Raises:
             ObservationNotFound: There never was one.
         """
-        self._change(
-            inspection_id,
-            lambda session: _set_deleted(
-                session, inspection_id, observation_id, who, deleted=False
-            ),
-        )
+        if self._store.restore(inspection_id, observation_id, who):
+            self._live.observations_changed(inspection_id)
 
     def all(self, inspection_id: str) -> list[ObservationView]:
         """In the order of their numbers."""
-        with self._database.read() as session:
-            inspection = _inspection(session, inspection_id)
-            rows = session.scalars(_LISTED.where(Observation.inspection_id == inspection_id)).all()
-        rig, track = rig_of(inspection), self._tracks.get(inspection_id)
+        rig = rig_of(self._inspections.get(inspection_id))
+        rows, track = self._store.listed(inspection_id), self._tracks.get(inspection_id)
         return [ObservationView(row, _place(rig, track, row)) for row in rows]
 
     def get(self, inspection_id: str, observation_id: str) -> ObservationView:
         """One that is not deleted."""
-        with self._database.read() as session:
-            inspection = _inspection(session, inspection_id)
-            row = _observation(session, inspection_id, observation_id)
+        rig = rig_of(self._inspections.get(inspection_id))
+        row = self._store.get(inspection_id, observation_id)
         if row.deleted_at is not None:
             raise ObservationNotFound("This observation was deleted; it can be restored.")
-        rig, track = rig_of(inspection), self._tracks.get(inspection_id)
-        return ObservationView(row, _place(rig, track, row))
+        return ObservationView(row, _place(rig, self._tracks.get(inspection_id), row))
 
     def wall_at(self, inspection_id: str, frame: int, pixel: tuple[float, float]) -> WallUnder:
         """What a pixel of a tracked frame looks at.
@@ -145,8 +133,7 @@ class Observations:
             PixelOutsidePicture: The picture has no such pixel.
             FrameNotFound: The frame is not tracked, or no wall is seen there.
         """
-        with self._database.read() as session:
-            inspection = _inspection(session, inspection_id)
+        inspection = self._inspections.get(inspection_id)
         check_pixel(inspection, *pixel)
         found = wall_under(rig_of(inspection), self._tracks.get(inspection_id), frame, pixel)
         if found is None:
@@ -157,22 +144,11 @@ class Observations:
 
     def wall_grid(self, inspection_id: str) -> WallGrid:
         """Wall points of a grid of pixels over the picture, at pose 0."""
-        with self._database.read() as session:
-            inspection = _inspection(session, inspection_id)
-        return wall_grid(rig_of(inspection))
+        return wall_grid(rig_of(self._inspections.get(inspection_id)))
 
     def events(self, inspection_id: str) -> list[Event]:
         """Everything that was done to the inspection and its observations, oldest first."""
-        with self._database.read() as session:
-            query = select(Event).where(Event.inspection_id == inspection_id).order_by(Event.id)
-            return list(session.scalars(query))
-
-    def _change(self, inspection_id: str, change: Callable[[Session], bool]) -> None:
-        if self._database.write(change):
-            self._live.observations_changed(inspection_id)
-
-
-_LISTED = select(Observation).where(Observation.deleted_at.is_(None)).order_by(Observation.seq)
+        return self._inspections.events(inspection_id)
 
 
 def rig_of(inspection: Inspection) -> Rig:
@@ -296,79 +272,3 @@ def _joint_near(rig: Rig, distance_mm: float) -> int | None:
     number = round(distance_mm / segment_mm)
     is_near = abs(distance_mm - number * segment_mm) <= NEAR_JOINT_MM
     return number if number >= 1 and is_near else None
-
-
-def _put(
-    session: Session, inspection_id: str, observation_id: str, fields: dict[str, Any], who: str
-) -> bool:
-    """Whether anything changed."""
-    now = datetime.now(UTC)
-    row = session.get(Observation, (inspection_id, observation_id))
-    if row is None:
-        _inspection(session, inspection_id)
-        highest = session.scalar(
-            select(func.max(Observation.seq)).where(Observation.inspection_id == inspection_id)
-        )
-        row = Observation(
-            inspection_id=inspection_id,
-            id=observation_id,
-            seq=(highest or 0) + 1,
-            created_at=now,
-            created_by=who,
-            frame=fields["frame"],
-            fields=fields,
-        )
-        session.add(row)
-        _log(session, row, "created", who, None)
-        return True
-    before = None if row.deleted_at is not None else row.fields
-    if fields == before:
-        return False
-    if row.frame != fields["frame"]:
-        row.photo_error = None
-    row.frame, row.fields = fields["frame"], fields
-    row.edited_at, row.edited_by, row.deleted_at = now, who, None
-    _log(session, row, "changed", who, before)
-    return True
-
-
-def _set_deleted(
-    session: Session, inspection_id: str, observation_id: str, who: str, *, deleted: bool
-) -> bool:
-    """Whether anything changed."""
-    row = _observation(session, inspection_id, observation_id)
-    if deleted == (row.deleted_at is not None):
-        return False
-    row.deleted_at = datetime.now(UTC) if deleted else None
-    _log(session, row, "deleted" if deleted else "restored", who, row.fields if deleted else None)
-    return True
-
-
-def _log(
-    session: Session, row: Observation, action: str, who: str, before: dict[str, Any] | None
-) -> None:
-    session.add(
-        Event(
-            inspection_id=row.inspection_id,
-            observation_id=row.id,
-            action=action,
-            who=who,
-            at=datetime.now(UTC),
-            before=before,
-            after=None if row.deleted_at is not None else row.fields,
-        )
-    )
-
-
-def _inspection(session: Session, inspection_id: str) -> Inspection:
-    inspection = session.get(Inspection, inspection_id)
-    if inspection is None:
-        raise InspectionNotFound("There is no such inspection.")
-    return inspection
-
-
-def _observation(session: Session, inspection_id: str, observation_id: str) -> Observation:
-    row = session.get(Observation, (inspection_id, observation_id))
-    if row is None:
-        raise ObservationNotFound("There is no such observation.")
-    return row

@@ -11,16 +11,14 @@ import logging
 import threading
 from pathlib import Path
 
-from sqlalchemy import or_, select
-from sqlalchemy.orm import Session
-
-from app.errors import PhotoNotFound
-from app.services.live import ENDED, Event, Live, Update
+from app.errors import InspectionNotFound, ObservationNotFound, PhotoNotFound
+from app.services.live import Event, Live, Update
 from app.services.media import Media
 from app.services.tracks import Tracks, estimate_at
-from app.storage.database import Database
 from app.storage.files import DataFolder, write_durably
-from app.storage.tables import Inspection, Observation
+from app.storage.inspections import InspectionStore
+from app.storage.observations import ObservationStore
+from app.storage.tables import ENDED, Inspection, Observation
 from vo_core.errors import ChainageError
 
 logger = logging.getLogger(__name__)
@@ -34,9 +32,16 @@ class Photos:
     """Makes what is missing, serves what is there."""
 
     def __init__(
-        self, database: Database, folder: DataFolder, media: Media, tracks: Tracks, live: Live
+        self,
+        inspections: InspectionStore,
+        observations: ObservationStore,
+        folder: DataFolder,
+        media: Media,
+        tracks: Tracks,
+        live: Live,
     ) -> None:
-        self._database = database
+        self._inspections = inspections
+        self._observations = observations
         self._folder = folder
         self._media = media
         self._tracks = tracks
@@ -50,10 +55,7 @@ class Photos:
 
     def start(self) -> None:
         """Begin with what the last run of the server left undone."""
-        with self._database.read() as session:
-            self._dirty.update(
-                session.scalars(_MISSING.with_only_columns(Observation.inspection_id))
-            )
+        self._dirty.update(self._observations.inspections_without_photos())
         self._thread.start()
 
     def stop(self) -> None:
@@ -83,9 +85,11 @@ class Photos:
             )
 
     def _is_settled(self, inspection_id: str, observation_id: str) -> bool:
-        with self._database.read() as session:
-            row = session.get(Observation, (inspection_id, observation_id))
-        if row is None or row.photo_error is not None or row.photo_frame == row.frame:
+        try:
+            row = self._observations.get(inspection_id, observation_id)
+        except ObservationNotFound:
+            return True
+        if row.photo_error is not None or row.photo_frame == row.frame:
             return True
         return row.frame >= len(self._tracks.get(inspection_id))  # not before it is tracked
 
@@ -118,47 +122,34 @@ class Photos:
                     self._changed.wait_for(lambda: self._stopping, _PAUSE_AFTER_FAULT_S)
 
     def _make_missing(self, inspection_id: str) -> None:
-        with self._database.read() as session:
-            inspection = session.get(Inspection, inspection_id)
-            rows = session.scalars(_MISSING.where(Observation.inspection_id == inspection_id)).all()
-        if inspection is None:
+        try:
+            inspection = self._inspections.get(inspection_id)
+        except InspectionNotFound:
             return
-        for row in rows:
+        for row in self._observations.without_photo(inspection_id):
             if self._stopping:
                 return
             self._make(inspection, row)
 
     def _make(self, inspection: Inspection, row: Observation) -> None:
         estimate = estimate_at(self._tracks.get(inspection.id), row.frame)
-        sha256, error = None, None
+        if estimate is None and inspection.status not in ENDED:
+            return  # its time is known when tracking has got there
         if estimate is None:
-            if inspection.status not in ENDED:
-                return  # its time is known when tracking has got there
-            error = "This frame was not tracked, so its picture cannot be found."
+            self._observations.record_photo_error(
+                row, "This frame was not tracked, so its picture cannot be found."
+            )
         else:
-            video = self._folder.inspection(inspection.id) / inspection.video_file
-            try:
-                jpeg = self._media.picture(video, estimate.time_s)
-                write_durably(self._folder.photo(inspection.id, row.id, row.frame), jpeg)
-                sha256 = hashlib.sha256(jpeg).hexdigest()
-            except ChainageError as failure:
-                error = str(failure)
-        self._database.write(lambda session: _record(session, row, sha256, error))
+            self._cut(inspection, row, estimate.time_s)
         with self._changed:
             self._changed.notify_all()
 
-
-_MISSING = select(Observation).where(
-    Observation.deleted_at.is_(None),
-    Observation.photo_error.is_(None),
-    or_(Observation.photo_frame.is_(None), Observation.photo_frame != Observation.frame),
-)
-
-
-def _record(session: Session, made: Observation, sha256: str | None, error: str | None) -> None:
-    row = session.get(Observation, (made.inspection_id, made.id))
-    if row is None or row.frame != made.frame:
-        return  # edited meanwhile: it is still among the missing
-    row.photo_error = error
-    if sha256 is not None:
-        row.photo_frame, row.photo_sha256 = made.frame, sha256
+    def _cut(self, inspection: Inspection, row: Observation, time_s: float) -> None:
+        video = self._folder.inspection(inspection.id) / inspection.video_file
+        try:
+            jpeg = self._media.picture(video, time_s)
+            write_durably(self._folder.photo(inspection.id, row.id, row.frame), jpeg)
+        except ChainageError as failure:
+            self._observations.record_photo_error(row, str(failure))
+        else:
+            self._observations.record_photo(row, hashlib.sha256(jpeg).hexdigest())

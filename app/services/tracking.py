@@ -12,20 +12,17 @@ import threading
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 
 import msgspec
-from sqlalchemy import select, update
-from sqlalchemy.orm import Session
 
-from app.errors import InspectionNotFound, NotRunning, StillRunning
+from app.errors import NotRunning
 from app.jobs.messages import Batch, Done, Failed, FromTracker, Limits, TrackRequest
 from app.jobs.process import Child, describe_exit
-from app.services.live import ENDED, Live, Progress
+from app.services.live import Live, Progress
 from app.services.tracks import Tracks
-from app.storage.database import Database
 from app.storage.files import DataFolder
-from app.storage.tables import Inspection, Observation
+from app.storage.inspections import InspectionStore, Outcome
+from app.storage.tables import ENDED, Inspection
 from vo_core.track import Estimate
 
 logger = logging.getLogger(__name__)
@@ -57,22 +54,12 @@ class _Run:
         return Progress(self.frames_done, total, self.fps, eta_s)
 
 
-@dataclass(frozen=True)
-class _Outcome:
-    """How a run ended; status None leaves the row for the next start."""
-
-    status: str | None
-    error_code: str | None = None
-    error_detail: str | None = None
-    warning: str | None = None
-
-
 class Tracking:
     """Starts, follows and stops the tracking of inspections."""
 
     def __init__(
         self,
-        database: Database,
+        inspections: InspectionStore,
         folder: DataFolder,
         tracks: Tracks,
         live: Live,
@@ -82,7 +69,7 @@ class Tracking:
         stall_s: float,
         pace: float | None,
     ) -> None:
-        self._database = database
+        self._inspections = inspections
         self._folder = folder
         self._tracks = tracks
         self._live = live
@@ -101,7 +88,7 @@ class Tracking:
 
     def start(self) -> None:
         """Queue again what was running when the server ended, and begin."""
-        interrupted = self._database.write(_queue_interrupted)
+        interrupted = self._inspections.queue_interrupted()
         if interrupted:
             logger.info("%d interrupted inspections are tracked again.", interrupted)
         for thread in self._threads:
@@ -151,7 +138,7 @@ class Tracking:
         if run is not None:
             run.ended.wait(_STOP_TIMEOUT_S)
             return
-        status = self._database.write(lambda session: _cancel_unless_ended(session, inspection_id))
+        status = self._inspections.cancel_unless_ended(inspection_id)
         if status in ENDED and status != "cancelled":
             raise NotRunning(f"The inspection is {status}; there is nothing to stop.")
         self._live.publish(inspection_id, "cancelled", Progress(0, None, None, None))
@@ -162,7 +149,7 @@ class Tracking:
         Raises:
             StillRunning: It is queued or running.
         """
-        self._database.write(lambda session: _queue_again(session, inspection_id))
+        self._inspections.queue_again(inspection_id)
         self._live.publish(inspection_id, "queued", Progress(0, None, None, None))
         self.wake()
 
@@ -191,13 +178,10 @@ class Tracking:
         """Wait for the oldest queued inspection; None when the server stops."""
         with self._changed:
             while not self._stopping:
-                with self._database.read() as session:
-                    waiting = session.scalar(_OLDEST_QUEUED)
-                if waiting is not None:
-                    inspection = self._database.write(_claim)
-                    if inspection is not None:
-                        run = self._runs[inspection.id] = _Run(inspection)
-                        return run
+                inspection = self._inspections.claim_oldest_queued()
+                if inspection is not None:
+                    run = self._runs[inspection.id] = _Run(inspection)
+                    return run
                 self._changed.wait()
         return None
 
@@ -207,11 +191,13 @@ class Tracking:
         self._tracks.begin(inspection.id)
         self._live.publish(inspection.id, "running", run.progress())
         outcome = self._follow(run)
-        if outcome.status is None:
+        if outcome is None:
             self._tracks.forget(inspection.id)
             return
         self._tracks.finish(inspection.id, track_metadata(inspection))
-        self._database.write(lambda session: _record(session, run, outcome))
+        self._inspections.record_outcome(
+            inspection.id, outcome, frames_done=run.frames_done, fps=run.fps, last=run.last
+        )
         logger.info(
             "Inspection %s (%s): %s after %d frames. %s",
             inspection.id, inspection.name, outcome.status, run.frames_done,
@@ -219,8 +205,8 @@ class Tracking:
         )  # fmt: skip
         self._live.publish(inspection.id, outcome.status, run.progress())
 
-    def _follow(self, run: _Run) -> _Outcome:
-        """Start a child and drain it until it has ended, whichever way."""
+    def _follow(self, run: _Run) -> Outcome | None:
+        """Start a child and drain it until it ends; None if the next start is to go on."""
         child = Child("app.jobs.tracker")
         try:
             with self._changed:
@@ -230,32 +216,32 @@ class Tracking:
             outcome = self._drain(run, child)
         except TimeoutError:
             child.kill()
-            outcome = _Outcome(
+            outcome = Outcome(
                 "failed",
                 "tracking_stalled",
                 f"Tracking made no progress for {self._stall_s:g} s and was stopped.",
             )
         except (EOFError, BrokenPipeError):
             how = describe_exit(child.end())
-            outcome = _Outcome(
+            outcome = Outcome(
                 "failed", "tracking_process_died", f"The tracking process died: {how}."
             )
         except msgspec.MsgspecError:
             logger.exception("The tracking process of %s sent nonsense.", run.inspection.id)
             child.kill()
-            outcome = _Outcome(
+            outcome = Outcome(
                 "failed", "tracking_failed", "The tracking process gave no sensible answer."
             )
         finally:
             child.end()
         with self._changed:
             if run.stop == "shutdown" and outcome.status != "done":
-                return _Outcome(None)
+                return None
             if run.stop == "cancelled" and outcome.status != "done":
-                return _Outcome("cancelled")
+                return Outcome("cancelled")
         return outcome
 
-    def _drain(self, run: _Run, child: Child) -> _Outcome:
+    def _drain(self, run: _Run, child: Child) -> Outcome:
         inspection = run.inspection
         video = self._folder.inspection(inspection.id) / inspection.video_file
         child.send(TrackRequest(str(video), inspection.rig, self._limits, self._pace))
@@ -265,11 +251,11 @@ class Tracking:
                 case Batch():
                     self._take(run, message)
                 case Done():
-                    return _Outcome("done", warning=message.problem)
+                    return Outcome("done", warning=message.problem)
                 case Failed():
                     if message.trace:
                         logger.error("Tracking %s: %s", inspection.id, message.trace)
-                    return _Outcome("failed", message.code, message.detail)
+                    return Outcome("failed", message.code, message.detail)
 
     def _take(self, run: _Run, batch: Batch) -> None:
         estimates = tuple(Estimate(*msgspec.structs.astuple(row)) for row in batch.rows)
@@ -286,83 +272,10 @@ class Tracking:
         self._live.publish(run.inspection.id, "running", progress, estimates, batch.jpeg)
 
 
-_OLDEST_QUEUED = (
-    select(Inspection.id)
-    .where(Inspection.status == "queued")
-    .order_by(Inspection.queued_at, Inspection.id)
-    .limit(1)
-)
-
-
 def _ask_to_stop(run: _Run, why: str) -> None:
     run.stop = run.stop or why
     if run.child is not None:
         run.child.terminate()
-
-
-def _queue_interrupted(session: Session) -> int:
-    rows = session.scalars(select(Inspection).where(Inspection.status == "running")).all()
-    for row in rows:
-        row.status = "queued"
-    return len(rows)
-
-
-def _claim(session: Session) -> Inspection | None:
-    inspection_id = session.scalar(_OLDEST_QUEUED)
-    inspection = session.get(Inspection, inspection_id) if inspection_id else None
-    if inspection is not None:
-        inspection.status = "running"
-    return inspection
-
-
-def _cancel_unless_ended(session: Session, inspection_id: str) -> str:
-    """The status before."""
-    inspection = _existing(session, inspection_id)
-    before = inspection.status
-    if before not in ENDED:
-        inspection.status = "cancelled"
-        inspection.finished_at = datetime.now(UTC)
-    return before
-
-
-def _queue_again(session: Session, inspection_id: str) -> None:
-    inspection = _existing(session, inspection_id)
-    if inspection.status not in ENDED:
-        raise StillRunning(f"The inspection is {inspection.status}; stop it first.")
-    inspection.status = "queued"
-    inspection.queued_at = datetime.now(UTC)
-    inspection.finished_at = None
-    inspection.error_code = inspection.error_detail = inspection.warning = None
-    inspection.frames_done = 0
-    inspection.fps = inspection.distance_mm = inspection.sigma_distance_mm = None
-    # A photo that was missing for want of a track gets another chance.
-    session.execute(
-        update(Observation)
-        .where(Observation.inspection_id == inspection_id)
-        .values(photo_error=None)
-    )
-
-
-def _record(session: Session, run: _Run, outcome: _Outcome) -> None:
-    inspection = _existing(session, run.inspection.id)
-    assert outcome.status is not None  # noqa: S101  (the caller has checked)
-    inspection.status = outcome.status
-    inspection.error_code = outcome.error_code
-    inspection.error_detail = outcome.error_detail
-    inspection.warning = outcome.warning
-    inspection.frames_done = run.frames_done
-    inspection.fps = run.fps
-    inspection.finished_at = datetime.now(UTC)
-    if run.last is not None:
-        inspection.distance_mm = run.last.distance_mm
-        inspection.sigma_distance_mm = run.last.sigma_distance_mm
-
-
-def _existing(session: Session, inspection_id: str) -> Inspection:
-    inspection = session.get(Inspection, inspection_id)
-    if inspection is None:
-        raise InspectionNotFound("There is no such inspection.")
-    return inspection
 
 
 def track_metadata(inspection: Inspection) -> Mapping[str, object]:

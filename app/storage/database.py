@@ -15,6 +15,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import closing, contextmanager
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -26,6 +27,7 @@ from sqlalchemy import Engine, create_engine, event
 from sqlalchemy.orm import Session
 
 from app.errors import Busy
+from app.storage.tables import Heartbeat
 
 logger = logging.getLogger(__name__)
 
@@ -81,6 +83,10 @@ class Database:
         except (queue.Full, TimeoutError) as error:
             future.cancel()
             raise Busy("The database is not keeping up; try again in a moment.") from error
+
+    def beat(self) -> None:
+        """Write the heartbeat row: when this returns, the database takes writes."""
+        self.write(lambda session: session.merge(Heartbeat(id=1, at=datetime.now(UTC))))
 
     def writer_is_alive(self) -> bool:
         """Whether the writing thread runs."""

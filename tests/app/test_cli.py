@@ -1,11 +1,15 @@
 """The command line: exit codes 0, 1 and 2, what is written, and what is said when it goes wrong."""
 
 import json
+import os
+import signal
+import socket
 import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+import httpx
 import pytest
 
 from app.cli import main
@@ -247,3 +251,61 @@ def test_evaluate_of_something_else_ends_with_1(chainage, sample, name):
     assert done.code == 1
     assert done.err.startswith("chainage: ")
     assert "Traceback" not in done.err
+
+
+@pytest.mark.parametrize("command", ["serve", "demo"])
+def test_a_port_in_use_is_told_before_anything_is_done(chainage, tmp_path, monkeypatch, command):
+    monkeypatch.setenv("CHAINAGE_DATA", str(tmp_path / "data"))
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        done = chainage(command, "--port", port)
+    assert done.code == 1
+    assert done.err.strip() == (
+        f"chainage: The server cannot listen: port {port} of 127.0.0.1 is in use; "
+        "choose another with --host or --port."
+    )
+    assert done.out == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_address_of_another_machine_cannot_be_listened_on(chainage):
+    done = chainage("serve", "--host", "192.0.2.1")  # TEST-NET-1 of RFC 5737: nobody has it
+    assert done.code == 1
+    assert "192.0.2.1" in done.err
+    assert "Traceback" not in done.err
+
+
+@pytest.mark.parametrize("command", ["serve", "demo"])
+def test_a_wrong_setting_is_told_before_anything_is_done(chainage, monkeypatch, command):
+    monkeypatch.setenv("CHAINAGE_MAX_JOBS", "99")
+    done = chainage(command, "--port", "0")
+    assert done.code == 1
+    assert done.err.strip() == (
+        "chainage: CHAINAGE_MAX_JOBS: Input should be less than or equal to 16 (found '99')."
+    )
+    assert done.out == ""
+
+
+SHORT_DEMO = """
+from app import cli, demo
+demo.SAMPLE = demo.SAMPLE.shortened(60)
+cli.main()
+"""
+
+
+def test_demo_serves_its_sample_from_a_small_folder_and_leaves_nothing(tmp_path):
+    demo = subprocess.Popen(
+        [sys.executable, "-c", SHORT_DEMO, "demo", "--port", "0"],
+        # The demo's own reserve counts: with this one nothing would fit on any disk.
+        env=os.environ | {"TMPDIR": str(tmp_path), "CHAINAGE_DISK_RESERVE_BYTES": str(2**50)},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    opened = demo.stdout.readline().removeprefix("Open ").strip()
+    with httpx.Client(follow_redirects=True, headers={"Accept": "text/html"}) as browser:
+        page = browser.get(opened)
+        inspection = browser.get(page.url.join(f"/api{page.url.path}")).json()
+    assert inspection["name"] == "Sample culvert"
+    demo.send_signal(signal.SIGTERM)
+    assert demo.wait(30) == 0
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,273 @@
+"""Inspections in the database: the list, the queue of the tracking, and who changed what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import Integer, and_, cast, func, select, update
+from sqlalchemy.orm import Session
+
+from app.errors import InspectionNotFound, StillRunning
+from app.storage.database import Database
+from app.storage.tables import ENDED, Event, Inspection, Observation
+from vo_core.track import Estimate
+
+
+@dataclass(frozen=True)
+class Summary:
+    """An inspection and what is tagged in it."""
+
+    row: Inspection
+    defects: int
+    worst_severity: int | None
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How the tracking of an inspection ended."""
+
+    status: str
+    """done, failed or cancelled."""
+    error_code: str | None = None
+    error_detail: str | None = None
+    warning: str | None = None
+
+
+class InspectionStore:
+    """Rows come back detached: what is done to them stays without effect on the database."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    def get(self, inspection_id: str) -> Inspection:
+        """One.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        with self._database.read() as session:
+            return existing(session, inspection_id)
+
+    def summary(self, inspection_id: str) -> Summary:
+        """One with its counts.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        with self._database.read() as session:
+            found = session.execute(_SUMMARY.where(Inspection.id == inspection_id)).one_or_none()
+        if found is None:
+            raise InspectionNotFound(_NOT_FOUND)
+        return Summary(*found)
+
+    def summaries(self) -> list[Summary]:
+        """All with their counts, the newest first."""
+        with self._database.read() as session:
+            query = _SUMMARY.order_by(Inspection.created_at.desc(), Inspection.id)
+            return [Summary(*found) for found in session.execute(query)]
+
+    def events(self, inspection_id: str) -> list[Event]:
+        """Everything that was done to the inspection and its observations, oldest first."""
+        with self._database.read() as session:
+            query = select(Event).where(Event.inspection_id == inspection_id).order_by(Event.id)
+            return list(session.scalars(query))
+
+    def add(self, inspection: Inspection, who: str) -> None:
+        """A new one; `inspection` may be used on as what get() returns."""
+
+        def insert(session: Session) -> None:
+            session.add(inspection)
+            session.add(_event(inspection, "created", who, None, _editable(inspection)))
+
+        self._database.write(insert)
+
+    def change(
+        self, inspection_id: str, who: str, name: str | None, header: Mapping[str, Any] | None
+    ) -> None:
+        """Give another name or another header; None leaves it as it is.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+
+        def apply(session: Session) -> None:
+            row = existing(session, inspection_id)
+            before = _editable(row)
+            row.name = row.name if name is None else name
+            row.header = row.header if header is None else dict(header)
+            after = _editable(row)
+            if after != before:
+                session.add(_event(row, "changed", who, before, after))
+
+        self._database.write(apply)
+
+    def delete(self, inspection_id: str, who: str) -> None:
+        """Remove it with its observations; its events stay.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+
+        def remove(session: Session) -> None:
+            row = existing(session, inspection_id)
+            session.delete(row)
+            session.add(_event(row, "deleted", who, _editable(row), None))
+
+        self._database.write(remove)
+
+    def queue_interrupted(self) -> int:
+        """Queue again what is `running`, as nothing is when the server starts; how many."""
+
+        def queue(session: Session) -> int:
+            rows = session.scalars(select(Inspection).where(Inspection.status == "running")).all()
+            for row in rows:
+                row.status = "queued"
+            return len(rows)
+
+        return self._database.write(queue)
+
+    def claim_oldest_queued(self) -> Inspection | None:
+        """Set the oldest queued one to `running`; None if there is none."""
+        with self._database.read() as session:
+            if session.scalar(_OLDEST_QUEUED) is None:
+                return None  # asked before, as a write costs a sync of the disk
+
+        def claim(session: Session) -> Inspection | None:
+            inspection_id = session.scalar(_OLDEST_QUEUED)
+            row = session.get(Inspection, inspection_id) if inspection_id else None
+            if row is not None:
+                row.status = "running"
+            return row
+
+        return self._database.write(claim)
+
+    def cancel_unless_ended(self, inspection_id: str) -> str:
+        """Set one that does not run to `cancelled`; its status before.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+
+        def cancel(session: Session) -> str:
+            row = existing(session, inspection_id)
+            before = row.status
+            if before not in ENDED:
+                row.status = "cancelled"
+                row.finished_at = datetime.now(UTC)
+            return before
+
+        return self._database.write(cancel)
+
+    def queue_again(self, inspection_id: str) -> None:
+        """Queue an ended one as if it were new.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+            StillRunning: It is queued or running.
+        """
+
+        def queue(session: Session) -> None:
+            row = existing(session, inspection_id)
+            if row.status not in ENDED:
+                raise StillRunning(f"The inspection is {row.status}; stop it first.")
+            row.status = "queued"
+            row.queued_at = datetime.now(UTC)
+            row.finished_at = None
+            row.error_code = row.error_detail = row.warning = None
+            row.frames_done = 0
+            row.fps = row.distance_mm = row.sigma_distance_mm = None
+            # A photo that was missing for want of a track gets another chance.
+            session.execute(
+                update(Observation)
+                .where(Observation.inspection_id == inspection_id)
+                .values(photo_error=None)
+            )
+
+        self._database.write(queue)
+
+    def record_outcome(
+        self,
+        inspection_id: str,
+        outcome: Outcome,
+        *,
+        frames_done: int,
+        fps: float | None,
+        last: Estimate | None,
+    ) -> None:
+        """Keep how a run ended, how far it got and where the last tracked frame is.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+
+        def record(session: Session) -> None:
+            row = existing(session, inspection_id)
+            row.status = outcome.status
+            row.error_code = outcome.error_code
+            row.error_detail = outcome.error_detail
+            row.warning = outcome.warning
+            row.frames_done = frames_done
+            row.fps = fps
+            row.finished_at = datetime.now(UTC)
+            if last is not None:
+                row.distance_mm = last.distance_mm
+                row.sigma_distance_mm = last.sigma_distance_mm
+
+        self._database.write(record)
+
+
+_NOT_FOUND = "There is no such inspection."
+_SUMMARY = (
+    select(
+        Inspection,
+        func.count(Observation.id),
+        func.max(cast(Observation.fields["severity"].as_string(), Integer)),
+    )
+    .outerjoin(
+        Observation,
+        and_(Observation.inspection_id == Inspection.id, Observation.deleted_at.is_(None)),
+    )
+    .group_by(Inspection.id)
+)
+_OLDEST_QUEUED = (
+    select(Inspection.id)
+    .where(Inspection.status == "queued")
+    .order_by(Inspection.queued_at, Inspection.id)
+    .limit(1)
+)
+
+
+def existing(session: Session, inspection_id: str) -> Inspection:
+    """The row of this id, within a session.
+
+    Raises:
+        InspectionNotFound: There is none.
+    """
+    row = session.get(Inspection, inspection_id)
+    if row is None:
+        raise InspectionNotFound(_NOT_FOUND)
+    return row
+
+
+def _editable(inspection: Inspection) -> dict[str, Any]:
+    return {"name": inspection.name, "header": inspection.header}
+
+
+def _event(
+    inspection: Inspection,
+    action: str,
+    who: str,
+    before: dict[str, Any] | None,
+    after: dict[str, Any] | None,
+) -> Event:
+    return Event(
+        inspection_id=inspection.id,
+        action=action,
+        who=who,
+        at=datetime.now(UTC),
+        before=before,
+        after=after,
+    )

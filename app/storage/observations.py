@@ -1,0 +1,187 @@
+"""Observations in the database; every change leaves an event."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import func, or_, select
+from sqlalchemy.orm import Session
+
+from app.errors import ObservationNotFound
+from app.storage.database import Database
+from app.storage.inspections import existing
+from app.storage.tables import Event, Observation
+
+
+class ObservationStore:
+    """Rows come back detached: what is done to them stays without effect on the database."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    def get(self, inspection_id: str, observation_id: str) -> Observation:
+        """One, deleted or not.
+
+        Raises:
+            ObservationNotFound: There never was one.
+        """
+        with self._database.read() as session:
+            return _existing(session, inspection_id, observation_id)
+
+    def listed(self, inspection_id: str) -> list[Observation]:
+        """Those that are not deleted, in the order of their numbers."""
+        query = (
+            select(Observation)
+            .where(Observation.inspection_id == inspection_id, Observation.deleted_at.is_(None))
+            .order_by(Observation.seq)
+        )
+        with self._database.read() as session:
+            return list(session.scalars(query))
+
+    def put(
+        self, inspection_id: str, observation_id: str, fields: dict[str, Any], who: str
+    ) -> bool:
+        """Create, replace or bring back; whether anything changed.
+
+        Raises:
+            InspectionNotFound: There is no such inspection.
+        """
+        return self._database.write(
+            lambda session: _put(session, inspection_id, observation_id, fields, who)
+        )
+
+    def delete(self, inspection_id: str, observation_id: str, who: str) -> bool:
+        """Take it out of the list; whether it was there.
+
+        Raises:
+            ObservationNotFound: There never was one.
+        """
+
+        def mark(session: Session) -> bool:
+            row = _existing(session, inspection_id, observation_id)
+            if row.deleted_at is not None:
+                return False
+            row.deleted_at = datetime.now(UTC)
+            _log(session, row, "deleted", who, row.fields)
+            return True
+
+        return self._database.write(mark)
+
+    def restore(self, inspection_id: str, observation_id: str, who: str) -> bool:
+        """Undo a delete; whether there was one.
+
+        Raises:
+            ObservationNotFound: There never was one.
+        """
+
+        def unmark(session: Session) -> bool:
+            row = _existing(session, inspection_id, observation_id)
+            if row.deleted_at is None:
+                return False
+            row.deleted_at = None
+            _log(session, row, "restored", who, None)
+            return True
+
+        return self._database.write(unmark)
+
+    def inspections_without_photos(self) -> list[str]:
+        """Ids of the inspections that miss a photo."""
+        with self._database.read() as session:
+            query = _WITHOUT_PHOTO.with_only_columns(Observation.inspection_id).distinct()
+            return list(session.scalars(query))
+
+    def without_photo(self, inspection_id: str) -> list[Observation]:
+        """Those whose photo is neither made nor given up."""
+        with self._database.read() as session:
+            query = _WITHOUT_PHOTO.where(Observation.inspection_id == inspection_id)
+            return list(session.scalars(query))
+
+    def record_photo(self, shown: Observation, sha256: str) -> None:
+        """The photo of `shown` is made; without effect if its frame was changed meanwhile."""
+
+        def record(session: Session) -> None:
+            row = _unchanged(session, shown)
+            if row is not None:
+                row.photo_error = None
+                row.photo_frame, row.photo_sha256 = row.frame, sha256
+
+        self._database.write(record)
+
+    def record_photo_error(self, shown: Observation, error: str) -> None:
+        """Why `shown` has no photo; without effect if its frame was changed meanwhile."""
+
+        def record(session: Session) -> None:
+            row = _unchanged(session, shown)
+            if row is not None:
+                row.photo_error = error
+
+        self._database.write(record)
+
+
+_WITHOUT_PHOTO = select(Observation).where(
+    Observation.deleted_at.is_(None),
+    Observation.photo_error.is_(None),
+    or_(Observation.photo_frame.is_(None), Observation.photo_frame != Observation.frame),
+)
+
+
+def _put(
+    session: Session, inspection_id: str, observation_id: str, fields: dict[str, Any], who: str
+) -> bool:
+    now = datetime.now(UTC)
+    row = session.get(Observation, (inspection_id, observation_id))
+    if row is None:
+        existing(session, inspection_id)
+        highest = session.scalar(
+            select(func.max(Observation.seq)).where(Observation.inspection_id == inspection_id)
+        )
+        row = Observation(
+            inspection_id=inspection_id,
+            id=observation_id,
+            seq=(highest or 0) + 1,
+            created_at=now,
+            created_by=who,
+            frame=fields["frame"],
+            fields=fields,
+        )
+        session.add(row)
+        _log(session, row, "created", who, None)
+        return True
+    before = None if row.deleted_at is not None else row.fields
+    if fields == before:
+        return False
+    if row.frame != fields["frame"]:
+        row.photo_error = None
+    row.frame, row.fields = fields["frame"], fields
+    row.edited_at, row.edited_by, row.deleted_at = now, who, None
+    _log(session, row, "changed", who, before)
+    return True
+
+
+def _existing(session: Session, inspection_id: str, observation_id: str) -> Observation:
+    row = session.get(Observation, (inspection_id, observation_id))
+    if row is None:
+        raise ObservationNotFound("There is no such observation.")
+    return row
+
+
+def _unchanged(session: Session, shown: Observation) -> Observation | None:
+    row = session.get(Observation, (shown.inspection_id, shown.id))
+    return row if row is not None and row.frame == shown.frame else None
+
+
+def _log(
+    session: Session, row: Observation, action: str, who: str, before: dict[str, Any] | None
+) -> None:
+    session.add(
+        Event(
+            inspection_id=row.inspection_id,
+            observation_id=row.id,
+            action=action,
+            who=who,
+            at=datetime.now(UTC),
+            before=before,
+            after=None if row.deleted_at is not None else row.fields,
+        )
+    )
