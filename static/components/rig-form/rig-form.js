@@ -1,0 +1,213 @@
+/**
+ * The rig: presets, a rig.json, or by hand, checked as it is typed.
+ *
+ * `value` is the rig as the API takes it, `check()` shows every fault and tells whether there is none.
+ */
+
+import { get } from '../../core/api.js';
+import { html, render } from '../../core/html.js';
+import { Component } from '../../core/store.js';
+import { icon } from '../icon/icon.js';
+import { ALL_FIELDS, FINE, GROUPS, fault, jointFaults, parse } from './fields.js';
+import { rigSketch } from './rig-sketch.js';
+
+const REMEMBERED = 'chainage.rig';
+const idOf = (path) => `rig-${path.replace('.', '-')}`;
+
+class RigForm extends Component {
+  #touched = new Set();
+  #videoSize = null;
+  #presets = [];
+
+  mount() {
+    this.parts = render(
+      this,
+      html`<div class="rig__source">
+          <div class="field">
+            <label for="rig-preset">Start from</label>
+            <select class="input" id="rig-preset" data-part="preset"><option value="">Choose a rig…</option></select>
+          </div>
+          <button type="button" class="button" data-part="pick">${icon('upload')}Load rig.json</button>
+          <input type="file" accept=".json,application/json" data-part="file" hidden />
+        </div>
+        <p class="fault" role="alert" data-part="loadFault"></p>
+        <div class="rig__body">
+          <div class="rig__fields">
+            ${GROUPS.map(({ name, title, fields }) => html`<fieldset class="rig__group rig__group--${name}">
+              <legend>${title}</legend>
+              <div class="rig__grid">${fields.map(fieldMarkup)}</div>
+            </fieldset>`)}
+            <details class="rig__fine" data-part="fine">
+              <summary>${FINE.title}</summary>
+              <div class="rig__grid">${FINE.fields.map(fieldMarkup)}</div>
+            </details>
+          </div>
+          <figure class="rig__sketch">
+            <div data-part="sketch"></div>
+            <figcaption class="help">Seen in the direction of travel. The wall inside the fan is what the
+              camera sees.</figcaption>
+          </figure>
+        </div>`,
+    );
+    this.listen(this, 'input', (event) => this.#typed(event.target));
+    this.listen(this, 'change', (event) => this.#left(event.target));
+    this.listen(this.parts.preset, 'change', () => this.#choosePreset());
+    this.listen(this.parts.pick, 'click', () => this.parts.file.click());
+    this.listen(this.parts.file, 'change', () => this.#readFile());
+    this.#fill(JSON.parse(localStorage.getItem(REMEMBERED) ?? 'null') ?? {});
+    this.#loadPresets();
+  }
+
+  /** The rig as it stands, with the empty fields left out. */
+  get value() {
+    const rig = { camera: {}, mount: {}, pipe: {} };
+    for (const field of ALL_FIELDS) {
+      const [part, name] = field.path.split('.');
+      const value = this.#isUsed(field) ? parse(field, this.#input(field).value) : undefined;
+      if (value !== undefined) rig[part][name] = value;
+    }
+    return rig;
+  }
+
+  /** Size of the chosen video in px, compared with the camera's; null when unknown. */
+  set videoSize(size) {
+    this.#videoSize = size;
+    this.#showFaults();
+  }
+
+  /** Shows every fault; answers whether the rig can be used and goes to the first fault if not. */
+  check() {
+    for (const { path } of ALL_FIELDS) this.#touched.add(path);
+    const first = this.#showFaults();
+    if (first) {
+      if (FINE.fields.includes(first)) this.parts.fine.open = true;
+      this.#input(first).focus();
+    }
+    return !first;
+  }
+
+  /** Keeps the rig for the next inspection. */
+  remember() {
+    localStorage.setItem(REMEMBERED, JSON.stringify(this.value));
+  }
+
+  async #loadPresets() {
+    const { presets } = await get('/api/presets', this.signal);
+    this.#presets = presets;
+    this.parts.preset.append(...presets.map(({ name }, i) => new Option(name, String(i))));
+  }
+
+  #choosePreset() {
+    const preset = this.#presets[Number(this.parts.preset.value)];
+    if (preset && this.parts.preset.value !== '') this.#fill(preset.rig);
+  }
+
+  async #readFile() {
+    const [file] = this.parts.file.files;
+    this.parts.file.value = '';
+    if (!file) return;
+    let rig;
+    try {
+      rig = JSON.parse(await file.text());
+    } catch (error) {
+      if (!(error instanceof SyntaxError)) throw error;
+      this.parts.loadFault.textContent = `${file.name} is not a JSON file.`;
+      return;
+    }
+    const missing = ['camera', 'mount', 'pipe'].filter((part) => typeof rig?.[part] !== 'object');
+    if (missing.length) {
+      this.parts.loadFault.textContent = `${file.name} is not a rig file: it has no ${missing.join(', no ')}.`;
+      return;
+    }
+    this.parts.preset.value = '';
+    this.#fill(rig);
+    this.check();
+  }
+
+  #fill(rig) {
+    this.parts.loadFault.textContent = '';
+    this.#touched.clear();
+    for (const field of ALL_FIELDS) {
+      const [part, name] = field.path.split('.');
+      const value = rig[part]?.[name];
+      const input = this.#input(field);
+      if (value !== undefined && value !== null) input.value = [value].flat().join(', ');
+      else input.value = field.kind === 'choice' ? field.options[0][0] : '';
+    }
+    this.#changed();
+  }
+
+  #typed(input) {
+    if (!input.dataset.path) return;
+    // While a fault is shown it is taken back as soon as it is cured, not only on leaving the field.
+    this.#changed();
+  }
+
+  #left(input) {
+    if (!input.dataset.path) return;
+    this.#touched.add(input.dataset.path);
+    this.#changed();
+  }
+
+  #changed() {
+    this.#showFaults();
+    render(this.parts.sketch, rigSketch(this.value));
+  }
+
+  /** Writes the faults of touched fields beside them; answers the first faulty field or null. */
+  #showFaults() {
+    const rig = this.value;
+    const faults = new Map(jointFaults(rig));
+    for (const field of ALL_FIELDS) {
+      const [part, name] = field.path.split('.');
+      const reason = this.#isUsed(field) ? fault(field, rig[part][name]) : null;
+      if (reason) faults.set(field.path, reason);
+    }
+    this.#compareWithVideo(rig.camera, faults);
+    for (const field of ALL_FIELDS) {
+      const reason = this.#touched.has(field.path) ? (faults.get(field.path) ?? '') : '';
+      const input = this.#input(field);
+      input.setAttribute('aria-invalid', String(reason !== ''));
+      input.closest('.field').querySelector('.fault').textContent = reason;
+      input.closest('.field').hidden = !this.#isUsed(field);
+    }
+    return ALL_FIELDS.find(({ path }) => faults.has(path)) ?? null;
+  }
+
+  #compareWithVideo({ width, height }, faults) {
+    if (!this.#videoSize || faults.has('camera.width') || faults.has('camera.height')) return;
+    const [videoWidth, videoHeight] = this.#videoSize;
+    if (width === videoWidth && height === videoHeight) return;
+    faults.set('camera.width', `The video is ${videoWidth} × ${videoHeight} px.`);
+    this.#touched.add('camera.width');
+  }
+
+  #isUsed({ path }) {
+    return path !== 'pipe.diameter_mm' || this.#input({ path: 'pipe.shape' }).value === 'circular';
+  }
+
+  #input({ path }) {
+    return this.querySelector(`#${idOf(path)}`);
+  }
+}
+
+function fieldMarkup({ path, kind, label, unit, optional, help, options }) {
+  const id = idOf(path);
+  const described = `${id}-fault${help ? ` ${id}-help` : ''}`;
+  const control =
+    kind === 'choice'
+      ? html`<select class="input" id="${id}" data-path="${path}" aria-describedby="${described}">
+          ${options.map(([value, text]) => html`<option value="${value}">${text}</option>`)}</select>`
+      : html`<span class="input-with-unit">
+          <input class="input" id="${id}" data-path="${path}" aria-describedby="${described}" autocomplete="off"
+            inputmode="${kind === 'numbers' ? 'text' : 'decimal'}" />
+          ${unit && html`<span class="unit">${unit}</span>`}</span>`;
+  return html`<div class="field${kind === 'numbers' && ' field--wide'}">
+    <label for="${id}">${label}${optional && html` <span class="required">(optional)</span>`}</label>
+    ${control}
+    <span class="fault" id="${id}-fault"></span>
+    ${help && html`<span class="help" id="${id}-help">${help}</span>`}
+  </div>`;
+}
+
+customElements.define('rig-form', RigForm);

@@ -1,0 +1,59 @@
+/** Short messages at the foot of the page, with an action where one helps. */
+
+import { html, render } from '../../core/html.js';
+import { Component } from '../../core/store.js';
+import { icon } from '../icon/icon.js';
+
+const STAYS_MS = 7000;
+const AT_MOST = 3;
+
+class ToastStack extends Component {
+  mount() {
+    this.setAttribute('role', 'status');
+    this.setAttribute('aria-live', 'polite');
+  }
+
+  /** @param {{text, kind, action, run}} message */
+  show({ text, kind = 'info', action, run }) {
+    const toast = document.createElement('div');
+    toast.className = `toast toast--${kind}`;
+    const parts = render(
+      toast,
+      html`${kind === 'error' && icon('alert')}<p>${text}</p>
+        ${action && html`<button class="button button--small" data-part="action">${action}</button>`}
+        <button class="button button--quiet button--small button--icon" data-part="close"
+          aria-label="Dismiss">${icon('close')}</button>`,
+    );
+    const leave = () => toast.remove();
+    parts.close.addEventListener('click', leave);
+    parts.action?.addEventListener('click', () => {
+      leave();
+      run();
+    });
+    this.append(toast);
+    while (this.children.length > AT_MOST) this.firstElementChild.remove();
+    if (kind !== 'error') this.#leaveLater(toast);
+  }
+
+  /** A toast stays while it is pointed at or has the focus. */
+  #leaveLater(toast) {
+    const timer = setInterval(() => {
+      if (toast.matches(':hover, :focus-within')) return;
+      clearInterval(timer);
+      toast.remove();
+    }, STAYS_MS);
+  }
+}
+
+customElements.define('toast-stack', ToastStack);
+
+/**
+ * @param {string} text
+ * @param {{kind?: 'info'|'error', action?: string, run?: () => void}} [options]
+ */
+export function toast(text, options = {}) {
+  document.querySelector('toast-stack').show({ text, ...options });
+}
+
+/** Shows why something failed. */
+export const toastError = (error) => toast(error.message, { kind: 'error' });

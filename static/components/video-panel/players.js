@@ -1,0 +1,268 @@
+/**
+ * Three ways to get the pictures of an inspection onto one canvas, each with its frame number:
+ * from the original file, as single stills, and from the running tracker.
+ *
+ * Every player draws a picture and announces its frame in the same step, so that what is drawn over
+ * the picture always belongs to it. `asked` is the frame that was wanted last; while it differs from
+ * `frame`, the picture is on its way.
+ */
+
+import { blob } from '../../core/api.js';
+
+const MISSES_ALLOWED = 3;
+
+/** Events: `frame` (a picture was drawn), `state` (`rate` has changed). */
+class Player extends EventTarget {
+  frame = -1;
+  asked = -1;
+  /** 0 stands still, 1 is the speed of the recording, negative runs backwards. */
+  rate = 0;
+
+  #canvas;
+  #timer = 0;
+
+  constructor(canvas, track) {
+    super();
+    this.#canvas = canvas;
+    this.track = track;
+  }
+
+  get isBusy() {
+    return this.asked !== this.frame;
+  }
+
+  /** Runs at `rate` by asking for one frame after the other, the newest wish winning. */
+  shuttle(rate) {
+    cancelAnimationFrame(this.#timer);
+    this.#setRate(rate);
+    if (rate === 0) return;
+    const [begun, from] = [performance.now(), this.track.row(Math.max(this.asked, 0)).time_s];
+    const tick = (now) => {
+      const frame = this.track.frameAt(from + (rate * (now - begun)) / 1000);
+      if (frame !== this.asked) this.seek(frame);
+      const isAtEnd = rate > 0 ? frame === this.track.length - 1 : frame === 0;
+      if (isAtEnd) this.#setRate(0);
+      else this.#timer = requestAnimationFrame(tick);
+    };
+    this.#timer = requestAnimationFrame(tick);
+  }
+
+  step(count) {
+    this.shuttle(0);
+    this.seek(this.#clamp((this.asked < 0 ? this.frame : this.asked) + count));
+  }
+
+  skip(seconds) {
+    this.shuttle(0);
+    const from = this.track.row(Math.max(this.asked, 0));
+    this.seek(this.track.frameAt(from.time_s + seconds));
+  }
+
+  close() {
+    cancelAnimationFrame(this.#timer);
+  }
+
+  show(picture, width, height, frame) {
+    if (this.#canvas.width !== width || this.#canvas.height !== height) {
+      this.#canvas.width = width;
+      this.#canvas.height = height;
+    }
+    this.#canvas.getContext('2d').drawImage(picture, 0, 0, width, height);
+    this.frame = frame;
+    this.dispatchEvent(new Event('frame'));
+  }
+
+  #setRate(rate) {
+    if (this.rate === rate) return;
+    this.rate = rate;
+    this.dispatchEvent(new Event('state'));
+  }
+
+  #clamp(frame) {
+    return Math.min(Math.max(frame, 0), this.track.length - 1);
+  }
+}
+
+/**
+ * The original file by Range requests. A frame is found by seeking to the middle of its interval;
+ * which frame is on screen is told by its media time. Event `unplayable`: not with this browser.
+ */
+export class FilePlayer extends Player {
+  #video;
+  #sought = -1;
+  #missed = 0;
+
+  constructor(canvas, track, video, url) {
+    super(canvas, track);
+    this.#video = video;
+    video.onseeked = () => {
+      if (this.asked !== this.#sought) this.seek(this.asked);
+    };
+    video.onended = () => {
+      this.shuttle(0);
+      // A busy machine skips the last pictures without a word.
+      this.seek(this.track.length - 1);
+    };
+    video.onerror = () => this.dispatchEvent(new Event('unplayable'));
+    video.requestVideoFrameCallback(this.#presented);
+    video.src = url;
+  }
+
+  #presented = (now, { mediaTime }) => {
+    this.#video.requestVideoFrameCallback(this.#presented);
+    const [picture, timeS] = snapshot(this.#video, mediaTime);
+    const frame = this.track.frameAt(timeS);
+    if (this.rate > 0) this.asked = frame;
+    // A fresh file shows its first picture on the way to the one that is asked for.
+    const isOnTheWay = this.frame < 0 && frame !== this.asked && this.#missed < MISSES_ALLOWED;
+    if (!isOnTheWay) this.show(picture, this.#video.videoWidth, this.#video.videoHeight, frame);
+    if (picture !== this.#video) picture.close();
+    // While tracking runs the file is longer than the track.
+    if (this.rate > 0 && frame === this.track.length - 1) this.shuttle(0);
+    if (!this.isBusy) this.#missed = 0;
+    else if (!this.#video.seeking) this.#seekAgain();
+  };
+
+  seek(frame) {
+    this.asked = frame;
+    if (this.#video.seeking) return;
+    this.#sought = frame;
+    this.#video.currentTime = this.track.seekTime(frame);
+  }
+
+  /**
+   * Chromium learns the true duration only at the end of a file whose header states less, and until
+   * then stops short of the last frame (measured); the second try gets there.
+   */
+  #seekAgain() {
+    this.#missed += 1;
+    if (this.#missed <= MISSES_ALLOWED) this.seek(this.asked);
+  }
+
+  shuttle(rate) {
+    if (rate > 0) {
+      super.shuttle(0);
+      this.#video.playbackRate = rate;
+      this.rate = rate;
+      this.#video.play();
+      this.dispatchEvent(new Event('state'));
+    } else {
+      if (!this.#video.paused) this.#video.pause();
+      super.shuttle(rate);
+    }
+  }
+
+  close() {
+    super.close();
+    this.#video.onseeked = this.#video.onended = this.#video.onerror = null;
+    this.#video.removeAttribute('src');
+    this.#video.load();
+  }
+}
+
+/**
+ * The picture that the video shows and its media time. When the machine is busy the video may be one
+ * picture ahead of the callback (measured: 2 of 60 while playing); a VideoFrame carries its own time.
+ * It exists only over https and on localhost, elsewhere playing may be off by that one.
+ */
+function snapshot(video, mediaTime) {
+  if (!('VideoFrame' in globalThis)) return [video, mediaTime];
+  const picture = new VideoFrame(video);
+  return [picture, picture.timestamp / 1e6];
+}
+
+/** Single pictures made by the server, for files that no browser plays. */
+export class StillPlayer extends Player {
+  #path;
+  #end = new AbortController();
+  #isLoading = false;
+
+  constructor(canvas, track, path) {
+    super(canvas, track);
+    this.#path = path;
+  }
+
+  seek(frame) {
+    this.asked = frame;
+    if (!this.#isLoading) this.#load();
+  }
+
+  close() {
+    super.close();
+    this.#end.abort();
+  }
+
+  async #load() {
+    this.#isLoading = true;
+    try {
+      while (this.isBusy && !this.#end.signal.aborted) {
+        const frame = this.asked;
+        const jpeg = await blob(`${this.#path}/${frame}.jpg`, this.#end.signal);
+        const picture = await createImageBitmap(jpeg);
+        this.show(picture, picture.width, picture.height, frame);
+        picture.close();
+      }
+    } finally {
+      this.#isLoading = false;
+    }
+  }
+}
+
+/** Pictures of the running tracker, each with the pose of its own frame in `row`. */
+export class LivePlayer extends Player {
+  row = null;
+
+  #feed;
+  #size;
+  #newest = null;
+  #isDrawing = false;
+  #end = new AbortController();
+
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {import('../../core/live.js').LiveFeed} feed
+   * @param {[number, number]} size of the video in px; pictures may be smaller
+   */
+  constructor(canvas, feed, size) {
+    super(canvas, null);
+    this.#feed = feed;
+    this.#size = size;
+    feed.addEventListener('message', ({ detail }) => this.#receive(detail), {
+      signal: this.#end.signal,
+    });
+  }
+
+  close() {
+    super.close();
+    this.#end.abort();
+  }
+
+  #receive(message) {
+    if (!message.jpeg) {
+      this.#feed.acknowledge(message.header.seq);
+      return;
+    }
+    this.#newest = message;
+    if (!this.#isDrawing) this.#draw();
+  }
+
+  async #draw() {
+    this.#isDrawing = true;
+    try {
+      while (this.#newest && !this.#end.signal.aborted) {
+        const { header, jpeg } = this.#newest;
+        this.#newest = null;
+        const picture = await createImageBitmap(new Blob([jpeg], { type: 'image/jpeg' }));
+        if (!this.#end.signal.aborted) {
+          this.row = header;
+          this.asked = header.frame;
+          this.show(picture, ...this.#size, header.frame);
+        }
+        picture.close();
+        this.#feed.acknowledge(header.seq);
+      }
+    } finally {
+      this.#isDrawing = false;
+    }
+  }
+}

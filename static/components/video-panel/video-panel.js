@@ -1,0 +1,414 @@
+/**
+ * The picture with its overlay, the transport and the quick codes.
+ *
+ * Two modes: LIVE (pictures of the running tracker) => REVIEW (any tracked frame) on the first seek
+ * or when tracking ends; REVIEW => LIVE by the Live button while tracking runs.
+ */
+
+import { html, render } from '../../core/html.js';
+import { sharpContext, typeScale } from '../../core/screen.js';
+import { Component } from '../../core/store.js';
+import { clockHour, metres, timecode } from '../../core/units.js';
+import { drawSeverity } from '../severity-mark/severity-mark.js';
+import { icon } from '../icon/icon.js';
+import { QUICK_CODES } from './quick-codes.js';
+import { FilePlayer, LivePlayer, StillPlayer } from './players.js';
+
+const SPEEDS = [1, 2, 4];
+const MARK_PX = 22;
+const BUSY_SHOWN_AFTER_MS = 250;
+
+class VideoPanel extends Component {
+  #player = null;
+  #playerEnd = null;
+  #mode = null;
+  #cursor = null;
+  #busySince = 0;
+  #wallPoints = new Map();
+
+  mount() {
+    this.desk = this.closest('inspection-page').desk;
+    const { video } = this.desk.inspection.value;
+    this.parts = render(
+      this,
+      html`<div class="stage" data-part="stage">
+          <video data-part="video" muted playsinline preload="auto" tabindex="-1" aria-hidden="true"></video>
+          <canvas data-part="picture" class="stage__picture" role="img" aria-label="Picture of the shown frame"></canvas>
+          <canvas data-part="overlay" class="stage__overlay" aria-hidden="true"></canvas>
+          <p class="stage__badge" data-part="badge" hidden>${icon('live')}Live</p>
+          <p class="stage__note" data-part="note"></p>
+        </div>
+        <div class="transport">
+          <div class="transport__buttons">
+            ${button('stepBack', 'stepBack', 'Back one frame', '←')}
+            ${button('play', 'play', 'Play', 'Space')}
+            ${button('stepForward', 'stepForward', 'Forward one frame', '→')}
+          </div>
+          <input class="transport__time" type="range" min="0" max="1" step="any" value="0" data-part="time"
+            aria-label="Time in the video" />
+          <p class="transport__clock number"><span data-part="clock"></span><span class="transport__frame"
+            data-part="frame"></span></p>
+          <button class="button button--small" data-part="live" aria-pressed="false"
+            title="Follow the tracker">${icon('live')}Live</button>
+        </div>
+        <div class="quick" role="group" aria-label="Tag the middle of the picture">
+          <button class="button quick__code quick__code--plain" data-part="tag"><kbd>T</kbd>Tag</button>
+          ${QUICK_CODES.map(({ code, label }, i) => html`<button class="button quick__code" data-quick="${i}"
+            title="${code}: ${label}"><kbd>${i + 1}</kbd>${label}</button>`)}
+        </div>`,
+    );
+    const { parts, desk } = this;
+    parts.stage.style.setProperty('--aspect', `${video.width} / ${video.height}`);
+    parts.picture.width = video.width;
+    parts.picture.height = video.height;
+
+    this.listen(parts.stepBack, 'click', () => this.step(-1));
+    this.listen(parts.stepForward, 'click', () => this.step(1));
+    this.listen(parts.play, 'click', () => this.togglePlay());
+    this.listen(parts.live, 'click', () => this.#enter('LIVE'));
+    this.listen(parts.time, 'input', () => this.seek(desk.track.frameAt(Number(parts.time.value))));
+    // After a click the keys belong to the film again, not to the button or the slider.
+    this.listen(this, 'mousedown', (event) => {
+      if (event.target.closest('button')) event.preventDefault();
+    });
+    this.listen(parts.time, 'pointerup', () => parts.time.blur());
+    this.listen(parts.tag, 'click', () => desk.tagCentre());
+    for (const quick of this.querySelectorAll('[data-quick]')) {
+      this.listen(quick, 'click', () => desk.tagCentre(QUICK_CODES[quick.dataset.quick].code));
+    }
+    this.listen(parts.overlay, 'pointermove', (event) => this.#point(event));
+    this.listen(parts.overlay, 'pointerleave', () => this.#point(null));
+    this.listen(parts.overlay, 'click', (event) => this.#click(event));
+    this.listen(desk.playhead, 'change', () => this.repaint());
+    this.listen(desk.selection, 'change', () => this.repaint());
+    this.listen(desk.observations, 'change', () => this.repaint());
+    this.listen(desk.track, 'change', () => this.#tracked());
+    this.listen(desk.inspection, 'change', () => this.#stateChanged());
+    this.listen(desk.live, 'message', ({ detail }) => this.#ended(detail.header));
+    const resized = new ResizeObserver(() => this.repaint());
+    resized.observe(parts.stage);
+    this.signal.addEventListener('abort', () => {
+      resized.disconnect();
+      this.#leave();
+    });
+    this.#enter(desk.inspection.isUnfinished ? 'LIVE' : 'REVIEW');
+  }
+
+  /** Shows a tracked frame. */
+  seek(frame) {
+    if (!this.#review()) return;
+    this.#player.shuttle(0);
+    this.#ask(frame);
+  }
+
+  step(count) {
+    if (this.#review()) this.#wish(() => this.#player.step(count));
+  }
+
+  skip(seconds) {
+    if (this.#review()) this.#wish(() => this.#player.skip(seconds));
+  }
+
+  togglePlay() {
+    if (!this.#review()) return;
+    const isAtEnd = this.#player.asked >= this.desk.track.length - 1;
+    if (this.#player.rate === 0 && isAtEnd) this.#ask(0);
+    this.#player.shuttle(this.#player.rate === 0 ? 1 : 0);
+  }
+
+  /** J, K, L: backwards, stand, forwards; again is faster. */
+  shuttle(direction) {
+    if (!this.#review()) return;
+    const { rate } = this.#player;
+    const isSame = direction !== 0 && Math.sign(rate) === direction;
+    const next = isSame ? SPEEDS[Math.min(SPEEDS.indexOf(Math.abs(rate)) + 1, SPEEDS.length - 1)] : 1;
+    this.#player.shuttle(direction * next);
+  }
+
+  /** Enters REVIEW where there is something to review. */
+  #review() {
+    if (this.desk.track.length === 0) return false;
+    if (this.#mode !== 'REVIEW') this.#enter('REVIEW');
+    return true;
+  }
+
+  #wish(move) {
+    move();
+    this.#busySince = performance.now();
+    this.repaint();
+  }
+
+  /** The tracked frame nearest to the asked one: the last live picture can be ahead of the track. */
+  #ask(frame) {
+    const tracked = Math.min(Math.max(frame, 0), this.desk.track.length - 1);
+    this.#wish(() => this.#player.seek(tracked));
+  }
+
+  #leave() {
+    this.#playerEnd?.abort();
+    this.#player?.close();
+    this.#player = null;
+  }
+
+  /** LIVE <=> REVIEW */
+  #enter(mode) {
+    const from = this.desk.playhead.value.frame;
+    this.#leave();
+    this.#mode = mode;
+    this.#player = this.#makePlayer(mode);
+    this.#playerEnd = new AbortController();
+    const { signal } = this.#playerEnd;
+    this.#player.addEventListener('frame', () => this.#shown(), { signal });
+    this.#player.addEventListener('state', () => this.#showTransport(), { signal });
+    this.#player.addEventListener('unplayable', () => this.#useStills(), { signal });
+    if (mode === 'REVIEW' && this.desk.track.length) this.#ask(from);
+    this.#showTransport();
+    this.repaint();
+  }
+
+  #makePlayer(mode) {
+    const { desk, parts } = this;
+    const { video } = desk.inspection.value;
+    if (mode === 'LIVE') return new LivePlayer(parts.picture, desk.live, [video.width, video.height]);
+    const path = `/api/inspections/${desk.inspection.id}`;
+    return video.playable && !this.isUnplayable
+      ? new FilePlayer(parts.picture, desk.track, parts.video, `${path}/video`)
+      : new StillPlayer(parts.picture, desk.track, `${path}/frames`);
+  }
+
+  #useStills() {
+    this.isUnplayable = true;
+    this.#enter('REVIEW');
+  }
+
+  #shown() {
+    const { frame } = this.#player;
+    const row = this.#mode === 'LIVE' ? this.#player.row : this.desk.track.row(frame);
+    this.desk.playhead.set({ frame, row, isLive: this.#mode === 'LIVE' });
+    this.#showTime();
+  }
+
+  /** The first rows of a finished track, or of one that is reviewed before it has any picture. */
+  #tracked() {
+    if (this.#mode === 'REVIEW' && this.#player.asked < 0 && this.desk.track.length) this.#ask(0);
+    this.#showTime();
+    this.repaint();
+  }
+
+  #stateChanged() {
+    if (this.desk.inspection.isUnfinished) {
+      if (this.#mode === 'REVIEW' && this.desk.track.length === 0) this.#enter('LIVE');
+    } else if (this.#mode === 'LIVE') this.#enter('REVIEW');
+    this.#showTransport();
+    this.repaint();
+  }
+
+  #ended({ state }) {
+    if (state !== this.desk.inspection.value.status) this.desk.inspection.load();
+  }
+
+  #showTransport() {
+    const { parts, desk } = this;
+    const isPlaying = this.#player.rate !== 0;
+    const isLive = this.#mode === 'LIVE';
+    const label = isPlaying ? 'Pause' : 'Play';
+    if (parts.play.dataset.shows !== label) {
+      parts.play.dataset.shows = label;
+      render(parts.play, icon(isPlaying ? 'pause' : 'play'));
+      parts.play.setAttribute('aria-label', label);
+      parts.play.title = `${label} (Space)`;
+    }
+    parts.badge.hidden = !(isLive && desk.inspection.isUnfinished);
+    parts.live.setAttribute('aria-pressed', String(isLive));
+    parts.live.classList.toggle('transport__live--off', !desk.inspection.isUnfinished);
+    parts.live.disabled = !desk.inspection.isUnfinished;
+    this.#showTime();
+  }
+
+  #showTime() {
+    const { parts, desk } = this;
+    const { video } = desk.inspection.value;
+    const last = desk.track.row(desk.track.length - 1);
+    const stated = desk.inspection.isUnfinished ? (video.duration_s ?? 0) : 0;
+    const end = Math.max(stated, last?.time_s ?? 0);
+    const { frame, row } = desk.playhead.value;
+    const now = row?.time_s ?? 0;
+    parts.time.max = end || 1;
+    parts.time.value = now;
+    parts.time.disabled = !last;
+    const number = frame < 0 ? '–' : frame;
+    parts.time.setAttribute('aria-valuetext', `${timecode(now)}, frame ${number}`);
+    parts.clock.textContent = `${timecode(now)} / ${timecode(end, 0)}`;
+    parts.frame.textContent = ` · frame ${number}`;
+  }
+
+  // The overlay -------------------------------------------------------------------------------
+
+  /**
+   * Where the picture lies within the stage: its corner, and the size of a video px.
+   * @param {number} unit of the answer, in CSS px
+   */
+  #layout(unit = 1) {
+    const [across, down] = [this.parts.stage.clientWidth / unit, this.parts.stage.clientHeight / unit];
+    const { width, height } = this.desk.inspection.value.video;
+    const scale = Math.min(across / width, down / height);
+    return {
+      left: (across - width * scale) / 2,
+      top: (down - height * scale) / 2,
+      scale,
+      width,
+      height,
+    };
+  }
+
+  /** Pixel centres are integers, so the picture's corner is at (-0.5, -0.5). */
+  #toPixel(event) {
+    const { left, top, scale, width, height } = this.#layout();
+    const u = (event.offsetX - left) / scale - 0.5;
+    const v = (event.offsetY - top) / scale - 0.5;
+    return u >= -0.5 && v >= -0.5 && u <= width - 0.5 && v <= height - 0.5
+      ? [Math.min(Math.max(u, 0), width - 1), Math.min(Math.max(v, 0), height - 1)]
+      : null;
+  }
+
+  #point(event) {
+    this.#cursor = event && this.#toPixel(event);
+    this.repaint();
+  }
+
+  #click(event) {
+    const pixel = this.#toPixel(event);
+    if (!pixel) return;
+    const mark = this.#markAt(pixel);
+    if (mark) this.desk.selection.set(mark.id);
+    else this.desk.tag({ pixel });
+  }
+
+  #markAt([u, v]) {
+    const reach = MARK_PX / 2 / this.#layout(typeScale()).scale;
+    return this.#marks().find(({ pixel }) => Math.hypot(pixel[0] - u, pixel[1] - v) <= reach) ?? null;
+  }
+
+  /** Observations whose wall point is in the picture now: [{id, severity, code, pixel}]. */
+  #marks() {
+    const { observations, playhead, wall } = this.desk;
+    const { frame, row } = playhead.value;
+    if (!row || !wall) return [];
+    return observations.value.flatMap((item) => {
+      const point = this.#wallPoint(item);
+      const pixel = item.frame === frame ? item.pixel : point && wall.pixel(...point, row);
+      return pixel ? [{ ...item, pixel }] : [];
+    });
+  }
+
+  /** World X and Y of an observation in mm, or null without a pixel or before its frame is tracked. */
+  #wallPoint({ id, frame, pixel }) {
+    if (!pixel) return null;
+    const name = `${id}:${frame}:${pixel}:${this.desk.track.generation}`;
+    if (!this.#wallPoints.has(name)) {
+      const row = this.desk.track.row(frame);
+      if (!row) return null;
+      const point = this.desk.wall.at(...pixel, row);
+      this.#wallPoints.set(name, point && [point.distance_m * 1000, point.right_mm]);
+    }
+    return this.#wallPoints.get(name);
+  }
+
+  paint() {
+    const { parts, desk } = this;
+    const type = typeScale();
+    const context = sharpContext(parts.overlay, type);
+    const layout = this.#layout(type);
+    const toStage = ([u, v]) => [
+      layout.left + (u + 0.5) * layout.scale,
+      layout.top + (v + 0.5) * layout.scale,
+    ];
+    const styles = getComputedStyle(this);
+    this.#paintNote();
+    if (!desk.playhead.value.row) return;
+    paintCentre(context, toStage([(layout.width - 1) / 2, (layout.height - 1) / 2]));
+    for (const mark of this.#marks()) {
+      const [x, y] = toStage(mark.pixel);
+      const isSelected = mark.id === desk.selection.value;
+      if (isSelected) paintRing(context, x, y, styles);
+      drawSeverity(context, mark.severity, x, y, MARK_PX, styles);
+      if (mark.code) paintLabel(context, mark.code, x, y + MARK_PX, layout, styles);
+    }
+    if (this.#cursor) this.#paintCursor(context, toStage(this.#cursor), layout, styles);
+  }
+
+  #paintCursor(context, [x, y], layout, styles) {
+    const { wall, playhead } = this.desk;
+    const mark = this.#markAt(this.#cursor);
+    const point = wall?.at(...this.#cursor, playhead.value.row);
+    if (mark) paintLabel(context, `${mark.code || 'Tag'}: click to select`, x, y - 26, layout, styles);
+    else if (point) {
+      const clock = point.clock_h === null ? '' : ` · ${clockHour(point.clock_h)}`;
+      paintLabel(context, `${metres(point.distance_m)}${clock}`, x, y - 26, layout, styles);
+    } else paintLabel(context, 'no wall here', x, y - 26, layout, styles);
+  }
+
+  /** Says plainly when the picture is not (yet) the wanted one. */
+  #paintNote() {
+    const { parts, desk } = this;
+    const { status } = desk.inspection.value;
+    const isLate = this.#player.isBusy && performance.now() - this.#busySince > BUSY_SHOWN_AFTER_MS;
+    let note = '';
+    if (desk.playhead.value.frame < 0) {
+      note = {
+        queued: 'Waits for its turn. The picture comes when tracking begins.',
+        running: 'Waiting for the first picture…',
+        done: desk.track.length ? 'Loading the video…' : '',
+        failed: 'There is no picture: tracking has failed.',
+        cancelled: 'Tracking was cancelled before the first picture.',
+      }[status];
+      if (desk.track.length && status !== 'running') note = 'Loading the video…';
+    } else if (this.#mode === 'REVIEW' && this.#player.isBusy && this.#player.rate === 0) {
+      if (isLate) note = `Going to frame ${this.#player.asked}…`;
+      else setTimeout(() => this.isConnected && this.repaint(), BUSY_SHOWN_AFTER_MS);
+    }
+    if (parts.note.textContent !== note) parts.note.textContent = note;
+  }
+}
+
+const button = (part, sign, label, key) => html`<button class="button button--icon" data-part="${part}"
+  aria-label="${label}" title="${label} (${key})">${icon(sign)}</button>`;
+
+function paintCentre(context, [x, y]) {
+  for (const [width, colour] of [[3, 'rgb(0 0 0 / 55%)'], [1.2, 'rgb(255 255 255 / 85%)']]) {
+    context.lineWidth = width;
+    context.strokeStyle = colour;
+    context.beginPath();
+    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+      context.moveTo(x + 6 * dx, y + 6 * dy);
+      context.lineTo(x + 16 * dx, y + 16 * dy);
+    }
+    context.stroke();
+  }
+}
+
+function paintRing(context, x, y, styles) {
+  context.lineWidth = 2.5;
+  context.strokeStyle = styles.getPropertyValue('--accent');
+  context.beginPath();
+  context.arc(x, y, MARK_PX / 2 + 6, 0, 2 * Math.PI);
+  context.stroke();
+}
+
+/** Text on a dark plate, kept within the picture. */
+function paintLabel(context, text, x, y, layout, styles) {
+  context.font = `600 15px ${styles.getPropertyValue('--sans')}`;
+  const width = context.measureText(text).width + 14;
+  const right = layout.left + layout.width * layout.scale;
+  const left = Math.min(Math.max(x - width / 2, layout.left + 2), right - width - 2);
+  const middle = Math.max(y, layout.top + 14);
+  context.fillStyle = 'rgb(8 10 12 / 82%)';
+  context.beginPath();
+  context.roundRect(left, middle - 12, width, 24, 5);
+  context.fill();
+  context.fillStyle = '#ffffff';
+  context.textBaseline = 'middle';
+  context.fillText(text, left + 7, middle + 1);
+}
+
+customElements.define('video-panel', VideoPanel);

@@ -1,0 +1,102 @@
+/** The only `fetch` of the page: JSON in and out, one kind of error. */
+
+/** A refused or failed request. `status` is 0 when the server could not be reached. */
+export class ApiError extends Error {
+  constructor(status, code, detail) {
+    super(detail);
+    this.status = status;
+    this.code = code;
+  }
+
+  /** Whether the same request may succeed later without anyone changing it. */
+  get isTemporary() {
+    const { status } = this;
+    // 507 is a full disk: repeating does not help, a person must make room.
+    return status === 0 || status === 423 || status === 429 || (status >= 500 && status !== 507);
+  }
+}
+
+/** Fires `signed-out` when the server no longer knows this browser. */
+export const session = new EventTarget();
+
+/**
+ * Sends a request and answers the response, or throws an ApiError when it is not a success.
+ * @param {string} method
+ * @param {string} path
+ * @param {{headers?: object, body?: BodyInit, signal?: AbortSignal, allow?: number[]}} [options]
+ *     allow: failing statuses that the caller reads by itself
+ */
+export async function send(method, path, { headers = {}, body, signal, allow = [] } = {}) {
+  let response;
+  try {
+    response = await fetch(path, { method, headers, body, signal, credentials: 'same-origin' });
+  } catch (error) {
+    if (error.name === 'AbortError') throw error;
+    throw new ApiError(0, 'unreachable', 'The server cannot be reached.');
+  }
+  if (response.ok || allow.includes(response.status)) return response;
+  if (response.status === 401) session.dispatchEvent(new Event('signed-out'));
+  throw await refusal(response);
+}
+
+async function refusal(response) {
+  const text = await response.text();
+  try {
+    const { code, detail } = JSON.parse(text);
+    return new ApiError(response.status, code, detail);
+  } catch {
+    return new ApiError(response.status, 'unknown', `The server answered ${response.status}.`);
+  }
+}
+
+async function json(method, path, content, signal) {
+  const body = content === undefined ? undefined : JSON.stringify(content);
+  const headers = body === undefined ? {} : { 'Content-Type': 'application/json' };
+  const response = await send(method, path, { headers, body, signal });
+  return response.status === 204 ? null : response.json();
+}
+
+export const get = (path, signal) => json('GET', path, undefined, signal);
+export const post = (path, content, signal) => json('POST', path, content, signal);
+export const put = (path, content, signal) => json('PUT', path, content, signal);
+export const remove = (path, signal) => json('DELETE', path, undefined, signal);
+export const blob = async (path, signal) => (await send('GET', path, { signal })).blob();
+
+/**
+ * Calls `ask` now and then after the pause that it answers, in seconds, while the page is seen;
+ * `null` ends it. A failed call is repeated after 3 s.
+ * @param {() => Promise<number|null>} ask
+ * @param {AbortSignal} signal
+ * @param {(error: ApiError) => void} onError
+ */
+export async function poll(ask, signal, onError) {
+  while (!signal.aborted) {
+    let pauseS = 3;
+    try {
+      pauseS = await ask();
+    } catch (error) {
+      if (signal.aborted || error.name === 'AbortError') return;
+      if (!(error instanceof ApiError)) throw error;
+      onError(error);
+      if (!error.isTemporary) return;
+    }
+    if (pauseS === null) return;
+    await pause(pauseS, signal);
+    if (document.hidden) await seen(signal);
+  }
+}
+
+/** Ends after `seconds`, or at once when `signal` aborts. */
+export function pause(seconds, signal) {
+  return new Promise((resolve) => {
+    const timer = setTimeout(resolve, seconds * 1000);
+    signal?.addEventListener('abort', () => (clearTimeout(timer), resolve()), { once: true });
+  });
+}
+
+function seen(signal) {
+  return new Promise((resolve) => {
+    signal.addEventListener('abort', resolve, { once: true });
+    document.addEventListener('visibilitychange', resolve, { once: true, signal });
+  });
+}

@@ -1,0 +1,54 @@
+/** One listener for all keys of a page, and the table that the help shows. */
+
+/**
+ * @typedef {object} Binding
+ * @property {string[]} keys as KeyboardEvent.key, with 'Shift+' or 'Ctrl+' before it where needed
+ * @property {string} label what it does, for the help
+ * @property {string} [shown] the keys as the help writes them, if other than `keys`
+ * @property {(event: KeyboardEvent, key: string) => void} run
+ */
+
+/** The name of a pressed key: 'a', 'Shift+ArrowLeft', 'Ctrl+z', '?'. */
+export function keyName(event) {
+  const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+  const control = event.ctrlKey || event.metaKey ? 'Ctrl+' : '';
+  // Shift is part of a printed character already, as in '?'.
+  return control + (event.shiftKey && event.key.length > 1 ? 'Shift+' : '') + key;
+}
+
+const TYPING = 'input:not([type=range], [type=radio], [type=checkbox]), textarea, select';
+const OWN_KEYS = [
+  ['button, a[href], summary, [role=option]', new Set([' ', 'Enter'])],
+  ['[role=slider], [type=range], [type=radio]', new Set([
+    ' ', 'ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown', 'Home', 'End', 'PageUp', 'PageDown',
+  ])],
+];
+
+/** Whether the focused element needs this key for itself. */
+function isTaken(target, key) {
+  if (!(target instanceof Element)) return false;
+  if (target.closest('dialog[open]') || target.matches(TYPING)) return true;
+  return OWN_KEYS.some(([selector, keys]) => target.matches(selector) && keys.has(key));
+}
+
+/**
+ * Listens on `target` until `signal` aborts.
+ * @param {EventTarget} target
+ * @param {Binding[]} bindings
+ * @param {AbortSignal} signal
+ * @param {Set<string>} [except] keys that `target` itself uses
+ */
+export function bindKeys(target, bindings, signal, except = new Set()) {
+  const table = new Map(bindings.flatMap((binding) => binding.keys.map((key) => [key, binding])));
+  target.addEventListener(
+    'keydown',
+    (event) => {
+      const key = keyName(event);
+      const binding = table.get(key);
+      if (!binding || event.altKey || except.has(key) || isTaken(event.target, key)) return;
+      event.preventDefault();
+      binding.run(event, key);
+    },
+    { signal },
+  );
+}

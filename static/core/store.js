@@ -1,0 +1,60 @@
+/** Values that announce their changes, and elements that listen only while they are on the page. */
+
+/** Holds one value and fires `change` when it is replaced. */
+export class Store extends EventTarget {
+  #value;
+
+  constructor(value) {
+    super();
+    this.#value = value;
+  }
+
+  get value() {
+    return this.#value;
+  }
+
+  set(value) {
+    if (Object.is(value, this.#value)) return;
+    this.#value = value;
+    this.dispatchEvent(new Event('change'));
+  }
+}
+
+/** A custom element: `mount` runs when it enters the page, its listeners end when it leaves. */
+export class Component extends HTMLElement {
+  #lifetime;
+  #frame = 0;
+
+  connectedCallback() {
+    this.#lifetime = new AbortController();
+    this.mount();
+  }
+
+  disconnectedCallback() {
+    this.#lifetime.abort();
+    cancelAnimationFrame(this.#frame);
+    this.#frame = 0;
+  }
+
+  /** Ends when the element leaves the page. */
+  get signal() {
+    return this.#lifetime.signal;
+  }
+
+  listen(target, type, handler, options = {}) {
+    target.addEventListener(type, handler, { ...options, signal: this.signal });
+  }
+
+  /** Calls `paint` before the next picture, once however often it is asked for. */
+  repaint() {
+    if (this.#frame) return;
+    this.#frame = requestAnimationFrame(() => {
+      this.#frame = 0;
+      this.paint();
+    });
+  }
+
+  mount() {}
+
+  paint() {}
+}

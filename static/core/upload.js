@@ -1,0 +1,196 @@
+/**
+ * Resumable upload, tus 1.0.0 (https://tus.io/protocols/resumable-upload).
+ *
+ * The server's `Upload-Offset` is the only truth about what has arrived: after any failure the
+ * offset is asked for again, never assumed. The address of an unfinished upload is remembered, so
+ * that choosing the same file after a reload goes on where it stopped.
+ *
+ * States: IDLE => SENDING <=> WAITING (for the server) ; SENDING <=> PAUSED ; => DONE | FAILED |
+ * CANCELLED.
+ */
+
+import { ApiError, pause, send } from './api.js';
+
+const CREATION = '/api/uploads';
+const REMEMBERED = 'chainage.upload:';
+const SMALLEST_PIECE = 256 * 1024;
+const LARGEST_PIECE = 8 * 1024 * 1024;
+const PAUSES_S = [0, 0.3, 1, 3, 5, 10];
+const TUS = { 'Tus-Resumable': '1.0.0' };
+
+const nameOf = (file) => `${REMEMBERED}${file.name}:${file.size}:${file.lastModified}`;
+
+/** Uploads that were begun in this browser and not yet used: [{url, name, size}]. */
+export function unfinishedUploads() {
+  return Object.keys(localStorage)
+    .filter((key) => key.startsWith(REMEMBERED))
+    .map((key) => ({ key, ...JSON.parse(localStorage.getItem(key)) }));
+}
+
+/** Removes an unfinished upload here and on the server. */
+export async function discardUpload({ key, url }) {
+  localStorage.removeItem(key);
+  await send('DELETE', url, { headers: TUS, allow: [404, 410] });
+}
+
+/** Events: `change` after every piece and every change of state. */
+export class Upload extends EventTarget {
+  state = 'IDLE';
+  offset = 0;
+  /** Bytes a second, averaged over the last pieces; 0 until known. */
+  speed = 0;
+  /** Why it failed, or what it is waiting for: a sentence. */
+  reason = null;
+
+  #file;
+  #url = null;
+  #stop = new AbortController();
+
+  /** @param {File} file */
+  constructor(file) {
+    super();
+    this.#file = file;
+    const remembered = localStorage.getItem(nameOf(file));
+    if (remembered) this.#url = JSON.parse(remembered).url;
+  }
+
+  get size() {
+    return this.#file.size;
+  }
+
+  /** Seconds left, or null while unknown. */
+  get etaS() {
+    return this.speed ? (this.size - this.offset) / this.speed : null;
+  }
+
+  /** The server's name of the finished upload. */
+  get id() {
+    return this.#url?.split('/').pop() ?? null;
+  }
+
+  /** Sends what is missing; returns when it is done, paused, cancelled or failed. */
+  async start() {
+    this.#stop = new AbortController();
+    this.#become('SENDING');
+    let failures = 0;
+    while (this.state === 'SENDING' || this.state === 'WAITING') {
+      try {
+        await this.#locate();
+        while (this.offset < this.size) {
+          await this.#sendPiece();
+          failures = 0;
+        }
+        this.#become('DONE');
+      } catch (error) {
+        if (error.name === 'AbortError') return;
+        if (!(error instanceof ApiError)) throw error;
+        if (!this.#canGoOn(error)) {
+          this.#become('FAILED', error.message);
+          return;
+        }
+        this.#become('WAITING', error.message);
+        await pause(PAUSES_S[Math.min(failures, PAUSES_S.length - 1)], this.#stop.signal);
+        failures += 1;
+      }
+    }
+  }
+
+  pause() {
+    this.#become('PAUSED');
+    this.#stop.abort();
+  }
+
+  /** Stops and removes what has arrived. */
+  async cancel() {
+    this.#become('CANCELLED');
+    this.#stop.abort();
+    const url = this.#url;
+    this.forget();
+    if (url) await send('DELETE', url, { headers: TUS, allow: [404, 410, 423] });
+  }
+
+  /** The upload has been used: choosing the file again starts a new one. */
+  forget() {
+    localStorage.removeItem(nameOf(this.#file));
+  }
+
+  #canGoOn(error) {
+    if (this.#url && (error.status === 404 || error.status === 410)) {
+      this.#url = null; // the server has dropped it: begin anew
+      this.forget();
+      return true;
+    }
+    return error.isTemporary || error.status === 409 || error.status === 460;
+  }
+
+  /** Finds the upload on the server, or creates it; sets the offset. */
+  async #locate() {
+    const { signal } = this.#stop;
+    if (this.#url) {
+      const response = await send('HEAD', this.#url, { headers: TUS, signal });
+      this.#advance(Number(response.headers.get('Upload-Offset')));
+      return;
+    }
+    const name = new TextEncoder().encode(this.#file.name);
+    const response = await send('POST', CREATION, {
+      headers: {
+        ...TUS,
+        'Upload-Length': String(this.size),
+        'Upload-Metadata': `filename ${btoa(String.fromCharCode(...name))}`,
+      },
+      signal,
+    });
+    this.#url = new URL(response.headers.get('Location'), location.href).pathname;
+    localStorage.setItem(
+      nameOf(this.#file),
+      JSON.stringify({ url: this.#url, name: this.#file.name, size: this.size }),
+    );
+    this.#advance(0);
+  }
+
+  async #sendPiece() {
+    const piece = this.#file.slice(this.offset, this.offset + this.#pieceLength());
+    const begun = performance.now();
+    const response = await send('PATCH', this.#url, {
+      headers: {
+        ...TUS,
+        'Content-Type': 'application/offset+octet-stream',
+        'Upload-Offset': String(this.offset),
+        ...(await checksum(piece)),
+      },
+      body: piece,
+      signal: this.#stop.signal,
+    });
+    const offset = Number(response.headers.get('Upload-Offset'));
+    if (!(offset > this.offset)) {
+      throw new ApiError(500, 'no_progress', 'The server did not take the last piece.');
+    }
+    const speed = ((offset - this.offset) / Math.max(performance.now() - begun, 1)) * 1000;
+    this.speed = this.speed ? 0.7 * this.speed + 0.3 * speed : speed;
+    this.#advance(offset);
+  }
+
+  /** About a second's worth, so that the progress moves: fetch tells none while it sends. */
+  #pieceLength() {
+    return Math.round(Math.min(Math.max(this.speed, SMALLEST_PIECE), LARGEST_PIECE));
+  }
+
+  #advance(offset) {
+    this.offset = offset;
+    if (this.state === 'WAITING') this.#become('SENDING');
+    else this.dispatchEvent(new Event('change'));
+  }
+
+  #become(state, reason = null) {
+    this.state = state;
+    this.reason = reason;
+    this.dispatchEvent(new Event('change'));
+  }
+}
+
+/** `crypto.subtle` exists only over https and on localhost; elsewhere the header is left out. */
+async function checksum(piece) {
+  if (!globalThis.crypto?.subtle) return {};
+  const digest = await crypto.subtle.digest('SHA-256', await piece.arrayBuffer());
+  return { 'Upload-Checksum': `sha256 ${btoa(String.fromCharCode(...new Uint8Array(digest)))}` };
+}

@@ -1,0 +1,125 @@
+/**
+ * The wall under a pixel, from the server's table of exact ray casts at pose 0 and bilinear
+ * interpolation between them: near enough for a read-out under the cursor. The stored distance of a
+ * tag is the server's exact one.
+ */
+
+const RADIANS = Math.PI / 180;
+
+/**
+ * @typedef {object} Pose
+ * @property {number} x_mm
+ * @property {number} y_mm
+ * @property {number} yaw_deg
+ *
+ * @typedef {object} WallPoint
+ * @property {number} distance_m
+ * @property {number} right_mm
+ * @property {number|null} clock_h null for a flat floor
+ */
+
+export class WallGrid {
+  #grid;
+
+  /** @param {{cols, rows, u, v, axial_mm, right_mm, clock_h}} grid */
+  constructor(grid) {
+    this.#grid = grid;
+  }
+
+  /**
+   * @param {number} u
+   * @param {number} v
+   * @param {Pose} pose
+   * @returns {WallPoint|null} null where the wall is not seen
+   */
+  at(u, v, pose) {
+    const { axial_mm: axial, right_mm: right, clock_h: clock } = this.#grid;
+    const corners = this.#corners(u, v);
+    if (!corners || corners.some(({ i, j }) => axial[i][j] === null)) return null;
+    const mean = (table) => corners.reduce((sum, { i, j, weight }) => sum + weight * table[i][j], 0);
+    const [x, y] = toWorld(mean(axial), mean(right), pose);
+    return { distance_m: x / 1000, right_mm: y, clock_h: clock ? meanClock(corners, clock) : null };
+  }
+
+  /**
+   * The pixel that shows a wall point, or null when it is out of the picture.
+   * @param {number} xMm
+   * @param {number} yMm
+   * @param {Pose} pose
+   */
+  pixel(xMm, yMm, pose) {
+    const { cols, rows, u, v, axial_mm: axial, right_mm: right } = this.#grid;
+    const [a, r] = fromWorld(xMm, yMm, pose);
+    for (let i = 0; i + 1 < rows; i += 1) {
+      for (let j = 0; j + 1 < cols; j += 1) {
+        const corner = (di, dj) => ({
+          a: axial[i + di][j + dj], r: right[i + di][j + dj], u: u[j + dj], v: v[i + di],
+        });
+        const found =
+          inTriangle(a, r, corner(0, 0), corner(0, 1), corner(1, 0)) ??
+          inTriangle(a, r, corner(1, 1), corner(0, 1), corner(1, 0));
+        if (found) return found;
+      }
+    }
+    return null;
+  }
+
+  #corners(u, v) {
+    const { u: us, v: vs } = this.#grid;
+    const [j, fu] = cell(us, u);
+    const [i, fv] = cell(vs, v);
+    if (j < 0 || i < 0) return null;
+    return [
+      { i, j, weight: (1 - fu) * (1 - fv) },
+      { i, j: j + 1, weight: fu * (1 - fv) },
+      { i: i + 1, j, weight: (1 - fu) * fv },
+      { i: i + 1, j: j + 1, weight: fu * fv },
+    ];
+  }
+}
+
+/** Index of the grid line at or before `value`, and the fraction of the way to the next. */
+function cell(lines, value) {
+  if (value < lines[0] || value > lines.at(-1)) return [-1, 0];
+  let i = 0;
+  while (i + 2 < lines.length && lines[i + 1] <= value) i += 1;
+  return [i, (value - lines[i]) / (lines[i + 1] - lines[i])];
+}
+
+/** Mean on the circle: 12 and 1 have 12:30 between them, not 6:30. */
+function meanClock(corners, clock) {
+  let sine = 0;
+  let cosine = 0;
+  for (const { i, j, weight } of corners) {
+    const angle = (clock[i][j] / 12) * 2 * Math.PI;
+    sine += weight * Math.sin(angle);
+    cosine += weight * Math.cos(angle);
+  }
+  const hours = (Math.atan2(sine, cosine) / (2 * Math.PI)) * 12;
+  return hours > 0 ? hours : hours + 12;
+}
+
+/** Yaw is positive from x towards y. */
+function toWorld(axial, right, { x_mm, y_mm, yaw_deg }) {
+  const cosine = Math.cos(yaw_deg * RADIANS);
+  const sine = Math.sin(yaw_deg * RADIANS);
+  return [x_mm + axial * cosine - right * sine, y_mm + axial * sine + right * cosine];
+}
+
+function fromWorld(x, y, { x_mm, y_mm, yaw_deg }) {
+  const cosine = Math.cos(yaw_deg * RADIANS);
+  const sine = Math.sin(yaw_deg * RADIANS);
+  const [dx, dy] = [x - x_mm, y - y_mm];
+  return [dx * cosine + dy * sine, dy * cosine - dx * sine];
+}
+
+/** Pixel of the wall point (a, r) by barycentric coordinates, or null outside the triangle. */
+function inTriangle(a, r, p, q, s) {
+  if (p.a === null || q.a === null || s.a === null) return null;
+  const area = (q.a - p.a) * (s.r - p.r) - (s.a - p.a) * (q.r - p.r);
+  if (Math.abs(area) < 1e-9) return null;
+  const wq = ((a - p.a) * (s.r - p.r) - (s.a - p.a) * (r - p.r)) / area;
+  const ws = ((q.a - p.a) * (r - p.r) - (a - p.a) * (q.r - p.r)) / area;
+  if (wq < 0 || ws < 0 || wq + ws > 1) return null;
+  return [p.u + wq * (q.u - p.u) + ws * (s.u - p.u), p.v + wq * (q.v - p.v) + ws * (s.v - p.v)];
+}

@@ -1,0 +1,68 @@
+"""Small videos whose every picture carries its own frame number."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+BLOCK_PX = 16
+BITS = 16
+SIZE = (320, 240)
+MILLISECOND = Fraction(1, 1000)
+
+
+def numbered_clip(path: Path, codec: str, *, frames: int = 90, rate_step_ms: int = 7) -> Path:
+    """A moving texture with the frame number as 16 black or white blocks in the first rows.
+
+    The rate is variable: the intervals go through 20, 20 + step, ... ms and start again at 70 ms.
+    """
+    texture = _texture()
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream(codec, rate=30)
+        stream.width, stream.height = SIZE
+        stream.pix_fmt = "yuv420p"
+        stream.time_base = MILLISECOND
+        stream.codec_context.time_base = MILLISECOND
+        time_ms = 0
+        for number in range(frames):
+            picture = av.VideoFrame.from_ndarray(_numbered(texture, number), format="gray")
+            picture.pts = time_ms
+            picture.time_base = MILLISECOND
+            container.mux(stream.encode(picture))
+            time_ms += 20 + (number * rate_step_ms) % 50
+        container.mux(stream.encode(None))
+    return path
+
+
+def rig_for_clip(path: Path) -> Path:
+    width, height = SIZE
+    rig = {
+        "camera": {
+            "model": "pinhole", "width": width, "height": height, "fx": 600.0, "fy": 600.0,
+            "cx": (width - 1) / 2, "cy": (height - 1) / 2,
+        },
+        "mount": {"view": "down", "height_mm": 230.0, "rotation_deg": 0.0},
+        "pipe": {"shape": "circular", "diameter_mm": 300.0, "segment_length_mm": 1500.0},
+    }  # fmt: skip
+    path.write_text(json.dumps(rig))
+    return path
+
+
+def _texture() -> NDArray[np.uint8]:
+    noise = np.random.default_rng(1).normal(0, 40, (SIZE[1], SIZE[0] * 4))
+    return np.clip(cv2.GaussianBlur(noise, (0, 0), 2) * 3 + 128, 0, 255).astype(np.uint8)
+
+
+def _numbered(texture: NDArray[np.uint8], number: int) -> NDArray[np.uint8]:
+    shift = 4 * number
+    picture = texture[:, shift : shift + SIZE[0]].copy()
+    for bit in range(BITS):
+        grey = 235 if number >> bit & 1 else 16
+        picture[:BLOCK_PX, bit * BLOCK_PX : (bit + 1) * BLOCK_PX] = grey
+    return picture

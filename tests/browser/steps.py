@@ -1,0 +1,133 @@
+"""What the browser tests do again and again: run a server, log in, start an inspection."""
+
+from __future__ import annotations
+
+import base64
+import json
+import socket
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+from collections.abc import Mapping
+from http.client import HTTPResponse
+from pathlib import Path
+from time import monotonic
+from typing import Self
+from urllib.parse import urlsplit
+
+from playwright.sync_api import Page, expect
+
+TOKEN = "a-token-for-browser-tests-0123456789"  # noqa: S105
+START_LIMIT_S = 60
+TRACK_LIMIT_S = 120
+
+_PROGRAM = """
+import sys
+from pathlib import Path
+from app.main import serve
+from app.settings import Settings
+
+settings = Settings(data=Path(sys.argv[1]), token=sys.argv[3])
+serve(settings, "127.0.0.1", int(sys.argv[2]), lambda url, services: None)
+"""
+
+
+class Server:
+    """A server process that can be killed and started again on the same port and data."""
+
+    def __init__(self, data: Path) -> None:
+        self._data = data
+        self._process: subprocess.Popen[bytes] | None = None
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            self._port = probe.getsockname()[1]
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self._port}"
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.kill()
+
+    def start(self) -> None:
+        """Start it and wait until it answers."""
+        arguments = [str(self._data), str(self._port), TOKEN]
+        self._process = subprocess.Popen([sys.executable, "-c", _PROGRAM, *arguments])
+        deadline = monotonic() + START_LIMIT_S
+        while not self._answers():
+            assert self._process.poll() is None, "The server ended while it was starting."
+            assert monotonic() < deadline, "The server did not answer in time."
+
+    def kill(self) -> None:
+        """End it without a chance to tidy up."""
+        assert self._process is not None
+        self._process.kill()
+        self._process.wait()
+
+    def ask(
+        self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None
+    ) -> HTTPResponse:
+        """A request of a program, with the token; bytes go as they are, the rest as JSON."""
+        content = body if isinstance(body, bytes) or body is None else json.dumps(body).encode()
+        all_headers = {"Authorization": f"Bearer {TOKEN}", "Content-Type": "application/json"}
+        request = urllib.request.Request(  # noqa: S310
+            self.url + path, content, all_headers | dict(headers or {}), method=method
+        )
+        response: HTTPResponse = urllib.request.urlopen(request, timeout=30)  # noqa: S310
+        return response
+
+    def track(self, video: Path, rig: Path) -> str:
+        """Upload, track and wait for the end, as a program does; answers the inspection's id."""
+        content = video.read_bytes()
+        tus = {"Tus-Resumable": "1.0.0"}
+        name = base64.b64encode(video.name.encode()).decode()
+        length = {"Upload-Length": str(len(content)), "Upload-Metadata": f"filename {name}"}
+        place = self.ask("POST", "/api/uploads", headers=tus | length).headers["Location"]
+        upload = urlsplit(place).path
+        piece = {"Content-Type": "application/offset+octet-stream", "Upload-Offset": "0"}
+        self.ask("PATCH", upload, content, tus | piece)
+        source = {"kind": "upload", "upload_id": upload.rsplit("/", 1)[1]}
+        wanted = {"name": video.stem, "source": source, "rig": json.loads(rig.read_text())}
+        made = json.load(self.ask("POST", "/api/inspections", wanted))
+        deadline = monotonic() + TRACK_LIMIT_S
+        while (now := json.load(self.ask("GET", f"/api/inspections/{made['id']}")))[
+            "status"
+        ] not in ("done", "failed"):
+            assert monotonic() < deadline, "Tracking did not end in time."
+        assert now["status"] == "done", now["error"]
+        return str(made["id"])
+
+    def _answers(self) -> bool:
+        try:
+            with urllib.request.urlopen(f"{self.url}/healthz", timeout=0.5) as response:  # noqa: S310
+                return response.status == 200
+        except (urllib.error.URLError, TimeoutError, ConnectionError):
+            return False
+
+
+def log_in(page: Page, server: Server, path: str = "/") -> None:
+    """Through the log-in page, as a person does."""
+    page.goto(server.url + path)
+    page.get_by_label("Access token").fill(TOKEN)
+    page.get_by_role("button", name="Log in").click()
+    page.wait_for_url(server.url + path)
+
+
+def start_inspection(page: Page, server: Server, video: Path, rig: Path, name: str) -> str:
+    """Upload a video, load its rig file, start tracking; answers the id of the inspection."""
+    page.goto(server.url + "/new")
+    page.locator("input[type=file]").first.set_input_files(video)
+    page.get_by_label("Name", exact=True).fill(name)
+    page.locator("rig-form input[type=file]").set_input_files(rig)
+    page.get_by_role("button", name="Start tracking").click()
+    page.wait_for_url("**/inspections/*")
+    return page.url.rsplit("/", 1)[1]
+
+
+def wait_until_done(page: Page, timeout_s: float = 120) -> None:
+    expect(page.locator(".chip")).to_have_text("Done", timeout=timeout_s * 1000)

@@ -1,0 +1,116 @@
+"""The modules below the page: numbers for people, the wall under a pixel, live messages."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from clips import SIZE, numbered_clip, rig_for_clip
+from playwright.sync_api import Page
+from steps import Server, log_in
+
+TOLERANCE_MM = 2.0
+"""The table is interpolated for a read-out in whole centimetres."""
+
+
+@pytest.fixture
+def site(page: Page, server: Server) -> Page:
+    log_in(page, server)
+    return page
+
+
+WRITTEN = {
+    "metres(3.4249)": "3.42 m",
+    "metres(0.705)": "0.71 m",
+    "metres(-0.0004)": "0.00 m",
+    "metres(-1.5)": "−1.50 m",
+    "metres(null)": "– m",
+    "plusMinus(0.0004)": "± 0.01 m",
+    "plusMinus(0.0101)": "± 0.02 m",
+    "plusMinus(0.02)": "± 0.02 m",
+    "timecode(63.456)": "1:03.46",
+    "timecode(3723, 0)": "1:02:03",
+    "timecode(59.999)": "1:00.00",
+    "bytes(0)": "0 B",
+    "bytes(12345678)": "12.3 MB",
+    "clockHour(0.2)": "12 o’clock",
+    "clockHour(5.6)": "6 o’clock",
+    "duration(3900)": "1 h 5 min",
+}
+
+
+def test_numbers_read_as_people_write_them(site: Page) -> None:
+    calls = ", ".join(f"units.{call}" for call in WRITTEN)
+    texts = site.evaluate(
+        f"async () => {{ const units = await import('/static/core/units.js'); return [{calls}]; }}"
+    )
+    assert dict(zip(WRITTEN, texts, strict=True)) == WRITTEN
+
+
+def test_text_is_escaped_wherever_it_comes_from(site: Page) -> None:
+    evil = "<img src=x onerror=alert(1)>\"'&"
+    shown = site.evaluate(
+        """async (evil) => {
+          const { html, render } = await import('/static/core/html.js');
+          const element = document.createElement('div');
+          const nested = [html`<b>${evil}</b>`, null, false];
+          render(element, html`<p title="${evil}">${evil}${nested}</p>`);
+          const [p] = element.children;
+          return [p.title, p.textContent, element.querySelectorAll('img').length];
+        }""",
+        evil,
+    )
+    assert shown == [evil, evil + evil, 0]
+
+
+def test_a_live_message_is_split_into_header_and_picture(site: Page) -> None:
+    parsed = site.evaluate(
+        """async () => {
+          const { parseMessage } = await import('/static/core/live.js');
+          const header = new TextEncoder().encode('{"seq":7,"state":"läuft"}');
+          const message = (jpeg) => {
+            const bytes = new Uint8Array(4 + header.length + jpeg.length);
+            new DataView(bytes.buffer).setUint32(0, header.length);
+            bytes.set(header, 4);
+            bytes.set(jpeg, 4 + header.length);
+            return bytes.buffer;
+          };
+          const full = parseMessage(message([255, 216, 1]));
+          return [full.header, [...full.jpeg], parseMessage(message([])).jpeg];
+        }"""
+    )
+    assert parsed == [{"seq": 7, "state": "läuft"}, [255, 216, 1], None]
+
+
+def test_the_wall_under_the_cursor_is_the_one_that_the_server_states(
+    site: Page, server: Server, tmp_path: Path
+) -> None:
+    clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=20)
+    inspection = server.track(clip, rig_for_clip(tmp_path / "rig.json"))
+    path = f"/api/inspections/{inspection}"
+    width, height = SIZE
+    for frame in (0, 19):
+        for u, v in ((1, 1), (width / 2, height / 2), (width - 2, 20), (37.5, height - 2)):
+            exact = json.load(server.ask("GET", f"{path}/wall?u={u}&v={v}&frame={frame}"))
+            shown = site.evaluate(
+                """async ([path, frame, u, v]) => {
+                  const { WallGrid } = await import('/static/core/wall.js');
+                  const read = async (name) => (await fetch(path + name)).json();
+                  const wall = new WallGrid(await read('/wallgrid'));
+                  const { columns } = await read(`/track?format=json&since=${frame}`);
+                  const [x_mm] = columns.x_mm;
+                  const [y_mm] = columns.y_mm;
+                  const [yaw_deg] = columns.yaw_deg;
+                  const pose = { x_mm, y_mm, yaw_deg };
+                  const point = wall.at(u, v, pose);
+                  return [point, wall.pixel(point.distance_m * 1000, point.right_mm, pose)];
+                }""",
+                [path, frame, u, v],
+            )
+            point, pixel = shown
+            assert point["distance_m"] * 1000 == pytest.approx(
+                exact["distance_m"] * 1000, abs=TOLERANCE_MM
+            )
+            assert point["clock_h"] == pytest.approx(exact["clock"], abs=0.1)
+            assert pixel == pytest.approx([u, v], abs=1.0)

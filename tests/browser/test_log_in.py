@@ -1,0 +1,41 @@
+"""Nothing is shown before the log-in, and afterwards the page that was asked for."""
+
+from __future__ import annotations
+
+import pytest
+from playwright.sync_api import Page, expect
+from steps import TOKEN, Server, log_in
+
+
+@pytest.mark.parametrize("path", ["/", "/new"])
+def test_log_in_leads_to_the_page_that_was_asked_for(page: Page, server: Server, path: str) -> None:
+    log_in(page, server, path)
+    expect(page.get_by_role("heading", level=1)).to_be_visible()
+
+
+def test_a_wrong_token_is_refused_in_plain_words(page: Page, server: Server) -> None:
+    page.goto(server.url)
+    page.get_by_label("Access token").fill("wrong")
+    page.get_by_role("button", name="Log in").click()
+    expect(page.get_by_role("alert")).to_contain_text("This token is not known here")
+    expect(page.get_by_label("Access token")).to_be_focused()
+
+
+def test_a_log_out_ends_the_session(page: Page, server: Server) -> None:
+    log_in(page, server)
+    page.get_by_role("button", name="Log out").click()
+    expect(page.get_by_label("Access token")).to_be_visible()
+    page.goto(server.url)
+    expect(page.get_by_label("Access token")).to_be_visible()
+
+
+@pytest.mark.parametrize("foreign", ["https://example.org/", "//example.org/", "/\\example.org/"])
+def test_log_in_never_leads_to_another_site(page: Page, server: Server, foreign: str) -> None:
+    page.goto(server.url)
+    page.evaluate(
+        "next => history.replaceState(null, '', `/login?next=${encodeURIComponent(next)}`)", foreign
+    )
+    page.get_by_label("Access token").fill(TOKEN)
+    page.get_by_role("button", name="Log in").click()
+    page.wait_for_url(lambda url: "/login" not in url)
+    assert page.url.startswith(server.url)

@@ -1,0 +1,105 @@
+"""The form of a new inspection: presets, rig files, and faults told beside the fields."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from clips import numbered_clip, rig_for_clip
+from playwright.sync_api import Page, expect
+from steps import Server, log_in
+
+
+@pytest.fixture
+def form(page: Page, server: Server) -> Page:
+    log_in(page, server)
+    page.get_by_role("link", name="New inspection").click()
+    page.wait_for_url("**/new")
+    return page
+
+
+def test_a_preset_fills_a_rig_without_faults(form: Page) -> None:
+    form.get_by_label("Start from").select_option(index=1)
+    assert float(form.get_by_label("Inner diameter").input_value()) > 0
+    form.get_by_role("button", name="Start tracking").click()
+    expect(form.locator("rig-form .fault:not(:empty)")).to_have_count(0)
+    expect(form.get_by_role("img", name="Pipe of")).to_be_visible()
+
+
+@pytest.mark.parametrize(
+    ("label", "text", "sentence"),
+    [
+        ("Inner diameter", "20", "At least 50 mm."),
+        ("Inner diameter", "three hundred", "Not a number."),
+        ("Height of the lens", "100000", "At most 10000 mm."),
+        ("Height of the lens", "0", "More than 0 mm."),
+        ("Picture width", "640.5", "A whole number is needed."),
+        ("Turned by", "", "Needed."),
+        ("Distortion", "0.1, 0.2", "2 numbers; this lens takes 4, 5, 8, 12, 14, or none."),
+    ],
+)
+def test_a_fault_is_told_beside_its_field(form: Page, label: str, text: str, sentence: str) -> None:
+    form.get_by_label("Start from").select_option(index=1)
+    form.locator(".rig__fine summary").click()
+    field = form.get_by_label(label)
+    field.fill(text)
+    field.blur()
+    expect(field).to_have_attribute("aria-invalid", "true")
+    expect(form.locator("rig-form .fault", has_text=sentence)).to_be_visible()
+
+
+def test_a_camera_outside_its_pipe_is_a_fault(form: Page) -> None:
+    form.get_by_label("Start from").select_option(index=1)
+    form.get_by_label("Inner diameter").fill("300")
+    form.get_by_label("Height of the lens").fill("310")
+    form.get_by_label("Height of the lens").blur()
+    expect(form.get_by_text("Outside the pipe")).to_be_visible()
+
+
+def test_a_file_that_is_no_rig_is_refused_with_its_name(form: Page, tmp_path: Path) -> None:
+    for name, content, sentence in (
+        ("notes.json", "hello", "notes.json is not a JSON file."),
+        ("list.json", "[1]", "list.json is not a rig file: it has no camera, no mount, no pipe."),
+    ):
+        path = tmp_path / name
+        path.write_text(content)
+        form.locator("rig-form input[type=file]").set_input_files(path)
+        expect(form.get_by_text(sentence)).to_be_visible()
+
+
+def test_a_video_of_another_size_than_the_camera_is_told(form: Page, tmp_path: Path) -> None:
+    rig = rig_for_clip(tmp_path / "rig.json")
+    form.locator("rig-form input[type=file]").set_input_files(rig)
+    form.get_by_label("Picture width").fill("1920")
+    clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=5)
+    form.locator("input[type=file]").first.set_input_files(clip)
+    expect(form.get_by_text("The video is 320 × 240 px.")).to_be_visible()
+
+
+def test_a_file_that_is_no_video_is_refused_with_the_reason(form: Page, tmp_path: Path) -> None:
+    text = tmp_path / "story.mp4"
+    text.write_text("Once upon a time there was a culvert.")
+    form.locator("input[type=file]").first.set_input_files(text)
+    form.locator("rig-form input[type=file]").set_input_files(rig_for_clip(tmp_path / "rig.json"))
+    form.get_by_role("button", name="Start tracking").click()
+    expect(form.locator(".new__foot .fault")).not_to_be_empty()
+    expect(form.get_by_role("button", name="Start tracking")).to_be_enabled()
+
+
+def test_header_and_rig_are_remembered_for_the_next_time(
+    form: Page, server: Server, tmp_path: Path
+) -> None:
+    clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=20)
+    form.locator("input[type=file]").first.set_input_files(clip)
+    form.locator("rig-form input[type=file]").set_input_files(rig_for_clip(tmp_path / "rig.json"))
+    form.get_by_label("Operator").fill("A. Rahman")
+    form.get_by_role("button", name="Start tracking").click()
+    form.wait_for_url("**/inspections/*")
+    expect(form.locator(".chip")).to_have_text("Done")
+
+    form.get_by_role("link", name="All inspections").click()
+    row = form.locator(".inspection", has_text="clip.mp4").first
+    expect(row.locator(".chip")).to_have_text("Done")
+    form.get_by_role("link", name="New inspection").click()
+    expect(form.get_by_label("Operator")).to_have_value("A. Rahman")
+    expect(form.get_by_label("Focal length fx")).to_have_value("600")

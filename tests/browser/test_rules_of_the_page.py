@@ -1,0 +1,77 @@
+"""Rules that keep the page safe and its parts where they belong."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page
+from steps import Server, log_in
+
+from vo_core import Rig
+
+STATIC = Path(__file__).parents[2] / "static"
+
+
+def _occurrences(pattern: str, suffixes: tuple[str, ...] = (".js", ".html")) -> Iterator[str]:
+    for path in STATIC.rglob("*"):
+        if path.suffix in suffixes and re.search(pattern, path.read_text("utf-8")):
+            yield path.relative_to(STATIC).as_posix()
+
+
+@pytest.mark.parametrize(
+    ("pattern", "places"),
+    [
+        (r"\.(inner|outer)HTML|insertAdjacentHTML|document\.write", ["core/html.js"]),
+        (r"\bfetch\(", ["core/api.js"]),
+        (r"new WebSocket\b", ["core/live.js"]),
+        (r"\bstyle=", []),
+        (r"<script(?![^>]*\bsrc=)", []),
+        (r"\bon(click|load|error|submit|input)=", []),
+        (r"\beval\(|new Function\b", []),
+        (r"https?://(?!www\.w3\.org/|tus\.io/)", []),
+    ],
+)
+def test_only_there(pattern: str, places: list[str]) -> None:
+    assert list(_occurrences(pattern)) == places
+
+
+def test_core_imports_nothing_from_the_page() -> None:
+    for path in (STATIC / "core").glob("*.js"):
+        imports = re.findall(r"from '([^']+)'", path.read_text("utf-8"))
+        assert all(re.fullmatch(r"\./[a-z0-9-]+\.js", name) for name in imports), path.name
+
+
+def test_every_style_sheet_is_in_the_shell() -> None:
+    shell = (STATIC / "index.html").read_text("utf-8")
+    sheets = {f"/static/{path.relative_to(STATIC).as_posix()}" for path in STATIC.rglob("*.css")}
+    assert sheets - {"/static/login.css"} == set(re.findall(r'href="([^"]+\.css)"', shell))
+
+
+def test_rig_form_has_the_fields_and_bounds_of_the_rig_file(page: Page, server: Server) -> None:
+    log_in(page, server)
+    fields = page.evaluate(
+        "async () => (await import('/static/components/rig-form/fields.js')).ALL_FIELDS"
+    )
+    schema = Rig.model_json_schema()
+    for part, reference in schema["properties"].items():
+        model = schema["$defs"][reference["$ref"].rsplit("/", 1)[1]]
+        offered = {f["path"].split(".")[1]: f for f in fields if f["path"].startswith(f"{part}.")}
+        assert offered.keys() == model["properties"].keys()
+        for name, field in offered.items():
+            assert _bounds_of(field) == _bounds_in(model["properties"][name]), name
+
+
+def _bounds_of(field: dict) -> dict:
+    if field["kind"] == "choice":
+        return {"enum": [value for value, _ in field["options"]]}
+    names = {"min": "minimum", "above": "exclusiveMinimum", "max": "maximum"}
+    return {names[key]: value for key, value in field.items() if key in names}
+
+
+def _bounds_in(schema: dict) -> dict:
+    kinds = [schema, *schema.get("anyOf", []), schema.get("items", {})]
+    names = ("enum", "minimum", "exclusiveMinimum", "maximum")
+    return {name: kind[name] for kind in kinds for name in names if name in kind}
