@@ -89,7 +89,7 @@ class Alignment:
     agreement: float
     """Normalised correlation over the overlap, -1 to 1: the share of texture seen again."""
     overlap: float
-    """Share of the reference that the moving picture shows."""
+    """Share of the reference's wall that the moving picture shows."""
     trust: Matrix
     """(blocks,) normalised correlation around each block, 0 where nothing is seen."""
     converged: bool
@@ -141,7 +141,7 @@ def align(
     # Sandwich: the bread is the Hessian, the filling what the blocks really scatter.
     scores = _scores(jacobian, seen)
     bread = np.linalg.inv(_hessian(template, jacobian, seen) + information)
-    independent = seen.overlap * template.image.size / CORRELATED_PX
+    independent = seen.overlap * template.valid.sum() / CORRELATED_PX
     return Alignment(
         parameters=parameters,
         covariance=bread @ (scores.T @ scores + information) @ bread,
@@ -190,7 +190,7 @@ def _compare(
         weights=trust**2 / (variance + VARIANCE_FLOOR) * grid.side_px**2 / CORRELATED_PX,
         trust=trust,
         agreement=float(common.sum() / energy),
-        overlap=float(cover.mean()),
+        overlap=float(cover.mean() / max(template.valid.mean(), 1e-6)),
     )
 
 

@@ -143,7 +143,7 @@ class Locator:
         seen = resample(picture.coarse, maps)
         common = resample_mask(self._coarse_valid, maps)
         common &= self._coarse_blocks.crop(self._coarse_valid)
-        if common.mean() < LEAST_OVERLAP:
+        if common.mean() < LEAST_OVERLAP * self._coarse_valid.mean():
             return []
         window = taper(common, max(4, min(common.shape) // 5))
         original = self._coarse_blocks.crop(reference.picture.coarse)
