@@ -12,8 +12,8 @@ from app.settings import MIB, Settings
 from app.simulation import SCENARIOS, SimulatedRun, simulate
 from vo_core import Rig
 
-SAMPLE = SCENARIOS["nominal"].shortened(4500)
-"""Three segments: long enough to watch, short enough to be rendered while one waits."""
+SAMPLE = SCENARIOS["nominal"].shortened(3600)
+"""Long enough to watch, short enough to be rendered while one waits."""
 
 DISK_RESERVE_BYTES = 8 * MIB
 """The demo needs some 20 MiB of a temporary folder, which often lies in memory and is small."""
