@@ -55,8 +55,12 @@ class SceneFeed:
         """Frames whose path is drawn."""
         self._subscription = ExitStack()
         self._subscription.enter_context(live.listening(inspection_id, self._on_event))
-        self._draw_track()
-        self._draw_pins()
+        try:
+            self._draw_track()
+            self._draw_pins()
+        except BaseException:
+            self.close()
+            raise
 
     def close(self) -> None:
         """Stop following, disconnect every browser."""
