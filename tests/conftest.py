@@ -1,14 +1,22 @@
-"""Clips that are made once, and a server that several tests of a file share."""
+"""What several folders of tests share: clips made once, a server, a real Chromium."""
 
 from __future__ import annotations
 
+import os
+import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from builders import Client, make_clip, serving
+from playwright.sync_api import Browser, sync_playwright
 
 LONG_FRAMES = 1500
+CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
+# WebGL in software, as in the notes on viser; no other combination draws the 3D view everywhere.
+CHROMIUM_FLAGS = ["--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader"]
 
 
 @pytest.fixture(scope="session")
@@ -41,3 +49,29 @@ def server(tmp_path: Path) -> Iterator[Client]:
 def done(shared: Client, clip: Path) -> str:
     """Id of a tracked inspection on the shared server; tests add to it but do not change it."""
     return shared.tracked(clip)
+
+
+def _installed_chromium() -> str | None:
+    found = next((path for name in CHROMIUM if (path := shutil.which(name))), None)
+    if found is None and os.geteuid() == 0 and shutil.which("apt-get"):
+        subprocess.run(["apt-get", "update", "-q"], check=True)
+        subprocess.run(["apt-get", "install", "-y", "-q", "chromium"], check=True)
+        found = shutil.which("chromium")
+    return found
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """One a process: Playwright's loop does not start twice."""
+    with sync_playwright() as playwright:
+        path = _installed_chromium()
+        if path is None and not Path(playwright.chromium.executable_path).exists():
+            subprocess.run([sys.executable, "-m", "playwright", "install", "chromium"], check=False)
+            if not Path(playwright.chromium.executable_path).exists():
+                pytest.fail(
+                    "There is no Chromium. Install it with `apt-get install chromium` or "
+                    "`playwright install chromium`, then run the browser tests again."
+                )
+        running = playwright.chromium.launch(executable_path=path, args=CHROMIUM_FLAGS)
+        yield running
+        running.close()

@@ -9,14 +9,17 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
 import httpx
 import pytest
+from boards import PINHOLE, Studio, checkerboard, poses
 
 from app.cli import main
 from app.simulation import SCENARIOS, SimulatedRun, simulate
-from vo_core import Track
+from vo_core import Rig, Track
 
-COMMANDS = ["demo", "serve", "track", "simulate", "evaluate", "bench"]
+COMMANDS = ["demo", "serve", "track", "simulate", "evaluate", "calibrate", "advise", "bench"]
+CHECKERBOARD = ["--board", "checkerboard", "--columns", "9", "--rows", "6", "--square-mm", "20"]
 HEADER = "frame,time_s,x_mm,y_mm,yaw_deg,distance_mm,sigma_distance_mm,quality,status"
 SHORT = SCENARIOS["nominal"].shortened(60)
 
@@ -104,6 +107,13 @@ def test_every_command_explains_itself(chainage, command):
         ["track", "v.mp4", "--rig", "rig.json", "--out", "t.csv", "--method", "guess"],
         ["evaluate", "t.csv"],
         ["serve", "--port", "70000"],
+        ["advise"],
+        ["advise", "--rig", "rig.json", "--move", "15"],
+        ["advise", "--rig", "rig.json", "--move", "0,0"],
+        ["advise", "--rig", "rig.json", "--move", "nan,5"],
+        ["calibrate", "a.png", *CHECKERBOARD],
+        ["calibrate", "a.png", *CHECKERBOARD, "--out", "c.json", "--board", "charuco"],
+        ["calibrate", "a.png", *CHECKERBOARD, "--out", "c.json", "--marker-mm", "15"],
     ],
 )
 def test_wrong_usage_ends_with_2(chainage, words):
@@ -309,3 +319,61 @@ def test_demo_serves_its_sample_from_a_small_folder_and_leaves_nothing(tmp_path)
     demo.send_signal(signal.SIGTERM)
     assert demo.wait(30) == 0
     assert list(tmp_path.iterdir()) == []
+
+
+def test_advise_gives_figures_a_verdict_and_a_picture(chainage, sample, tmp_path):
+    picture = tmp_path / "field.png"
+    done = chainage("advise", "--rig", sample.rig, "--move", "-15,5", "--plot", picture)
+    assert done.code == 0
+    assert "-15 mm forward, 5 mm to the right" in done.out
+    assert "verdict: fit\n" in done.out
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_advise_says_what_to_change(chainage, sample):
+    done = chainage("advise", "--rig", sample.rig, "--move", "60,0", "--frame-rate", "10")
+    assert done.code == 0
+    assert "verdict: fit with care\n- After this motion 51% of the wall" in done.out
+
+
+@pytest.fixture(scope="module")
+def board_pictures(tmp_path_factory):
+    folder, studio = tmp_path_factory.mktemp("boards"), Studio(PINHOLE)
+    for n, pose in enumerate(poses(6, 345, 0.19)):
+        cv2.imwrite(str(folder / f"{n}.png"), studio.shoot(checkerboard(), *pose))
+    return sorted(folder.iterdir())
+
+
+def test_calibrate_puts_the_camera_into_a_rig(chainage, sample, board_pictures, tmp_path):
+    out, report = tmp_path / "rig.json", tmp_path / "coverage.png"
+    done = chainage(
+        "calibrate", *board_pictures, sample.truth, *CHECKERBOARD,
+        "--rig", sample.rig, "--out", out, "--report", report,
+    )  # fmt: skip
+    assert done.code == 0
+    before, after = Rig.load(sample.rig), Rig.load(out)
+    assert (after.mount, after.pipe) == (before.mount, before.pipe)
+    assert after.camera.fx == pytest.approx(PINHOLE.fx, rel=0.002)
+    assert "left out: not a picture that can be read" in done.out
+    assert "only 6 pictures were used" in done.out
+    assert report.read_bytes().startswith(b"\x89PNG")
+
+
+def test_calibrate_alone_writes_the_camera_part_of_a_rig(
+    chainage, sample, board_pictures, tmp_path
+):
+    out = tmp_path / "camera.json"
+    assert chainage("calibrate", *board_pictures, *CHECKERBOARD, "--out", out).code == 0
+    fields = json.loads(sample.rig.read_text())
+    fields["camera"] = json.loads(out.read_text())
+    assert Rig.parse(fields).camera.fx == pytest.approx(PINHOLE.fx, rel=0.002)
+
+
+def test_calibrate_of_too_few_pictures_says_so_and_writes_nothing(
+    chainage, board_pictures, tmp_path
+):
+    out = tmp_path / "camera.json"
+    done = chainage("calibrate", *board_pictures[:2], *CHECKERBOARD, "--out", out)
+    assert done.code == 1
+    assert "usable in 2 pictures; at least 5 are needed" in done.err
+    assert not out.exists()

@@ -1,22 +1,12 @@
-"""A real server process over a temporary data folder, and a real Chromium that looks at it."""
+"""A real server process over a temporary data folder, and a window of Chromium that looks at it."""
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Page, expect, sync_playwright
+from playwright.sync_api import Browser, ConsoleMessage, Page, expect
 from steps import Server
-
-CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
-# WebGL in software, as in the notes on viser; no other combination draws the 3D view everywhere.
-CHROMIUM_FLAGS = ["--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader"]
-
 
 # Other workers of the same test run may have both cores.
 expect.set_options(timeout=20_000)
@@ -26,31 +16,6 @@ expect.set_options(timeout=20_000)
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     with Server(tmp_path_factory.mktemp("data")) as running:
         yield running
-
-
-def _installed_chromium() -> str | None:
-    found = next((path for name in CHROMIUM if (path := shutil.which(name))), None)
-    if found is None and os.geteuid() == 0 and shutil.which("apt-get"):
-        subprocess.run(["apt-get", "update", "-q"], check=True)
-        subprocess.run(["apt-get", "install", "-y", "-q", "chromium"], check=True)
-        found = shutil.which("chromium")
-    return found
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        path = _installed_chromium()
-        if path is None and not Path(playwright.chromium.executable_path).exists():
-            subprocess.run([sys.executable, "-m", "playwright", "install", "chromium"], check=False)
-            if not Path(playwright.chromium.executable_path).exists():
-                pytest.fail(
-                    "There is no Chromium. Install it with `apt-get install chromium` or "
-                    "`playwright install chromium`, then run the browser tests again."
-                )
-        running = playwright.chromium.launch(executable_path=path, args=CHROMIUM_FLAGS)
-        yield running
-        running.close()
 
 
 @pytest.fixture

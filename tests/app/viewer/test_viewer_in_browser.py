@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 import socket
 from collections.abc import Iterator
 
 import cv2
 import numpy as np
 import pytest
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Browser, Page
 from viewer_client import Served, make_estimate
 
 from app.viewer.scene import Pin
@@ -21,15 +20,11 @@ CYAN, YELLOW, RED = (95, 80, 90), (18, 120, 90), (0, 90, 90)
 """HSV centres of the interval's ring, the robot's body and a pin of severity 5."""
 
 
-@pytest.fixture(scope="module")
-def page() -> Iterator[Page]:
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=shutil.which("chromium"),
-            args=["--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader"],
-        )
-        yield browser.new_page(viewport={"width": 640, "height": 480})
-        browser.close()
+@pytest.fixture
+def page(browser: Browser) -> Iterator[Page]:
+    page = browser.new_page(viewport={"width": 640, "height": 480})
+    yield page
+    page.close()
 
 
 def pixels(page: Page, hsv: tuple[int, int, int]) -> int:

@@ -1,0 +1,370 @@
+"""Is a camera in a pipe fit for the method: how the picture of the wall moves, before any drive.
+
+The paper (section 2.2, figures 2 to 4) asks this of a camera on the axis and of one above it: the
+direct method needs all of the picture to move by one displacement, but the depth of a round wall
+differs over the picture.  Here for any lens and mount, for the picture as it comes from the camera
+and for the developed wall, which is what the odometry measures on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vo_core.errors import InvalidRig
+from vo_core.locate import LEAST_OVERLAP
+from vo_core.odometry import KEYFRAME_OVERLAP
+from vo_core.rectify import COARSEST, NOMINAL, Rectifier
+from vo_core.rig import Camera, Rig
+from vo_core.types import ByteImage
+from vo_core.wall import (
+    Points,
+    Pose,
+    cast,
+    develop,
+    enclose,
+    pixel_rays,
+    ray_pixels,
+    rotation_robot_camera,
+    sight,
+    to_robot,
+)
+
+Grid = NDArray[np.float64]
+"""(rows around, columns along, 2) values over an even grid of wall points."""
+
+EVEN_ENOUGH = 0.1
+"""Relative spread up to which one shift describes the raw picture, as the paper's method takes it:
+0.05 at 30 degrees and 230 mm, where the paper finds it fit, 1.3 at 150 degrees and 150 mm, where it
+does not."""
+
+HEIGHT_ERROR_PERCENT = 1.0
+"""Error of the distance for 1 mm of height above which the height is hard to measure well enough:
+half a millimetre is what a tape gives, and half a percent what contracts ask for."""
+
+COARSE_MM_PER_PX = 2.0
+"""Above this the grain of concrete, which the method lives on, falls within one pixel."""
+
+LEAST_SHARE = 0.5
+"""Of the picture that should show the wall well enough to be measured on."""
+
+
+class Verdict(StrEnum):
+    """How well a rig suits the method, best first."""
+
+    FIT = "fit"
+    CARE = "fit with care"
+    UNFIT = "not fit"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One reason of a verdict."""
+
+    verdict: Verdict
+    sentence: str
+    """What was found and what to change."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """How evenly a displacement is distributed over the picture, as lengths of its vectors."""
+
+    smallest: float
+    mean: float
+    largest: float
+
+    @property
+    def relative(self) -> float:
+        """(largest - smallest) / mean, 0 where nothing moves."""
+        return (self.largest - self.smallest) / self.mean if self.mean > 0 else 0.0
+
+    @classmethod
+    def of(cls, displacement: Points) -> Spread:
+        """Over (N, 2) vectors, at least one of them without nan."""
+        length = np.linalg.norm(displacement, axis=1)
+        return cls(float(np.nanmin(length)), float(np.nanmean(length)), float(np.nanmax(length)))
+
+
+@dataclass(frozen=True)
+class DisplacementField:
+    """How the picture of wall points moves when the robot moves; nan for those not in it."""
+
+    wall_mm: Grid
+    """(axial, arc) on the developed wall."""
+    exact_px: Grid
+    """Displacement of the picture by the whole motion, +u right, +v down."""
+    derivative_px: Grid
+    """The paper's total derivative times the motion: what the exact one is for small motions."""
+
+
+@dataclass(frozen=True)
+class Advice:
+    """What a rig can be expected to do; lengths are mm on the wall."""
+
+    move: Pose
+    """The motion between two frames that was asked for."""
+    frame_rate_hz: float
+    raw_px: Spread
+    """Displacement in px over the picture as it comes from the camera."""
+    developed_mm: Spread
+    """Displacement over the part of the developed wall that is measured on.  Uneven for a motion
+    across the pipe: that is no shift of a round wall, and the odometry models it as it is."""
+    developed_drive_mm: Spread
+    """The same for the part of the motion along the pipe."""
+    finest_mm_per_px: float
+    coarsest_mm_per_px: float
+    """Along rows or columns of the picture, whichever is coarser."""
+    measured_mm_per_px: float
+    """Of the patch in which motion is measured: the frame is reduced first."""
+    measured_share: float
+    """Of the picture, that shows the wall well enough to be measured on, see `rectify.COARSEST`."""
+    axial_mm: tuple[float, float]
+    """Wall in the picture along the pipe, from the camera, forward positive."""
+    arc_mm: tuple[float, float]
+    """Wall in the picture around the pipe, from the invert, right positive."""
+    measured_axial_mm: float
+    measured_arc_mm: float
+    """Length of the developed wall that is measured on."""
+    overlap: float
+    """Share of the measured wall that is still seen after `move`."""
+    good_speed_mm_s: float
+    """Up to here a frame shares with the one before what makes a keyframe last."""
+    speed_limit_mm_s: float
+    """Beyond it too little wall is common to two frames to measure at all."""
+    height_error_percent: float
+    """Error of the measured distance when the camera stands 1 mm higher than the rig says."""
+    findings: tuple[Finding, ...]
+
+    @property
+    def is_even(self) -> bool:
+        """Does one shift describe the raw picture, as the paper's method needs it?"""
+        return self.raw_px.relative <= EVEN_ENOUGH
+
+    @property
+    def verdict(self) -> Verdict:
+        """The worst of the findings; without any the rig is fit."""
+        found = [finding.verdict for finding in self.findings]
+        return max(found, key=list(Verdict).index, default=Verdict.FIT)
+
+
+def displacement_px(rig: Rig, wall_xyz: Points, move: Pose) -> Points:
+    """Motion in the picture of (N, 3) world points when the camera goes from the zero to `move`.
+
+    The content moves opposite to the robot.  For a pinhole camera that looks down and a motion
+    within its plane this is -(fx dX + skew dY) / Z and -fy dY / Z: it falls with the depth Z.
+    """
+    return _project(rig, wall_xyz, move) - _project(rig, wall_xyz, NOMINAL)
+
+
+def total_derivative_px(rig: Rig, wall_xyz: Points, move: Pose) -> Points:
+    """The paper's total derivative of the pixel of (N, 3) world points, times the motion.
+
+    du = (du/dX) dX + (du/dY) dY + (du/dyaw) dyaw at the zero, for any lens, by central difference.
+    """
+    small = 1e-4  # truncation and rounding are both below 1e-7 of the result
+    step = Pose(small * move.x_mm, small * move.y_mm, small * move.yaw_rad)
+    back = Pose(-step.x_mm, -step.y_mm, -step.yaw_rad)
+    return (_project(rig, wall_xyz, step) - _project(rig, wall_xyz, back)) / (2 * small)
+
+
+def developed_displacement_mm(rig: Rig, wall_xyz: Points, move: Pose) -> Points:
+    """Motion (axial, arc) of (N, 3) world points on the rectified picture, see `rectify`."""
+    before, after = (
+        develop(rig, cast(rig, NOMINAL, sight(rig, pose, wall_xyz))) for pose in (NOMINAL, move)
+    )
+    moved = after - before
+    if rig.pipe.diameter_mm is not None:  # across the crown the shorter way around
+        turn = np.pi * rig.pipe.diameter_mm
+        moved[:, 1] -= turn * np.rint(moved[:, 1] / turn)
+    return np.asarray(moved)
+
+
+def displacement_field(
+    rig: Rig, move: Pose, shape: tuple[int, int] = (25, 33)
+) -> DisplacementField:
+    """The displacement over (rows around, columns along) even points of the measured wall.
+
+    Points outside the picture are nan.
+
+    Raises:
+        InvalidRig: The camera sees no wall.
+    """
+    _seen_wall(rig, _pixel_grid(rig.camera))
+    patch = Rectifier(rig).grid
+    last = np.array(patch.shape[::-1], np.float64) - 1
+    x, y = (np.linspace(0, end, count) for end, count in zip(last, shape[::-1], strict=True))
+    wall_mm = patch.to_mm(np.stack(np.meshgrid(x, y), -1).reshape(-1, 2))
+    wall = enclose(rig, wall_mm)
+    uv = _project(rig, wall, NOMINAL)
+    with np.errstate(invalid="ignore"):
+        # The border of the patch lies on the border of the picture, give or take rounding.
+        seen = ((uv >= -1) & (uv <= (rig.camera.width, rig.camera.height))).all(axis=1)
+    wall[~seen] = np.nan
+    return DisplacementField(
+        wall_mm=wall_mm.reshape(*shape, 2),
+        exact_px=displacement_px(rig, wall, move).reshape(*shape, 2),
+        derivative_px=total_derivative_px(rig, wall, move).reshape(*shape, 2),
+    )
+
+
+def advise(rig: Rig, move: Pose, frame_rate_hz: float = 30.0) -> Advice:
+    """What to expect of a rig, and whether it is fit for the method.
+
+    Args:
+        move: Motion between two frames, not zero.
+    Raises:
+        InvalidRig: The camera sees no wall.
+    """
+    pixels = _pixel_grid(rig.camera)
+    seen = _seen_wall(rig, pixels)
+    seen_mm = develop(rig, seen)
+    rectifier = Rectifier(rig)
+    patch = rectifier.grid
+    patch_rows, patch_columns = np.nonzero(rectifier.valid)
+    patch_px = np.column_stack([patch_columns, patch_rows]).astype(np.float64)
+    measured = enclose(rig, patch.to_mm(patch_px))
+    rows, columns = (np.ptp(side) + 1 for side in (patch_rows, patch_columns))
+    resolution = _mm_per_px(rig, pixels)
+    finest = float(np.nanmin(resolution))
+    good_mm, limit_mm = (
+        _longest_shift_px(rectifier.valid, share) * patch.mm_per_px
+        for share in (KEYFRAME_OVERLAP, LEAST_OVERLAP)
+    )
+    advice = Advice(
+        move=move,
+        frame_rate_hz=frame_rate_hz,
+        raw_px=Spread.of(displacement_px(rig, seen, move)),
+        developed_mm=Spread.of(developed_displacement_mm(rig, measured, move)),
+        developed_drive_mm=Spread.of(developed_displacement_mm(rig, measured, Pose(move.x_mm))),
+        finest_mm_per_px=finest,
+        coarsest_mm_per_px=float(np.nanmax(resolution)),
+        measured_mm_per_px=patch.mm_per_px,
+        measured_share=float(np.mean(resolution <= COARSEST * finest)),  # nan is not
+        axial_mm=_extent(seen_mm[:, 0]),
+        arc_mm=_extent(seen_mm[:, 1]),
+        measured_axial_mm=float(columns * patch.mm_per_px),
+        measured_arc_mm=float(rows * patch.mm_per_px),
+        overlap=_overlap(
+            rectifier.valid,
+            round(abs(move.x_mm) / patch.mm_per_px),
+            round(abs(move.y_mm) / patch.mm_per_px),
+        ),
+        good_speed_mm_s=good_mm * frame_rate_hz,
+        speed_limit_mm_s=limit_mm * frame_rate_hz,
+        height_error_percent=_height_error_percent(rig, measured),
+        findings=(),
+    )
+    return replace(advice, findings=_findings(rig, advice))
+
+
+def _findings(rig: Rig, advice: Advice) -> tuple[Finding, ...]:
+    """What speaks against the rig, with what to change."""
+    care, unfit = Verdict.CARE, Verdict.UNFIT
+    found: list[tuple[bool, Verdict, str]] = [
+        (
+            rig.mount.view == "forward",
+            unfit,
+            "The camera looks forward along the pipe, which is not tracked yet: turn it down to "
+            "the invert.",
+        ),
+        (
+            advice.overlap < LEAST_OVERLAP,
+            unfit,
+            f"After this motion only {advice.overlap:.0%} of the wall is still seen: drive at most "
+            f"{advice.good_speed_mm_s:.0f} mm/s at {advice.frame_rate_hz:g} frames/s, or take a "
+            "wider lens or more frames.",
+        ),
+        (
+            LEAST_OVERLAP <= advice.overlap < KEYFRAME_OVERLAP,
+            care,
+            f"After this motion {advice.overlap:.0%} of the wall is still seen: "
+            f"{KEYFRAME_OVERLAP:.0%} are good, which is {advice.good_speed_mm_s:.0f} mm/s at "
+            f"{advice.frame_rate_hz:g} frames/s.",
+        ),
+        (
+            abs(advice.height_error_percent) > HEIGHT_ERROR_PERCENT,
+            care,
+            f"1 mm of wrong height is {abs(advice.height_error_percent):.1f} % of distance: mount "
+            "the camera higher, or set the scale by a length that was measured with a tape.",
+        ),
+        (
+            advice.measured_mm_per_px > COARSE_MM_PER_PX,
+            care,
+            f"A pixel of the measured picture is {advice.measured_mm_per_px:.1f} mm of wall, too "
+            "coarse for the grain of concrete: mount the camera lower or take a longer lens.",
+        ),
+        (
+            advice.measured_share < LEAST_SHARE,
+            care,
+            f"Only {advice.measured_share:.0%} of the picture show the wall well enough to be "
+            "measured on: take a longer lens or turn the camera to the invert.",
+        ),
+    ]
+    return tuple(Finding(verdict, sentence) for holds, verdict, sentence in found if holds)
+
+
+def _pixel_grid(camera: Camera) -> Points:
+    """Pixels evenly over the picture, from border to border."""
+    u = np.linspace(0, camera.width - 1, 33)
+    v = np.linspace(0, camera.height - 1, 25)
+    return np.stack(np.meshgrid(u, v), -1).reshape(-1, 2)
+
+
+def _seen_wall(rig: Rig, pixels_uv: Points) -> Points:
+    wall = cast(rig, NOMINAL, to_robot(rig.mount, pixel_rays(rig.camera, pixels_uv)))
+    if not np.isfinite(wall).all(axis=1).any():
+        raise InvalidRig("mount: no pixel of this camera shows the wall; turn it towards the wall.")
+    return wall
+
+
+def _project(rig: Rig, wall_xyz: Points, pose: Pose) -> Points:
+    rays = sight(rig, pose, wall_xyz) @ rotation_robot_camera(rig.mount)
+    return ray_pixels(rig.camera, np.asarray(rays))
+
+
+def _mm_per_px(rig: Rig, pixels_uv: Points) -> NDArray[np.float64]:
+    """(N,) mm of wall under a pixel, along the row or the column, whichever is more."""
+
+    def wall(offset: tuple[float, float]) -> Points:
+        rays = pixel_rays(rig.camera, pixels_uv + np.array(offset))
+        return cast(rig, NOMINAL, to_robot(rig.mount, rays))
+
+    along_row = np.linalg.norm(wall((0.5, 0)) - wall((-0.5, 0)), axis=1)
+    along_column = np.linalg.norm(wall((0, 0.5)) - wall((0, -0.5)), axis=1)
+    return np.asarray(np.maximum(along_row, along_column))
+
+
+def _extent(coordinate: NDArray[np.float64]) -> tuple[float, float]:
+    return float(np.nanmin(coordinate)), float(np.nanmax(coordinate))
+
+
+def _overlap(valid: ByteImage, columns: int, rows: int) -> float:
+    """Share of the patch that stays in sight when the content moves by whole pixels."""
+    height, width = valid.shape
+    common = valid[rows:, columns:] & valid[: max(0, height - rows), : max(0, width - columns)]
+    return float(common.sum() / valid.sum())
+
+
+def _longest_shift_px(valid: ByteImage, share: float) -> int:
+    """How far along the axis the patch can move with at least this share in sight."""
+    shifts = range(valid.shape[1])
+    return next((k - 1 for k in shifts if _overlap(valid, k, 0) < share), shifts.stop - 1)
+
+
+def _height_error_percent(rig: Rig, measured_xyz: Points) -> float:
+    """Error of the distance for +1 mm of height that the rig does not know of, in percent.
+
+    The true camera, higher by a little, moves; its rays are taken to the wall as the rig says.
+    """
+    rise_mm, move = 0.01, Pose(x_mm=1.0)  # small against any height; the error is linear in it
+    mount = rig.mount.model_copy(update={"height_mm": rig.mount.height_mm + rise_mm})
+    true_rig = rig.model_copy(update={"mount": mount})
+    true_wall = cast(true_rig, NOMINAL, sight(rig, NOMINAL, measured_xyz))
+    appears = develop(rig, cast(rig, NOMINAL, sight(true_rig, move, true_wall)))
+    was = develop(rig, measured_xyz)
+    distance_mm = -float(np.nanmean((appears - was)[:, 0]))
+    return 100 * (distance_mm / move.x_mm - 1) / rise_mm
