@@ -3,6 +3,7 @@
 - ROS camera_info YAML: plumb_bob and rational_polynomial are pinhole, equidistant is fisheye.
 - Kalibr camchain YAML, of cam0: a pinhole with radtan or none is pinhole, with equidistant fisheye.
 - OpenCV FileStorage YAML, XML or JSON: pinhole, unless `fisheye_model` says otherwise.
+- The camera part of a rig file, as `chainage calibrate` writes it.
 
 All of them give K and the coefficients in OpenCV's order and put pixel centres at integers, as the
 rig does.
@@ -10,6 +11,7 @@ rig does.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -58,6 +60,8 @@ def _fields(text: str) -> dict[str, Any]:
     """The fields of a rig's camera.  Raises ValueError with a reason for a person."""
     content = _content(text)
     if isinstance(content, Mapping):
+        if "fx" in content:
+            return dict(json.loads(text))  # numbers as they stand: FileStorage knows floats only
         if isinstance(cam0 := content.get("cam0"), Mapping):
             return _of_kalibr(cam0)
         return _of_opencv(content)

@@ -267,9 +267,9 @@ def _findings(rig: Rig, advice: Advice) -> tuple[Finding, ...]:
     found: list[tuple[bool, Verdict, str]] = [
         (
             rig.mount.view == "forward",
-            unfit,
-            "The camera looks forward along the pipe, which is not tracked yet: turn it down to "
-            "the invert.",
+            care,
+            "The camera looks forward along the pipe, which has been tried on rendered pipes only: "
+            "check the distance against a known length.",
         ),
         (
             advice.overlap < LEAST_OVERLAP,

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vo_core.errors import ShapeMismatch
+from vo_core.errors import InvalidRig, ShapeMismatch
 from vo_core.resample import reduce_to, to_grey
 from vo_core.rig import Rig
 from vo_core.types import ByteImage, GrayImage, Image
@@ -62,6 +62,9 @@ class Rectifier:
     """Resamples frames of one rig onto the developed wall; the maps are computed once.
 
     Patches are (rows, columns) with columns rising forward along the pipe and rows to the right.
+
+    Raises:
+        InvalidRig: The camera sees no wall.
     """
 
     def __init__(self, rig: Rig) -> None:
@@ -113,6 +116,8 @@ def _visible_grid(rig: Rig, reduction: float) -> PatchGrid:
     along_u = np.linalg.norm(np.diff(wall_mm, axis=1), axis=2)[:-1] / (u[1] - u[0])
     along_v = np.linalg.norm(np.diff(wall_mm, axis=0), axis=2)[:, :-1] / (v[1] - v[0])
     mm_per_px = np.maximum(along_u, along_v)  # (48, 64), nan where no wall is seen
+    if np.isnan(mm_per_px).all():
+        raise InvalidRig("The camera sees no wall; check mount.view, pitch_deg and roll_deg.")
     finest = float(np.nanmin(mm_per_px))
     with np.errstate(invalid="ignore"):
         good = mm_per_px <= COARSEST * finest

@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 import pytest
+from textures import make_rig
 
 from app.intrinsics import read_camera
 from vo_core import Camera, InvalidRig
@@ -233,3 +234,10 @@ def test_an_unusable_file_is_explained(read, text, said):
 def test_a_missing_file_is_said_to_be_missing(tmp_path):
     with pytest.raises(InvalidRig, match=r"none\.yaml cannot be read: No such file"):
         read_camera(tmp_path / "none.yaml")
+
+
+def test_the_camera_part_of_a_rig_is_read(tmp_path):
+    camera = make_rig(camera={"distortion": [0.1, -0.05, 0.0, 0.0]}).camera
+    path = tmp_path / "camera.json"
+    path.write_text(camera.model_dump_json())
+    assert read_camera(path) == camera

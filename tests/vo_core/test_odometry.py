@@ -7,7 +7,7 @@ import pytest
 from textures import make_rig
 
 from app.simulation import SCENARIOS, render
-from vo_core import Odometry, ShapeMismatch, Track
+from vo_core import InvalidRig, Odometry, ShapeMismatch, Track
 from vo_core.paper import PaperOdometry
 
 ACCURACY = {
@@ -198,3 +198,9 @@ def test_colour_and_sixteen_bit_pictures_give_the_same_track(frames):
 def test_pictures_of_another_size_are_refused():
     with pytest.raises(ShapeMismatch, match=r"320x240 px.*640x480 px"):
         Odometry(NOMINAL.rig).step(np.zeros((240, 320), np.uint8), 0.0)
+
+
+def test_a_camera_that_sees_no_wall_is_refused():
+    up = {"view": "forward", "pitch_deg": 60.0}
+    with pytest.raises(InvalidRig, match="sees no wall"):
+        Odometry(make_rig(mount=up, pipe={"shape": "flat", "diameter_mm": None}))

@@ -130,14 +130,14 @@ class InspectionPage extends Component {
         if (desk.inspection.isUnfinished) await desk.inspection.load();
         // Read after the state: a track that is fetched once it has ended is whole.
         await desk.track.extend(this.signal);
-        return desk.inspection.isUnfinished ? TRACK_POLL_S : null;
+        if (desk.inspection.isUnfinished) return TRACK_POLL_S;
+        await desk.observations.load();
+        return null;
       },
       this.signal,
       onError,
     );
-    if (this.signal.aborted) return;
-    this.#showMessages();
-    await desk.observations.load();
+    if (!this.signal.aborted) this.#showMessages();
   }
 
   async #retry() {

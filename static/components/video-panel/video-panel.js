@@ -13,6 +13,7 @@ import { drawSeverity } from '../severity-mark/severity-mark.js';
 import { icon } from '../icon/icon.js';
 import { QUICK_CODES } from './quick-codes.js';
 import { FilePlayer, LivePlayer, StillPlayer } from './players.js';
+import { toastError } from '../toast-stack/toast-stack.js';
 
 const SPEEDS = [1, 2, 4];
 const MARK_PX = 22;
@@ -204,7 +205,8 @@ class VideoPanel extends Component {
   }
 
   #ended({ state }) {
-    if (state !== this.desk.inspection.value.status) this.desk.inspection.load();
+    if (state === this.desk.inspection.value.status) return;
+    this.desk.inspection.load().catch(toastError);
   }
 
   #showTransport() {
