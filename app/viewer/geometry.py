@@ -6,6 +6,7 @@ Y = Z = 0, a flat floor at Z = 0.  Wall angle phi: 0 at the invert, rising to th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -209,3 +210,8 @@ class Frustum:
             float(half_width / half_height),
             float(depth_m),
         )
+
+
+def shown_mm(half_width_m: float) -> int:
+    """Half-width of an interval for a label: rounded up, as no interval is ever 0."""
+    return max(1, math.ceil(1000 * half_width_m - 0.05))

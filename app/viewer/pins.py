@@ -10,7 +10,7 @@ import viser
 from numpy.typing import NDArray
 from viser.transforms import SO3
 
-from app.viewer.geometry import Section, Vector, octahedron, phi_of_clock
+from app.viewer.geometry import Section, Vector, octahedron, phi_of_clock, shown_mm
 from app.viewer.views import CameraMode
 
 _SEVERITY_COLORS = (
@@ -153,4 +153,4 @@ def _short_text(pin: Pin) -> str:
 
 
 def _text(pin: Pin) -> str:
-    return f"{_short_text(pin)}\n{pin.distance_m:.2f} m ± {1000 * pin.u95_m:.0f} mm"
+    return f"{_short_text(pin)}\n{pin.distance_m:.2f} m ± {shown_mm(pin.u95_m)} mm"

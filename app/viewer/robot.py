@@ -6,7 +6,16 @@ import numpy as np
 import viser
 from viser.transforms import SO3
 
-from app.viewer.geometry import Frustum, Section, camera_xyz_m, plank, torus, tube, yaw_wxyz
+from app.viewer.geometry import (
+    Frustum,
+    Section,
+    camera_xyz_m,
+    plank,
+    shown_mm,
+    torus,
+    tube,
+    yaw_wxyz,
+)
 from app.viewer.views import CameraMode
 from vo_core.rig import Rig
 from vo_core.track import Estimate
@@ -56,7 +65,7 @@ class Robot:
             edge.color = color
 
         note = "" if estimate.status == "ok" else f" · {estimate.status}"
-        self._label.text = f"{x_m:.3f} m ± {1000 * half_m:.0f} mm{note}"
+        self._label.text = f"{x_m:.3f} m ± {shown_mm(half_m)} mm{note}"
         raised_m = _LABEL_HEIGHT[mode] * self._section.scale_m
         self._label.position = (x_m, 0.0, self._section.axis_z_m - raised_m)
 

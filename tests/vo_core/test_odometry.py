@@ -67,6 +67,30 @@ def test_a_camera_that_looks_along_the_pipe_is_followed():
     assert np.abs(track.distance_mm - [f.x_mm for f in frames]).max() < 1.0
 
 
+TILTED = {
+    "skewed, distorted, beside the axis": (
+        {"skew": 8.0, "distortion": [-0.2, 0.05, 0.001, -0.001]},
+        {"pitch_deg": 5.0, "roll_deg": -4.0, "lateral_mm": 8.0, "rotation_deg": 77.0},
+    ),
+    "fisheye": (
+        {"model": "fisheye", "fx": 400.0, "fy": 404.0, "distortion": [0.02, -0.01, 0.0, 0.0]},
+        {"pitch_deg": -6.0, "roll_deg": 3.0, "lateral_mm": -5.0, "rotation_deg": 200.0},
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", TILTED)
+def test_a_camera_in_any_mount_is_followed(kind):
+    camera, mount = TILTED[kind]
+    scenario = replace(
+        SCENARIOS["nominal"].shortened(500.0), rig=make_rig(camera=camera, mount=mount)
+    )
+    frames = list(render(scenario))
+    track = run([f.image for f in frames], frames, scenario.rig)
+    assert np.abs(track.distance_mm - [f.x_mm for f in frames]).max() < 0.3
+    assert np.abs(track.yaw_deg - [f.yaw_deg for f in frames]).max() < 0.3
+
+
 def test_half_a_new_picture_each_frame_is_followed():
     track, (x_mm, _, _) = drive("fast", 2500.0)
     assert np.abs(track.distance_mm - x_mm).max() < 0.5
