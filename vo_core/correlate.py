@@ -19,6 +19,9 @@ from vo_core.types import GrayImage, Image
 LOW_PASS, HIGH_PASS = 0.16, 0.02
 """Band of W = exp(-(r/low)^2/2) (1 - exp(-(r/high)^2/2)), r in cycles per px."""
 
+ROTATION_LIMIT_RAD = float(np.radians(12))
+"""Largest turn that the polar spectrum is asked for: the paper's 10 degrees and some room."""
+
 LOCK_PSR = 8.0
 """Peak-to-sidelobe ratio that a true match reaches; without one it stays below 6 (measured)."""
 
@@ -131,13 +134,13 @@ def polar_spectrum(transform: Image) -> GrayImage:
     return np.asarray(polar - cv2.GaussianBlur(polar, (0, 0), 9))
 
 
-def rotation_between(reference: GrayImage, moving: GrayImage, limit_rad: float) -> float:
-    """Rotation of the content, x towards y, between two polar spectra, within +-`limit_rad`."""
+def rotation_between(reference: GrayImage, moving: GrayImage) -> float:
+    """Rotation of the content, x towards y, between two polar spectra, within the limit."""
     spectra = [np.fft.rfft(polar, axis=0) for polar in (reference, moving)]
     curve = np.fft.irfft((np.conj(spectra[0]) * spectra[1]).sum(1), n=ANGLES)
     curve = np.convolve(np.r_[curve[-2:], curve, curve[:2]], np.hanning(7)[1:-1], "valid")
     step_rad = np.pi / ANGLES
-    reach = int(limit_rad / step_rad)
+    reach = int(ROTATION_LIMIT_RAD / step_rad)
     lags = np.arange(-reach, reach + 1)
     best = int(lags[curve[lags].argmax()])
     left, middle, right = curve[best - 1], curve[best], curve[(best + 1) % ANGLES]

@@ -30,8 +30,6 @@ LEAST_OVERLAP = 0.15
 LOCK, CERTAIN = 6.0, 14.0
 """Agreement in standard deviations of what unrelated walls reach by chance: a lock, a sure one."""
 
-ROTATION_LIMIT_RAD = float(np.radians(12))
-
 
 @dataclass(frozen=True)
 class Picture:
@@ -122,7 +120,7 @@ class Locator:
         pictures = (reference.picture, picture)
         before, now = (polar_spectrum(spectrum(p.coarse, window)) for p in pictures)
         # The content turns one way when the camera turns the other.
-        turn = rotation_between(before, now, ROTATION_LIMIT_RAD)
+        turn = rotation_between(before, now)
         at = reference.pose
         guesses = [at, Pose(at.x_mm, at.y_mm, at.yaw_rad - turn)]
         fixes = [fix for g in guesses if (fix := self.locate(reference, picture, g)) is not None]

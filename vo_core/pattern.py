@@ -51,12 +51,3 @@ class FixedPattern:
     def remove(self, picture: GrayImage) -> GrayImage:
         """The picture without the pattern known so far."""
         return picture if self._pattern is None else picture - self._pattern
-
-    @property
-    def share(self) -> float:
-        """Share of the picture that the pattern covers, 0 to 1."""
-        return (
-            0.0
-            if self._pattern is None
-            else float(np.count_nonzero(self._pattern)) / max(self._pattern.size, 1)
-        )

@@ -26,7 +26,6 @@ from vo_core.wall import Points
 COARSE_SIDE_PX = 320
 """Longest side of the pictures that are correlated; the refinement runs at full size."""
 
-ROTATION_LIMIT_RAD = float(np.radians(12))
 SIGNIFICANT = 6.0
 """Agreement in standard deviations of what unrelated pictures reach by chance."""
 
@@ -108,7 +107,7 @@ def _coarse_shift(reference: GrayImage, moving: GrayImage) -> tuple[Matrix, Peak
     window = taper(everywhere, min(shape) // 2)
     spectra = [spectrum(image, window) for image in (reference, moving)]
     before, now = (polar_spectrum(s) for s in spectra)
-    rotation = rotation_between(before, now, ROTATION_LIMIT_RAD)
+    rotation = rotation_between(before, now)
     best: tuple[Matrix, Peak] | None = None
     for angle in (0.0, rotation):
         turned = _moved(reference, np.array([0.0, 0.0, angle])) if angle else reference
