@@ -41,6 +41,9 @@ EVEN_ENOUGH = 0.1
 0.05 at 30 degrees and 230 mm, where the paper finds it fit, 1.3 at 150 degrees and 150 mm, where it
 does not."""
 
+GOOD_OVERLAP = KEYFRAME_OVERLAP["circular"]
+"""Of a frame with the next: above it a keyframe serves several frames."""
+
 HEIGHT_ERROR_PERCENT = 1.0
 """Error of the distance for 1 mm of height above which the height is hard to measure well enough:
 half a millimetre is what a tape gives, and half a percent what contracts ask for."""
@@ -232,7 +235,7 @@ def advise(rig: Rig, move: Pose, frame_rate_hz: float = 30.0) -> Advice:
     finest = float(np.nanmin(resolution))
     good_mm, limit_mm = (
         _longest_shift_px(rectifier.valid, share) * patch.mm_per_px
-        for share in (KEYFRAME_OVERLAP, LEAST_OVERLAP)
+        for share in (GOOD_OVERLAP, LEAST_OVERLAP)
     )
     advice = Advice(
         move=move,
@@ -279,10 +282,10 @@ def _findings(rig: Rig, advice: Advice) -> tuple[Finding, ...]:
             "wider lens or more frames.",
         ),
         (
-            LEAST_OVERLAP <= advice.overlap < KEYFRAME_OVERLAP,
+            LEAST_OVERLAP <= advice.overlap < GOOD_OVERLAP,
             care,
             f"After this motion {advice.overlap:.0%} of the wall is still seen: "
-            f"{KEYFRAME_OVERLAP:.0%} are good, which is {advice.good_speed_mm_s:.0f} mm/s at "
+            f"{GOOD_OVERLAP:.0%} are good, which is {advice.good_speed_mm_s:.0f} mm/s at "
             f"{advice.frame_rate_hz:g} frames/s.",
         ),
         (

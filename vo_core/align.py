@@ -15,15 +15,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vo_core.blocks import BlockGrid
 from vo_core.filters import gradient
-from vo_core.resample import resample, resample_mask
+from vo_core.resample import resample
 from vo_core.types import ByteImage, GrayImage, Matrix
 from vo_core.wall import Points
 
 Warp = Callable[[Matrix], Points]
-"""w(q): where the nodes of the reference's blocks lie in the moving picture under parameters q."""
+"""w(q): where the nodes of the reference's blocks lie in the moving picture under parameters q,
+(..., n) to (..., nodes, 2)."""
 
 MAX_STEPS = 8
 CONVERGED_PX = 0.005
@@ -36,11 +38,21 @@ come out as exactly that, and a large step would see it in the curvature."""
 VARIANCE_FLOOR = 0.02
 """Residual variance, of a texture of variance 1, below which a block earns no more weight."""
 
-LEAST_COVER = 0.8
-"""Share of a block that both pictures must show."""
-
 LEAST_ENERGY = 1e-3
 """Mean square of a normalised picture that counts as blank: rounding errors agree perfectly."""
+
+INFLATION = 6.0
+"""Blocks do not err independently (video coding moves many of them alike): by how much the variance
+of an alignment exceeds what the scatter between its blocks says. Measured on coded video."""
+
+START_PX = 100.0
+"""How far off a start can be, one sigma: what a picture leaves open stays within that."""
+
+BY_CHANCE = 5.0
+"""Standard deviations of two gradients' correlation that do not count as common texture."""
+
+PIXEL_ERROR = 0.012
+"""What interpolation leaves of an alignment's error, px, however good the picture."""
 
 CORRELATED_PX = 12.0
 """Pixels that share one independent value after a low-pass of sigma 1 (4 pi sigma^2)."""
@@ -53,8 +65,8 @@ class Template:
     grid: BlockGrid
     image: GrayImage
     """The covered part, normalised and low-passed."""
-    valid: ByteImage
-    """1 where the picture shows the wall."""
+    seen: NDArray[np.bool_]
+    """(blocks,) does the picture show all of the block?"""
     gradient: tuple[GrayImage, GrayImage]
     tensor: Matrix
     """(blocks, 2, 2) mean g g'."""
@@ -62,8 +74,9 @@ class Template:
     """(blocks,) mean square of the picture."""
 
     @classmethod
-    def of(cls, image: GrayImage, valid: ByteImage) -> Template:
-        """Prepare a reference from a whole picture."""
+    def of(cls, doubled: GrayImage, whole: ByteImage) -> Template:
+        """Prepare a reference from a doubled picture; `whole` by `BlockGrid.whole`."""
+        image = np.ascontiguousarray(doubled[::2, ::2])
         grid = BlockGrid.over(image.shape)
         gx, gy = (grid.crop(g) for g in gradient(image))
         xx, xy, yy = (grid.means(product) for product in (gx * gx, gx * gy, gy * gy))
@@ -71,7 +84,7 @@ class Template:
         return cls(
             grid=grid,
             image=covered,
-            valid=grid.crop(valid),
+            seen=grid.look_up(whole, grid.nodes()),
             gradient=(gx, gy),
             tensor=np.stack([xx, xy, xy, yy], 1).reshape(-1, 2, 2),
             energy=grid.means(covered * covered),
@@ -88,6 +101,8 @@ class Alignment:
     """(n, n), the prior included."""
     agreement: float
     """Normalised correlation over the overlap, -1 to 1: the share of texture seen again."""
+    fidelity: float
+    """The same over the blocks that agree, so that dirt and water do not count but noise does."""
     overlap: float
     """Share of the reference's wall that the moving picture shows."""
     trust: Matrix
@@ -104,8 +119,8 @@ class Alignment:
 
 def align(
     template: Template,
-    moving: GrayImage,
-    moving_valid: ByteImage,
+    doubled: GrayImage,
+    whole: ByteImage,
     warp: Warp,
     start: Matrix,
     scales: Matrix,
@@ -116,21 +131,21 @@ def align(
 
     Args:
         template: The reference.
-        moving: (H, W), normalised and low-passed like the reference.
-        moving_valid: (H, W), 1 where it shows the wall.
+        doubled: (2 H, 2 W), the moving picture, normalised and low-passed like the reference and
+            then doubled: between two pixels bilinear samples err by up to 0.01 px, there by 0.001.
+        whole: (H, W), 1 where the moving picture shows all of a block around the pixel.
         warp: The motion model, at the nodes of the template's blocks.
         start: (n,) parameters to start from; within about 2 px of the truth everywhere.
         scales: (n,) change of each parameter that moves the content by about a pixel.
         prior: (n, n) information about the parameters at `start`; None for none.
     """
-    information = np.diag(1e-9 / scales**2) + (0 if prior is None else prior)
+    information = np.diag(1 / (START_PX * scales) ** 2) + (0 if prior is None else prior)
     parameters, step_px = np.array(start, np.float64), np.inf
-    positions = warp(parameters)
-    jacobian = _jacobian(template.grid, warp, parameters, positions, scales)
+    positions, jacobian = _linearise(template.grid, warp, parameters, scales)
     for _ in range(MAX_STEPS):
-        seen = _compare(template, moving, moving_valid, positions)
+        seen = _compare(template, doubled, whole, positions)
         step = -np.linalg.solve(
-            _hessian(template, jacobian, seen) + information,
+            _hessian(template.tensor, jacobian, seen) + information,
             _scores(jacobian, seen).sum(0) + information @ (parameters - start),
         )
         parameters = parameters + step
@@ -139,13 +154,16 @@ def align(
             break
         positions = warp(parameters)
     # Sandwich: the bread is the Hessian, the filling what the blocks really scatter.
+    independent = seen.overlap * template.seen.sum() * template.grid.side_px**2 / CORRELATED_PX
     scores = _scores(jacobian, seen)
-    bread = np.linalg.inv(_hessian(template, jacobian, seen) + information)
-    independent = seen.overlap * template.valid.sum() / CORRELATED_PX
+    tensor = _common_texture(template, seen, independent)
+    bread = np.linalg.inv(_hessian(tensor, jacobian, seen) + information)
+    filling = INFLATION * scores.T @ scores + information
     return Alignment(
         parameters=parameters,
-        covariance=bread @ (scores.T @ scores + information) @ bread,
+        covariance=bread @ filling @ bread + np.diag(np.square(PIXEL_ERROR * scales)),
         agreement=seen.agreement,
+        fidelity=seen.fidelity,
         overlap=seen.overlap,
         trust=seen.trust,
         converged=step_px < 10 * CONVERGED_PX and bool(seen.weights.any()),
@@ -157,40 +175,43 @@ def align(
 class _Comparison:
     """The moving picture, brought onto the reference, against it."""
 
+    picture: GrayImage
     product: Matrix
     """(blocks, 2) mean g r."""
     weights: Matrix
     """(blocks,) information that a block's means carry."""
     trust: Matrix
     agreement: float
+    fidelity: float
     overlap: float
 
 
 def _compare(
-    template: Template, moving: GrayImage, moving_valid: ByteImage, positions: Points
+    template: Template, doubled: GrayImage, whole: ByteImage, positions: Points
 ) -> _Comparison:
     grid = template.grid
-    maps = grid.dense(positions)
-    mask = (resample_mask(moving_valid, maps) & template.valid).astype(np.float32)
-    seen = resample(moving, maps) * mask
-    residual = seen - template.image * mask
-    cover = grid.means(mask)
+    cover = template.seen & grid.look_up(whole, positions)
+    seen = resample(doubled, grid.dense(2 * positions))
+    residual = seen - template.image
     own, power, common = (
-        template.energy * cover,
-        grid.means(seen * seen),
-        grid.means(seen * template.image),
+        cover * energy
+        for energy in (template.energy, grid.means(seen * seen), grid.means(seen * template.image))
     )
     near_own, near_power, near_common = (grid.pooled(v) for v in (own, power, common))
     correlation = near_common / np.sqrt(np.maximum(near_own * near_power, 1e-12))
-    trust = np.where(cover > LEAST_COVER, np.clip(correlation, 0.0, 1.0), 0.0)
-    variance = grid.means(residual * residual) / np.maximum(cover, 1e-6)
+    trust = np.where(cover, np.clip(correlation, 0.0, 1.0), 0.0)
+    variance = own + power - 2 * common
     energy = np.sqrt(own.sum() * power.sum()) + LEAST_ENERGY * len(own)
+    vote = trust**2
+    agreeing = np.sqrt((vote @ own) * (vote @ power)) + LEAST_ENERGY
     return _Comparison(
+        picture=seen,
         product=np.stack([grid.means(g * residual) for g in template.gradient], 1),
-        weights=trust**2 / (variance + VARIANCE_FLOOR) * grid.side_px**2 / CORRELATED_PX,
+        weights=vote / (variance + VARIANCE_FLOOR) * grid.side_px**2 / CORRELATED_PX / INFLATION,
         trust=trust,
         agreement=float(common.sum() / energy),
-        overlap=float(cover.mean() / max(template.valid.mean(), 1e-6)),
+        fidelity=float(vote @ common / agreeing),
+        overlap=float(cover.sum() / max(template.seen.sum(), 1)),
     )
 
 
@@ -200,23 +221,43 @@ def _scores(jacobian: Matrix, seen: _Comparison) -> Matrix:
     return np.asarray((jacobian * weighted[:, :, None]).sum(1))
 
 
-def _hessian(template: Template, jacobian: Matrix, seen: _Comparison) -> Matrix:
+def _hessian(tensor: Matrix, jacobian: Matrix, seen: _Comparison) -> Matrix:
     """Sum of J' g g' J over the blocks, weighted, (n, n)."""
-    weighted = template.tensor * seen.weights[:, None, None]
+    weighted = tensor * seen.weights[:, None, None]
     n = jacobian.shape[2]
     return np.asarray(jacobian.reshape(-1, n).T @ (weighted @ jacobian).reshape(-1, n))
 
 
-def _jacobian(
-    grid: BlockGrid, warp: Warp, parameters: Matrix, positions: Points, scales: Matrix
-) -> Matrix:
-    """dw/dq a block, (blocks, 2, n), turned into the reference's pixels by (dw/dp)^-1."""
+def _common_texture(template: Template, seen: _Comparison, independent: float) -> Matrix:
+    """The template's tensors without the gradients of noise, which say nothing, (blocks, 2, 2).
+
+    The product of two pictures' gradients averages to that of their common texture: with A the mean
+    tensor of the template and C that product, the eigenvalues of A^-1/2 C A^-1/2 are the shares of
+    A that are texture in two directions.  What they reach by chance is taken off, so that a wall
+    of straight lines (the aperture problem) leaves the direction along them open.
+    """
+    (rx, ry), (sx, sy) = template.gradient, gradient(seen.picture)
+    shared = [template.grid.means(p) for p in (rx * sx, rx * sy + ry * sx, ry * sy)]
+    xx, twice_xy, yy = (float(seen.weights @ mean) for mean in shared)
+    both = np.array([[xx, twice_xy / 2], [twice_xy / 2, yy]])
+    alone = np.tensordot(seen.weights, template.tensor, 1) + 1e-12 * np.eye(2)
+    values, vectors = np.linalg.eigh(alone)
+    root = vectors * np.sqrt(values) @ vectors.T
+    whitener = vectors / np.sqrt(values) @ vectors.T
+    shares, directions = np.linalg.eigh(whitener @ both @ whitener)
+    kept = np.clip(shares - BY_CHANCE / np.sqrt(max(independent, 1.0)), 0.0, 1.0)
+    keep = root @ (directions * np.sqrt(kept)) @ directions.T @ whitener
+    return np.asarray(keep @ template.tensor @ keep.T)
+
+
+def _linearise(
+    grid: BlockGrid, warp: Warp, parameters: Matrix, scales: Matrix
+) -> tuple[Points, Matrix]:
+    """w(q), and dw/dq a block, (blocks, 2, n), in the reference's pixels by (dw/dp)^-1."""
     steps = DIFFERENCE * scales
-    columns = [
-        (warp(parameters + step) - positions) / size
-        for step, size in zip(np.diag(steps), steps, strict=True)
-    ]
-    dq = grid.at_nodes(np.stack(columns, -1))[1:-1, 1:-1]
+    positions, *moved = warp(parameters + np.vstack([np.zeros_like(steps), np.diag(steps)]))
+    columns = (np.stack(moved, -1) - positions[..., None]) / steps
+    dq = grid.at_nodes(columns)[1:-1, 1:-1]
     at = grid.at_nodes(positions)
     dx = (at[1:-1, 2:] - at[1:-1, :-2]) / (2 * grid.side_px)
     dy = (at[2:, 1:-1] - at[:-2, 1:-1]) / (2 * grid.side_px)
@@ -224,4 +265,4 @@ def _jacobian(
     blind = np.isnan(dp).any((-1, -2), keepdims=True) | np.isnan(dq).any((-1, -2), keepdims=True)
     dp = np.where(blind, np.eye(2), dp)
     dq = np.where(blind, 0.0, dq)
-    return np.asarray(np.linalg.solve(dp, dq).reshape(-1, 2, len(parameters)))
+    return positions, np.asarray(np.linalg.solve(dp, dq).reshape(-1, 2, len(parameters)))

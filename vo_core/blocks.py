@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeVar
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from vo_core.types import ByteImage, GrayImage, Matrix
+from vo_core.types import AnyImage, ByteImage, GrayImage, Matrix
 from vo_core.wall import Points
-
-AnyImage = TypeVar("AnyImage", ByteImage, GrayImage)
 
 BLOCK_PX = 16
 
@@ -59,6 +57,22 @@ class BlockGrid:
         size_wh = ((self.columns + 2) * side, (self.rows + 2) * side)
         dense = cv2.resize(coarse, size_wh, interpolation=cv2.INTER_LINEAR)
         return np.ascontiguousarray(dense[side:-side, side:-side])
+
+    def whole(self, valid: ByteImage) -> ByteImage:
+        """(H, W): 1 where a whole block, a little turned too, fits into a mask around a pixel."""
+        side = self.side_px + self.side_px // 4 + 1
+        return np.asarray(
+            cv2.erode(valid, np.ones((side, side), np.uint8), borderValue=0), np.uint8
+        )
+
+    def look_up(self, mask: ByteImage, positions: Points) -> NDArray[np.bool_]:
+        """The nearest values of a mask at the positions of the blocks' centres, (blocks,)."""
+        centres = self.at_nodes(positions)[1:-1, 1:-1].reshape(-1, 2)
+        height, width = mask.shape
+        with np.errstate(invalid="ignore"):
+            inside = np.all((centres > -0.5) & (centres < (width - 0.5, height - 0.5)), axis=1)
+        column, row = np.rint(np.where(inside[:, None], centres, 0)).astype(int).T
+        return np.asarray(inside & (mask[row, column] > 0))
 
     def means(self, image: GrayImage) -> Matrix:
         """Mean of each block of a covered picture, (blocks,)."""

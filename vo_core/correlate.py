@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vo_core.types import GrayImage, Image
+from vo_core.types import GrayImage
 
 LOW_PASS, HIGH_PASS = 0.16, 0.02
 """Band of W = exp(-(r/low)^2/2) (1 - exp(-(r/high)^2/2)), r in cycles per px."""
@@ -26,6 +27,9 @@ LOCK_PSR = 8.0
 """Peak-to-sidelobe ratio that a true match reaches; without one it stays below 6 (measured)."""
 
 _LOBE_PX = 6
+
+Spectrum = NDArray[np.complexfloating[Any, Any]]
+"""(H, W / 2 + 1) of a real picture of even width."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,22 +44,17 @@ class Peak:
     """(height - mean) / deviation of the surface outside the peaks; see `LOCK_PSR`."""
 
 
-def spectrum(image: GrayImage, window: GrayImage) -> Image:
-    """Spectrum of a windowed picture, padded with zeros to an even, quick size: (H', W', 2)."""
-    height, width = image.shape
-    padded = np.zeros((_dft_size(height), _dft_size(width)), np.float32)
-    np.multiply(image, window, out=padded[:height, :width])
-    return np.asarray(cv2.dft(padded, flags=cv2.DFT_COMPLEX_OUTPUT))
+def spectrum(image: GrayImage, window: GrayImage) -> Spectrum:
+    """Half spectrum of a windowed picture, padded with zeros to an even, quick size."""
+    size = tuple(_dft_size(length) for length in image.shape)
+    return np.fft.rfft2(image * window, s=size)
 
 
-def correlation(reference: Image, moving: Image) -> GrayImage:
+def correlation(reference: Spectrum, moving: Spectrum) -> GrayImage:
     """Correlation surface of two spectra, normalised and band-passed; lag zero at (0, 0)."""
-    product = cv2.mulSpectrums(moving, reference, 0, conjB=True)
-    magnitude = cv2.magnitude(product[..., 0], product[..., 1]) + np.float32(1e-9)
-    band = _band_pass(*magnitude.shape)
-    product *= (band / magnitude)[..., None]
-    surface = cv2.dft(product, flags=cv2.DFT_INVERSE | cv2.DFT_REAL_OUTPUT)
-    return np.asarray(surface / band.sum())
+    product = reference.conj() * moving
+    product *= _band_pass(*product.shape) / (np.abs(product) + np.float32(1e-9))
+    return np.asarray(np.fft.irfft2(product), np.float32)
 
 
 def best_peaks(surface: GrayImage, count: int = 1) -> list[Peak]:
@@ -110,16 +109,12 @@ def _dft_size(length: int) -> int:
 
 
 @lru_cache(maxsize=16)
-def _radius(height: int, width: int) -> GrayImage:
-    fy, fx = np.fft.fftfreq(height)[:, None], np.fft.fftfreq(width)[None, :]
-    return np.asarray(np.hypot(fx, fy), np.float32)
-
-
-@lru_cache(maxsize=16)
-def _band_pass(height: int, width: int) -> GrayImage:
-    r = _radius(height, width)
-    low, high = np.exp(-((r / LOW_PASS) ** 2) / 2), 1 - np.exp(-((r / HIGH_PASS) ** 2) / 2)
-    return np.asarray(low * high, np.float32)
+def _band_pass(height: int, half_width: int) -> GrayImage:
+    """W over a half spectrum, scaled so that a perfect match peaks at 1."""
+    width = 2 * (half_width - 1)
+    r = np.hypot(np.fft.fftfreq(height)[:, None], np.fft.rfftfreq(width)[None, :])
+    band = np.exp(-((r / LOW_PASS) ** 2) / 2) * (1 - np.exp(-((r / HIGH_PASS) ** 2) / 2))
+    return np.asarray(band / np.fft.irfft2(band).flat[0], np.float32)
 
 
 ANGLES, RADII = 360, 160
@@ -127,10 +122,10 @@ _RADIUS_RANGE = (0.03, 0.35)
 """Cycles per px that the polar spectrum covers."""
 
 
-def polar_spectrum(transform: Image) -> GrayImage:
+def polar_spectrum(transform: Spectrum) -> GrayImage:
     """log|F| over (angle of half a turn, radius), free of slow parts; only rotation moves it."""
-    magnitude = np.log1p(cv2.magnitude(transform[..., 0], transform[..., 1]))
-    polar = cv2.remap(np.fft.fftshift(magnitude), *_polar_maps(*magnitude.shape), cv2.INTER_LINEAR)
+    magnitude = np.log1p(np.abs(np.fft.fftshift(transform, axes=0)))
+    polar = cv2.remap(magnitude, *_polar_maps(*magnitude.shape), cv2.INTER_LINEAR)
     return np.asarray(polar - cv2.GaussianBlur(polar, (0, 0), 9))
 
 
@@ -150,10 +145,10 @@ def rotation_between(reference: GrayImage, moving: GrayImage) -> float:
 
 
 @lru_cache(maxsize=16)
-def _polar_maps(height: int, width: int) -> tuple[GrayImage, GrayImage]:
-    angle = np.arange(ANGLES)[:, None] * np.pi / ANGLES
+def _polar_maps(height: int, half_width: int) -> tuple[GrayImage, GrayImage]:
+    angle = (np.arange(ANGLES)[:, None] / ANGLES - 0.5) * np.pi
     radius = np.linspace(*_RADIUS_RANGE, RADII)[None, :]
     # Frequencies count per side: a spectrum that is not square has different steps along its axes.
-    x = width // 2 + radius * np.cos(angle) * width
+    x = radius * np.cos(angle) * 2 * (half_width - 1)
     y = height // 2 + radius * np.sin(angle) * height
     return x.astype(np.float32), y.astype(np.float32)

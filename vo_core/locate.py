@@ -20,12 +20,15 @@ from vo_core.correlate import (
 from vo_core.filters import taper
 from vo_core.motion import WallMotion, moved_by_content
 from vo_core.rectify import Rectifier
-from vo_core.resample import halve, resample, resample_mask
+from vo_core.resample import double, halve, resample, resample_mask
 from vo_core.types import ByteImage, GrayImage, Matrix
 from vo_core.wall import Pose
 
 LEAST_OVERLAP = 0.15
 """Below this share of common wall a reference is out of reach."""
+
+OPEN_PX = 1.0
+"""Above this uncertainty along the pipe the picture does not show the motion (straight lines)."""
 
 LOCK, CERTAIN = 6.0, 14.0
 """Agreement in standard deviations of what unrelated walls reach by chance: a lock, a sure one."""
@@ -42,13 +45,19 @@ class Picture:
         """Half the size, for the correlation."""
         return halve(self.fine)
 
+    @cached_property
+    def doubled(self) -> GrayImage:
+        """Twice the size, for the alignment."""
+        return double(self.fine)
+
 
 @dataclass(frozen=True)
 class Reference:
     """A frame that others are located against."""
 
     picture: Picture
-    valid: ByteImage
+    whole: ByteImage
+    """1 where the picture shows all of a block around the pixel."""
     pose: Pose
     covariance: Matrix
     """(3, 3) of x mm, y mm, yaw rad."""
@@ -56,7 +65,7 @@ class Reference:
     @cached_property
     def template(self) -> Template:
         """Gradients and tensors, made when first needed."""
-        return Template.of(self.picture.fine, self.valid)
+        return Template.of(self.picture.doubled, self.whole)
 
 
 @dataclass(frozen=True)
@@ -75,25 +84,30 @@ class Locator:
 
     def __init__(self, rectifier: Rectifier) -> None:
         self._rig, self._grid = rectifier.rig, rectifier.grid
-        self.valid = rectifier.valid
-        self._coarse_valid = (halve(self.valid.astype(np.float32)) > 0.99).astype(np.uint8)
+        blocks = BlockGrid.over(self._grid.shape)
+        self.whole = blocks.whole(rectifier.valid)
+        self._motion = WallMotion(self._rig, self._grid, blocks.nodes())
+        self._coarse_valid = (halve(rectifier.valid.astype(np.float32)) > 0.99).astype(np.uint8)
         self._coarse_blocks = BlockGrid.over(self._coarse_valid.shape)
-        self._motion = WallMotion(self._rig, self._grid, BlockGrid.over(self._grid.shape).nodes())
         self._coarse_motion = WallMotion(
             self._rig, self._grid, 2 * self._coarse_blocks.nodes() + 0.5
         )
 
-    def locate(self, reference: Reference, picture: Picture, guess: Pose) -> Fix | None:
+    def locate(
+        self, reference: Reference, picture: Picture, guess: Pose, reach_mm: float = np.inf
+    ) -> Fix | None:
         """The pose of a picture whose wall lies within the coarse correlation's reach of a guess.
 
-        Two peaks can both be good: dirt on the lens says standstill where the wall says motion.
-        See `_is_pattern`.
+        Two peaks can both be good: dirt on the lens says standstill and running water its own
+        speed where the wall says the robot's motion.  What no robot can do (farther than `reach_mm`
+        from the guess) is then left out, and so is what only dirt does: see `_is_pattern`.
         """
         fixes = [
             fix
             for start in self._starts(reference, picture, guess)
             if (fix := self._align(reference, picture, start)) is not None
         ]
+        fixes = [fix for fix in fixes if _distance_mm(fix.pose, guess) <= reach_mm] or fixes
         walls = [
             fix
             for fix in fixes
@@ -161,18 +175,23 @@ class Locator:
         prior[3:, 3:] = np.linalg.inv(reference.covariance[1:, 1:])
         fit = align(
             reference.template,
-            picture.fine,
-            self.valid,
+            picture.doubled,
+            self.whole,
             self._motion.against(reference.pose.x_mm),
             _parameters(reference, start),
             self._motion.scales,
             prior=prior,
         )
-        if not fit.converged or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
-            return None
         covariance = fit.covariance[:3, :3].copy()
+        is_open = covariance[0, 0] > (OPEN_PX * self._grid.mm_per_px) ** 2
+        if not fit.converged or is_open or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
+            return None
         covariance[0, 0] += reference.covariance[0, 0]
         return Fix(Pose(*fit.parameters[:3].tolist()), covariance, reference, fit)
+
+
+def _distance_mm(a: Pose, b: Pose) -> float:
+    return float(np.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm))
 
 
 def _parameters(reference: Reference, pose: Pose) -> Matrix:

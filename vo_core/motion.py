@@ -15,7 +15,7 @@ from vo_core.align import Warp
 from vo_core.rectify import NOMINAL, PatchGrid
 from vo_core.rig import Rig
 from vo_core.types import Matrix
-from vo_core.wall import Points, Pose, cast, develop, enclose, sight
+from vo_core.wall import Points, Pose, Poses, cast, develop, enclose, sight
 
 
 class WallMotion:
@@ -36,9 +36,10 @@ class WallMotion:
         """w(q): where the points of a reference's patch lie in the moving camera's patch, px."""
 
         def warp(q: Matrix) -> Points:
-            x, y, yaw, y_reference, yaw_reference = q
-            wall = cast(self._rig, Pose(reference_x_mm, y_reference, yaw_reference), self._rays)
-            appears = cast(self._rig, NOMINAL, sight(self._rig, Pose(x, y, yaw), wall))
+            x, y, yaw, y_reference, yaw_reference = (q[..., i, None] for i in range(5))
+            at = Poses(np.full_like(x, reference_x_mm), y_reference, yaw_reference)
+            wall = cast(self._rig, at, self._rays)
+            appears = cast(self._rig, NOMINAL, sight(self._rig, Poses(x, y, yaw), wall))
             return self._grid.to_px(develop(self._rig, appears))
 
         return warp

@@ -25,28 +25,27 @@ LEAST = 6
 
 @dataclass
 class FixedPattern:
-    """Running mean and variance, pixel by pixel, of pictures of different parts of the wall."""
+    """Running mean and mean square, pixel by pixel, of pictures of different parts of the wall."""
 
     count: int = 0
     _mean: GrayImage | None = None
-    _variance: GrayImage | None = None
+    _power: GrayImage | None = None
     _pattern: GrayImage | None = None
 
     def add(self, picture: GrayImage) -> None:
         """Learn from a normalised picture; its wall must differ from that of those before."""
         self.count += 1
-        if self._mean is None or self._variance is None:
-            self._mean, self._variance = picture.copy(), np.zeros_like(picture)
+        if self._mean is None or self._power is None:
+            self._mean, self._power = picture.copy(), picture * picture
             return
-        gain = 1.0 / min(self.count, MEMORY)
-        off = picture - self._mean
-        self._mean += np.float32(gain) * off
-        self._variance += np.float32(gain) * ((1.0 - gain) * off * off - self._variance)
+        frames = min(self.count, MEMORY)
+        cv2.accumulateWeighted(picture, self._mean, 1 / frames)
+        cv2.accumulateWeighted(picture * picture, self._power, 1 / frames)
         if self.count < LEAST:
             return
-        error = cv2.sqrt(self._variance / np.float32(min(self.count, MEMORY) - 1))
-        excess = np.abs(self._mean) - np.float32(SIGNIFICANT) * error
-        self._pattern = np.copysign(np.maximum(excess, 0.0), self._mean)
+        variance = np.maximum(self._power - self._mean * self._mean, 0)
+        excess = np.abs(self._mean) - SIGNIFICANT * cv2.sqrt(variance / np.float32(frames - 1))
+        self._pattern = np.copysign(np.maximum(excess, 0), self._mean)
 
     def remove(self, picture: GrayImage) -> GrayImage:
         """The picture without the pattern known so far."""

@@ -31,6 +31,9 @@ from vo_core.wall import (
 PATCH_SIDE_PX = 320
 """Longest side to which frames are reduced first: noise and cost fall with the square of it."""
 
+MULTIPLE_PX = 4
+"""Sides of a patch are multiples of it: reductions by whole numbers are many times quicker."""
+
 COARSEST = 3.0
 """Where a pixel covers more than this many times the finest one, the picture is left out."""
 
@@ -50,11 +53,11 @@ class PatchGrid:
     """(rows along the arc, columns along the axis)."""
 
     def to_mm(self, xy_px: Points) -> Points:
-        """(N, 2) patch pixels (column, row) to (axial mm, arc mm)."""
+        """(..., 2) patch pixels (column, row) to (axial mm, arc mm)."""
         return np.asarray(xy_px * self.mm_per_px + (self.axial_mm, self.arc_mm))
 
     def to_px(self, axial_arc_mm: Points) -> Points:
-        """(N, 2) (axial mm, arc mm) to patch pixels (column, row)."""
+        """(..., 2) (axial mm, arc mm) to patch pixels (column, row)."""
         return np.asarray((axial_arc_mm - (self.axial_mm, self.arc_mm)) / self.mm_per_px)
 
 
@@ -127,8 +130,10 @@ def _visible_grid(rig: Rig, reduction: float) -> PatchGrid:
     points = wall_mm[corners]
     step_mm = float(np.median(mm_per_px[good])) * reduction
     low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
-    columns, rows = (np.floor((high - low) / step_mm).astype(int) + 1).tolist()
-    return PatchGrid(float(low[0]), float(low[1]), step_mm, (rows, columns))
+    size = np.floor((high - low) / step_mm).astype(int) + 1
+    columns, rows = np.maximum(size // MULTIPLE_PX, 1) * MULTIPLE_PX
+    axial, arc = (low + high) / 2 - (np.array([columns, rows]) - 1) / 2 * step_mm
+    return PatchGrid(float(axial), float(arc), step_mm, (int(rows), int(columns)))
 
 
 def _developed(rig: Rig, pixels_uv: Points) -> Points:

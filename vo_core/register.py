@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from vo_core.align import Template, align
+from vo_core.blocks import BlockGrid
 from vo_core.correlate import (
     LOCK_PSR,
     Peak,
@@ -19,7 +20,7 @@ from vo_core.correlate import (
 )
 from vo_core.errors import ShapeMismatch
 from vo_core.filters import low_pass, normalise, taper
-from vo_core.resample import reduce_to, to_grey
+from vo_core.resample import double, reduce_to, to_grey
 from vo_core.types import GrayImage, Image, Matrix
 from vo_core.wall import Points
 
@@ -74,14 +75,14 @@ def register(reference: Image, moving: Image) -> Shift:
     if peak.psr < LOCK_PSR:
         return Shift(0.0, 0.0, 0.0, 0.0)
     start[:2] *= np.array(full[0].shape[::-1]) / np.array(coarse[0].shape[::-1])
-    smooth = [normalise(low_pass(image)) for image in full]
-    everywhere = np.ones(full[0].shape, np.uint8)
-    template = Template.of(smooth[0], everywhere)
-    nodes = template.grid.nodes()
+    doubled = [double(normalise(low_pass(image))) for image in full]
+    grid = BlockGrid.over(full[0].shape)
+    whole, nodes = grid.whole(np.ones(full[0].shape, np.uint8)), grid.nodes()
+    template = Template.of(doubled[0], whole)
     fit = align(
         template,
-        smooth[1],
-        everywhere,
+        doubled[1],
+        whole,
         lambda q: rigid(q, nodes, full[0].shape),
         start,
         np.array([1.0, 1.0, 2 / max(full[0].shape)]),
@@ -93,11 +94,15 @@ def register(reference: Image, moving: Image) -> Shift:
 
 
 def rigid(q: Matrix, points: Points, shape: tuple[int, ...]) -> Points:
-    """w(q, p) = R (p - c) + c + d with q = (dx, dy, rotation), c the centre of the picture."""
+    """w(q, p) = R (p - c) + c + d with q = (dx, dy, rotation), c the centre of the picture.
+
+    Parameters (..., 3) and points (N, 2) give (..., N, 2).
+    """
     centre = (np.array(shape[1::-1]) - 1) / 2
-    cos, sin = np.cos(q[2]), np.sin(q[2])
+    cos, sin = np.cos(q[..., 2, None]), np.sin(q[..., 2, None])
     x, y = (points - centre).T
-    return np.stack([cos * x - sin * y, sin * x + cos * y], 1) + centre + q[:2]
+    turned = np.stack([cos * x - sin * y, sin * x + cos * y], -1)
+    return np.asarray(turned + centre + q[..., None, :2])
 
 
 def _coarse_shift(reference: GrayImage, moving: GrayImage) -> tuple[Matrix, Peak]:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from vo_core.errors import ShapeMismatch
-from vo_core.types import ByteImage, GrayImage, Image
+from vo_core.types import AnyImage, ByteImage, GrayImage, Image
 
 SMALLEST_PX = 32
 
@@ -73,3 +73,8 @@ def halve(image: GrayImage) -> GrayImage:
     height, width = image.shape
     even = image[: height // 2 * 2, : width // 2 * 2]
     return reduce_to(even, (width // 2, height // 2))
+
+
+def double(image: AnyImage) -> AnyImage:
+    """Twice the size, smooth: pixel p of the picture lies at 2 p."""
+    return np.asarray(cv2.pyrUp(image), image.dtype)

@@ -8,7 +8,9 @@ holds when it changes in mid-stream.  Decode in a child process all the same.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -33,6 +35,7 @@ MAX_PIXELS = 4096 * 2304
 """Largest picture that is decoded, 4K; a decoder refuses more, also in mid-stream."""
 
 _OPEN_AND_READ_TIMEOUT_S = (10, 10)
+_FRAMES_AHEAD = 4
 _LUMA_FIRST = ("yuv4", "yuvj4", "nv12", "nv21", "gray")
 """Eight-bit planar formats whose first plane is the grey picture; others are converted."""
 
@@ -84,6 +87,7 @@ class VideoFile:
         self.problem: str | None = None
         self._container, self._stream = _open(self.path)
         self.info = _describe(self._container, self._stream)
+        self._thread = ThreadPoolExecutor(1, "decode")
 
     def __enter__(self) -> Self:
         return self
@@ -94,6 +98,7 @@ class VideoFile:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
+        self._thread.shutdown(cancel_futures=True)  # closing under a decoder crashes it
         self._container.close()
 
     def __iter__(self) -> Iterator[Frame]:
@@ -113,6 +118,14 @@ class VideoFile:
             reason = "; ".join(decoder.faults) or "it holds no decodable picture"
             raise UnreadableVideo(f"No frame of this video can be decoded: {reason}.")
         self.problem = _summary(decoder, index, last_s, self._stream.frames, self.info)
+
+    def read_ahead(self) -> Iterator[Frame]:
+        """The same frames, decoded by a second thread while the caller works on those before."""
+        source = iter(self)
+        ahead = deque(self._thread.submit(next, source, None) for _ in range(_FRAMES_AHEAD))
+        while (frame := ahead.popleft().result()) is not None:
+            ahead.append(self._thread.submit(next, source, None))
+            yield frame
 
     def seek(self, t_s: float) -> None:
         """Go to the key frame at or before `t_s`, about; the next loop starts there."""

@@ -1,6 +1,6 @@
 """Array aliases; shapes are given where they are used."""
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,3 +16,5 @@ ByteImage = NDArray[np.uint8]
 
 Matrix = NDArray[np.float64]
 """Small matrices and vectors: rotations, poses, covariances."""
+
+AnyImage = TypeVar("AnyImage", ByteImage, GrayImage)

@@ -34,6 +34,15 @@ class Pose:
 
 
 @dataclass(frozen=True, slots=True)
+class Poses:
+    """Many poses at once: arrays that broadcast against the (..., N) rays that go with them."""
+
+    x_mm: Matrix
+    y_mm: Matrix
+    yaw_rad: Matrix
+
+
+@dataclass(frozen=True, slots=True)
 class WallPoint:
     """Where on the wall a pixel looks."""
 
@@ -171,49 +180,46 @@ def to_robot(mount: Mount, camera_rays: Points) -> Points:
 
 def camera_position(rig: Rig, pose: Pose) -> Matrix:
     """(3,) position in the world."""
-    radius = _radius(rig)
-    top = -rig.mount.height_mm if radius is None else radius - rig.mount.height_mm
-    return np.array([pose.x_mm, rig.mount.lateral_mm + pose.y_mm, top])
+    return np.array([pose.x_mm, rig.mount.lateral_mm + pose.y_mm, _camera_z(rig)])
 
 
-def cast(rig: Rig, pose: Pose, robot_rays: Points) -> Points:
+def cast(rig: Rig, pose: Pose | Poses, robot_rays: Points) -> Points:
     """World points where rays given in robot axes meet the wall; nan where they never do.
 
     Cylinder: |o + t d| = R in the plane across the axis (notes on cylinder rectification):
     a = dy^2 + dz^2, b = oy dy + oz dz, c = oy^2 + oz^2 - R^2, t = (-b + sqrt(b^2 - a c)) / a.
     """
-    origin = camera_position(rig, pose)
+    oy, oz = rig.mount.lateral_mm + pose.y_mm, _camera_z(rig)
     cos, sin = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
-    dx, dy, dz = robot_rays.T
-    direction = np.stack([cos * dx - sin * dy, sin * dx + cos * dy, dz], 1)
+    ahead, right, dz = (robot_rays[..., i] for i in range(3))
+    dx, dy = cos * ahead - sin * right, sin * ahead + cos * right
     radius = _radius(rig)
     with np.errstate(invalid="ignore", divide="ignore"):
         if radius is None:
-            t = -origin[2] / direction[:, 2]
+            t = -oz / dz
         else:
-            across = direction[:, 1:]
-            a = np.einsum("ni,ni->n", across, across)
-            b = across @ origin[1:]
-            c = origin[1:] @ origin[1:] - radius**2
+            a, b = dy * dy + dz * dz, oy * dy + oz * dz
+            c = oy * oy + oz * oz - radius * radius
             t = (-b + np.sqrt(b * b - a * c)) / a
         t = np.where(t > 0, t, np.nan)
-    return np.asarray(origin + t[:, None] * direction)
+        return _xyz(pose.x_mm + t * dx, oy + t * dy, oz + t * dz)
 
 
-def sight(rig: Rig, pose: Pose, wall_xyz: Points) -> Points:
+def sight(rig: Rig, pose: Pose | Poses, wall_xyz: Points) -> Points:
     """Directions in robot axes, not normalised, in which world points appear from a pose."""
-    dx, dy, dz = (wall_xyz - camera_position(rig, pose)).T
+    dx = wall_xyz[..., 0] - pose.x_mm
+    dy = wall_xyz[..., 1] - (rig.mount.lateral_mm + pose.y_mm)
     cos, sin = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
-    return np.stack([cos * dx + sin * dy, -sin * dx + cos * dy, dz], 1)
+    return _xyz(cos * dx + sin * dy, cos * dy - sin * dx, wall_xyz[..., 2] - _camera_z(rig))
 
 
 def develop(rig: Rig, wall_xyz: Points) -> Points:
     """(axial mm, arc mm) of points on the wall."""
     radius = _radius(rig)
     if radius is None:
-        return np.asarray(wall_xyz[:, :2])
-    arc = radius * np.arctan2(wall_xyz[:, 1], wall_xyz[:, 2])
-    return np.stack([wall_xyz[:, 0], arc], 1)
+        return np.asarray(wall_xyz[..., :2])
+    arc = radius * np.arctan2(wall_xyz[..., 1], wall_xyz[..., 2])
+    return np.stack([wall_xyz[..., 0], arc], -1)
 
 
 def enclose(rig: Rig, axial_arc: Points) -> Points:
@@ -223,6 +229,17 @@ def enclose(rig: Rig, axial_arc: Points) -> Points:
     if radius is None:
         return np.stack([axial, arc, np.zeros_like(arc)], 1)
     return np.stack([axial, radius * np.sin(arc / radius), radius * np.cos(arc / radius)], 1)
+
+
+def _xyz(x: Matrix, y: Matrix, z: Matrix) -> Points:
+    points = np.empty((*np.broadcast_shapes(x.shape, y.shape, z.shape), 3))
+    points[..., 0], points[..., 1], points[..., 2] = x, y, z
+    return points
+
+
+def _camera_z(rig: Rig) -> float:
+    radius = _radius(rig)
+    return -rig.mount.height_mm if radius is None else radius - rig.mount.height_mm
 
 
 def _radius(rig: Rig) -> float | None:

@@ -56,7 +56,7 @@ def _track(request: TrackRequest, connection: Connection) -> None:
     started_at, sent_at = time.monotonic(), 0.0
     last: Frame | None = None
     with VideoFile(request.video) as video:
-        for frame in video:
+        for frame in video.read_ahead():
             rows.append(_row(odometry.step(frame.image, frame.t_s)))
             last = frame
             if time.monotonic() - sent_at >= BATCH_S:
