@@ -74,8 +74,8 @@ class Template:
     """(blocks,) mean square of the picture."""
 
     @classmethod
-    def of(cls, doubled: GrayImage, whole: ByteImage) -> Template:
-        """Prepare a reference from a doubled picture; `whole` by `BlockGrid.whole`."""
+    def of(cls, doubled: GrayImage, valid: ByteImage) -> Template:
+        """Prepare a reference from a doubled picture; `valid` is 1 where it shows the wall."""
         image = np.ascontiguousarray(doubled[::2, ::2])
         grid = BlockGrid.over(image.shape)
         gx, gy = (grid.crop(g) for g in gradient(image))
@@ -84,7 +84,7 @@ class Template:
         return cls(
             grid=grid,
             image=covered,
-            seen=grid.look_up(whole, grid.nodes()),
+            seen=grid.means(grid.crop(valid).astype(np.float32)) == 1,
             gradient=(gx, gy),
             tensor=np.stack([xx, xy, xy, yy], 1).reshape(-1, 2, 2),
             energy=grid.means(covered * covered),
@@ -111,10 +111,10 @@ class Alignment:
     significance: float
     """Agreement in standard deviations of what unrelated pictures reach by chance."""
 
-    @property
-    def support(self) -> float:
-        """Share of the whole picture that agrees."""
-        return self.agreement * self.overlap
+    def support(self, reliability: Matrix) -> float:
+        """Share of what usually shows the wall, block by block, that agrees."""
+        votes = reliability**2
+        return float(votes @ self.trust / votes.sum())
 
 
 def align(
@@ -133,7 +133,7 @@ def align(
         template: The reference.
         doubled: (2 H, 2 W), the moving picture, normalised and low-passed like the reference and
             then doubled: between two pixels bilinear samples err by up to 0.01 px, there by 0.001.
-        whole: (H, W), 1 where the moving picture shows all of a block around the pixel.
+        whole: (H, W), 1 where the moving picture shows all of a block, by `BlockGrid.whole`.
         warp: The motion model, at the nodes of the template's blocks.
         start: (n,) parameters to start from; within about 2 px of the truth everywhere.
         scales: (n,) change of each parameter that moves the content by about a pixel.

@@ -26,8 +26,8 @@ class BlockGrid:
 
     @classmethod
     def over(cls, shape: tuple[int, ...]) -> BlockGrid:
-        """Blocks of `BLOCK_PX`, or half of that in a small picture."""
-        side = BLOCK_PX if min(shape) >= 6 * BLOCK_PX else BLOCK_PX // 2
+        """Blocks of `BLOCK_PX`, smaller ones where fewer than six would fit across."""
+        side = next((s for s in (BLOCK_PX, BLOCK_PX // 2) if min(shape) >= 6 * s), BLOCK_PX // 4)
         rows, columns = shape[0] // side, shape[1] // side
         return cls(
             rows, columns, side, (shape[0] - rows * side) // 2, (shape[1] - columns * side) // 2
@@ -60,7 +60,7 @@ class BlockGrid:
 
     def whole(self, valid: ByteImage) -> ByteImage:
         """(H, W): 1 where a whole block, a little turned too, fits into a mask around a pixel."""
-        side = self.side_px + self.side_px // 4 + 1
+        side = self.side_px + self.side_px // 8 + 1
         return np.asarray(
             cv2.erode(valid, np.ones((side, side), np.uint8), borderValue=0), np.uint8
         )

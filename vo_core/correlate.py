@@ -26,7 +26,8 @@ ROTATION_LIMIT_RAD = float(np.radians(12))
 LOCK_PSR = 8.0
 """Peak-to-sidelobe ratio that a true match reaches; without one it stays below 6 (measured)."""
 
-_LOBE_PX = 6
+LOBE_PX = 6
+"""What lies nearer to a peak belongs to it."""
 
 Spectrum = NDArray[np.complexfloating[Any, Any]]
 """(H, W / 2 + 1) of a real picture of even width."""
@@ -73,8 +74,8 @@ def best_peaks(surface: GrayImage, count: int = 1) -> list[Peak]:
 
 
 def _blank(surface: GrayImage, row: int, column: int) -> None:
-    rows = np.arange(row - _LOBE_PX, row + _LOBE_PX + 1) % surface.shape[0]
-    columns = np.arange(column - _LOBE_PX, column + _LOBE_PX + 1) % surface.shape[1]
+    rows = np.arange(row - LOBE_PX, row + LOBE_PX + 1) % surface.shape[0]
+    columns = np.arange(column - LOBE_PX, column + LOBE_PX + 1) % surface.shape[1]
     surface[np.ix_(rows, columns)] = -np.inf
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from vo_core.align import Alignment, Template, align
 from vo_core.blocks import BlockGrid
 from vo_core.correlate import (
+    LOBE_PX,
     LOCK_PSR,
     best_peaks,
     correlation,
@@ -26,6 +27,13 @@ from vo_core.wall import Pose
 
 LEAST_OVERLAP = 0.15
 """Below this share of common wall a reference is out of reach."""
+
+RIVAL = 0.9
+"""Share of the best support that makes another pose as good."""
+
+CLEARER, LEAST_CLEARER = 0.3, 0.03
+"""How much better a block must agree to speak for one motion and not the other, and the share of
+such blocks that unmasks a fixed pattern."""
 
 OPEN_PX = 1.0
 """Above this uncertainty along the pipe the picture does not show the motion (straight lines)."""
@@ -56,8 +64,8 @@ class Reference:
     """A frame that others are located against."""
 
     picture: Picture
-    whole: ByteImage
-    """1 where the picture shows all of a block around the pixel."""
+    valid: ByteImage
+    """1 where the picture shows the wall."""
     pose: Pose
     covariance: Matrix
     """(3, 3) of x mm, y mm, yaw rad."""
@@ -65,10 +73,10 @@ class Reference:
     @cached_property
     def template(self) -> Template:
         """Gradients and tensors, made when first needed."""
-        return Template.of(self.picture.doubled, self.whole)
+        return Template.of(self.picture.doubled, self.valid)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fix:
     """A pose measured against a reference."""
 
@@ -77,6 +85,19 @@ class Fix:
     """(3, 3) of x mm, y mm, yaw rad, the reference's own included."""
     reference: Reference
     alignment: Alignment
+    is_ambiguous: bool = False
+    """Does another pose fit as well (a wall that repeats itself)?"""
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """What is known of the robot and the lens before a picture is located."""
+
+    reach_mm: float
+    """How far from the guess the robot can be; inf if that is not known."""
+    reliability: Matrix | None
+    """(blocks,) how well each block used to agree when the robot moved: dirt and water lie in bad
+    ones. None before the robot has moved."""
 
 
 class Locator:
@@ -84,51 +105,31 @@ class Locator:
 
     def __init__(self, rectifier: Rectifier) -> None:
         self._rig, self._grid = rectifier.rig, rectifier.grid
-        blocks = BlockGrid.over(self._grid.shape)
-        self.whole = blocks.whole(rectifier.valid)
-        self._motion = WallMotion(self._rig, self._grid, blocks.nodes())
-        self._coarse_valid = (halve(rectifier.valid.astype(np.float32)) > 0.99).astype(np.uint8)
+        self._blocks = BlockGrid.over(self._grid.shape)
+        self.valid = rectifier.valid
+        self._whole = self._blocks.whole(self.valid)
+        self._motion = WallMotion(self._rig, self._grid, self._blocks.nodes())
+        self._coarse_valid = (halve(self.valid.astype(np.float32)) > 0.99).astype(np.uint8)
         self._coarse_blocks = BlockGrid.over(self._coarse_valid.shape)
         self._coarse_motion = WallMotion(
             self._rig, self._grid, 2 * self._coarse_blocks.nodes() + 0.5
         )
 
     def locate(
-        self, reference: Reference, picture: Picture, guess: Pose, reach_mm: float = np.inf
+        self, reference: Reference, picture: Picture, guess: Pose, outlook: Outlook
     ) -> Fix | None:
         """The pose of a picture whose wall lies within the coarse correlation's reach of a guess.
 
         Two peaks can both be good: dirt on the lens says standstill and running water its own
-        speed where the wall says the robot's motion.  What no robot can do (farther than `reach_mm`
-        from the guess) is then left out, and so is what only dirt does: see `_is_pattern`.
+        speed where the wall says the robot's motion.  Standstill is left out where the robot
+        cannot stop that hard or where it is a fixed pattern (see `_is_pattern`); else the blocks
+        decide that have shown the wall before.
         """
-        fixes = [
-            fix
-            for start in self._starts(reference, picture, guess)
-            if (fix := self._align(reference, picture, start)) is not None
-        ]
-        fixes = [fix for fix in fixes if _distance_mm(fix.pose, guess) <= reach_mm] or fixes
-        walls = [
-            fix
-            for fix in fixes
-            if not any(self._is_pattern(fix, other) for other in fixes if other is not fix)
-        ]
-        return max(walls, key=lambda fix: fix.alignment.support, default=None)
+        fixes = self._fixes(reference, picture, guess)
+        near = [fix for fix in fixes if _distance_mm(fix.pose, guess) <= outlook.reach_mm]
+        return self._best(fixes, near, outlook)
 
-    def _is_pattern(self, fix: Fix, other: Fix) -> bool:
-        """Is `fix` the standstill of what sticks to the lens, and `other` the motion of the wall?
-
-        A wall that stands still agrees everywhere, also where a repeating texture agrees once more
-        a period off. Dirt agrees where it lies only: the places that speak for the motion do not
-        speak for standstill.
-        """
-        still = self.overlap(fix.reference, fix.pose) > 1 - 2 / max(self._grid.shape)
-        if not still or self.overlap(other.reference, other.pose) > 1 - 6 / max(self._grid.shape):
-            return False
-        moved, stood = other.alignment.trust, fix.alignment.trust
-        return float(np.sum(moved**2 * (moved - stood))) > 0
-
-    def search(self, reference: Reference, picture: Picture) -> Fix | None:
+    def search(self, reference: Reference, picture: Picture, outlook: Outlook) -> Fix | None:
         """The pose without any guess: no motion, and the rotation of the polar spectrum."""
         window = taper(self._coarse_valid, min(self._coarse_valid.shape) // 2)
         pictures = (reference.picture, picture)
@@ -137,8 +138,54 @@ class Locator:
         turn = rotation_between(before, now)
         at = reference.pose
         guesses = [at, Pose(at.x_mm, at.y_mm, at.yaw_rad - turn)]
-        fixes = [fix for g in guesses if (fix := self.locate(reference, picture, g)) is not None]
-        return max(fixes, key=lambda fix: fix.alignment.support, default=None)
+        fixes = [fix for guess in guesses for fix in self._fixes(reference, picture, guess)]
+        return self._best(fixes, fixes, outlook)
+
+    def _fixes(self, reference: Reference, picture: Picture, guess: Pose) -> list[Fix]:
+        starts = self._starts(reference, picture, guess)
+        aligned = (self._align(reference, picture, start) for start in starts)
+        return [fix for fix in aligned if fix is not None]
+
+    def _best(self, fixes: list[Fix], near: list[Fix], outlook: Outlook) -> Fix | None:
+        """The fix of the wall; uncertain by the distance to a rival that is as good."""
+        fixes = [
+            fix
+            for fix in fixes
+            if not self._stands(fix)
+            or ((fix in near or not near) and not any(self._is_pattern(fix, o) for o in near))
+        ]
+        reliability = outlook.reliability
+        if reliability is None:
+            reliability = np.ones(self._blocks.rows * self._blocks.columns)
+        if not fixes:
+            return None
+        supports = [fix.alignment.support(reliability) for fix in fixes]
+        best = fixes[int(np.argmax(supports))]
+        rivals = [
+            abs(fix.pose.x_mm - best.pose.x_mm)
+            for fix, support in zip(fixes, supports, strict=True)
+            if support > RIVAL * max(supports)
+        ]
+        if max(rivals) < self._grid.mm_per_px:
+            return best
+        uncertain = best.covariance + np.diag([max(rivals) ** 2, 0.0, 0.0])
+        return replace(best, covariance=uncertain, is_ambiguous=True)
+
+    def _stands(self, fix: Fix) -> bool:
+        """Does the picture lie on the reference to within a pixel?"""
+        return self.overlap(fix.reference, fix.pose) > 1 - 2 / max(self._grid.shape)
+
+    def _is_pattern(self, fix: Fix, other: Fix) -> bool:
+        """Is `fix` the standstill of what sticks to the lens, and `other` the motion of the wall?
+
+        A wall that stands still agrees everywhere, also where a repeating texture agrees once more
+        a period off. Dirt agrees where it lies only: elsewhere some places speak for the motion
+        that do not speak for standstill.
+        """
+        if self.overlap(other.reference, other.pose) > 1 - 6 / max(self._grid.shape):
+            return False
+        clearer = other.alignment.trust - fix.alignment.trust > CLEARER
+        return float(clearer.mean()) > LEAST_CLEARER
 
     def overlap(self, reference: Reference, pose: Pose) -> float:
         """Share of the reference's wall that a camera at `pose` sees, about."""
@@ -160,14 +207,13 @@ class Locator:
         window = taper(common, max(4, min(common.shape) // 5))
         original = self._coarse_blocks.crop(reference.picture.coarse)
         surface = correlation(spectrum(original, window), spectrum(seen, window))
+        peaks = [peak for peak in best_peaks(surface, 2) if peak.psr >= LOCK_PSR]
         step_mm = 2 * self._grid.mm_per_px
-        return [
-            moved_by_content(
-                guess, (peak.dx_px * step_mm, peak.dy_px * step_mm), reference.pose.yaw_rad
-            )
-            for peak in best_peaks(surface, 2)
-            if peak.psr >= LOCK_PSR
-        ]
+        shifts_mm = [(peak.dx_px * step_mm, peak.dy_px * step_mm) for peak in peaks]
+        # The peaks of wall and water may be one lobe, whose top is neither: so try the guess too.
+        if any(1 < np.hypot(peak.dx_px, peak.dy_px) < LOBE_PX for peak in peaks):
+            shifts_mm.append((0.0, 0.0))
+        return [moved_by_content(guess, shift, reference.pose.yaw_rad) for shift in shifts_mm]
 
     def _align(self, reference: Reference, picture: Picture, start: Pose) -> Fix | None:
         # Only x, y, yaw are measured freely; of the reference's y and yaw there is prior knowledge.
@@ -176,7 +222,7 @@ class Locator:
         fit = align(
             reference.template,
             picture.doubled,
-            self.whole,
+            self._whole,
             self._motion.against(reference.pose.x_mm),
             _parameters(reference, start),
             self._motion.scales,

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from vo_core.filters import low_pass, normalise
-from vo_core.locate import CERTAIN, LEAST_OVERLAP, Fix, Locator, Picture, Reference
+from vo_core.locate import CERTAIN, LEAST_OVERLAP, Fix, Locator, Outlook, Picture, Reference
 from vo_core.pattern import FixedPattern
 from vo_core.rectify import Rectifier
 from vo_core.resample import reduce_to
@@ -44,6 +44,9 @@ FROZEN_LIMIT_S = 1.0
 PATTERN_STEP = 0.05
 """Share of the patch that the wall must move before the fixed pattern learns from a frame again."""
 
+RELIABILITY_GAIN, RELIABILITY_FLOOR = 0.05, 0.05
+"""Share of the newest frame in the mean, and what every block keeps: a lens may be wiped."""
+
 START_SIGMA = (0.0, 0.5, float(np.radians(0.2)))
 """How well the mount describes the pose at the start: mm along, mm across, rad."""
 
@@ -61,8 +64,14 @@ yaw would be trusted more than the shear, by which a cylinder shows where its ax
 (measured on coded video: yaw rms 0.05 degrees with it, 0.15 to 1.2 without).
 """
 
-SCALE_ERROR = np.array([3e-5, 9e-4])
-"""Share of the distance to which misfits of one sign add up: see `_systematic`."""
+SCALE_ERROR = np.array([5e-5, 9e-4])
+"""Share of the distance to which misfits of one sign add up: see `_systematic`.
+
+It grows with the unevenness of the picture, because blur and coding differ where resolution does.
+"""
+
+UNKNOWN_SPEED = np.array([300.0, 20.0, 0.1])
+"""mm/s along and across, rad/s, one sigma, before any motion was seen."""
 
 
 class Odometry:
@@ -75,6 +84,8 @@ class Odometry:
         self._locator = Locator(self._rectify)
         self._pattern = FixedPattern()
         self._pattern_pose = Pose()
+        self._reliability: Matrix | None = None
+        """(blocks,) running mean of the trust in each block, over frames that showed motion."""
         self._keyframe: Reference | None = None
         self._recent: Reference | None = None
         """The newest frame with a fix; after a long loss the newest one, at a guessed pose."""
@@ -99,6 +110,8 @@ class Odometry:
         Raises:
             ShapeMismatch: The image has not the size that the rig states.
         """
+        if self._frame == 0:
+            self._fix_s = t_s
         patch = self._rectify(image)
         normal = normalise(low_pass(patch))
         picture = Picture(self._pattern.remove(normal))
@@ -110,7 +123,7 @@ class Odometry:
             status, quality = self._begin(picture, t_s, visible=visible)
         elif fix is not None and not frozen:
             status, quality = self._take(fix, picture, t_s)
-            self._learn(normal)
+            self._learn(normal, fix)
         else:
             new = visible and not frozen
             status, quality = self._bridge(picture, predicted, t_s, visible=new)
@@ -126,12 +139,11 @@ class Odometry:
         at = self._fix_pose
         return Pose(at.x_mm + x, at.y_mm + y, at.yaw_rad + yaw)
 
-    def _reach_mm(self, t_s: float) -> float:
-        """How far from the prediction a robot can be."""
-        if self._velocity is None:
-            return np.inf
+    def _outlook(self, t_s: float) -> Outlook:
+        """What to expect of the next frame."""
         gone_s = t_s - self._fix_s
-        return ACCELERATION_MM_S2 * gone_s**2 + REACH_PX * self._rectify.grid.mm_per_px
+        reach_mm = ACCELERATION_MM_S2 * gone_s**2 + REACH_PX * self._rectify.grid.mm_per_px
+        return Outlook(np.inf if self._velocity is None else reach_mm, self._reliability)
 
     def _is_frozen(self, fix: Fix, t_s: float) -> bool:
         """Is the robot where it was at the last fix, although none could stop that hard?"""
@@ -145,26 +157,27 @@ class Odometry:
 
     def _fix(self, picture: Picture, predicted: Pose, t_s: float) -> Fix | None:
         """The pose by the keyframe, else by the newest frame, with the prediction and without."""
+        outlook = self._outlook(t_s)
         references = [r for r in (self._keyframe, self._recent) if r is not None]
         for reference in references:
             if self._locator.overlap(reference, predicted) >= LEAST_OVERLAP:
-                fix = self._locator.locate(reference, picture, predicted, self._reach_mm(t_s))
+                fix = self._locator.locate(reference, picture, predicted, outlook)
                 if fix is not None:
                     return fix
         for reference in references:
-            if (fix := self._locator.search(reference, picture)) is not None:
+            if (fix := self._locator.search(reference, picture, outlook)) is not None:
                 return fix
         return None
 
     def _begin(self, picture: Picture, t_s: float, *, visible: bool) -> tuple[Status, float]:
         if not visible:
-            return "lost", 0.0
-        self._fix_s = t_s
+            return self._bridge(picture, self._pose, t_s, visible=False)
+        self._fix_s, self._fix_covariance = t_s, self._covariance
         self._keyframe = self._recent = self._reference(picture)
         return "ok", 1.0
 
     def _take(self, fix: Fix, picture: Picture, t_s: float) -> tuple[Status, float]:
-        share = _systematic(SCALE_ERROR, fix)
+        share = _systematic(SCALE_ERROR, fix) * self._rectify.unevenness
         self._model_mm += share * (fix.pose.x_mm - self._fix_pose.x_mm)
         elapsed_s = max(t_s - self._fix_s, 1e-6)
         self._velocity = (_vector(fix.pose) - _vector(self._fix_pose)) / elapsed_s
@@ -174,7 +187,7 @@ class Odometry:
         self._recent = self._reference(picture, turn_rad=_systematic(TURN_ERROR, fix))
         if fix.reference is not self._keyframe or fix.alignment.overlap < self._least_overlap:
             self._keyframe = self._recent
-        sure = fix.alignment.significance >= CERTAIN
+        sure = fix.alignment.significance >= CERTAIN and not fix.is_ambiguous
         return "ok" if sure else "weak", float(np.clip(fix.alignment.agreement, 0.0, 1.0))
 
     def _bridge(
@@ -182,8 +195,8 @@ class Odometry:
     ) -> tuple[Status, float]:
         """Go on as before, less and less certain; anchor anew when the old wall is out of sight."""
         gone_s = t_s - self._fix_s
-        speed = np.zeros(3) if self._velocity is None else np.abs(self._velocity)
-        drift = speed * BRIDGE_SPEED * gone_s + BRIDGE_ACCELERATION * gone_s**2 / 2
+        unknown = UNKNOWN_SPEED if self._velocity is None else BRIDGE_SPEED * np.abs(self._velocity)
+        drift = unknown * gone_s + BRIDGE_ACCELERATION * gone_s**2 / 2
         self._pose = predicted
         self._covariance = self._fix_covariance + np.diag(np.square(drift))
         if visible and self._keyframe is not None:
@@ -194,16 +207,21 @@ class Odometry:
 
     def _reference(self, picture: Picture, turn_rad: float = 0.0) -> Reference:
         covariance = self._covariance + np.diag([0.0, 0.0, turn_rad**2])
-        return Reference(picture, self._locator.whole, self._pose, covariance)
+        return Reference(picture, self._locator.valid, self._pose, covariance)
 
-    def _learn(self, normal: GrayImage) -> None:
-        """Teach the fixed pattern one frame for each piece of new wall."""
-        rows, columns = normal.shape
-        step_mm = PATTERN_STEP * max(rows, columns) * self._rectify.grid.mm_per_px
-        moved = _vector(self._pose)[:2] - _vector(self._pattern_pose)[:2]
-        if self._pattern.count == 0 or np.hypot(*moved) >= step_mm:
-            self._pattern.add(normal)
-            self._pattern_pose = self._pose
+    def _learn(self, normal: GrayImage, fix: Fix) -> None:
+        """Teach the fixed pattern and the reliability one frame for each piece of new wall."""
+        step_mm = PATTERN_STEP * max(normal.shape) * self._rectify.grid.mm_per_px
+        moved_mm = np.hypot(*(_vector(self._pose) - _vector(self._pattern_pose))[:2])
+        if self._pattern.count > 0 and moved_mm < step_mm:
+            return
+        if self._pattern.count > 0:
+            trust = fix.alignment.trust + RELIABILITY_FLOOR
+            known = trust if self._reliability is None else self._reliability
+            seen = fix.alignment.trust > 0
+            self._reliability = np.where(seen, known + RELIABILITY_GAIN * (trust - known), known)
+        self._pattern.add(normal)
+        self._pattern_pose = self._pose
 
     def _estimate(self, t_s: float, status: Status, quality: float) -> Estimate:
         pose = self._pose

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from vo_core.errors import InvalidRig, ShapeMismatch
-from vo_core.resample import reduce_to, to_grey
+from vo_core.resample import halve, reduce_to, to_grey
 from vo_core.rig import Rig
 from vo_core.types import ByteImage, GrayImage, Image
 from vo_core.wall import (
@@ -60,11 +60,23 @@ class PatchGrid:
         """(..., 2) (axial mm, arc mm) to patch pixels (column, row)."""
         return np.asarray((axial_arc_mm - (self.axial_mm, self.arc_mm)) / self.mm_per_px)
 
+    def doubled(self) -> PatchGrid:
+        """The same rectangle with half the step: four pixels in the place of one."""
+        quarter_mm = self.mm_per_px / 4
+        rows, columns = self.shape
+        return PatchGrid(
+            self.axial_mm - quarter_mm,
+            self.arc_mm - quarter_mm,
+            2 * quarter_mm,
+            (2 * rows, 2 * columns),
+        )
+
 
 class Rectifier:
     """Resamples frames of one rig onto the developed wall; the maps are computed once.
 
     Patches are (rows, columns) with columns rising forward along the pipe and rows to the right.
+    `unevenness` is the picture's coarsest resolution on the wall over its finest, 1 to `COARSEST`.
 
     Raises:
         InvalidRig: The camera sees no wall.
@@ -73,11 +85,12 @@ class Rectifier:
     def __init__(self, rig: Rig) -> None:
         self.rig = rig
         camera = rig.camera
-        reduction = max(1.0, max(camera.width, camera.height) / PATCH_SIDE_PX)
+        longest = max(camera.width, camera.height)
+        reduction = max(1.0, longest / (2 * PATCH_SIDE_PX))
         self._frame_wh = (camera.width, camera.height)
         self._reduced_wh = (round(camera.width / reduction), round(camera.height / reduction))
-        self.grid = _visible_grid(rig, reduction)
-        self._maps, self.valid = self._lookup()
+        self.grid, self.unevenness = _visible_grid(rig, max(1.0, longest / PATCH_SIDE_PX))
+        self._maps, self.valid = self._lookup(self.grid.doubled())
 
     def __call__(self, image: Image) -> GrayImage:
         """The patch that a frame shows, (rows, columns) float32, 0 outside `valid`.
@@ -93,13 +106,16 @@ class Rectifier:
             )
         reduced = reduce_to(grey, self._reduced_wh)
         # Outside the frame its border goes on: a black edge would be texture to what follows.
-        patch = cv2.remap(reduced, *self._maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        return np.asarray(patch, np.float32)
+        fine = cv2.remap(reduced, *self._maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        # Averaged on the wall and not in the picture: where the picture is compressed towards its
+        # border, an average there lies outward of its centre and every distance reads too long.
+        return halve(np.asarray(fine, np.float32))
 
-    def _lookup(self) -> tuple[tuple[Image, Image], ByteImage]:
-        rows, columns = self.grid.shape
+    def _lookup(self, fine: PatchGrid) -> tuple[tuple[Image, Image], ByteImage]:
+        """Where a grid twice as fine as the patch lies in the reduced frame; the patch's mask."""
+        rows, columns = fine.shape
         xy = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), -1).reshape(-1, 2)
-        wall = enclose(self.rig, self.grid.to_mm(xy.astype(np.float64)))
+        wall = enclose(self.rig, fine.to_mm(xy.astype(np.float64)))
         rays = sight(self.rig, NOMINAL, wall)
         uv = ray_pixels(self.rig.camera, rays @ rotation_robot_camera(self.rig.mount))
         size = np.array(self._frame_wh)
@@ -107,11 +123,15 @@ class Rectifier:
             inside = ((uv >= 0) & (uv <= size - 1)).all(1)
         reduced = (np.nan_to_num(uv, nan=-1.0) + 0.5) * (self._reduced_wh / size) - 0.5
         u, v = (reduced[:, i].reshape(rows, columns).astype(np.float32) for i in (0, 1))
-        return (u, v), inside.reshape(rows, columns).astype(np.uint8)
+        valid = np.all(inside.reshape(rows // 2, 2, columns // 2, 2), axis=(1, 3))
+        return (u, v), np.asarray(valid, np.uint8)
 
 
-def _visible_grid(rig: Rig, reduction: float) -> PatchGrid:
-    """The bounding rectangle of the wall that the picture shows well enough (see `COARSEST`)."""
+def _visible_grid(rig: Rig, reduction: float) -> tuple[PatchGrid, float]:
+    """The bounding rectangle of the wall that the picture shows well enough (see `COARSEST`).
+
+    And how uneven the picture is there: its coarsest mm per px over its finest.
+    """
     camera = rig.camera
     u = np.linspace(0, camera.width - 1, 65)
     v = np.linspace(0, camera.height - 1, 49)
@@ -133,7 +153,8 @@ def _visible_grid(rig: Rig, reduction: float) -> PatchGrid:
     size = np.floor((high - low) / step_mm).astype(int) + 1
     columns, rows = np.maximum(size // MULTIPLE_PX, 1) * MULTIPLE_PX
     axial, arc = (low + high) / 2 - (np.array([columns, rows]) - 1) / 2 * step_mm
-    return PatchGrid(float(axial), float(arc), step_mm, (int(rows), int(columns)))
+    grid = PatchGrid(float(axial), float(arc), step_mm, (int(rows), int(columns)))
+    return grid, float(mm_per_px[good].max()) / finest
 
 
 def _developed(rig: Rig, pixels_uv: Points) -> Points:

@@ -77,12 +77,12 @@ def register(reference: Image, moving: Image) -> Shift:
     start[:2] *= np.array(full[0].shape[::-1]) / np.array(coarse[0].shape[::-1])
     doubled = [double(normalise(low_pass(image))) for image in full]
     grid = BlockGrid.over(full[0].shape)
-    whole, nodes = grid.whole(np.ones(full[0].shape, np.uint8)), grid.nodes()
-    template = Template.of(doubled[0], whole)
+    everywhere, nodes = np.ones(full[0].shape, np.uint8), grid.nodes()
+    template = Template.of(doubled[0], everywhere)
     fit = align(
         template,
         doubled[1],
-        whole,
+        grid.whole(everywhere),
         lambda q: rigid(q, nodes, full[0].shape),
         start,
         np.array([1.0, 1.0, 2 / max(full[0].shape)]),
