@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Protocol
 
 from vo_core import Estimate, Odometry, Rig, Track, VideoFile
+from vo_core.joints import JointFinder
 from vo_core.paper import PaperOdometry
 from vo_core.types import Image
 
@@ -47,10 +48,13 @@ def track_video(
     rig: Rig,
     method: Method,
     on_progress: Callable[[int, int | None], None] | None = None,
+    *,
+    finder: JointFinder | None = None,
 ) -> TrackedVideo:
     """Track every frame of a video.
 
     Args:
+        finder: Is shown every frame with its pose.
         on_progress: Called after each frame with frames done and frames in all, if that is known.
     Raises:
         UnreadableVideo: The video cannot be opened or holds no picture.
@@ -61,8 +65,10 @@ def track_video(
     estimates: list[Estimate] = []
     with VideoFile(video) as frames:
         rig.require_picture_size(frames.info.width, frames.info.height)
-        for frame in frames:
+        for frame in frames.read_ahead():
             estimates.append(stepper.step(frame.image, frame.t_s))
+            if finder is not None:
+                finder.add(frame.image, estimates[-1])
             if on_progress is not None:
                 on_progress(len(estimates), frames.info.frames)
     return TrackedVideo(Track.from_estimates(estimates), frames.problem)

@@ -4,6 +4,7 @@
     ├── InvalidRig           a rig file that cannot be used: names field, value, what is allowed
     │   └── RigVideoMismatch the rig's camera has pictures of another size than the video
     ├── InvalidTrack         a track file that cannot be read: names the line
+    ├── InvalidCorrection    a known length or joints that do not go with the track
     ├── UnreadableVideo      a video that cannot be opened or that holds no decodable picture
     └── ShapeMismatch        an array whose shape or type does not fit: expected and found
 
@@ -26,6 +27,10 @@ class RigVideoMismatch(InvalidRig):
 
 class InvalidTrack(ChainageError):
     """A track.csv does not have the columns or the values that the contract asks for."""
+
+
+class InvalidCorrection(ChainageError):
+    """Known lengths or joints that cannot correct the track, or that contradict each other."""
 
 
 class UnreadableVideo(ChainageError):

@@ -1,0 +1,131 @@
+"""What the height of the camera, or its focal length, has to do with the scale of a track.
+
+Let the rig state a height that is wrong by a factor 1 + e.  How far is one factor right for a
+track?  Measured on rendered runs of 6 m with e = 3 %:
+- Over a flat floor x, y and distance are wrong by 1 + e exactly, and yaw is right.
+- In a circular pipe the depth of the wall beside the invert changes less than the height.  The
+  distance is wrong by one factor all along still (what scaling leaves is below 0.05 mm at 30
+  degrees of view and 0.3 mm with a fisheye), but by one nearer to 1: see `reading`.
+- There y is told by the shear that an offset from the axis gives when driving on, whatever the
+  height.  Scaled with the rest it becomes wrong by e y: less than 0.5 mm on 14 mm of sway.
+- A camera that looks along the pipe measures by the diameter; its height hardly matters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vo_core.errors import InvalidRig
+from vo_core.rectify import NOMINAL, Rectifier
+from vo_core.rig import Rig
+from vo_core.types import Matrix
+from vo_core.wall import (
+    Points,
+    Pose,
+    cast,
+    develop,
+    enclose,
+    pixel_rays,
+    ray_pixels,
+    rotation_robot_camera,
+    sight,
+    to_robot,
+)
+
+LEAST_INFLUENCE = 0.2
+"""Relative change of the distance over that of the height, below which no height is derived."""
+
+_SMALL = 1e-3
+"""Relative change by which derivatives are taken."""
+
+
+@dataclass(frozen=True)
+class Height:
+    """The height that the rig should have had."""
+
+    height_mm: float
+    sigma_mm: float
+
+
+def implied_height(rig: Rig, scale: float, sigma: float) -> Height | None:
+    """The height that explains a scale, if all else in the rig is right; with its uncertainty.
+
+    None where the height hardly matters (a camera that looks along the pipe), and where no rig may
+    have it, as it would be outside the pipe.
+    """
+    height_mm = rig.mount.height_mm
+    for _ in range(8):  # Newton's method; the reading is close to a power of the height
+        truth = _with_height(rig, height_mm)
+        power = _power(rig, truth, _with_height(rig, height_mm * (1 + _SMALL)))
+        if not abs(power) > LEAST_INFLUENCE:  # nor when it is nan
+            return None
+        height_mm *= float(np.exp(-np.log(scale * reading(rig, truth)) / power))
+    try:
+        truth = Rig.parse(_with_height(rig, height_mm).model_dump())
+    except InvalidRig:
+        return None
+    # Where a wide view does not read evenly, the measurement need not weigh it as the mean does.
+    uneven = np.nanstd(_readings(rig, truth))
+    return Height(height_mm, float(np.hypot(sigma / scale, uneven) * height_mm / abs(power)))
+
+
+def scale_sigma(rig: Rig, *, height_sigma_mm: float = 0.0, focal_sigma_px: float = 0.0) -> float:
+    """Relative standard uncertainty of the distance from that of the height and focal length."""
+    camera = rig.camera
+    longer = camera.model_copy(
+        update={"fx": camera.fx * (1 + _SMALL), "fy": camera.fy * (1 + _SMALL)}
+    )
+    height_mm = rig.mount.height_mm
+    by_height = _power(rig, rig, _with_height(rig, height_mm * (1 + _SMALL)))
+    by_focal = _power(rig, rig, rig.model_copy(update={"camera": longer}))
+    return float(
+        np.hypot(
+            by_height * height_sigma_mm / height_mm,
+            by_focal * focal_sigma_px / np.sqrt(camera.fx * camera.fy),
+        )
+    )
+
+
+def reading(rig: Rig, truth: Rig) -> float:
+    """What a track made with `rig` reads for each millimetre that a camera of `truth` drives.
+
+    The mean over the wall on which motion is measured; in a pipe not all of it moves alike.
+    Tracks of rendered pipes with the height wrong by 3 % read the same to 0.0002 at 30 degrees of
+    view; with a fisheye in the axis 2.5 % instead of 1.7 %, as the invert counts for more.
+    """
+    return float(np.nanmean(_readings(rig, truth)))
+
+
+def _readings(rig: Rig, truth: Rig) -> Matrix:
+    """(N,) at points of the patch: the pixels of the true camera, taken to the wall by the rig."""
+    rectifier = Rectifier(rig)
+    row, column = np.nonzero(rectifier.valid[::8, ::8])
+    patch_mm = rectifier.grid.to_mm(8.0 * np.column_stack([column, row]).astype(np.float64))
+    pixels = _pixels(rig, sight(rig, NOMINAL, enclose(rig, patch_mm)))
+    wall = cast(truth, NOMINAL, _rays(truth, pixels))
+    step_mm = _SMALL * truth.mount.height_mm
+    behind, ahead = (
+        develop(rig, cast(rig, NOMINAL, _rays(rig, _pixels(truth, sight(truth, at, wall)))))[:, 0]
+        for at in (Pose(-step_mm), Pose(step_mm))
+    )
+    return np.asarray((behind - ahead) / (2 * step_mm))
+
+
+def _power(rig: Rig, truth: Rig, changed: Rig) -> float:
+    """Relative change of the reading over the relative change, `_SMALL`, that makes `changed`."""
+    return float(np.log(reading(rig, changed) / reading(rig, truth)) / np.log1p(_SMALL))
+
+
+def _rays(rig: Rig, pixels_uv: Points) -> Points:
+    return to_robot(rig.mount, pixel_rays(rig.camera, pixels_uv))
+
+
+def _pixels(rig: Rig, robot_rays: Points) -> Points:
+    return ray_pixels(rig.camera, np.asarray(robot_rays @ rotation_robot_camera(rig.mount)))
+
+
+def _with_height(rig: Rig, height_mm: float) -> Rig:
+    mount = rig.mount.model_copy(update={"height_mm": height_mm})
+    return rig.model_copy(update={"mount": mount})
