@@ -5,26 +5,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.simulation import SCENARIOS
 from vo_core import Rig
 
 Texture = NDArray[np.float64]
 
 
 def rig_fields(**parts: dict[str, Any]) -> dict[str, Any]:
-    """The rig of the design document, with parts of it changed."""
-    fields: dict[str, Any] = {
-        "camera": {
-            "model": "pinhole",
-            "width": 640,
-            "height": 480,
-            "fx": 1194.0,
-            "fy": 1194.0,
-            "cx": 319.5,
-            "cy": 239.5,
-        },
-        "mount": {"view": "down", "height_mm": 230.0, "rotation_deg": 0.0},
-        "pipe": {"shape": "circular", "diameter_mm": 300.0, "segment_length_mm": 1500.0},
-    }
+    """The rig of the design document, that of the nominal scenario, with parts of it changed."""
+    fields = SCENARIOS["nominal"].rig.model_dump(exclude_unset=True)
     for part, changed in parts.items():
         fields[part] = fields[part] | changed
     return fields
@@ -34,12 +23,12 @@ def make_rig(**parts: dict[str, Any]) -> Rig:
     return Rig.parse(rig_fields(**parts))
 
 
-def texture(shape: tuple[int, int], seed: int) -> Texture:
-    """Periodic noise of four scales, zero mean, unit deviation."""
+def texture(shape: tuple[int, int], seed: int, finest_px: float = 1.5) -> Texture:
+    """Periodic noise of four scales, each twice the one before, zero mean, unit deviation."""
     rng = np.random.default_rng(seed)
     fy, fx = np.fft.fftfreq(shape[0])[:, None], np.fft.fftfreq(shape[1])[None, :]
     layers = []
-    for sigma_px in (1.5, 3, 6, 12):
+    for sigma_px in finest_px * np.array([1, 2, 4, 8]):
         filtered = np.exp(-2 * (np.pi * sigma_px) ** 2 * (fx**2 + fy**2))
         layer = np.fft.ifft2(np.fft.fft2(rng.normal(size=shape)) * filtered).real
         layers.append(layer / layer.std())

@@ -8,6 +8,7 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 import msgspec
+import textures
 import zstandard
 from fastapi import FastAPI, Response, WebSocket
 from websockets.exceptions import ConnectionClosed
@@ -38,24 +39,10 @@ CAMERA = {
 def make_rig(
     *, view: str = "down", shape: str = "circular", segment_length_mm: float | None = 1500.0
 ) -> Rig:
-    pipe = {"shape": shape, "segment_length_mm": segment_length_mm}
-    if shape == "circular":
-        pipe["diameter_mm"] = 300.0
-    return Rig.model_validate(
-        {
-            "camera": {
-                "model": "pinhole",
-                "width": 640,
-                "height": 480,
-                "fx": 1194.0,
-                "fy": 1194.0,
-                "cx": 319.5,
-                "cy": 239.5,
-            },
-            "mount": {"view": view, "height_mm": 230.0, "rotation_deg": 0.0},
-            "pipe": pipe,
-        }
-    )
+    pipe: dict[str, Any] = {"shape": shape, "segment_length_mm": segment_length_mm}
+    if shape == "flat":
+        pipe["diameter_mm"] = None
+    return textures.make_rig(mount={"view": view}, pipe=pipe)
 
 
 def make_estimate(distance_mm: float, *, status: Any = "ok") -> Estimate:
