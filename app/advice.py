@@ -64,7 +64,7 @@ def plot(field: DisplacementField, title: str, file: Path) -> None:
 
     figure = Figure(figsize=(13, 6), layout="constrained")
     figure.suptitle(title)
-    axes = figure.subplot_mosaic([["wall", "u"], ["wall", "v"]], width_ratios=[1.25, 1])
+    axes = figure.subplot_mosaic([["wall", "u"], ["wall", "v"]], width_ratios=[1.35, 1])
 
     points, displacement = field.wall_mm[:, ::2], field.exact_px[:, ::2]
     arrows = axes["wall"].quiver(
@@ -74,7 +74,7 @@ def plot(field: DisplacementField, title: str, file: Path) -> None:
         angles="xy",
         width=0.002,
     )
-    figure.colorbar(arrows, ax=axes["wall"], label="displacement (px)", location="bottom")
+    figure.colorbar(arrows, ax=axes["wall"], label="displacement (px)")
     axes["wall"].set(
         title="Points on the wall and the displacement (u, v) of their pixels",
         xlabel="along the pipe from the camera (mm)",
@@ -92,7 +92,7 @@ def plot(field: DisplacementField, title: str, file: Path) -> None:
             axes[name].plot(arc_mm, field.derivative_px[:, column, part], ".", ms=3, color=colour)
         axes[name].axhline(0, color="0.7", lw=1)  # the scale: how uneven it is against its size
         axes[name].set(
-            title=f"Displacement in {name}: exact (lines), total derivative (dots)",
+            title=f"d{name}: exact (lines), total derivative (dots)",
             xlabel="around the pipe (mm)",
             ylabel=f"d{name} (px)",
         )

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 from functools import partial
@@ -28,7 +28,9 @@ from rich.table import Table
 
 from app.intrinsics import read_camera
 from app.offline import Method, TrackedVideo, track_video
-from vo_core import ChainageError, Pose, Rig, Track
+from vo_core import ChainageError, Pose, Rig
+from vo_core.joints import JointFinder, numbered
+from vo_core.joints import to_csv as joints_to_csv
 
 app = typer.Typer(
     name="chainage",
@@ -120,12 +122,19 @@ def track(
             show_default=False,
         ),
     ] = None,
+    joints: Annotated[
+        Path | None,
+        typer.Option(help="Write the joints that were seen here.", show_default=False),
+    ] = None,
 ) -> None:
     """Measure the pose of the camera in every frame of a video."""
     _require_folder(out, "--out")
+    if joints is not None:
+        _require_folder(joints, "--joints")
     setup = Rig.load(rig)
     if camera is not None:
         setup = setup.model_copy(update={"camera": read_camera(camera)})
+    finder = None if joints is None else JointFinder(setup)
     with _progress() as progress:
         task = progress.add_task(f"tracking {video.name}", total=None)
         result = track_video(
@@ -133,6 +142,7 @@ def track(
             setup,
             method,
             on_progress=partial(_advance, progress, task),
+            finder=finder,
         )
     metadata: dict[str, object] = {"video": video.name, "rig": rig.name, "method": method.value}
     if camera is not None:
@@ -143,8 +153,83 @@ def track(
         f"{out}: {len(result.track)} frames, {result.track.distance_mm[-1] / 1000:.3f} m, "
         f"{lost} frames without a lock"
     )
+    if joints is not None and finder is not None:
+        seen = finder.finish()
+        joints.write_text(joints_to_csv(result.track, seen, metadata), encoding="utf-8")
+        _out.print(f"{joints}: {len(set(numbered(result.track, seen)))} joints")
     if result.problem is not None:
         _err.print(f"warning: {result.problem}", style="yellow")
+
+
+@app.command()
+def correct(
+    track: Annotated[Path, typer.Argument(help="track.csv as it was measured.")],
+    out: Annotated[Path, typer.Option(help="Corrected track file to write.")],
+    length: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="FRAME:FRAME=METRES[±MM]",
+            help="A taped length between the camera's places in two frames, or the pipe's own; "
+            "0 is the first frame. ± (or +-) is its standard uncertainty, 5 mm unless given. May "
+            "be given again.",
+        ),
+    ] = None,
+    joints: Annotated[
+        Path | None,
+        typer.Option(
+            help="Joints as `chainage track --joints` wrote them; the rig says how far apart "
+            "they are.",
+            show_default=False,
+        ),
+    ] = None,
+    rig: Annotated[
+        Path | None,
+        typer.Option(
+            help="Rig file with which the track was made; with it the height is told too.",
+            show_default=False,
+        ),
+    ] = None,
+    height_sigma_mm: Annotated[
+        float, typer.Option(min=0, help="How well the rig's height is known, one sigma.")
+    ] = 0.0,
+    focal_sigma_px: Annotated[
+        float, typer.Option(min=0, help="How well its focal length is known, one sigma.")
+    ] = 0.0,
+) -> None:
+    """Bring a finished track to scale by known lengths and joints, without decoding again."""
+    from app import correction
+
+    try:
+        lengths = [correction.parse_length(words) for words in length or ()]
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--length") from error
+    stated = max(height_sigma_mm, focal_sigma_px) > 0
+    if not (lengths or joints or stated):
+        raise typer.BadParameter(
+            "nothing to correct by; give --length, --joints or --height-sigma-mm",
+            param_hint="--length",
+        )
+    if rig is None and (joints is not None or stated):
+        raise typer.BadParameter("is needed by the other options", param_hint="--rig")
+    _require_folder(out, "--out")
+    if out.resolve() == track.resolve():
+        raise typer.BadParameter("would replace the raw track", param_hint="--out")
+    result = correction.correct_file(
+        track,
+        lengths=lengths,
+        joints_file=joints,
+        rig=None if rig is None else Rig.load(rig),
+        height_sigma_mm=height_sigma_mm,
+        focal_sigma_px=focal_sigma_px,
+    )
+    out.write_text(result.correction.track.to_csv(result.metadata), encoding="utf-8")
+    table = Table("known", "measured", "residual", box=None)
+    for left in result.correction.residuals:
+        table.add_row(left.name, f"{left.measured_mm / 1000:.3f} m", f"{left.residual_mm:+.1f} mm")
+    if lengths or joints:
+        _out.print(table)
+    _print_rows(result.rows())
+    _out.print(f"{out}: corrected track")
 
 
 @app.command()
@@ -159,7 +244,7 @@ def simulate(
     from app.simulation import SCENARIOS
     from app.simulation import simulate as render
 
-    names = scenario or list(SCENARIOS)
+    names = scenario or [name for name, one in SCENARIOS.items() if one.is_available]
     for name in names:
         if name not in SCENARIOS:
             raise typer.BadParameter(
@@ -171,27 +256,58 @@ def simulate(
             place = folder if len(names) == 1 else folder / name
             render(SCENARIOS[name], place, partial(_advance, progress, task))
     _out.print(f"{folder}: {', '.join(names)}")
+    left_out = [name for name, one in SCENARIOS.items() if not one.is_available]
+    if not scenario and left_out:
+        _err.print(
+            f"left out: {', '.join(left_out)} (photographs that come with scikit-image: "
+            "pip install scikit-image)",
+            style="yellow",
+        )
 
 
 @app.command()
 def evaluate(
-    track: Annotated[Path, typer.Argument(help="track.csv")],
-    truth: Annotated[Path, typer.Argument(help="truth.csv")],
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="TRACK TRUTH [TRACK TRUTH]...", help="track.csv and truth.csv of each run."
+        ),
+    ],
     plot: Annotated[
-        Path | None, typer.Option(help="Draw the path and the error of displacement here.")
+        Path | None, typer.Option(help="Draw the paths and the errors of displacement here.")
     ] = None,
 ) -> None:
-    """Compare a track with the truth: distance, ATE, RPE, yaw, honesty of the uncertainty."""
+    """Compare tracks with the truth: distance, ATE, RPE, yaw, honesty of the uncertainty."""
     from app import evaluation
 
-    measured = Track.from_csv(track.read_text(encoding="utf-8"))
-    true = evaluation.Truth.from_csv(truth.read_text(encoding="utf-8"))
-    table = Table(show_header=False, box=None)
-    for name, value in evaluation.evaluate(measured, true).rows():
-        table.add_row(name, value)
-    _out.print(table)
+    if len(files) % 2:
+        raise typer.BadParameter(
+            f"every track needs a truth after it; there are {len(files)} files",
+            param_hint="TRACK TRUTH",
+        )
     if plot is not None:
-        evaluation.plot([(track.stem, measured, true)], plot)
+        _require_picture(plot, "--plot")
+    runs = evaluation.load_runs(list(zip(files[::2], files[1::2], strict=True)))
+    results = [evaluation.evaluate(run.track, run.truth) for run in runs]
+    if len(runs) == 1:
+        _print_rows(results[0].rows())
+    else:
+        table = Table(*evaluation.SUMMARY_HEADINGS, box=None, padding=(0, 1, 0, 0))
+        for run, result in zip(runs, results, strict=True):
+            table.add_row(*evaluation.summary_row(run.name, result))
+        _out.print(table)
+        errors = [evaluation.errors_of(run.track, run.truth) for run in runs]
+        _print_rows(evaluation.displacement_error(errors).rows(), title="all runs together")
+    for run, result in zip(runs, results, strict=True):
+        if result.missing_frames or result.surplus_frames:
+            _err.print(
+                f"warning: {run.name}: track and truth are not of the same frames "
+                f"({result.missing_frames} missing, {result.surplus_frames} beyond the truth); "
+                "compared are those that both have",
+                style="yellow",
+            )
+    if plot is not None:
+        evaluation.plot(runs, plot)
 
 
 @app.command()
@@ -233,6 +349,8 @@ def calibrate(
             "goes with --board charuco and with it alone", param_hint="--marker-mm"
         )
     _require_folder(out, "--out")
+    if report is not None:
+        _require_picture(report, "--report")
     setup = None if rig is None else Rig.load(rig)
     with _progress() as progress:
         task = progress.add_task("looking for the board", total=len(images))
@@ -281,6 +399,8 @@ def advise(
     from vo_core import advice
 
     motion = _motion(move)
+    if plot is not None:
+        _require_picture(plot, "--plot")
     setup = Rig.load(rig)
     result = advice.advise(setup, motion, frame_rate)
     table = Table(show_header=False, box=None)
@@ -297,33 +417,62 @@ def advise(
 
 @app.command()
 def bench(
-    quick: Annotated[bool, typer.Option("--quick", help="Short runs only.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A few scenarios over a short path: two minutes.")
+    ] = False,
+    metres: Annotated[
+        float | None,
+        typer.Option(
+            min=0.2,
+            max=6.0,
+            help="Path of each scenario; the targets are for 6.  [default: 2; 0.25 with --quick]",
+        ),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Also write OUT.md and OUT.json.", show_default=False)
     ] = None,
 ) -> None:
     """Accuracy and speed on every scenario, against the paper's method and other peers."""
     from app import bench as benchmark
+    from app.simulation import SCENARIOS
 
-    scenarios = benchmark.quick_scenarios() if quick else benchmark.all_scenarios()
+    if out is not None:
+        _require_folder(out, "--out")
+    default_mm = benchmark.QUICK_LENGTH_MM if quick else benchmark.LENGTH_MM
+    length_mm = default_mm if metres is None else 1000 * metres
+    choose = benchmark.quick_scenarios if quick else benchmark.all_scenarios
     with _progress() as progress:
         task = progress.add_task("bench", total=None)
 
         def report(what: str, done: int, total: int) -> None:
             progress.update(task, description=what, completed=done, total=total)
 
-        rows = benchmark.bench(scenarios, on_progress=report)
-    markdown = benchmark.to_markdown(rows)
+        rows = benchmark.bench(choose(length_mm), on_progress=report)
+        track_time = benchmark.time_track(SCENARIOS["nominal"], 1 if quick else 3, report)
+    markdown = benchmark.to_markdown(rows, track_time)
     typer.echo(markdown)
     if out is not None:
         out.with_suffix(".md").write_text(markdown, encoding="utf-8")
-        out.with_suffix(".json").write_text(benchmark.to_json(rows), encoding="utf-8")
+        out.with_suffix(".json").write_text(benchmark.to_json(rows, track_time), encoding="utf-8")
 
 
 def _require_folder(file: Path, option: str) -> None:
     """Known now, not after an hour of work."""
     if not file.parent.is_dir():
         raise typer.BadParameter(f"there is no folder {file.parent}", param_hint=option)
+
+
+def _require_picture(file: Path, option: str) -> None:
+    _require_folder(file, option)
+    if file.suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise typer.BadParameter(f"{file.name} is not .png, .pdf or .svg", param_hint=option)
+
+
+def _print_rows(rows: Iterable[tuple[str, str]], title: str | None = None) -> None:
+    table = Table(show_header=False, box=None, title=title, title_justify="left")
+    for name, value in rows:
+        table.add_row(name, value)
+    _out.print(table)
 
 
 def _motion(words: str) -> Pose:

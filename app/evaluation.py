@@ -7,16 +7,19 @@ would hide the error that matters most, the scale.
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vo_core.errors import InvalidTrack
 from vo_core.track import Track
+
+if TYPE_CHECKING:  # whoever does not plot does not wait for matplotlib
+    from matplotlib.axes import Axes
 
 RPE_STEP_MM = 500.0
 """Length of path over which the relative error is taken."""
@@ -25,6 +28,7 @@ _ROUNDING_MM = 1e-3
 """Files round their numbers; an error below this is none."""
 
 _Column = NDArray[np.float64]
+_Parsed = TypeVar("_Parsed")
 
 
 @dataclass(frozen=True)
@@ -64,54 +68,101 @@ class Truth:
 
 
 @dataclass(frozen=True)
-class Evaluation:
+class Run:
+    """A named track with its truth."""
+
+    name: str
+    track: Track
+    truth: Truth
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Track minus truth in the frames that both have, columns each (N,), in their order."""
+
+    time_s: _Column
+    distance_mm: _Column
+    position_mm: _Column
+    """Distance of (x, y) from the truth."""
+    yaw_deg: _Column
+    sigma_mm: _Column
+    """Of the distance, as the track states it."""
+
+
+@dataclass(frozen=True)
+class DisplacementError:
+    """The distance error over all frames of one run or of several."""
+
+    mean_error_mm: float
+    sd_error_mm: float
+    variance_error_mm2: float
+    """As the paper states it for its figure 9."""
+    max_error_mm: float
+    """Largest size of the error on the way."""
+    coverage: float
+    """Share of frames whose error is within three sigma."""
+    error_over_sigma: float | None
+    """Median of |error| / sigma; None if no frame states a sigma."""
+    nees: float | None
+    """Mean of (error / sigma)^2: 1 for honest independent errors."""
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Name and value of every figure, for a table."""
+        return [
+            (
+                "distance error, mean / sd / variance",
+                f"{self.mean_error_mm:+.2f} mm / {self.sd_error_mm:.2f} mm / "
+                f"{self.variance_error_mm2:.3g} mm²",
+            ),
+            ("largest distance error", f"{self.max_error_mm:.2f} mm"),
+            ("within 3 sigma", f"{self.coverage:.1%}"),
+            ("median |error| / sigma", or_dash(self.error_over_sigma)),
+            ("NEES of the distance", or_dash(self.nees)),
+        ]
+
+
+@dataclass(frozen=True)
+class Evaluation(DisplacementError):
     """Figures of one track against its truth; errors are track minus truth."""
 
     frames: int
     """Of the truth."""
     missing_frames: int
     """Of the truth that the track does not have."""
-    lost_share: float
-    """Share of the track's frames with status `lost`."""
-    weak_share: float
+    surplus_frames: int
+    """Of the track that the truth does not have; nothing is said about them."""
+    lost_frames: int
+    """Of the track, with status `lost`."""
+    weak_frames: int
     path_mm: float
     """Length of the true way along the axis, there and back added up."""
     end_error_mm: float
     """Of the distance, in the last frame that both have."""
     end_error_percent: float
     """The same in percent of `path_mm`."""
-    max_error_mm: float
-    """Largest size of the distance error on the way."""
-    mean_error_mm: float
-    sd_error_mm: float
-    variance_error_mm2: float
-    """Of the distance error over all frames, as the paper states them in its figure 9."""
+    quarter_errors_mm: tuple[float, float, float]
+    """Of the distance after a quarter, a half and three quarters of the path."""
     ate_mm: float
     """Absolute trajectory error: root mean square distance of (x, y) from the truth."""
     rpe_mm: float | None
     """Relative pose error over `RPE_STEP_MM` of path, root mean square; None on a shorter way."""
     rpe_deg: float | None
     yaw_rms_deg: float
-    coverage: float
-    """Share of frames whose distance error is within three sigma."""
-    error_over_sigma: float | None
-    """Median of |distance error| / sigma; None if no frame states a sigma."""
-    nees: float | None
-    """Mean of (distance error / sigma)^2: 1 for honest independent errors."""
 
     def rows(self) -> list[tuple[str, str]]:
         """Name and value of every figure, for a table."""
+        quarters = " / ".join(f"{error_mm:+.2f}" for error_mm in self.quarter_errors_mm)
         return [
-            ("frames", f"{self.frames}, of which {self.missing_frames} missing"),
-            ("lost / weak", f"{self.lost_share:.1%} / {self.weak_share:.1%}"),
-            ("path along the axis", f"{self.path_mm / 1000:.3f} m"),
-            ("end error", f"{self.end_error_mm:+.2f} mm ({self.end_error_percent:+.3f} %)"),
-            ("largest distance error", f"{self.max_error_mm:.2f} mm"),
             (
-                "distance error, mean / sd / variance",
-                f"{self.mean_error_mm:+.2f} mm / {self.sd_error_mm:.2f} mm / "
-                f"{self.variance_error_mm2:.2f} mm²",
+                "frames",
+                f"{self.frames}, of which {self.missing_frames} missing; "
+                f"{self.surplus_frames} beyond it",
             ),
+            ("lost / weak", f"{self.lost_frames} / {self.weak_frames} frames"),
+            ("path along the axis", f"{self.path_mm / 1000:.3f} m"),
+            ("distance error at 1/4, 1/2, 3/4", f"{quarters} mm"),
+            ("end error", f"{self.end_error_mm:+.2f} mm ({self.end_error_percent:+.3f} %)"),
+            *super().rows(),
             ("ATE (no alignment)", f"{self.ate_mm:.2f} mm"),
             (
                 f"RPE over {RPE_STEP_MM / 1000:g} m",
@@ -120,13 +171,35 @@ class Evaluation:
                 else f"{self.rpe_mm:.2f} mm, {self.rpe_deg:.3f}°",
             ),
             ("yaw rms", f"{self.yaw_rms_deg:.3f}°"),
-            ("within 3 sigma", f"{self.coverage:.1%}"),
-            ("median |error| / sigma", _or_dash(self.error_over_sigma)),
-            ("NEES of the distance", _or_dash(self.nees)),
         ]
 
 
-def _or_dash(value: float | None) -> str:
+SUMMARY_HEADINGS = (
+    "run", "missing", "lost", "end %", "max mm", "ATE mm", "RPE mm", "yaw °",
+    "in 3σ", "|e|/σ", "NEES",
+)  # fmt: skip
+"""Of the lines of `summary_row`: |e|/σ is the median."""
+
+
+def summary_row(name: str, result: Evaluation) -> tuple[str, ...]:
+    """One run as a line of a table of several."""
+    return (
+        name,
+        str(result.missing_frames),
+        str(result.lost_frames),
+        f"{result.end_error_percent:+.3f}",
+        f"{result.max_error_mm:.2f}",
+        f"{result.ate_mm:.2f}",
+        or_dash(result.rpe_mm),
+        f"{result.yaw_rms_deg:.3f}",
+        f"{result.coverage:.1%}",
+        or_dash(result.error_over_sigma),
+        or_dash(result.nees),
+    )
+
+
+def or_dash(value: float | None) -> str:
+    """A figure in text; - where there is none."""
     return "-" if value is None else f"{value:.2f}"
 
 
@@ -134,44 +207,120 @@ def evaluate(track: Track, truth: Truth) -> Evaluation:
     """Compare a track with the truth, frame number by frame number.
 
     Raises:
-        InvalidTrack: The two have no frame in common.
+        InvalidTrack: The two have no frame in common, or hold a value that is not finite.
     """
     ours, theirs = _common_frames(track, truth)
-    error_mm = track.distance_mm[ours] - truth.distance_mm[theirs]
-    off_mm = np.hypot(track.x_mm[ours] - truth.x_mm[theirs], track.y_mm[ours] - truth.y_mm[theirs])
-    yaw_error_deg = _wrapped_deg(track.yaw_deg[ours] - truth.yaw_deg[theirs])
-    path_mm = float(np.abs(np.diff(truth.distance_mm)).sum())
-    sigma_mm = track.sigma_distance_mm[ours]
-    stated = sigma_mm > 0
-    ratio = np.abs(error_mm[stated]) / sigma_mm[stated]
+    errors = errors_of(track, truth)
+    steps_mm = np.abs(np.diff(truth.distance_mm))
+    driven_mm = np.concatenate([[0.0], np.cumsum(steps_mm)])
+    path_mm = float(driven_mm[-1])
+    quarters = np.interp(
+        path_mm * np.array([0.25, 0.5, 0.75]), driven_mm[theirs], errors.distance_mm
+    )
     rpe_mm, rpe_deg = _relative_errors(track, truth, ours, theirs)
     return Evaluation(
+        **vars(displacement_error([errors])),
         frames=len(truth),
         missing_frames=len(truth) - len(theirs),
-        lost_share=float(np.mean(track.status == "lost")),
-        weak_share=float(np.mean(track.status == "weak")),
+        surplus_frames=len(track) - len(ours),
+        lost_frames=int(np.sum(track.status == "lost")),
+        weak_frames=int(np.sum(track.status == "weak")),
         path_mm=path_mm,
-        end_error_mm=float(error_mm[-1]),
-        end_error_percent=float(100 * error_mm[-1] / path_mm) if path_mm else 0.0,
-        max_error_mm=float(np.abs(error_mm).max()),
+        end_error_mm=float(errors.distance_mm[-1]),
+        end_error_percent=float(100 * errors.distance_mm[-1] / path_mm) if path_mm else 0.0,
+        quarter_errors_mm=tuple(quarters.tolist()),
+        ate_mm=_rms(errors.position_mm),
+        rpe_mm=rpe_mm,
+        rpe_deg=rpe_deg,
+        yaw_rms_deg=_rms(errors.yaw_deg),
+    )
+
+
+def errors_of(track: Track, truth: Truth) -> Errors:
+    """The errors frame by frame.
+
+    Raises:
+        InvalidTrack: The two have no frame in common, or hold a value that is not finite.
+    """
+    ours, theirs = _common_frames(track, truth)
+    errors = Errors(
+        time_s=truth.time_s[theirs],
+        distance_mm=track.distance_mm[ours] - truth.distance_mm[theirs],
+        position_mm=np.hypot(
+            track.x_mm[ours] - truth.x_mm[theirs], track.y_mm[ours] - truth.y_mm[theirs]
+        ),
+        yaw_deg=_wrapped_deg(track.yaw_deg[ours] - truth.yaw_deg[theirs]),
+        sigma_mm=track.sigma_distance_mm[ours],
+    )
+    if not all(np.isfinite(column).all() for column in vars(errors).values()):
+        raise InvalidTrack("Track or truth hold a value that is not a finite number.")
+    return errors
+
+
+def displacement_error(runs: Sequence[Errors]) -> DisplacementError:
+    """Statistics of the distance error over all frames of all runs together."""
+    error_mm = np.concatenate([run.distance_mm for run in runs])
+    sigma_mm = np.concatenate([run.sigma_mm for run in runs])
+    stated = sigma_mm > 0
+    ratio = np.abs(error_mm[stated]) / sigma_mm[stated]
+    return DisplacementError(
         mean_error_mm=float(error_mm.mean()),
         sd_error_mm=float(error_mm.std()),
         variance_error_mm2=float(error_mm.var()),
-        ate_mm=_rms(off_mm),
-        rpe_mm=rpe_mm,
-        rpe_deg=rpe_deg,
-        yaw_rms_deg=_rms(yaw_error_deg),
+        max_error_mm=float(np.abs(error_mm).max()),
         coverage=float(np.mean(np.abs(error_mm) <= 3 * sigma_mm + _ROUNDING_MM)),
         error_over_sigma=float(np.median(ratio)) if ratio.size else None,
         nees=float(np.mean(ratio**2)) if ratio.size else None,
     )
 
 
+def load_runs(pairs: Sequence[tuple[Path, Path]]) -> list[Run]:
+    """The runs of pairs of files, track.csv and truth.csv.
+
+    A run has the name of its track file, with the folder where two have the same.
+
+    Raises:
+        InvalidTrack: A file cannot be understood, or two do not go together; names the file.
+    """
+    tracks = [track for track, _ in pairs]
+    is_clear = len({track.stem for track in tracks}) == len(tracks)
+    runs = []
+    for track_file, truth_file in pairs:
+        track = _parsed(track_file, Track.from_csv)
+        truth = _parsed(truth_file, Truth.from_csv)
+        try:
+            errors_of(track, truth)
+        except InvalidTrack as error:
+            raise InvalidTrack(f"{track_file} and {truth_file}: {error}") from error
+        name = track_file.stem if is_clear else str(track_file.with_suffix(""))
+        runs.append(Run(name, track, truth))
+    return runs
+
+
+def _parsed(file: Path, parse: Callable[[str], _Parsed]) -> _Parsed:
+    try:
+        text = file.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InvalidTrack(f"{file} is not a text file.") from error
+    if not text.strip():
+        raise InvalidTrack(f"{file} is empty.")
+    try:
+        return parse(text)
+    except InvalidTrack as error:
+        raise InvalidTrack(f"{file}: {error}") from error
+
+
 def _common_frames(track: Track, truth: Truth) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Indices into both of the frames that both have, in the order of the frames."""
+    if not len(track):
+        raise InvalidTrack("The track holds no rows.")
     common, ours, theirs = np.intersect1d(track.frame, truth.frame, return_indices=True)
     if not common.size:
-        raise InvalidTrack("Track and truth have no frame in common.")
+        raise InvalidTrack(
+            "Track and truth have no frame in common: the track has frames "
+            f"{track.frame.min()} to {track.frame.max()}, the truth {truth.frame.min()} to "
+            f"{truth.frame.max()}."
+        )
     return ours, theirs
 
 
@@ -210,44 +359,86 @@ def _relative_errors(
     )
 
 
-def plot(runs: Sequence[tuple[str, Track, Truth]], file: Path) -> None:
-    """Draw named runs in the manner of the paper's figures 8 and 9.
+def plot(runs: Sequence[Run], file: Path) -> None:
+    """Draw runs in the manner of the paper's figures 8 and 9.
 
     A row a run: on the left the path that was driven and the path that was measured, on the right
     the error of the displacement with its mean, standard deviation and variance, and +-3 sigma as
-    the track states it.
+    the track states it.  Below several runs their errors side by side, with the same figures over
+    all of them.
 
     Args:
-        runs: Name, track and truth of each run, at least one.
+        runs: At least one.
         file: Where the picture goes; its suffix decides the format (.png, .pdf, .svg).
     """
-    # Only this function draws; whoever does not plot does not wait for matplotlib.
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(11, 3.4 * len(runs)), layout="constrained")
-    grid = figure.subplots(len(runs), 2, squeeze=False)
-    for (path_axes, error_axes), (name, track, truth) in zip(grid, runs, strict=True):
-        ours, theirs = _common_frames(track, truth)
-        path_axes.plot(truth.x_mm / 1000, truth.y_mm, color="0.6", lw=3, label="true")
-        path_axes.plot(track.x_mm / 1000, track.y_mm, color="tab:red", lw=1, label="measured")
-        path_axes.set(title=f"{name}: path", xlabel="x (m)", ylabel="y (mm)")
-        path_axes.legend()
-
-        result = evaluate(track, truth)
-        error_mm = track.distance_mm[ours] - truth.distance_mm[theirs]
-        time_s, sigma_mm = truth.time_s[theirs], track.sigma_distance_mm[ours]
-        error_axes.fill_between(
-            time_s, -3 * sigma_mm, 3 * sigma_mm, color="0.88", label="±3 sigma as stated"
-        )
-        error_axes.plot(time_s, error_mm, color="tab:red", lw=1, label="error")
-        error_axes.axhline(result.mean_error_mm, color="tab:blue", ls="--", lw=1, label="mean")
-        error_axes.set(
-            title=(
-                f"{name}: error of displacement\nmean {result.mean_error_mm:+.2f} mm, "
-                f"sd {result.sd_error_mm:.2f} mm, variance {result.variance_error_mm2:.2f} mm²"
-            ),
-            xlabel="time (s)",
-            ylabel="error (mm)",
-        )
-        error_axes.legend()
+    rows = len(runs) + (len(runs) > 1)
+    figure = Figure(figsize=(11, 3.4 * rows), layout="constrained")
+    grid = figure.add_gridspec(rows, 2)
+    errors = [errors_of(run.track, run.truth) for run in runs]
+    for row, run in enumerate(runs):
+        _draw_path(figure.add_subplot(grid[row, 0]), run)
+        _draw_error(figure.add_subplot(grid[row, 1]), run.name, errors[row])
+    if len(runs) > 1:
+        _draw_all_errors(figure.add_subplot(grid[-1, :]), [run.name for run in runs], errors)
     figure.savefig(file, dpi=110)
+
+
+def _draw_path(axes: Axes, run: Run) -> None:
+    axes.plot(run.truth.x_mm / 1000, run.truth.y_mm, color="0.6", lw=3, label="true")
+    axes.plot(run.track.x_mm / 1000, run.track.y_mm, color="tab:red", lw=1, label="measured")
+    axes.set(title=f"{run.name}: path", xlabel="x along the pipe (m)", ylabel="y to the right (mm)")
+    _legend_below(axes)
+
+
+def _draw_error(axes: Axes, name: str, errors: Errors) -> None:
+    statistics = displacement_error([errors])
+    sigma_mm = errors.sigma_mm
+    axes.fill_between(
+        errors.time_s, -3 * sigma_mm, 3 * sigma_mm, color="0.88", label="±3 sigma as stated"
+    )
+    axes.plot(errors.time_s, errors.distance_mm, color="tab:red", lw=1, label="error")
+    axes.axhline(statistics.mean_error_mm, color="tab:blue", ls="--", lw=1, label="mean")
+    axes.set(
+        title=f"{name}: error of displacement\n{_in_words(statistics)}",
+        xlabel="time (s)",
+        ylabel="measured - true (mm)",
+    )
+    _legend_below(axes)
+
+
+def _draw_all_errors(axes: Axes, names: Sequence[str], runs: Sequence[Errors]) -> None:
+    each = [displacement_error([run]) for run in runs]
+    places = np.arange(len(runs))
+    axes.errorbar(
+        places,
+        [one.mean_error_mm for one in each],
+        yerr=[one.sd_error_mm for one in each],
+        fmt="o",
+        capsize=6,
+        label="mean ± sd",
+    )
+    axes.plot(
+        places, [run.distance_mm[-1] for run in runs], "x", color="tab:red", label="at the end"
+    )
+    axes.axhline(0, color="0.7", lw=1)
+    axes.set(
+        title=f"Error of displacement of all runs\n{_in_words(displacement_error(runs))}",
+        ylabel="measured - true (mm)",
+        xlim=(-0.6, len(runs) - 0.4),
+    )
+    axes.set_xticks(places, names, rotation=0 if len(runs) < 9 else 60)
+    _legend_below(axes)
+
+
+def _legend_below(axes: Axes) -> None:
+    """Out of the way of the curves."""
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3, frameon=False)
+
+
+def _in_words(statistics: DisplacementError) -> str:
+    return (
+        f"mean {statistics.mean_error_mm:+.2f} mm, sd {statistics.sd_error_mm:.2f} mm, "
+        f"variance {statistics.variance_error_mm2:.3g} mm²"
+    )

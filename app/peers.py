@@ -1,7 +1,8 @@
 """What a practitioner would write instead: the peers of the bench.
 
 Each measures the shift, and where it can the rotation, from frame to frame, turns it into mm by the
-pinhole equation and chains it.  None knows lens distortion, the cylinder or dirt on the glass.
+pinhole equation and chains it.  None knows lens distortion, the cylinder or dirt on the glass, and
+none can look along the pipe.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from collections.abc import Callable, Mapping
 import cv2
 import numpy as np
 
+from vo_core.errors import InvalidRig
 from vo_core.resample import to_grey
 from vo_core.rig import Rig
 from vo_core.track import Estimate
@@ -25,9 +27,15 @@ LEAST_MATCHES = 8
 
 
 class FrameToFrame(ABC):
-    """Chains the motion between consecutive frames to [X, Y, theta]."""
+    """Chains the motion between consecutive frames to [X, Y, theta].
+
+    Raises:
+        InvalidRig: The camera does not look down: there is no height for the pinhole equation.
+    """
 
     def __init__(self, rig: Rig) -> None:
+        if rig.mount.view != "down":
+            raise InvalidRig("mount.view: this method needs a camera that looks down.")
         self._mm_per_px = rig.mount.height_mm / np.array([rig.camera.fx, rig.camera.fy])
         self._mount_rad = float(np.radians(rig.mount.rotation_deg))
         self._before: Image | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -67,6 +68,10 @@ class Scenario:
     """Axial position of one pipe joint; the others lie whole segments away."""
     tile_mm: float | None = None
     """A floor of square tiles of this size instead of concrete."""
+    photo: str | None = None
+    """Name of a picture in `skimage.data` that covers the wall instead of concrete."""
+    photo_mm: float = 250.0
+    """Side of the wall that the photograph covers; from there on it is mirrored."""
     water: bool = False
     """Water runs along the invert, over about a third of the picture."""
 
@@ -85,6 +90,11 @@ class Scenario:
     drop_out_frames: int = 0
     """Length of the longest black or frozen stretch in frames."""
 
+    @property
+    def is_available(self) -> bool:
+        """Can it be rendered here?  The photographs come with scikit-image, an optional package."""
+        return self.photo is None or importlib.util.find_spec("skimage") is not None
+
     def shortened(self, length_mm: float) -> Scenario:
         """The same inspection over a shorter path; one that is short already stays as it is."""
         return replace(self, length_mm=min(length_mm, self.length_mm))
@@ -98,6 +108,19 @@ _NOMINAL = Scenario(
 
 _ALL = (
     _NOMINAL,
+    replace(
+        _NOMINAL,
+        name="photo_wall",
+        description="A photograph of gravel is the wall: washed concrete with stones of 12 mm.",
+        photo="gravel",
+    ),
+    replace(
+        _NOMINAL,
+        name="brick_wall",
+        description="A photograph of brickwork is the wall: straight lines that nearly repeat.",
+        photo="brick",
+        photo_mm=400.0,
+    ),
     replace(
         _NOMINAL,
         name="low_texture",
@@ -201,6 +224,21 @@ _ALL = (
         name="wide_lens",
         description="A fisheye lens on the axis of the pipe.",
         rig=_rig(camera={"model": "fisheye", "fx": 210.0, "fy": 210.0}, mount={"height_mm": 150.0}),
+    ),
+    replace(
+        _NOMINAL,
+        name="forward",
+        description="A camera on the axis of the pipe that looks ahead, as on a CCTV crawler.",
+        rig=_rig(camera={"fx": 400.0, "fy": 400.0}, mount={"view": "forward", "height_mm": 150.0}),
+    ),
+    replace(
+        _NOMINAL,
+        name="forward_wide",
+        description="The same with a fisheye lens that sees the wall beside it.",
+        rig=_rig(
+            camera={"model": "fisheye", "fx": 210.0, "fy": 210.0},
+            mount={"view": "forward", "height_mm": 150.0},
+        ),
     ),
     replace(
         _NOMINAL,

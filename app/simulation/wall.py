@@ -1,4 +1,4 @@
-"""The developed wall: a procedural picture of concrete or tiles over (axial mm, arc mm)."""
+"""The developed wall over (axial mm, arc mm): drawn concrete or tiles, or a photograph."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from app.simulation.camera import FloatImage
 from app.simulation.scenarios import Scenario
+from vo_core.errors import ChainageError
 
 MEAN_REFLECTANCE = 0.5
 TEXTURE_SD = 0.07
@@ -20,6 +21,10 @@ _GROUT_HALF_MM = 2.0
 _LEVELS = 6
 _MARGIN = 1 << _LEVELS
 """Texels around the asked-for area, so that the coarsest level has a border too."""
+
+
+class PhotographNotAvailable(ChainageError):
+    """The photograph of a scenario comes with a package that is not installed."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +76,9 @@ def make_wall(
     """Draw the wall of a scenario where it will be seen.
 
     The whole circumference is drawn, closed without a seam, when the range spans most of it.
+
+    Raises:
+        PhotographNotAvailable: The wall is a photograph of scikit-image, which is not installed.
     """
     diameter_mm = scenario.rig.pipe.diameter_mm
     start_mm, end_mm = arc_range_mm
@@ -91,7 +99,7 @@ def make_wall(
         x_mm=(x0_mm + texel_mm * np.arange(columns)).astype(np.float32),
         arc_mm=(arc0_mm + texel_arc_mm * np.arange(drawn_rows)).astype(np.float32),
     )
-    reflectance = _concrete(sheet) if scenario.tile_mm is None else _tile_surface(sheet)
+    reflectance = _surface(scenario, sheet)
     reflectance *= TEXTURE_SD * scenario.contrast
     reflectance += MEAN_REFLECTANCE
     if scenario.tile_mm is not None:
@@ -107,6 +115,34 @@ def make_wall(
     while len(levels) < _LEVELS:
         levels.append(np.asarray(cv2.pyrDown(levels[-1]), np.float32))
     return Wall(tuple(levels), x0_mm, arc0_mm, texel_mm, texel_arc_mm)
+
+
+def _surface(scenario: Scenario, sheet: _Sheet) -> FloatImage:
+    """What the wall is made of, zero mean and unit variance."""
+    if scenario.photo is not None:
+        return _photograph(sheet, scenario.photo, scenario.photo_mm)
+    return _concrete(sheet) if scenario.tile_mm is None else _tile_surface(sheet)
+
+
+def _photograph(sheet: _Sheet, name: str, side_mm: float) -> FloatImage:
+    """A photograph of scikit-image, mirrored over and over, so that no seam shows."""
+    try:
+        from skimage import data
+    except ImportError as error:
+        raise PhotographNotAvailable(
+            f"The photograph of this wall ({name}) comes with scikit-image, which is not "
+            "installed: pip install scikit-image."
+        ) from error
+    photo = np.asarray(getattr(data, name)(), np.float32)
+    side_px = round(side_mm / sheet.texel_mm)
+    enlarge = side_px > photo.shape[1]
+    tile = cv2.resize(
+        photo, (side_px, side_px), interpolation=cv2.INTER_CUBIC if enlarge else cv2.INTER_AREA
+    )
+    rows, columns = sheet.shape
+    padding = [(0, max(0, size - side_px)) for size in sheet.shape]
+    mirrored = np.pad(tile, padding, mode="symmetric")[:rows, :columns]
+    return _standardised(np.asarray(mirrored, np.float32))
 
 
 def _concrete(sheet: _Sheet) -> FloatImage:

@@ -106,6 +106,9 @@ def test_every_command_explains_itself(chainage, command):
         ["track", "v.mp4", "--rig", "rig.json", "--out", "t.csv", "--format", "xls"],
         ["track", "v.mp4", "--rig", "rig.json", "--out", "t.csv", "--method", "guess"],
         ["evaluate", "t.csv"],
+        ["evaluate", "t.csv", "truth.csv", "t2.csv"],
+        ["evaluate", "t.csv", "truth.csv", "--plot", "errors.doc"],
+        ["bench", "--metres", "0.01"],
         ["serve", "--port", "70000"],
         ["advise"],
         ["advise", "--rig", "rig.json", "--move", "15"],
@@ -237,6 +240,23 @@ def test_simulate_several_scenarios_into_a_folder_each(chainage, monkeypatch, tm
         assert (tmp_path / name / "video.mp4").is_file()
 
 
+def test_simulate_all_leaves_out_what_needs_scikit_image_where_it_is_not(
+    chainage, monkeypatch, tmp_path
+):
+    monkeypatch.setitem(sys.modules, "skimage", None)
+    short = {
+        name: SCENARIOS[name].shortened(5) for name in ("nominal", "tiled_floor", "photo_wall")
+    }
+    monkeypatch.setattr("app.simulation.SCENARIOS", short)
+    done = chainage("simulate", tmp_path)
+    assert done.code == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"nominal", "tiled_floor"}
+    assert "left out: photo_wall" in done.err
+    done = chainage("simulate", tmp_path / "one", "--scenario", "photo_wall")
+    assert done.code == 1
+    assert "pip install scikit-image" in done.err
+
+
 def test_unknown_scenario_names_those_there_are(chainage, tmp_path):
     done = chainage("simulate", tmp_path / "run", "--scenario", "sunny")
     assert done.code == 2
@@ -253,6 +273,24 @@ def test_evaluate_prints_the_errors_and_draws_them(chainage, track, sample, tmp_
     assert f"{frames_in(sample)}, of which 0 missing" in done.out
     assert "end error" in done.out
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_evaluate_of_several_runs_gives_a_line_each_and_one_picture(
+    chainage, track, sample, tmp_path
+):
+    _, out = track()
+    other = tmp_path / "monday.csv"
+    other.write_text("\n".join(out.read_text().splitlines()[:-1]))
+    done = chainage(
+        "evaluate", out, sample.truth, other, sample.truth, "--plot", tmp_path / "a.svg"
+    )
+    assert done.code == 0
+    lines = [line.split() for line in done.out.splitlines()]
+    assert lines[1][:3] == ["track", "0", "0"]
+    assert lines[2][:3] == ["monday", "1", "0"]
+    assert "all runs together" in done.out
+    assert "warning: monday: track and truth are not of the same frames (1 missing" in done.err
+    assert (tmp_path / "a.svg").read_text().startswith("<?xml")
 
 
 @pytest.mark.parametrize("name", ["none.csv", "rig.json"])

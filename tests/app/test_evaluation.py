@@ -1,9 +1,21 @@
 """The figures of `evaluate` on tracks whose errors are known by construction."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from evo.core import metrics, sync
+from evo.tools import file_interface
 
-from app.evaluation import Truth, evaluate, plot
+from app.evaluation import (
+    Run,
+    Truth,
+    displacement_error,
+    errors_of,
+    evaluate,
+    load_runs,
+    plot,
+)
 from vo_core.errors import InvalidTrack
 from vo_core.track import COLUMNS, Track
 
@@ -92,12 +104,26 @@ def test_short_way_has_no_relative_error():
     assert ("RPE over 0.5 m", "path too short") in result.rows()
 
 
+def test_error_is_told_along_the_way():
+    error = np.interp(STRAIGHT.x_mm, [0, 1500, 3000, 4500, 6000], [0, 1, -2, 3, 0])
+    result = evaluate(track_of(STRAIGHT, x_mm=STRAIGHT.x_mm + error), STRAIGHT)
+    assert result.quarter_errors_mm == pytest.approx((1, -2, 3))
+    assert dict(result.rows())["distance error at 1/4, 1/2, 3/4"] == "+1.00 / -2.00 / +3.00 mm"
+
+
 def test_missing_frames_are_counted_and_the_others_matched_by_number():
     whole = track_of(STRAIGHT)
     keep = np.delete(np.arange(601), [5, 6, 300])
     result = evaluate(Track(**{name: getattr(whole, name)[keep] for name in COLUMNS}), STRAIGHT)
-    assert result.missing_frames == 3
+    assert (result.missing_frames, result.surplus_frames) == (3, 0)
     assert result.max_error_mm == pytest.approx(0)
+
+
+def test_frames_beyond_the_truth_are_counted_and_not_compared():
+    longer = truth_of(np.linspace(0, 6100, 611))
+    result = evaluate(track_of(longer), STRAIGHT)
+    assert (result.missing_frames, result.surplus_frames) == (0, 10)
+    assert result.end_error_mm == pytest.approx(0)
 
 
 def test_honest_sigma_is_recognised():
@@ -115,7 +141,19 @@ def test_honest_sigma_is_recognised():
 def test_lost_and_weak_frames_are_counted():
     status = np.array(["ok"] * 541 + ["weak"] * 30 + ["lost"] * 30)
     result = evaluate(track_of(STRAIGHT, status=status), STRAIGHT)
-    assert result.lost_share == result.weak_share == pytest.approx(30 / 601)
+    assert (result.lost_frames, result.weak_frames) == (30, 30)
+
+
+def test_errors_of_several_runs_are_put_together_frame_by_frame():
+    low = errors_of(track_of(STRAIGHT, x_mm=STRAIGHT.x_mm - 1, sigma_mm=1.0), STRAIGHT)
+    high = errors_of(track_of(STRAIGHT, x_mm=STRAIGHT.x_mm + 3, sigma_mm=0.5), STRAIGHT)
+    both = displacement_error([low, high])
+    assert both.mean_error_mm == pytest.approx(1)
+    assert both.sd_error_mm == pytest.approx(2)
+    assert both.variance_error_mm2 == pytest.approx(4)
+    assert both.max_error_mm == pytest.approx(3)
+    assert both.coverage == pytest.approx(0.5)
+    assert both.nees == pytest.approx((1 + 36) / 2)
 
 
 def test_truth_file_is_read_back():
@@ -148,6 +186,87 @@ def test_track_and_truth_of_different_runs_are_refused():
         evaluate(track_of(STRAIGHT, frame=STRAIGHT.frame + 1000), STRAIGHT)
 
 
+def test_track_without_rows_is_refused():
+    empty = Track.from_estimates([])
+    with pytest.raises(InvalidTrack, match="no rows"):
+        evaluate(empty, STRAIGHT)
+
+
+def test_value_that_is_not_finite_is_refused():
+    x_mm = STRAIGHT.x_mm.copy()
+    x_mm[7] = np.nan
+    with pytest.raises(InvalidTrack, match="not a finite number"):
+        evaluate(track_of(STRAIGHT, x_mm=x_mm), STRAIGHT)
+
+
+def written(folder, name, track) -> tuple:
+    """Track and truth of `STRAIGHT` as files."""
+    folder.mkdir(exist_ok=True)
+    track_file, truth_file = folder / name, folder / "truth.csv"
+    track_file.write_text(track.to_csv(), encoding="utf-8")
+    rows = zip(*(vars(STRAIGHT)[column] for column in vars(STRAIGHT)), strict=True)
+    lines = [",".join(vars(STRAIGHT)), *(",".join(map(str, row)) for row in rows)]
+    truth_file.write_text("\n".join(lines), encoding="utf-8")
+    return track_file, truth_file
+
+
+def test_runs_have_the_names_of_their_files_and_where_these_are_equal_of_their_folders(tmp_path):
+    pairs = [written(tmp_path / day, "track.csv", track_of(STRAIGHT)) for day in ("mon", "tue")]
+    assert [run.name for run in load_runs(pairs[:1])] == ["track"]
+    names = [run.name for run in load_runs(pairs)]
+    assert names == [str(tmp_path / day / "track") for day in ("mon", "tue")]
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", "bad.csv is empty"),
+        (b"\x00\xff\xfe\x9c", "bad.csv is not a text file"),
+        (b"frame,time_s\n0,0\n", "bad.csv: The track has no column"),
+        (track_of(truth_of([0.0])).to_csv().splitlines()[0].encode(), "The track holds no rows"),
+        (track_of(replace(STRAIGHT, frame=STRAIGHT.frame + 700)).to_csv().encode(), "700 to 1300"),
+    ],
+)
+def test_file_that_does_not_fit_is_named_with_the_reason(tmp_path, content, said):
+    bad, truth = written(tmp_path, "bad.csv", track_of(STRAIGHT))
+    bad.write_bytes(content)
+    with pytest.raises(InvalidTrack, match=said) as refused:
+        load_runs([(bad, truth)])
+    assert str(bad) in str(refused.value)
+
+
+def test_evo_reads_the_track_and_finds_the_same_errors(tmp_path):
+    angle = np.linspace(0, 2, 301)
+    truth = truth_of(3000 * np.sin(angle), 3000 * (1 - np.cos(angle)), np.degrees(angle))
+    rng = np.random.default_rng(5)
+    track = track_of(
+        truth,
+        x_mm=truth.x_mm * 1.01 + rng.normal(0, 2, 301),
+        y_mm=truth.y_mm + 4,
+        yaw_deg=truth.yaw_deg + 3 * np.sin(angle),
+    )
+    for name, poses in (("truth", track_of(truth)), ("track", track)):
+        (tmp_path / name).write_text(poses.to_tum(), encoding="utf-8")
+    theirs, ours = (
+        file_interface.read_tum_trajectory_file(str(tmp_path / name)) for name in ("truth", "track")
+    )
+
+    assert ours.timestamps == pytest.approx(track.time_s, abs=1e-6)
+    forward = np.array([pose[:3, 0] for pose in ours.poses_se3])  # robot x in the world
+    yaw_rad = np.radians(track.yaw_deg)
+    expected = np.column_stack([np.cos(yaw_rad), np.sin(yaw_rad), np.zeros(301)])
+    assert forward == pytest.approx(expected, abs=1e-8)
+
+    def ape(relation):
+        error = metrics.APE(relation)
+        error.process_data(sync.associate_trajectories(theirs, ours))
+        return error.get_statistic(metrics.StatisticsType.rmse)
+
+    result = evaluate(track, truth)
+    assert 1000 * ape(metrics.PoseRelation.translation_part) == pytest.approx(result.ate_mm)
+    assert ape(metrics.PoseRelation.rotation_angle_deg) == pytest.approx(result.yaw_rms_deg)
+
+
 def test_rows_name_every_figure_in_text():
     rows = dict(evaluate(track_of(STRAIGHT, sigma_mm=1.0), STRAIGHT).rows())
     assert rows["end error"] == "+0.00 mm (+0.000 %)"
@@ -155,13 +274,11 @@ def test_rows_name_every_figure_in_text():
     assert all(isinstance(value, str) and value for value in rows.values())
 
 
-def test_plot_draws_a_row_for_each_run(tmp_path):
+@pytest.mark.parametrize(("count", "rows"), [(1, 1), (3, 4)])
+def test_plot_draws_a_row_for_each_run_and_one_for_all(tmp_path, count, rows):
     noisy = track_of(STRAIGHT, x_mm=STRAIGHT.x_mm + 1, sigma_mm=1.0)
-    heights = []
-    for count in (1, 2):
-        file = tmp_path / f"{count}.png"
-        plot([(f"run {n}", noisy, STRAIGHT) for n in range(count)], file)
-        data = file.read_bytes()
-        assert data.startswith(b"\x89PNG")
-        heights.append(int.from_bytes(data[20:24]))
-    assert heights[1] == pytest.approx(2 * heights[0], abs=2)
+    plot([Run(f"run {n}", noisy, STRAIGHT) for n in range(count)], tmp_path / "runs.png")
+    data = (tmp_path / "runs.png").read_bytes()
+    assert data.startswith(b"\x89PNG")
+    width, height = (int.from_bytes(data[at : at + 4]) for at in (16, 20))
+    assert height == pytest.approx(rows * 3.4 / 11 * width, abs=2)

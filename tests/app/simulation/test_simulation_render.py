@@ -1,15 +1,18 @@
 """What the pictures show, checked against positions worked out by OpenCV's projection."""
 
+import sys
 from dataclasses import replace
 from itertools import islice, pairwise
 
 import cv2
 import numpy as np
 import pytest
+from skimage import data
 from test_simulation_camera import project
 
 from app.simulation import SCENARIOS, render
 from app.simulation.motion import Pose
+from app.simulation.wall import PhotographNotAvailable
 
 
 def clean(name: str, **changes):
@@ -143,24 +146,59 @@ def test_text_stays_in_its_place_while_the_clock_runs():
     assert not np.array_equal(ink[0][-40:], ink[7][-40:])
 
 
-def test_forward_camera_sees_the_whole_ring_of_the_pipe():
-    nominal = SCENARIOS["nominal"]
-    rig = nominal.rig.model_copy(
-        update={
-            "camera": nominal.rig.camera.model_copy(update={"fx": 266.0, "fy": 266.0}),
-            "mount": nominal.rig.mount.model_copy(update={"view": "forward", "height_mm": 150.0}),
-        }
-    )
-    scenario = replace(nominal, rig=rig, first_joint_mm=250.0, noise_grey=0.0, length_mm=5.0)
+@pytest.mark.parametrize(
+    ("name", "joint_mm", "radius_px"),
+    [
+        ("forward", 300.0, 400 * 150 / 300),  # f tan(angle to the axis)
+        ("forward_wide", 120.0, 210 * np.arctan2(150, 120)),  # f times the angle
+    ],
+)
+def test_forward_camera_sees_the_whole_ring_of_the_pipe(name, joint_mm, radius_px):
+    scenario = clean(name, first_joint_mm=joint_mm, length_mm=5.0)
     image = cv2.blur(next(iter(render(scenario))).image, (3, 3)).astype(float)
-    # A joint X ahead lies on a circle of f R / X; it is dark all around, at the crown too.
-    radius_px = 266.0 * 150 / 250
+    # The joint lies on one circle around the optical axis; it is dark at the crown too.
     for clock in np.radians(np.arange(0, 360, 30)):
         samples = [
             image[
                 round(239.5 + (radius_px + away) * np.sin(clock)),
                 round(319.5 + (radius_px + away) * np.cos(clock)),
             ]
-            for away in (-20, 0, 20)
+            for away in (-14, 0, 14)
         ]
         assert samples[1] < 0.8 * min(samples[0], samples[2])
+
+
+def photographed_floor(photo_mm):
+    """The photograph under a camera that stands 230 mm above it, with nothing else in the way."""
+    scenario = clean("photo_wall", photo_mm=photo_mm, lamp_width=50.0, length_mm=1.0)
+    flat = scenario.rig.pipe.model_copy(
+        update={"shape": "flat", "diameter_mm": None, "segment_length_mm": None}
+    )
+    return replace(scenario, rig=scenario.rig.model_copy(update={"pipe": flat}))
+
+
+def test_wall_of_a_photograph_shows_it_in_the_stated_size():
+    image = next(iter(render(photographed_floor(250.0)))).image
+    per_px = 1194.0 / 230.0 * 250.0 / 512  # picture pixels for one of the photograph's
+    small = cv2.resize(image, None, fx=1 / per_px, fy=1 / per_px, interpolation=cv2.INTER_AREA)
+    patch = small[30:-30, 30:-30]
+    photo = data.gravel()
+    both_ways = np.vstack([photo, photo[::-1]])
+    sheet = np.hstack([both_ways, both_ways[:, ::-1]])  # whichever part of it the camera sees
+    assert cv2.matchTemplate(sheet, patch, cv2.TM_CCOEFF_NORMED).max() > 0.9
+
+
+def test_photograph_goes_on_without_a_seam():
+    image = next(iter(render(photographed_floor(40.0)))).image.astype(float)  # some nine of them
+    for axis in (0, 1):
+        steps = np.abs(np.diff(image, axis=axis)).mean(axis=1 - axis)
+        assert steps.max() < 2.5 * np.median(steps)
+
+
+def test_photograph_that_is_not_there_is_said_with_what_to_install(monkeypatch):
+    assert SCENARIOS["photo_wall"].is_available
+    monkeypatch.setitem(sys.modules, "skimage", None)  # as where it is not installed
+    assert not SCENARIOS["photo_wall"].is_available
+    assert SCENARIOS["nominal"].is_available
+    with pytest.raises(PhotographNotAvailable, match="pip install scikit-image"):
+        next(iter(render(SCENARIOS["photo_wall"].shortened(20))))
