@@ -9,9 +9,13 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import cv2
 import pytest
 from builders import Client, make_clip, serving
 from playwright.sync_api import Browser, sync_playwright
+
+# Two test processes share two cores; the threads of OpenCV would wait for each other busily.
+cv2.setNumThreads(1)
 
 LONG_FRAMES = 1500
 CHROMIUM = ("chromium", "chromium-browser", "google-chrome")

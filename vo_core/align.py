@@ -28,8 +28,8 @@ Warp = Callable[[Matrix], Points]
 (..., n) to (..., nodes, 2)."""
 
 MAX_STEPS = 8
-CONVERGED_PX = 0.005
-"""A step that moves no block by more ends the iteration."""
+CONVERGED_PX = 0.02
+"""A step that moves no block by more ends the iteration: what is left is far smaller."""
 
 DIFFERENCE = 1e-4
 """Step of the numerical derivative in scales: what cannot be seen (the heading on a floor) must
@@ -37,6 +37,9 @@ come out as exactly that, and a large step would see it in the curvature."""
 
 VARIANCE_FLOOR = 0.02
 """Residual variance, of a texture of variance 1, below which a block earns no more weight."""
+
+CLEAR = 0.5
+"""Correlation around a block that unrelated pictures do not reach."""
 
 LEAST_ENERGY = 1e-3
 """Mean square of a normalised picture that counts as blank: rounding errors agree perfectly."""
@@ -66,7 +69,7 @@ class Template:
     image: GrayImage
     """The covered part, normalised and low-passed."""
     seen: NDArray[np.bool_]
-    """(blocks,) does the picture show all of the block?"""
+    """(blocks,) does the picture show all of the block? (`cover` below: do both pictures?)"""
     gradient: tuple[GrayImage, GrayImage]
     tensor: Matrix
     """(blocks, 2, 2) mean g g'."""
@@ -109,7 +112,8 @@ class Alignment:
     """(blocks,) normalised correlation around each block, 0 where nothing is seen."""
     converged: bool
     significance: float
-    """Agreement in standard deviations of what unrelated pictures reach by chance."""
+    """Agreement in standard deviations of what unrelated pictures reach by chance; of all blocks,
+    or of those that agree clearly: a few clean ones between much dirt are enough."""
 
     def support(self, reliability: Matrix) -> float:
         """Share of what usually shows the wall, block by block, that agrees."""
@@ -142,10 +146,11 @@ def align(
     information = np.diag(1 / (START_PX * scales) ** 2) + (0 if prior is None else prior)
     parameters, step_px = np.array(start, np.float64), np.inf
     positions, jacobian = _linearise(template.grid, warp, parameters, scales)
+    hessians = _hessians(template.tensor, jacobian)
     for _ in range(MAX_STEPS):
         seen = _compare(template, doubled, whole, positions)
         step = -np.linalg.solve(
-            _hessian(template.tensor, jacobian, seen) + information,
+            np.tensordot(seen.weights, hessians, 1) + information,
             _scores(jacobian, seen).sum(0) + information @ (parameters - start),
         )
         parameters = parameters + step
@@ -154,10 +159,12 @@ def align(
             break
         positions = warp(parameters)
     # Sandwich: the bread is the Hessian, the filling what the blocks really scatter.
-    independent = seen.overlap * template.seen.sum() * template.grid.side_px**2 / CORRELATED_PX
+    per_block = template.grid.side_px**2 / CORRELATED_PX
+    independent = seen.overlap * template.seen.sum() * per_block
+    clear = seen.trust > CLEAR
     scores = _scores(jacobian, seen)
-    tensor = _common_texture(template, seen, independent)
-    bread = np.linalg.inv(_hessian(tensor, jacobian, seen) + information)
+    observed = _hessians(_common_texture(template, seen, independent), jacobian)
+    bread = np.linalg.inv(np.tensordot(seen.weights, observed, 1) + information)
     filling = INFLATION * scores.T @ scores + information
     return Alignment(
         parameters=parameters,
@@ -166,8 +173,13 @@ def align(
         fidelity=seen.fidelity,
         overlap=seen.overlap,
         trust=seen.trust,
-        converged=step_px < 10 * CONVERGED_PX and bool(seen.weights.any()),
-        significance=seen.agreement * float(np.sqrt(independent)),
+        converged=step_px < 2 * CONVERGED_PX and bool(seen.weights.any()),
+        significance=max(
+            seen.agreement * float(np.sqrt(independent)),
+            float(seen.trust[clear].mean() * np.sqrt(clear.sum() * per_block))
+            if clear.any()
+            else 0,
+        ),
     )
 
 
@@ -221,11 +233,9 @@ def _scores(jacobian: Matrix, seen: _Comparison) -> Matrix:
     return np.asarray((jacobian * weighted[:, :, None]).sum(1))
 
 
-def _hessian(tensor: Matrix, jacobian: Matrix, seen: _Comparison) -> Matrix:
-    """Sum of J' g g' J over the blocks, weighted, (n, n)."""
-    weighted = tensor * seen.weights[:, None, None]
-    n = jacobian.shape[2]
-    return np.asarray(jacobian.reshape(-1, n).T @ (weighted @ jacobian).reshape(-1, n))
+def _hessians(tensor: Matrix, jacobian: Matrix) -> Matrix:
+    """J' g g' J of each block, (blocks, n, n)."""
+    return np.asarray(np.swapaxes(jacobian, 1, 2) @ (tensor @ jacobian))
 
 
 def _common_texture(template: Template, seen: _Comparison, independent: float) -> Matrix:
@@ -240,7 +250,8 @@ def _common_texture(template: Template, seen: _Comparison, independent: float) -
     shared = [template.grid.means(p) for p in (rx * sx, rx * sy + ry * sx, ry * sy)]
     xx, twice_xy, yy = (float(seen.weights @ mean) for mean in shared)
     both = np.array([[xx, twice_xy / 2], [twice_xy / 2, yy]])
-    alone = np.tensordot(seen.weights, template.tensor, 1) + 1e-12 * np.eye(2)
+    alone = np.tensordot(seen.weights, template.tensor, 1)
+    alone += (1e-9 * np.trace(alone) + 1e-12) * np.eye(2)
     values, vectors = np.linalg.eigh(alone)
     root = vectors * np.sqrt(values) @ vectors.T
     whitener = vectors / np.sqrt(values) @ vectors.T
@@ -253,7 +264,10 @@ def _common_texture(template: Template, seen: _Comparison, independent: float) -
 def _linearise(
     grid: BlockGrid, warp: Warp, parameters: Matrix, scales: Matrix
 ) -> tuple[Points, Matrix]:
-    """w(q), and dw/dq a block, (blocks, 2, n), in the reference's pixels by (dw/dp)^-1."""
+    """w(q), and dw/dq a block, (blocks, 2, n), in the reference's pixels by (dw/dp)^-1.
+
+    Taken once, at the start: it changes little within the two pixels of an alignment.
+    """
     steps = DIFFERENCE * scales
     positions, *moved = warp(parameters + np.vstack([np.zeros_like(steps), np.diag(steps)]))
     columns = (np.stack(moved, -1) - positions[..., None]) / steps

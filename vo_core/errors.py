@@ -39,3 +39,7 @@ class UnreadableVideo(ChainageError):
 
 class ShapeMismatch(ChainageError, ValueError):
     """An image has a shape, size or type that the method cannot use."""
+
+
+class InvalidTime(ChainageError, ValueError):
+    """A frame's time is no finite number."""

@@ -113,6 +113,10 @@ def count_joints(
                 f"How many segments lie between the joints in frames {first} and {last} is not "
                 "certain; give a taped length too."
             )
+    if not best.links():
+        raise InvalidCorrection(
+            "All rings that were seen are the same joint; give a taped length instead."
+        )
     # Once more with the scatter of this pipe: rings beside the joints are told from them.
     (final,) = search.best_paths(*search.measured(best), 0.0)
     return final.joints(ordered)

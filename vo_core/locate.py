@@ -28,6 +28,9 @@ from vo_core.wall import Pose
 LEAST_OVERLAP = 0.15
 """Below this share of common wall a reference is out of reach."""
 
+STANDS_PX, APART_PX = 2.0, 6.0
+"""Nearer to the reference is standstill; nearer is no motion of its own beside a standstill."""
+
 RIVAL = 0.9
 """Share of the best support that makes another pose as good."""
 
@@ -87,6 +90,8 @@ class Fix:
     alignment: Alignment
     is_ambiguous: bool = False
     """Does another pose fit as well (a wall that repeats itself)?"""
+    is_doubtful: bool = False
+    """Is it a standstill that speaks for a fixed pattern, were the motion not out of reach?"""
 
 
 @dataclass(frozen=True)
@@ -126,14 +131,14 @@ class Locator:
         decide that have shown the wall before.
         """
         fixes = self._fixes(reference, picture, guess)
-        near = [fix for fix in fixes if _distance_mm(fix.pose, guess) <= outlook.reach_mm]
-        return self._best(fixes, near, outlook)
+        in_reach = [fix for fix in fixes if _distance_mm(fix.pose, guess) <= outlook.reach_mm]
+        return self._best(fixes, in_reach, outlook)
 
     def search(self, reference: Reference, picture: Picture, outlook: Outlook) -> Fix | None:
         """The pose without any guess: no motion, and the rotation of the polar spectrum."""
         window = taper(self._coarse_valid, min(self._coarse_valid.shape) // 2)
         pictures = (reference.picture, picture)
-        before, now = (polar_spectrum(spectrum(p.coarse, window)) for p in pictures)
+        before, now = (polar_spectrum(p.coarse, window) for p in pictures)
         # The content turns one way when the camera turns the other.
         turn = rotation_between(before, now)
         at = reference.pose
@@ -146,13 +151,16 @@ class Locator:
         aligned = (self._align(reference, picture, start) for start in starts)
         return [fix for fix in aligned if fix is not None]
 
-    def _best(self, fixes: list[Fix], near: list[Fix], outlook: Outlook) -> Fix | None:
+    def _best(self, found: list[Fix], in_reach: list[Fix], outlook: Outlook) -> Fix | None:
         """The fix of the wall; uncertain by the distance to a rival that is as good."""
         fixes = [
             fix
-            for fix in fixes
+            for fix in found
             if not self._stands(fix)
-            or ((fix in near or not near) and not any(self._is_pattern(fix, o) for o in near))
+            or (
+                (fix in in_reach or not in_reach)
+                and not any(self._is_pattern(fix, other) for other in in_reach)
+            )
         ]
         reliability = outlook.reliability
         if reliability is None:
@@ -161,6 +169,8 @@ class Locator:
             return None
         supports = [fix.alignment.support(reliability) for fix in fixes]
         best = fixes[int(np.argmax(supports))]
+        if self._stands(best) and any(self._is_pattern(best, other) for other in found):
+            best = replace(best, is_doubtful=True)
         rivals = [
             abs(fix.pose.x_mm - best.pose.x_mm)
             for fix, support in zip(fixes, supports, strict=True)
@@ -172,8 +182,8 @@ class Locator:
         return replace(best, covariance=uncertain, is_ambiguous=True)
 
     def _stands(self, fix: Fix) -> bool:
-        """Does the picture lie on the reference to within a pixel?"""
-        return self.overlap(fix.reference, fix.pose) > 1 - 2 / max(self._grid.shape)
+        """Does the picture lie on the reference, to within what a fixed pattern pulls it?"""
+        return self.overlap(fix.reference, fix.pose) > 1 - STANDS_PX / max(self._grid.shape)
 
     def _is_pattern(self, fix: Fix, other: Fix) -> bool:
         """Is `fix` the standstill of what sticks to the lens, and `other` the motion of the wall?
@@ -182,7 +192,7 @@ class Locator:
         a period off. Dirt agrees where it lies only: elsewhere some places speak for the motion
         that do not speak for standstill.
         """
-        if self.overlap(other.reference, other.pose) > 1 - 6 / max(self._grid.shape):
+        if self.overlap(other.reference, other.pose) > 1 - APART_PX / max(self._grid.shape):
             return False
         clearer = other.alignment.trust - fix.alignment.trust > CLEARER
         return float(clearer.mean()) > LEAST_CLEARER

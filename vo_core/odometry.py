@@ -1,15 +1,16 @@
 """Visual odometry on the developed wall: one pose a frame, with its uncertainty.
 
-The path of a frame through `Odometry.step`: rectify -> normalise -> remove the fixed pattern ->
-predict -> locate against the keyframe -> pose and status.  Frames that show nothing new (black,
-frozen, unrecognised) are bridged by the motion before them and say so; they are never read as
-standstill.
+The path of a frame through `Odometry.step`: rectify -> low-pass -> normalise -> remove the fixed
+pattern -> predict -> locate against the keyframe, else the newest frame -> pose and status -> teach
+the fixed pattern.  Frames that show nothing new (black, frozen, unrecognised) are bridged by the
+motion before them and say so; they are not read as standstill before `FROZEN_LIMIT_S`.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from vo_core.errors import InvalidTime
 from vo_core.filters import low_pass, normalise
 from vo_core.locate import CERTAIN, LEAST_OVERLAP, Fix, Locator, Outlook, Picture, Reference
 from vo_core.pattern import FixedPattern
@@ -39,9 +40,10 @@ REACH_PX = 2.0
 """By how many pixels of the patch a good prediction may be off."""
 
 FROZEN_LIMIT_S = 1.0
-"""A picture that repeats itself for longer does show standstill."""
+"""A picture that repeats itself for longer does show standstill (a robot that stops dead is lost
+until then)."""
 
-PATTERN_STEP = 0.05
+PATTERN_STEP = 0.1
 """Share of the patch that the wall must move before the fixed pattern learns from a frame again."""
 
 RELIABILITY_GAIN, RELIABILITY_FLOOR = 0.05, 0.05
@@ -87,7 +89,7 @@ class Odometry:
         self._reliability: Matrix | None = None
         """(blocks,) running mean of the trust in each block, over frames that showed motion."""
         self._keyframe: Reference | None = None
-        self._recent: Reference | None = None
+        self._fallback: Reference | None = None
         """The newest frame with a fix; after a long loss the newest one, at a guessed pose."""
         self._pose = self._fix_pose = Pose()
         """Of the last frame, and of the last frame that was measured."""
@@ -104,12 +106,15 @@ class Odometry:
 
         Args:
             image: (H, W) or (H, W, 3), of the rig's size; left unchanged.
-            t_s: Its presentation time, rising.
+            t_s: Its presentation time, rising; where it does not, the speed is taken as unknown.
         Returns:
             Estimate: The pose; `lost` when the wall was not recognised and the motion was bridged.
         Raises:
             ShapeMismatch: The image has not the size that the rig states.
+            InvalidTime: The time is no finite number.
         """
+        if not np.isfinite(t_s):
+            raise InvalidTime(f"Frame {self._frame} has the time {t_s} s; it must be finite.")
         if self._frame == 0:
             self._fix_s = t_s
         patch = self._rectify(image)
@@ -117,7 +122,7 @@ class Odometry:
         picture = Picture(self._pattern.remove(normal))
         predicted = self._predict(t_s)
         visible = _contrast(patch) >= LEAST_CONTRAST
-        fix = self._fix(picture, predicted, t_s) if visible else None
+        fix = self._measure(picture, predicted, t_s) if visible else None
         frozen = fix is not None and self._is_frozen(fix, t_s)
         if self._keyframe is None:
             status, quality = self._begin(picture, t_s, visible=visible)
@@ -155,10 +160,10 @@ class Odometry:
         moved_mm = abs(fix.pose.x_mm - self._fix_pose.x_mm)
         return not could_stop and moved_mm < FROZEN_SHARE * speed * gone_s
 
-    def _fix(self, picture: Picture, predicted: Pose, t_s: float) -> Fix | None:
+    def _measure(self, picture: Picture, predicted: Pose, t_s: float) -> Fix | None:
         """The pose by the keyframe, else by the newest frame, with the prediction and without."""
         outlook = self._outlook(t_s)
-        references = [r for r in (self._keyframe, self._recent) if r is not None]
+        references = [r for r in (self._keyframe, self._fallback) if r is not None]
         for reference in references:
             if self._locator.overlap(reference, predicted) >= LEAST_OVERLAP:
                 fix = self._locator.locate(reference, picture, predicted, outlook)
@@ -173,20 +178,24 @@ class Odometry:
         if not visible:
             return self._bridge(picture, self._pose, t_s, visible=False)
         self._fix_s, self._fix_covariance = t_s, self._covariance
-        self._keyframe = self._recent = self._reference(picture)
+        self._keyframe = self._fallback = self._reference(picture)
         return "ok", 1.0
 
     def _take(self, fix: Fix, picture: Picture, t_s: float) -> tuple[Status, float]:
         share = _systematic(SCALE_ERROR, fix) * self._rectify.unevenness
         self._model_mm += share * (fix.pose.x_mm - self._fix_pose.x_mm)
-        elapsed_s = max(t_s - self._fix_s, 1e-6)
-        self._velocity = (_vector(fix.pose) - _vector(self._fix_pose)) / elapsed_s
+        elapsed_s = t_s - self._fix_s
+        # A standstill that may be dirt says nothing of the speed, so the next frame can unmask it.
+        if elapsed_s <= 0 or (fix.is_doubtful and self._reliability is None):
+            self._velocity = None
+        else:
+            self._velocity = (_vector(fix.pose) - _vector(self._fix_pose)) / elapsed_s
         self._pose = self._fix_pose = fix.pose
         self._covariance = self._fix_covariance = fix.covariance
         self._fix_s = t_s
-        self._recent = self._reference(picture, turn_rad=_systematic(TURN_ERROR, fix))
+        self._fallback = self._reference(picture, turn_rad=_systematic(TURN_ERROR, fix))
         if fix.reference is not self._keyframe or fix.alignment.overlap < self._least_overlap:
-            self._keyframe = self._recent
+            self._keyframe = self._fallback
         sure = fix.alignment.significance >= CERTAIN and not fix.is_ambiguous
         return "ok" if sure else "weak", float(np.clip(fix.alignment.agreement, 0.0, 1.0))
 
@@ -194,15 +203,17 @@ class Odometry:
         self, picture: Picture, predicted: Pose, t_s: float, *, visible: bool
     ) -> tuple[Status, float]:
         """Go on as before, less and less certain; anchor anew when the old wall is out of sight."""
-        gone_s = t_s - self._fix_s
+        gone_s = max(t_s - self._fix_s, 0.0)
         unknown = UNKNOWN_SPEED if self._velocity is None else BRIDGE_SPEED * np.abs(self._velocity)
-        drift = unknown * gone_s + BRIDGE_ACCELERATION * gone_s**2 / 2
+        drift = (
+            unknown * gone_s + np.minimum(BRIDGE_ACCELERATION * gone_s / 2, UNKNOWN_SPEED) * gone_s
+        )
         self._pose = predicted
         self._covariance = self._fix_covariance + np.diag(np.square(drift))
         if visible and self._keyframe is not None:
             out_of_sight = self._locator.overlap(self._keyframe, predicted) < LEAST_OVERLAP
             if out_of_sight or gone_s > FROZEN_LIMIT_S:
-                self._recent = self._reference(picture)
+                self._fallback = self._reference(picture)
         return "lost", 0.0
 
     def _reference(self, picture: Picture, turn_rad: float = 0.0) -> Reference:

@@ -1,7 +1,8 @@
 """Every frame resampled onto the developed wall of the known pipe.
 
-There the robot's motion is one rigid shift over the whole picture, whatever lens and mount the
-camera has; that is what makes the paper's direct method right in a pipe and not on a plane only.
+There the robot's motion is one shift over the whole picture, nearly (see `motion` for the rest),
+whatever lens and mount the camera has; that is what makes the paper's direct method right in a
+pipe and not on a plane only.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import cv2
 import numpy as np
 
 from vo_core.errors import InvalidRig, ShapeMismatch
-from vo_core.resample import halve, reduce_to, to_grey
+from vo_core.resample import reduce_to, to_grey
 from vo_core.rig import Rig
 from vo_core.types import ByteImage, GrayImage, Image
 from vo_core.wall import (
@@ -29,13 +30,22 @@ from vo_core.wall import (
 )
 
 PATCH_SIDE_PX = 320
-"""Longest side to which frames are reduced first: noise and cost fall with the square of it."""
+"""Longest side of a patch, about; frames are reduced to it first, or to twice that (see `EVEN`):
+noise and cost fall with the square of it."""
 
 MULTIPLE_PX = 4
 """Sides of a patch are multiples of it: reductions by whole numbers are many times quicker."""
 
+LEAST_PX = 16
+"""Shortest side of a patch that can be measured on."""
+
 COARSEST = 3.0
 """Where a pixel covers more than this many times the finest one, the picture is left out."""
+
+EVEN = 1.3
+"""Above this unevenness frames are averaged on the wall and not in the picture: where the picture
+is compressed towards its border, an average there lies outward of its centre, and every distance
+reads too long (by 0.06 % looking forward)."""
 
 NOMINAL = Pose()
 
@@ -60,15 +70,13 @@ class PatchGrid:
         """(..., 2) (axial mm, arc mm) to patch pixels (column, row)."""
         return np.asarray((axial_arc_mm - (self.axial_mm, self.arc_mm)) / self.mm_per_px)
 
-    def doubled(self) -> PatchGrid:
-        """The same rectangle with half the step: four pixels in the place of one."""
-        quarter_mm = self.mm_per_px / 4
+    def finer(self, times: int) -> PatchGrid:
+        """The same rectangle with so many pixels in the place of one, each way."""
+        step_mm = self.mm_per_px / times
+        back_mm = (self.mm_per_px - step_mm) / 2
         rows, columns = self.shape
         return PatchGrid(
-            self.axial_mm - quarter_mm,
-            self.arc_mm - quarter_mm,
-            2 * quarter_mm,
-            (2 * rows, 2 * columns),
+            self.axial_mm - back_mm, self.arc_mm - back_mm, step_mm, (times * rows, times * columns)
         )
 
 
@@ -79,21 +87,22 @@ class Rectifier:
     `unevenness` is the picture's coarsest resolution on the wall over its finest, 1 to `COARSEST`.
 
     Raises:
-        InvalidRig: The camera sees no wall.
+        InvalidRig: The camera sees no wall, or too narrow a strip of it.
     """
 
     def __init__(self, rig: Rig) -> None:
         self.rig = rig
         camera = rig.camera
         longest = max(camera.width, camera.height)
-        reduction = max(1.0, longest / (2 * PATCH_SIDE_PX))
+        self.grid, self.unevenness = _visible_grid(rig, max(1.0, longest / PATCH_SIDE_PX))
+        self._fineness = 1 if self.unevenness < EVEN else 2
+        reduction = max(1.0, longest / (self._fineness * PATCH_SIDE_PX))
         self._frame_wh = (camera.width, camera.height)
         self._reduced_wh = (round(camera.width / reduction), round(camera.height / reduction))
-        self.grid, self.unevenness = _visible_grid(rig, max(1.0, longest / PATCH_SIDE_PX))
-        self._maps, self.valid = self._lookup(self.grid.doubled())
+        self._maps, self.valid = self._lookup(self.grid.finer(self._fineness))
 
     def __call__(self, image: Image) -> GrayImage:
-        """The patch that a frame shows, (rows, columns) float32, 0 outside `valid`.
+        """The patch that a frame shows, (rows, columns) float32, meaningless outside `valid`.
 
         Raises:
             ShapeMismatch: The frame has not the size that the rig states.
@@ -107,12 +116,10 @@ class Rectifier:
         reduced = reduce_to(grey, self._reduced_wh)
         # Outside the frame its border goes on: a black edge would be texture to what follows.
         fine = cv2.remap(reduced, *self._maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        # Averaged on the wall and not in the picture: where the picture is compressed towards its
-        # border, an average there lies outward of its centre and every distance reads too long.
-        return halve(np.asarray(fine, np.float32))
+        return reduce_to(fine, self.grid.shape[::-1])
 
     def _lookup(self, fine: PatchGrid) -> tuple[tuple[Image, Image], ByteImage]:
-        """Where a grid twice as fine as the patch lies in the reduced frame; the patch's mask."""
+        """Where the fine grid lies in the reduced frame, and the mask of the patch."""
         rows, columns = fine.shape
         xy = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), -1).reshape(-1, 2)
         wall = enclose(self.rig, fine.to_mm(xy.astype(np.float64)))
@@ -123,7 +130,8 @@ class Rectifier:
             inside = ((uv >= 0) & (uv <= size - 1)).all(1)
         reduced = (np.nan_to_num(uv, nan=-1.0) + 0.5) * (self._reduced_wh / size) - 0.5
         u, v = (reduced[:, i].reshape(rows, columns).astype(np.float32) for i in (0, 1))
-        valid = np.all(inside.reshape(rows // 2, 2, columns // 2, 2), axis=(1, 3))
+        n = self._fineness
+        valid = np.all(inside.reshape(rows // n, n, columns // n, n), axis=(1, 3))
         return (u, v), np.asarray(valid, np.uint8)
 
 
@@ -151,7 +159,12 @@ def _visible_grid(rig: Rig, reduction: float) -> tuple[PatchGrid, float]:
     step_mm = float(np.median(mm_per_px[good])) * reduction
     low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
     size = np.floor((high - low) / step_mm).astype(int) + 1
-    columns, rows = np.maximum(size // MULTIPLE_PX, 1) * MULTIPLE_PX
+    columns, rows = size // MULTIPLE_PX * MULTIPLE_PX
+    if min(columns, rows) < LEAST_PX:
+        raise InvalidRig(
+            f"The camera shows a strip of wall of {columns}x{rows} px only, too narrow to measure "
+            "on; check cx, cy and the size of the picture."
+        )
     axial, arc = (low + high) / 2 - (np.array([columns, rows]) - 1) / 2 * step_mm
     grid = PatchGrid(float(axial), float(arc), step_mm, (int(rows), int(columns)))
     return grid, float(mm_per_px[good].max()) / finest

@@ -27,6 +27,12 @@ from vo_core.wall import Points
 COARSE_SIDE_PX = 320
 """Longest side of the pictures that are correlated; the refinement runs at full size."""
 
+OPEN_PX = 1.0
+"""Above this uncertainty the pictures do not show the motion."""
+
+LONGEST_PX = 16000
+"""OpenCV resamples pictures below 32768 px only, and they are doubled."""
+
 SIGNIFICANT = 6.0
 """Agreement in standard deviations of what unrelated pictures reach by chance."""
 
@@ -58,18 +64,23 @@ def register(reference: Image, moving: Image) -> Shift:
         reference, moving: (H, W) or (H, W, 3), the same shape, at least 32x32; uint8, uint16 or
             float. They are left unchanged.
     Returns:
-        Shift: quality is 0 when the two do not show the same wall (no texture, no overlap).
+        Shift: quality is 0 when the two do not show the same wall (no texture, no overlap) or
+            leave a direction open (straight lines).
     Raises:
-        ShapeMismatch: The arrays differ in shape, or are no pictures.
+        ShapeMismatch: The arrays differ in shape, are no pictures or above `LONGEST_PX`.
     """
     if np.shape(reference) != np.shape(moving):
         raise ShapeMismatch(
             "Both pictures must have one shape; found "
             f"{np.shape(reference)} and {np.shape(moving)}."
         )
+    if max(np.shape(reference)) > LONGEST_PX:
+        raise ShapeMismatch(
+            f"A picture has at most {LONGEST_PX} px a side; found {np.shape(reference)}."
+        )
     full = [np.asarray(to_grey(image), np.float32) for image in (reference, moving)]
     reduction = max(1.0, max(full[0].shape) / COARSE_SIDE_PX)
-    coarse_wh = (round(full[0].shape[1] / reduction), round(full[0].shape[0] / reduction))
+    coarse_wh = tuple(max(1, round(side / reduction)) for side in full[0].shape[::-1])
     coarse = [normalise(reduce_to(image, coarse_wh)) for image in full]
     start, peak = _coarse_shift(*coarse)
     if peak.psr < LOCK_PSR:
@@ -87,7 +98,8 @@ def register(reference: Image, moving: Image) -> Shift:
         start,
         np.array([1.0, 1.0, 2 / max(full[0].shape)]),
     )
-    if not fit.converged or fit.significance < SIGNIFICANT:
+    is_open = np.linalg.eigvalsh(fit.covariance[:2, :2])[-1] > OPEN_PX**2
+    if not fit.converged or is_open or fit.significance < SIGNIFICANT:
         return Shift(0.0, 0.0, 0.0, 0.0)
     dx, dy, rotation = fit.parameters.tolist()
     return Shift(dx, dy, rotation, float(np.clip(fit.agreement, 0.0, 1.0)))
@@ -110,17 +122,15 @@ def _coarse_shift(reference: GrayImage, moving: GrayImage) -> tuple[Matrix, Peak
     shape = reference.shape
     everywhere = np.ones(shape, np.uint8)
     window = taper(everywhere, min(shape) // 2)
-    spectra = [spectrum(image, window) for image in (reference, moving)]
-    before, now = (polar_spectrum(s) for s in spectra)
+    before, now = (polar_spectrum(image, window) for image in (reference, moving))
+    target = spectrum(moving, window)
     rotation = rotation_between(before, now)
-    best: tuple[Matrix, Peak] | None = None
+    candidates = []
     for angle in (0.0, rotation):
         turned = _moved(reference, np.array([0.0, 0.0, angle])) if angle else reference
-        (peak,) = best_peaks(correlation(spectrum(turned, window), spectra[1]))
-        if best is None or peak.psr > best[1].psr:
-            best = np.array([peak.dx_px, peak.dy_px, angle]), peak
-    if best is None:
-        raise AssertionError
+        (peak,) = best_peaks(correlation(spectrum(turned, window), target))
+        candidates.append((np.array([peak.dx_px, peak.dy_px, angle]), peak))
+    best = max(candidates, key=lambda candidate: candidate[1].psr)
     return _on_overlap(reference, moving, *best)
 
 

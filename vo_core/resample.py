@@ -17,7 +17,8 @@ def to_grey(image: Image) -> Image:
     """Grey picture on the scale 0 to 255, uint8 or float32; the input is left alone.
 
     Args:
-        image: (H, W) or (H, W, 3) BGR; uint8, uint16, or float (within 0 to 1 it is scaled).
+        image: (H, W) or (H, W, 3) BGR; uint8, uint16, or float (within 0 to 1 it is scaled; what
+            is negative, infinite or no number is black).
     Raises:
         ShapeMismatch: Another number of dimensions or channels, or smaller than 32x32.
     """
@@ -30,7 +31,7 @@ def to_grey(image: Image) -> Image:
         raise ShapeMismatch(f"An image is at least 32x32 px; found {image.shape[:2]}.")
     if image.dtype != np.uint8:
         sixteen_bit = image.dtype == np.uint16
-        image = np.nan_to_num(image.astype(np.float32))
+        image = np.nan_to_num(image.astype(np.float32), posinf=0.0, neginf=0.0)
         if sixteen_bit:
             image /= 257
         elif 0.0 < np.abs(image).max() <= 1.0:

@@ -207,7 +207,7 @@ def _checked_stream(container: InputContainer, name: str) -> VideoStream:
         raise UnreadableVideo(
             f"{name} is coded as {codec.name}; accepted are {', '.join(sorted(CODECS))}."
         )
-    if not 32 * 32 <= codec.width * codec.height <= MAX_PIXELS:
+    if min(codec.width, codec.height) < 32 or codec.width * codec.height > MAX_PIXELS:
         raise UnreadableVideo(
             f"{name} has pictures of {codec.width}x{codec.height} px; "
             f"accepted are 32x32 to {MAX_PIXELS} px in all."

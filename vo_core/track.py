@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, Literal, get_args
@@ -35,7 +36,8 @@ class Estimate:
     distance_mm: float
     """Chainage: the axial coordinate of the camera, signed; not the length of the path."""
     sigma_distance_mm: float
-    """Standard deviation of `distance_mm` from registration."""
+    """Standard deviation of `distance_mm` by registration and bridging; by scale only after
+    `scale.correct`."""
     quality: float
     """0 (nothing recognised) to 1 (certain)."""
     status: Status
@@ -100,7 +102,8 @@ class Track:
         """Read track.csv; lines that start with # are metadata.
 
         Raises:
-            InvalidTrack: A column is missing, or a value is no number; names the line.
+            InvalidTrack: A column is missing, a value is no finite number, or the frames do not
+                rise; names the line.
         """
         lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line[:1] != "#"]
         reader = csv.DictReader(line for _, line in lines)
@@ -111,13 +114,17 @@ class Track:
         for record in reader:
             number = lines[reader.line_num - 1][0]
             try:
-                values = [float(record[name]) for name in COLUMNS[:-1]]
+                values = [_finite(record[name]) for name in COLUMNS[:-1]]
             except (TypeError, ValueError) as error:
                 raise InvalidTrack(f"Line {number} of the track is not a row: {error}.") from error
             if record["status"] not in get_args(Status):
                 raise InvalidTrack(
                     f"Line {number} of the track has status {record['status']!r}; "
                     "allowed are ok, weak, lost."
+                )
+            if not (rows[-1][0] if rows else -1) < values[0] < 2**53:
+                raise InvalidTrack(
+                    f"Line {number} of the track is out of order: frames rise from 0."
                 )
             rows.append([*values, record["status"]])
         return cls._from_rows(rows)
@@ -147,6 +154,13 @@ class Track:
 
 
 CSV_HEADER = ",".join(COLUMNS) + "\n"
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"{text} is not finite")
+    return value
 
 
 def csv_row(estimate: Estimate) -> str:

@@ -186,7 +186,7 @@ def camera_position(rig: Rig, pose: Pose) -> Matrix:
 def cast(rig: Rig, pose: Pose | Poses, robot_rays: Points) -> Points:
     """World points where rays given in robot axes meet the wall; nan where they never do.
 
-    Cylinder: |o + t d| = R in the plane across the axis (notes on cylinder rectification):
+    Cylinder: |o + t d| = R in the plane across the axis:
     a = dy^2 + dz^2, b = oy dy + oz dz, c = oy^2 + oz^2 - R^2, t = (-b + sqrt(b^2 - a c)) / a.
     """
     oy, oz = rig.mount.lateral_mm + pose.y_mm, _camera_z(rig)

@@ -6,7 +6,6 @@ import signal
 import socket
 import subprocess
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -14,34 +13,23 @@ import httpx
 import pytest
 from boards import PINHOLE, Studio, checkerboard, poses
 
-from app.cli import main
 from app.simulation import SCENARIOS, SimulatedRun, simulate
 from vo_core import Rig, Track
 
-COMMANDS = ["demo", "serve", "track", "simulate", "evaluate", "calibrate", "advise", "bench"]
+COMMANDS = [
+    "demo",
+    "serve",
+    "track",
+    "simulate",
+    "evaluate",
+    "correct",
+    "calibrate",
+    "advise",
+    "bench",
+]
 CHECKERBOARD = ["--board", "checkerboard", "--columns", "9", "--rows", "6", "--square-mm", "20"]
 HEADER = "frame,time_s,x_mm,y_mm,yaw_deg,distance_mm,sigma_distance_mm,quality,status"
 SHORT = SCENARIOS["nominal"].shortened(60)
-
-
-@dataclass(frozen=True)
-class Outcome:
-    code: int
-    out: str
-    err: str
-
-
-@pytest.fixture
-def chainage(capsys, monkeypatch):
-    """Run the command in this process."""
-
-    def run(*words) -> Outcome:
-        monkeypatch.setattr(sys, "argv", ["chainage", *map(str, words)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        return Outcome(end.value.code, *capsys.readouterr())
-
-    return run
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +41,7 @@ def sample(tmp_path_factory) -> SimulatedRun:
 def track(chainage, sample, tmp_path):
     """`chainage track` of the sample, with what differs; the outcome and the file."""
 
-    def run(*words, video=sample.video, rig=sample.rig) -> tuple[Outcome, Path]:
+    def run(*words, video=sample.video, rig=sample.rig):
         out = tmp_path / "track.out"
         return chainage("track", video, "--rig", rig, "--out", out, *words), out
 

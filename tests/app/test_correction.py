@@ -2,7 +2,7 @@
 
 import json
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -29,23 +29,13 @@ SHORT = replace(
 )
 
 
-@dataclass(frozen=True)
-class Outcome:
-    code: int
-    out: str
-    err: str
-
-
 @pytest.fixture
-def chainage(capsys, monkeypatch):
-    """Run the command in this process; its outputs with their lines joined."""
+def chainage(chainage):
+    """The command, its outputs with their lines joined."""
 
-    def run(*words) -> Outcome:
-        monkeypatch.setattr(sys, "argv", ["chainage", *map(str, words)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        out, err = (" ".join(text.split()) for text in capsys.readouterr())
-        return Outcome(end.value.code, out, err)
+    def run(*words):
+        done = chainage(*words)
+        return replace(done, out=" ".join(done.out.split()), err=" ".join(done.err.split()))
 
     return run
 

@@ -151,3 +151,9 @@ def test_joints_of_another_track_are_refused():
     track = straight_track(np.linspace(0, 9000, 10))
     with pytest.raises(InvalidCorrection, match="no frame 99"):
         count_joints(track, [Sighting(99, 0.0, 1.0, 0.5)] * 2, SEGMENT_MM)
+
+
+def test_one_joint_seen_twice_is_no_scale():
+    track = straight_track(np.r_[np.linspace(0, 3000, 100), np.linspace(3000, 0, 100)])
+    with pytest.raises(InvalidCorrection, match="the same joint"):
+        count_joints(track, look(track, [1500.0]), SEGMENT_MM)

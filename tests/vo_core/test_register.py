@@ -110,6 +110,19 @@ def test_blank_pictures_have_no_quality(level):
     assert register(blank, blank) == NOTHING
 
 
+def test_straight_lines_have_no_quality():
+    rng = np.random.default_rng(1)
+    lines = 120 + 40 * np.repeat(texture((1, 640), 2), 480, 0)
+    before, after = (np.clip(lines + rng.normal(0, 8, VGA), 0, 255) for _ in range(2))
+    assert register(before, after).quality == 0
+
+
+def test_a_picture_too_long_to_be_resampled_is_refused():
+    strip = np.zeros((32, 16001), np.uint8)
+    with pytest.raises(ShapeMismatch, match="at most 16000 px"):
+        register(strip, strip)
+
+
 def test_pictures_of_two_sizes_are_refused():
     with pytest.raises(ShapeMismatch, match=r"480, 640.*240, 320"):
         register(np.zeros(VGA), np.zeros((240, 320)))

@@ -41,6 +41,8 @@ def test_an_empty_track_has_a_header_only():
         (f"# a\n{HEADER}\n0,0,0,0,0,0,0,1,ok\n1,x,0,0,0,0,0,1,ok\n", "Line 4"),
         (f"{HEADER}\n0,0,0,0,0,0,0,1,fine\n", "Line 2 .* 'fine'; allowed are ok, weak, lost"),
         (f"{HEADER}\n0,0,0\n", "Line 2"),
+        (f"{HEADER}\n0,0,nan,0,0,0,0,1,ok\n", "Line 2 .*nan is not finite"),
+        (f"{HEADER}\n1,0,0,0,0,0,0,1,ok\n1,0,0,0,0,0,0,1,ok\n", "Line 3 .* out of order"),
         ("", "no column"),
     ],
 )
