@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from vo_core.blocks import BlockGrid
 from vo_core.filters import gradient
-from vo_core.resample import resample
+from vo_core.resample import reduce_to, resample
 from vo_core.types import ByteImage, GrayImage, Matrix
 from vo_core.wall import Points
 
@@ -66,30 +66,39 @@ class Template:
     """A reference picture with all that its alignments share."""
 
     grid: BlockGrid
+    row_step: int
     image: GrayImage
-    """The covered part, normalised and low-passed."""
+    """The covered part, normalised and low-passed, every `row_step`-th row."""
     seen: NDArray[np.bool_]
     """(blocks,) does the picture show all of the block? (`cover` below: do both pictures?)"""
     gradient: tuple[GrayImage, GrayImage]
     tensor: Matrix
     """(blocks, 2, 2) mean g g'."""
+    coarse_gradient: tuple[GrayImage, GrayImage]
+    """Of the picture at half the resolution: enough to tell texture from noise."""
     energy: Matrix
     """(blocks,) mean square of the picture."""
 
     @classmethod
-    def of(cls, doubled: GrayImage, valid: ByteImage) -> Template:
-        """Prepare a reference from a doubled picture; `valid` is 1 where it shows the wall."""
+    def of(cls, doubled: GrayImage, valid: ByteImage, row_step: int = 1) -> Template:
+        """Prepare a reference from a doubled picture; `valid` is 1 where it shows the wall.
+
+        With a `row_step` of 2 every second row is compared, at half the cost: between them a
+        low-passed picture holds hardly more.
+        """
         image = np.ascontiguousarray(doubled[::2, ::2])
         grid = BlockGrid.over(image.shape)
-        gx, gy = (grid.crop(g) for g in gradient(image))
+        gx, gy = (grid.crop(g, row_step) for g in gradient(image))
         xx, xy, yy = (grid.means(product) for product in (gx * gx, gx * gy, gy * gy))
-        covered = grid.crop(image)
+        covered = grid.crop(image, row_step)
         return cls(
             grid=grid,
+            row_step=row_step,
             image=covered,
             seen=grid.means(grid.crop(valid).astype(np.float32)) == 1,
             gradient=(gx, gy),
             tensor=np.stack([xx, xy, xy, yy], 1).reshape(-1, 2, 2),
+            coarse_gradient=gradient(_coarse(covered, row_step)),
             energy=grid.means(covered * covered),
         )
 
@@ -203,7 +212,7 @@ def _compare(
 ) -> _Comparison:
     grid = template.grid
     cover = template.seen & grid.look_up(whole, positions)
-    seen = resample(doubled, grid.dense(2 * positions))
+    seen = resample(doubled, grid.dense(2 * positions, template.row_step))
     residual = seen - template.image
     own, power, common = (
         cover * energy
@@ -246,11 +255,17 @@ def _common_texture(template: Template, seen: _Comparison, independent: float) -
     A that are texture in two directions.  What they reach by chance is taken off, so that a wall
     of straight lines (the aperture problem) leaves the direction along them open.
     """
-    (rx, ry), (sx, sy) = template.gradient, gradient(seen.picture)
-    shared = [template.grid.means(p) for p in (rx * sx, rx * sy + ry * sx, ry * sy)]
-    xx, twice_xy, yy = (float(seen.weights @ mean) for mean in shared)
-    both = np.array([[xx, twice_xy / 2], [twice_xy / 2, yy]])
-    alone = np.tensordot(seen.weights, template.tensor, 1)
+    (rx, ry), (sx, sy) = (
+        template.coarse_gradient,
+        gradient(_coarse(seen.picture, template.row_step)),
+    )
+
+    def weighted(xx: GrayImage, twice_xy: GrayImage, yy: GrayImage) -> Matrix:
+        a, b, c = (float(seen.weights @ template.grid.means(p)) for p in (xx, twice_xy, yy))
+        return np.array([[a, b / 2], [b / 2, c]])
+
+    both = weighted(rx * sx, rx * sy + ry * sx, ry * sy)
+    alone = weighted(rx * rx, 2 * rx * ry, ry * ry)
     alone += (1e-9 * np.trace(alone) + 1e-12) * np.eye(2)
     values, vectors = np.linalg.eigh(alone)
     root = vectors * np.sqrt(values) @ vectors.T
@@ -259,6 +274,12 @@ def _common_texture(template: Template, seen: _Comparison, independent: float) -
     kept = np.clip(shares - BY_CHANCE / np.sqrt(max(independent, 1.0)), 0.0, 1.0)
     keep = root @ (directions * np.sqrt(kept)) @ directions.T @ whitener
     return np.asarray(keep @ template.tensor @ keep.T)
+
+
+def _coarse(image: GrayImage, row_step: int) -> GrayImage:
+    """Half the resolution, of a crop with that step between its rows."""
+    height, width = image.shape
+    return reduce_to(image, (width // 2, height * row_step // 2))
 
 
 def _linearise(

@@ -33,12 +33,11 @@ class BlockGrid:
             rows, columns, side, (shape[0] - rows * side) // 2, (shape[1] - columns * side) // 2
         )
 
-    def crop(self, image: AnyImage) -> AnyImage:
-        """The part of a picture that the blocks cover."""
+    def crop(self, image: AnyImage, row_step: int = 1) -> AnyImage:
+        """The part of a picture that the blocks cover; of its rows every `row_step`-th."""
         height, width = self.rows * self.side_px, self.columns * self.side_px
-        return np.ascontiguousarray(
-            image[self.top_px : self.top_px + height, self.left_px : self.left_px + width]
-        )
+        bottom, right = self.top_px + height, self.left_px + width
+        return np.ascontiguousarray(image[self.top_px : bottom : row_step, self.left_px : right])
 
     def nodes(self) -> Points:
         """Centres of the blocks and of one ring around them, ((rows + 2) (columns + 2), 2) px."""
@@ -50,13 +49,13 @@ class BlockGrid:
         """Values at `nodes`, as (rows + 2, columns + 2, ...)."""
         return values.reshape(self.rows + 2, self.columns + 2, *values.shape[1:])
 
-    def dense(self, positions: Points) -> GrayImage:
-        """Positions at the nodes to positions of every covered pixel, (H, W, 2), bilinear."""
+    def dense(self, positions: Points, row_step: int = 1) -> GrayImage:
+        """Positions at the nodes to positions of every pixel of a `crop`, (H, W, 2), bilinear."""
         coarse = np.nan_to_num(self.at_nodes(positions), nan=-1e4).astype(np.float32)
         side = self.side_px
         size_wh = ((self.columns + 2) * side, (self.rows + 2) * side)
         dense = cv2.resize(coarse, size_wh, interpolation=cv2.INTER_LINEAR)
-        return np.ascontiguousarray(dense[side:-side, side:-side])
+        return np.ascontiguousarray(dense[side:-side:row_step, side:-side])
 
     def whole(self, valid: ByteImage) -> ByteImage:
         """(H, W): 1 where a whole block, a little turned too, fits into a mask around a pixel."""
@@ -75,7 +74,7 @@ class BlockGrid:
         return np.asarray(inside & (mask[row, column] > 0))
 
     def means(self, image: GrayImage) -> Matrix:
-        """Mean of each block of a covered picture, (blocks,)."""
+        """Mean of each block of a `crop`, of any resolution, (blocks,)."""
         means = cv2.resize(image, (self.columns, self.rows), interpolation=cv2.INTER_AREA)
         return np.asarray(means, np.float64).ravel()
 

