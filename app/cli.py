@@ -9,10 +9,11 @@ import signal
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from datetime import datetime
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich.console import Console
@@ -32,6 +33,11 @@ from vo_core import ChainageError, Pose, Rig
 from vo_core.joints import JointFinder, numbered
 from vo_core.joints import to_csv as joints_to_csv
 
+if TYPE_CHECKING:
+    # A second to import, for few commands.
+    from app.storage.backup import Summary
+    from app.storage.tokens import TokenFile
+
 app = typer.Typer(
     name="chainage",
     help="Where in the pipe every frame and every defect is, from the camera alone.",
@@ -43,8 +49,20 @@ app = typer.Typer(
 _out = Console(markup=False, highlight=False, soft_wrap=True)
 _err = Console(markup=False, highlight=False, soft_wrap=True, stderr=True)
 
+tokens = typer.Typer(
+    help="Named access tokens of a data folder, also while a server uses it.", no_args_is_help=True
+)
+app.add_typer(tokens, name="token")
+
 Port = Annotated[int, typer.Option(min=0, max=65535, help="0 takes any free port.")]
 Host = Annotated[str, typer.Option(help="Address to listen on.")]
+Data = Annotated[
+    Path | None, typer.Option(help="Data folder.  [default: chainage-data or CHAINAGE_DATA]")
+]
+
+
+_NAME_LENGTH = 100
+_MIB = 2**20
 
 
 class TrackFormat(StrEnum):
@@ -95,16 +113,113 @@ def demo(host: Host = "127.0.0.1", port: Port = 8000) -> None:
 def serve(
     host: Host = "127.0.0.1",
     port: Port = 8000,
-    data: Annotated[
-        Path | None, typer.Option(help="Data folder.  [default: chainage-data or CHAINAGE_DATA]")
+    data: Data = None,
+    tls_cert: Annotated[
+        Path | None, typer.Option(help="Certificate (PEM): serve over https.", show_default=False)
     ] = None,
+    tls_key: Annotated[
+        Path | None, typer.Option(help="Private key of the certificate.", show_default=False)
+    ] = None,
+    insecure_lan: Annotated[
+        bool,
+        typer.Option("--insecure-lan", help="Let other machines in without https; pages warn."),
+    ] = False,
 ) -> None:
     """Serve the dashboard."""
     from app import main as server
     from app.settings import Settings
 
-    settings = Settings.load() if data is None else Settings.load(data=data)
-    server.serve(settings, host, port, lambda url, _: _out.print(f"Open {url}"))
+    options = {
+        "data": data,
+        "tls_cert": tls_cert,
+        "tls_key": tls_key,
+        "insecure_lan": insecure_lan or None,
+    }
+    given = {name: value for name, value in options.items() if value is not None}
+    server.serve(Settings.load(**given), host, port, lambda url, _: _out.print(f"Open {url}"))
+
+
+@tokens.command("create")
+def create_token(
+    name: Annotated[str, typer.Argument(help="Who will use it; the history shows this name.")],
+    role: Annotated[
+        Literal["viewer", "operator", "admin"],
+        typer.Option(
+            help="viewer: looks and exports.  operator: inspects, tags and corrects, too.  "
+            "admin: also deletes inspections and changes code packs."
+        ),
+    ],
+    data: Data = None,
+) -> None:
+    """Make a token and print it, this once."""
+    from app.services.access import SERVER
+    from app.services.access import create_token as create
+    from app.storage.tokens import Role
+
+    if not (name == name.strip() and name.isprintable() and 0 < len(name) <= _NAME_LENGTH):
+        raise typer.BadParameter(f"has 1 to {_NAME_LENGTH} printable characters", param_hint="NAME")
+    if name == SERVER:
+        raise typer.BadParameter("is the name of the server's own token", param_hint="NAME")
+    file = _token_file(data)
+    secret = create(file, name, Role(role))
+    _err.print(f"Token {name} ({role}) for {file.folder}; it is not shown again:")
+    _out.print(secret)
+
+
+@tokens.command("list")
+def list_tokens(data: Data = None) -> None:
+    """Show the named tokens, the revoked ones too."""
+    table = Table("name", "role", "created", "revoked", box=None)
+    for token in _token_file(data).all():
+        table.add_row(token.name, token.role, _day(token.created_at), _day(token.revoked_at))
+    _out.print(table)
+
+
+@tokens.command("revoke")
+def revoke_token(
+    name: Annotated[str, typer.Argument(help="Of the token.")], data: Data = None
+) -> None:
+    """End a token and all that is logged in with it, at once."""
+    file = _token_file(data)
+    file.revoke(name)
+    _err.print(f"Token {name} for {file.folder} is revoked.")
+
+
+@app.command()
+def backup(
+    file: Annotated[Path, typer.Argument(help="Archive to write (ZIP); it is replaced whole.")],
+    data: Data = None,
+) -> None:
+    """Put a data folder into an archive; a server may go on using it.
+
+    Left out are the server's own token and uploads of which no inspection was made.
+    """
+    from app.storage import backup as archives
+
+    _require_folder(file, "FILE")
+    folder = _data_folder(data)
+    with _progress() as progress:
+        task = progress.add_task("backing up, MiB", total=None)
+        done = archives.back_up(folder, file, partial(_advance_mib, progress, task))
+    _out.print(f"{file}: {_told(done)}")
+    for name in done.missing:
+        _err.print(f"warning: {name} is missing in {folder}", style="yellow")
+
+
+@app.command()
+def restore(
+    file: Annotated[Path, typer.Argument(help="Archive that `chainage backup` wrote.")],
+    data: Data = None,
+) -> None:
+    """Make a data folder of an archive, after every file in it was checked."""
+    from app.storage import backup as archives
+
+    folder = _data_folder(data)
+    _require_folder(folder, "--data")
+    with _progress() as progress:
+        task = progress.add_task("restoring, MiB", total=None)
+        done = archives.restore(file, folder, partial(_advance_mib, progress, task))
+    _out.print(f"{folder}: {_told(done)}")
 
 
 @app.command()
@@ -456,6 +571,22 @@ def bench(
         out.with_suffix(".json").write_text(benchmark.to_json(rows, track_time), encoding="utf-8")
 
 
+def _token_file(data: Path | None) -> TokenFile:
+    from app.storage.tokens import TokenFile
+
+    return TokenFile(_data_folder(data))
+
+
+def _data_folder(data: Path | None) -> Path:
+    from app.settings import Settings
+
+    return (Settings.load() if data is None else Settings.load(data=data)).data
+
+
+def _day(instant: datetime | None) -> str:
+    return "-" if instant is None else f"{instant.astimezone():%Y-%m-%d %H:%M}"
+
+
 def _require_folder(file: Path, option: str) -> None:
     """Known now, not after an hour of work."""
     if not file.parent.is_dir():
@@ -511,6 +642,17 @@ def _progress() -> Iterator[Progress]:
 
 def _advance(progress: Progress, task: TaskID, done: int, total: int | None) -> None:
     progress.update(task, completed=done, total=total, visible=True)
+
+
+def _advance_mib(progress: Progress, task: TaskID, done: int, total: int) -> None:
+    _advance(progress, task, round(done / _MIB), round(total / _MIB))
+
+
+def _told(summary: Summary) -> str:
+    return (
+        f"{summary.inspections} inspections, {summary.observations} observations, "
+        f"{summary.files} files, {summary.size_bytes / _MIB:.1f} MiB"
+    )
 
 
 def _announce(progress: Progress, url: str) -> None:

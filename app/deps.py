@@ -1,12 +1,43 @@
 """What routers ask for: fetched, or raised."""
 
-from typing import Annotated
+from collections.abc import Callable
+from typing import Annotated, Any, TypeVar
 
 from fastapi import Depends, Path, Request
 from starlette.requests import HTTPConnection
 
+from app.middleware import PUBLIC, cookie_of
 from app.services.access import Principal
 from app.services.container import Services
+from app.storage.tokens import Role
+
+Endpoint = TypeVar("Endpoint", bound=Callable[..., Any])
+
+_NEEDED: dict[Callable[..., Any], Role] = {}
+"""The role that each endpoint declares."""
+
+
+def viewer(endpoint: Endpoint) -> Endpoint:
+    """Declare that a viewer may: it reads."""
+    _NEEDED[endpoint] = Role.VIEWER
+    return endpoint
+
+
+def operator(endpoint: Endpoint) -> Endpoint:
+    """Declare that an operator may: it belongs to the work of an inspection."""
+    _NEEDED[endpoint] = Role.OPERATOR
+    return endpoint
+
+
+async def enforce_role(connection: HTTPConnection) -> None:
+    """Around every endpoint: what declares no role is for an admin.
+
+    Raises:
+        Forbidden: The role of whoever asks is not enough.
+    """
+    if connection.scope["path"] not in PUBLIC:
+        principal: Principal = connection.state.principal
+        principal.require(_NEEDED.get(connection.scope["endpoint"], Role.ADMIN))
 
 
 def _services(connection: HTTPConnection) -> Services:
@@ -20,11 +51,18 @@ def _principal(request: Request) -> Principal:
     return principal
 
 
+def browser_of(connection: HTTPConnection) -> str:
+    """What tells the user's browser from others: its session, or the name of a program's token.
+
+    Several people may share a token, and what one of them clicks is not for the others.
+    """
+    return cookie_of(connection) or str(connection.state.principal.name)
+
+
 ServicesDep = Annotated[Services, Depends(_services)]
 PrincipalDep = Annotated[Principal, Depends(_principal)]
 
+CodePackId = Annotated[str, Path(pattern=r"^[0-9a-f]{32}$")]
 InspectionId = Annotated[str, Path(pattern=r"^[0-9a-f]{32}$")]
-ObservationId = Annotated[
-    str,
-    Path(pattern=r"^[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}$"),
-]
+OBSERVATION_ID = r"^[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}$"
+ObservationId = Annotated[str, Path(pattern=OBSERVATION_ID)]

@@ -3,17 +3,20 @@
     vo_core.errors.ChainageError
     └── AppError
         ├── ...NotFound                                   nothing has that id
-        ├── Unauthenticated, CrossOrigin, UnknownHost, TooManyAttempts            access
+        ├── Unauthenticated, Forbidden, CrossOrigin, UnknownHost, TooManyAttempts access
         ├── InvalidUpload, OffsetConflict, UploadBusy, ChecksumMismatch, ...      uploads
         ├── FrameOutsideVideo, StillRunning, NotRunning, ...                      inspections
         ├── MediaFailed, MediaTimeout, Busy, DiskFull, NotReady, ...NotAvailable  not now, not yet
-        └── InvalidSettings, DataFolderInUse, AddressNotAvailable                 before the start
+        ├── InvalidSettings, DataFolderInUse, UnusableDatabase, UnusableBackup,   before the start
+        │   AddressNotAvailable, OpenToTheNetwork
+        └── TokenNameTaken, TokenNotFound, UnreadableTokens               `chainage token`
 
 Every failing answer has one body, `{"code": "snake_case", "detail": "a sentence for a person"}`.
 """
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -23,8 +26,10 @@ from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse, Response
 from starlette.websockets import WebSocket, WebSocketState
 
+from app.logs import request_id
 from vo_core.errors import (
     ChainageError,
+    InvalidCorrection,
     InvalidRig,
     RigVideoMismatch,
     ShapeMismatch,
@@ -54,14 +59,34 @@ class PhotoNotFound(AppError):
     """The observation has no photo."""
 
 
+class TileNotFound(AppError):
+    """That piece of the wall was not seen."""
+
+
 class FrameNotFound(AppError):
     """The inspection has no picture with this number, or it is not tracked yet."""
+
+
+class WallNotSeen(AppError):
+    """No frame shows this place of the wall."""
+
+
+class IncompleteWallPoint(AppError):
+    """A place on the wall without the coordinate around it."""
 
 
 class Unauthenticated(AppError):
     """Neither a valid token nor a valid session came with the request."""
 
     headers: ClassVar[Mapping[str, str]] = {"WWW-Authenticate": "Bearer"}
+
+
+class Forbidden(AppError):
+    """The role of the token is not enough."""
+
+
+class UnreadableTokens(AppError):
+    """The file of the named tokens is damaged."""
 
 
 class CrossOrigin(AppError):
@@ -112,8 +137,17 @@ class ChecksumMismatch(AppError):
     """The bytes that arrived are not those that were sent."""
 
 
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
+"""What the system answers to a write when the disk or the quota is full."""
+
+
 class DiskFull(AppError):
     """There is no room for it on the server's disk."""
+
+    def __init__(
+        self, detail: str = "The server's disk is full. Free some room, then go on."
+    ) -> None:
+        super().__init__(detail)
 
 
 class UploadIncomplete(AppError):
@@ -128,12 +162,44 @@ class PixelOutsidePicture(AppError):
     """The pixel is not in the picture."""
 
 
-class LiveSourceNotAvailable(AppError):
-    """Live sources are not built yet."""
+class LiveSourceRefused(AppError):
+    """A live source that the server does not open."""
+
+
+class OpenStretches(AppError):
+    """A continuous defect was started and not finished."""
+
+
+class NothingRecorded(AppError):
+    """The live inspection has ended without a recording that could be tracked."""
 
 
 class ExportNotAvailable(AppError):
     """The export format is not built yet."""
+
+
+class PackNotFound(AppError):
+    """No code pack has this id."""
+
+
+class InvalidPack(AppError):
+    """The file is no table of codes; the text says what is wrong in which line."""
+
+
+class PackNameTaken(AppError):
+    """Another code pack has this name."""
+
+
+class PackInUse(AppError):
+    """Inspections are coded with the pack."""
+
+
+class SampleBeingMade(AppError):
+    """The sample inspection is being made already."""
+
+
+class SampleFailed(AppError):
+    """The sample inspection could not be rendered."""
 
 
 class StillRunning(AppError):
@@ -174,8 +240,28 @@ class DataFolderInUse(AppError):
     """Another server uses the data folder."""
 
 
+class UnusableDatabase(AppError):
+    """The file is damaged, or a newer version of Chainage made it."""
+
+
+class UnusableBackup(AppError):
+    """The archive is damaged or none of ours, or the place to restore to is not empty."""
+
+
 class AddressNotAvailable(AppError):
     """The server cannot listen there: the port is in use, or the machine has no such address."""
+
+
+class OpenToTheNetwork(AppError):
+    """The server would listen for other machines without encryption, which nobody has allowed."""
+
+
+class TokenNameTaken(AppError):
+    """A valid token has this name."""
+
+
+class TokenNotFound(AppError):
+    """No valid token has this name."""
 
 
 STATUS: dict[type[Exception], tuple[int, str]] = {
@@ -184,7 +270,12 @@ STATUS: dict[type[Exception], tuple[int, str]] = {
     UploadNotFound: (404, "upload_not_found"),
     PhotoNotFound: (404, "photo_not_found"),
     FrameNotFound: (404, "frame_not_found"),
+    TileNotFound: (404, "tile_not_found"),
+    WallNotSeen: (404, "wall_not_seen"),
+    PackNotFound: (404, "pack_not_found"),
     Unauthenticated: (401, "unauthenticated"),
+    Forbidden: (403, "forbidden"),
+    UnreadableTokens: (500, "unreadable_tokens"),
     CrossOrigin: (403, "cross_origin"),
     UnknownHost: (400, "unknown_host"),
     TooManyAttempts: (429, "too_many_attempts"),
@@ -200,8 +291,15 @@ STATUS: dict[type[Exception], tuple[int, str]] = {
     RigVideoMismatch: (422, "rig_video_mismatch"),
     FrameOutsideVideo: (422, "frame_outside_video"),
     PixelOutsidePicture: (422, "pixel_outside_picture"),
-    LiveSourceNotAvailable: (501, "live_source_not_available"),
+    LiveSourceRefused: (422, "live_source_refused"),
+    OpenStretches: (409, "open_stretches"),
+    NothingRecorded: (409, "nothing_recorded"),
     ExportNotAvailable: (501, "export_not_available"),
+    InvalidPack: (422, "invalid_pack"),
+    PackNameTaken: (409, "pack_name_taken"),
+    PackInUse: (409, "pack_in_use"),
+    SampleBeingMade: (409, "sample_being_made"),
+    SampleFailed: (500, "sample_failed"),
     StillRunning: (409, "still_running"),
     NotRunning: (409, "not_running"),
     MediaTimeout: (504, "media_timeout"),
@@ -209,11 +307,28 @@ STATUS: dict[type[Exception], tuple[int, str]] = {
     NoScene: (503, "no_3d_view"),
     Busy: (503, "busy"),
     NotReady: (503, "not_ready"),
+    IncompleteWallPoint: (422, "incomplete_wall_point"),
+    InvalidCorrection: (422, "invalid_correction"),
     InvalidRig: (422, "invalid_rig"),
     UnreadableVideo: (422, "unreadable_video"),
     ShapeMismatch: (422, "shape_mismatch"),
 }
 """Status and code of each error; a class that is not listed is looked up along its MRO."""
+
+EVERYWHERE: dict[int, tuple[str, ...]] = {
+    400: ("bad_request", "unknown_host"),
+    401: ("unauthenticated",),
+    403: ("cross_origin", "forbidden"),
+    413: ("body_too_large",),
+    422: ("invalid_request",),
+    500: ("internal_error",),
+    503: ("busy",),
+    507: ("disk_full",),
+}
+"""What any request may be answered with."""
+
+_LONGEST_DETAIL = 4000
+"""In characters."""
 
 _HTTP_CODES = {
     400: ("bad_request", "The request cannot be understood."),
@@ -226,17 +341,27 @@ _HTTP_CODES = {
 
 def body_of(error: Exception) -> tuple[int, dict[str, str]]:
     """Status and body of the answer to `error`; anything unforeseen is a plain 500."""
+    if isinstance(error, OSError) and error.errno in NO_ROOM:  # any write may end so
+        error = DiskFull()
     for kind in type(error).__mro__:
         if kind in STATUS:
             status, code = STATUS[kind]
-            return status, {"code": code, "detail": str(error)}
+            return status, {"code": code, "detail": _bounded(str(error))}
     if isinstance(error, HTTPException):
         code, detail = _HTTP_CODES.get(error.status_code, ("request_refused", str(error.detail)))
         return error.status_code, {"code": code, "detail": detail}
     return 500, {
         "code": "internal_error",
-        "detail": "The server met an unexpected fault. It is in the server's log.",
+        "detail": "The server met an unexpected fault. It is in the server's log"
+        + (f" as {found}." if (found := request_id.get()) else "."),
     }
+
+
+def _bounded(sentence: str) -> str:
+    """What was sent may stand in it, and that may be long."""
+    if len(sentence) <= _LONGEST_DETAIL:
+        return sentence
+    return f"{sentence[:_LONGEST_DETAIL]} ..."
 
 
 def answer(error: Exception) -> JSONResponse:
@@ -248,17 +373,27 @@ def answer(error: Exception) -> JSONResponse:
     return JSONResponse(body, status, headers)
 
 
+_NOT_REPEATED = ("token", "source", "url")
+"""Fields that may hold a password."""
+
+
 def _validation_sentence(faults: Any) -> str:
     parts = []
     for fault in faults:
         if fault["type"] == "json_invalid":
             return f"The body is not JSON: {fault['ctx']['error']}."
-        where = ".".join(str(step) for step in fault["loc"] if step != "body") or "the body"
-        found = fault.get("input")
+        steps = (_legible(str(step)) for step in fault["loc"] if step != "body")
+        where = ".".join(steps) or "the body"
+        found = None if fault["loc"][-1] in _NOT_REPEATED else fault.get("input")
         shown = f" (found {found!r:.60})" if isinstance(found, str | int | float | bool) else ""
         message = str(fault["msg"]).removeprefix("Value error, ")
         parts.append(f"{where}: {message}{shown}")
-    return "; ".join(parts) + "."
+    return _bounded("; ".join(parts) + ".")
+
+
+def _legible(name: str) -> str:
+    """A field's name, which a client may have made up."""
+    return name[:60] if name.isprintable() else repr(name[:60])
 
 
 async def _handle(connection: Request | WebSocket, error: Exception) -> Response:

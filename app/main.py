@@ -5,32 +5,46 @@ from __future__ import annotations
 import asyncio
 import logging
 import socket
+import ssl
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 from errno import EADDRINUSE
 from importlib.metadata import version
 from ipaddress import ip_address
+from types import FrameType
 
 import uvicorn
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 
-from app import errors
-from app.errors import AddressNotAvailable
+from app import errors, logs
+from app.deps import enforce_role
+from app.errors import AddressNotAvailable, AppError, InvalidSettings, OpenToTheNetwork
 from app.middleware import Envelope, Guard
+from app.request_log import RequestLog
 from app.routers import (
     access,
     catalogue,
+    corrections,
     health,
     inspections,
     live,
+    me,
     media,
+    metrics,
     observations,
+    packs,
     pages,
+    picking,
+    samples,
+    sources,
+    unrolled,
     uploads,
     viewer,
 )
+from app.schemas import failures
 from app.services.container import Services, running
 from app.settings import Settings
+from app.storage.database import revision_of
 from app.storage.files import DataFolder
 
 logger = logging.getLogger(__name__)
@@ -57,53 +71,85 @@ def create_app(settings: Settings) -> FastAPI:
         description="Distance along a culvert for every frame and every defect.",
         version=version("chainage"),
         lifespan=lifespan,
+        responses=failures(),
+        dependencies=[Depends(enforce_role)],
         openapi_url="/api/openapi.json",
         docs_url=None,  # they load scripts from elsewhere
         redoc_url=None,
     )
+    app.state.is_insecure = settings.insecure_lan and not settings.has_tls
     errors.install(app)
     for part in (
-        access, uploads, inspections, observations, media, catalogue, health, live, viewer, pages,
+        access, me, uploads, inspections, observations, picking, corrections, media, catalogue,
+        packs, samples, sources, unrolled, health, metrics, live, viewer, pages,
     ):  # fmt: skip
         app.include_router(part.router)
     app.mount("/static", pages.Assets(directory=pages.static_folder()))
     app.add_middleware(Guard, allowed_hosts=(socket.gethostname(), *settings.allowed_hosts))
-    app.add_middleware(Envelope)  # the last one added is the outermost
+    app.add_middleware(Envelope)
+    app.add_middleware(RequestLog)  # the last one added is the outermost
     return app
-
-
-def app_from_environment() -> FastAPI:
-    """For `uvicorn --factory app.main:app_from_environment`."""
-    return create_app(Settings.load())
 
 
 def serve(settings: Settings, host: str, port: int, on_ready: OnReady) -> None:
     """Listen and run the server, as `run` does.
 
     Raises:
+        OpenToTheNetwork: Other machines could reach it, without encryption.
         AddressNotAvailable: Another program listens there, or there is no such address.
+        InvalidSettings: The certificate or its key cannot be used.
         DataFolderInUse: Another server uses the data folder.
+        UnusableDatabase: It is damaged or of a newer version.
+        DiskFull: There is no room to open the database.
         OSError: The data folder cannot be made or written.
     """
-    with listening(host, port) as listener:
+    with listening(settings, host, port) as listener:
         run(settings, host, listener, on_ready)
 
 
-def listening(host: str, port: int) -> socket.socket:
+def listening(settings: Settings, host: str, port: int) -> socket.socket:
     """A socket that is bound and holds early connections back until the server takes them.
 
     Raises:
+        OpenToTheNetwork: Other machines could reach it, without encryption.
         AddressNotAvailable: Another program listens there, or there is no such address.
+        InvalidSettings: The certificate or its key cannot be used.
     """
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
-        return socket.create_server((host, port), family=family)
+        listener = socket.create_server((host, port), family=family)
     except OSError as error:
         is_used = error.errno == EADDRINUSE
         reason = f"port {port} of {host} is in use" if is_used else error.strerror
         raise AddressNotAvailable(
             f"The server cannot listen: {reason}; choose another with --host or --port."
         ) from error
+    try:
+        _require_protection(settings, listener.getsockname()[0])
+    except AppError:
+        listener.close()
+        raise
+    return listener
+
+
+def _require_protection(settings: Settings, address: str) -> None:
+    if settings.tls_cert is not None and settings.tls_key is not None:
+        try:
+            # Without a password: an encrypted key would be asked for on the terminal.
+            ssl.create_default_context().load_cert_chain(
+                settings.tls_cert, settings.tls_key, password=""
+            )
+        except (OSError, ValueError) as error:  # that of a wrong or encrypted key is an OSError too
+            raise InvalidSettings(
+                f"CHAINAGE_TLS_CERT and CHAINAGE_TLS_KEY cannot be used: {error}. They name a "
+                "certificate and its key, without a password, in PEM files."
+            ) from error
+    elif not settings.insecure_lan and not ip_address(address).is_loopback:
+        raise OpenToTheNetwork(
+            f"Other machines could reach the server on {address}, and read along. Give it a "
+            "certificate (--tls-cert and --tls-key, or CHAINAGE_TLS_CERT and CHAINAGE_TLS_KEY), or "
+            "allow it (--insecure-lan, or CHAINAGE_INSECURE_LAN=1)."
+        )
 
 
 def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnReady) -> None:
@@ -115,15 +161,17 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
 
     Raises:
         DataFolderInUse: Another server uses the data folder.
+        UnusableDatabase: It is damaged or of a newer version.
+        DiskFull: There is no room to open the database.
         OSError: The data folder cannot be made or written.
     """
-    logging.basicConfig(
-        level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s"
-    )
-    for chatty in ("alembic", "uvicorn", "websockets"):
-        logging.getLogger(chatty).setLevel(logging.WARNING)
+    logs.configure(settings.log_format)
     # Told here in one sentence; at the start of the application it would be a traceback in the log.
-    DataFolder(settings.data, reserve_bytes=0).close()
+    folder = DataFolder(settings.data, reserve_bytes=0)
+    try:
+        revision_of(folder.database)
+    finally:
+        folder.close()
     app = create_app(settings.model_copy(update={"allowed_hosts": (*settings.allowed_hosts, host)}))
     config = uvicorn.Config(
         app,
@@ -131,6 +179,9 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
         log_config=None,
         access_log=False,  # the log-in address holds the token
         server_header=False,
+        proxy_headers=False,  # anybody can write them, and guesses are counted by address
+        ssl_certfile=settings.tls_cert,
+        ssl_keyfile=settings.tls_key,
         ws_per_message_deflate=False,
         ws_max_size=_WEBSOCKET_MESSAGE_BYTES,
         timeout_graceful_shutdown=_SHUTDOWN_S,
@@ -147,6 +198,13 @@ class _Server(uvicorn.Server):
         self._settings = settings
         self._on_ready = on_ready
         self._announcing: asyncio.Task[None] | None = None
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """A signal: whoever asks is told before the sockets are closed."""
+        app = self.config.app
+        if self.started and isinstance(app, FastAPI):
+            app.state.services.health.stop()
+        super().handle_exit(sig, frame)
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Start, then announce."""
@@ -172,7 +230,7 @@ def _login_url(host: str, port: int, settings: Settings, services: Services) -> 
     shown = "127.0.0.1" if host in ("0.0.0.0", "::") else host  # noqa: S104  (compared, not bound)
     if ":" in shown and ip_address(shown):
         shown = f"[{shown}]"
-    base = f"http://{shown}:{port}/login"
+    base = f"{'https' if settings.has_tls else 'http'}://{shown}:{port}/login"
     if settings.token is not None:
         return base  # who set it knows it; it need not stand on the screen
     return f"{base}?token={services.access.server_token}"

@@ -14,7 +14,7 @@ from starlette.requests import ClientDisconnect, HTTPConnection
 from starlette.responses import RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from app.errors import AppError, CrossOrigin, Unauthenticated, UnknownHost, answer
+from app.errors import AppError, CrossOrigin, Unauthenticated, UnknownHost, answer, body_of
 from app.services.access import Access, Principal
 
 logger = logging.getLogger(__name__)
@@ -47,10 +47,17 @@ PUBLIC = frozenset(
         "/healthz", "/readyz", "/login", "/api/login", "/favicon.ico",
         # what the log-in page is made of
         "/static/icon.svg", "/static/login.css", "/static/login.js", "/static/css/tokens.css",
-        "/static/css/base.css", "/static/core/api.js",
+        "/static/css/base.css", "/static/core/api.js", "/static/core/store.js",
+        "/static/core/html.js", "/static/core/preferences.js", "/static/core/words.js",
+        "/static/core/rights.js", "/static/components/insecure-banner/insecure-banner.js",
+        "/static/words/en.json", "/static/words/ms.json",
     }
 )  # fmt: skip
 _SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
+
+CLOSE_SIGNED_OUT = 4401
+_LOOK_EVERY_S = 2.0
+"""How soon a web socket ends after its session or token."""
 
 
 class Envelope:
@@ -61,6 +68,9 @@ class Envelope:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """ASGI."""
+        if scope["type"] == "websocket":
+            await self._app(scope, receive, _with_headers(send))
+            return
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
@@ -77,8 +87,7 @@ class Envelope:
                     body = answer(HTTPException(message["status"])).body
                     headers["Content-Type"] = "application/json"
                     headers["Content-Length"] = str(len(body))
-                for name, value in SECURITY_HEADERS.items():
-                    headers.setdefault(name, value)
+                _secure(headers)
                 if is_upload:
                     headers.setdefault("Tus-Resumable", "1.0.0")
                 await send(message)
@@ -93,7 +102,11 @@ class Envelope:
         except (ClientDisconnect, ConnectionError):
             logger.debug("A client went away during %s %s.", scope["method"], scope["path"])
         except Exception as error:
-            logger.exception("%s %s failed.", scope["method"], scope["path"])
+            status, body = body_of(error)
+            if status == 507:
+                logger.warning("%s %s: %s", scope["method"], scope["path"], body["detail"])
+            else:
+                logger.exception("%s %s failed.", scope["method"], scope["path"])
             if started:
                 raise
             await answer(error)(scope, receive, send_with_headers)
@@ -111,36 +124,62 @@ class Guard:
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
+        connection = HTTPConnection(scope)
         try:
-            await self._check(scope)
+            await self._check(connection)
         except Unauthenticated as error:
             await _refusal(scope, error)(scope, receive, send)
         except AppError as error:
             await answer(error)(scope, receive, send)
         else:
-            await self._app(scope, receive, send)
+            if scope["type"] == "websocket":
+                await self._serve_while_logged_in(connection, receive, send)
+            else:
+                await self._app(scope, receive, send)
 
-    async def _check(self, scope: Scope) -> None:
-        connection = HTTPConnection(scope)
+    async def _serve_while_logged_in(
+        self, connection: HTTPConnection, receive: Receive, send: Send
+    ) -> None:
+        """A web socket ends with its session or token; requests are checked one by one."""
+        has_ended = False
+
+        async def send_until_ended(message: Message) -> None:
+            if not has_ended:  # after it nothing may be sent; the next `receive` tells of the end
+                await send(message)
+
+        serving = asyncio.ensure_future(self._app(connection.scope, receive, send_until_ended))
+        try:
+            while not (await asyncio.wait({serving}, timeout=_LOOK_EVERY_S))[0]:
+                if not has_ended and await self._principal(connection) is None:
+                    has_ended = True
+                    await send({"type": "websocket.close", "code": CLOSE_SIGNED_OUT})
+            await serving
+        finally:
+            serving.cancel()
+            await asyncio.wait({serving})
+
+    async def _check(self, connection: HTTPConnection) -> None:
+        scope = connection.scope
         self._check_host(connection.headers)
-        has_cookie = cookie_of(connection) is not None
+        if scope["path"] not in PUBLIC:
+            principal = await self._principal(connection)
+            if principal is None:
+                raise Unauthenticated(
+                    "Log in, or send a valid token as `Authorization: Bearer ...`."
+                )
+            connection.state.principal = principal
         if scope["type"] == "websocket":
             _check_origin(connection.headers, is_required=True)
         elif scope["method"] not in _SAFE_METHODS:
+            has_cookie = cookie_of(connection) is not None
             _check_origin(connection.headers, is_required=has_cookie)
-        if scope["path"] in PUBLIC:
-            return
-        principal = await self._principal(connection)
-        if principal is None:
-            raise Unauthenticated("Log in, or send a valid token as `Authorization: Bearer ...`.")
-        scope.setdefault("state", {})["principal"] = principal
 
     def _check_host(self, headers: Headers) -> None:
         """Against DNS rebinding: a page of another site may reach us only under its own name.
 
         An address as host cannot be rebound, so every address is fine.
         """
-        host = urlsplit(f"//{headers.get('host', '')}").hostname or ""
+        host = _host_name(headers.get("host", ""))
         if host not in self._hosts and not _is_address(host):
             raise UnknownHost(
                 f"The server does not answer to the name {host!r}; its operator can add it to "
@@ -151,11 +190,28 @@ class Guard:
         access: Access = connection.app.state.services.access
         scheme, _, token = connection.headers.get("authorization", "").partition(" ")
         if scheme.lower() == "bearer":
-            return await asyncio.to_thread(access.by_token, token.strip())
+            address = address_of(connection)
+            return await asyncio.to_thread(access.by_token, token.strip(), address)
         cookie = cookie_of(connection)
         if cookie is None:
             return None
         return await asyncio.to_thread(access.by_cookie, cookie)
+
+
+def _with_headers(send: Send) -> Send:
+    """Of the answer that a web socket may get in place of its opening."""
+
+    async def send_with_headers(message: Message) -> None:
+        if message["type"] == "websocket.http.response.start":
+            _secure(MutableHeaders(scope=message))
+        await send(message)
+
+    return send_with_headers
+
+
+def _secure(headers: MutableHeaders) -> None:
+    for name, value in SECURITY_HEADERS.items():
+        headers.setdefault(name, value)
 
 
 def _is_foreign_failure(status: int, headers: MutableHeaders) -> bool:
@@ -168,12 +224,25 @@ def cookie_of(connection: HTTPConnection) -> str | None:
     return connection.cookies.get(SECURE_COOKIE if is_secure else COOKIE)
 
 
+def address_of(connection: HTTPConnection) -> str:
+    """The address that the connection comes from; what a proxy says of it is not believed."""
+    return connection.client.host if connection.client else "unknown"
+
+
+def _host_name(host: str) -> str:
+    """Of a Host header, without its port; empty where it makes no sense."""
+    try:
+        return urlsplit(f"//{host}").hostname or ""
+    except ValueError:
+        return ""
+
+
 def _check_origin(headers: Headers, *, is_required: bool) -> None:
     """The page that made the request is ours: CORS does not keep others from sending it."""
     origin = headers.get("origin")
     site = headers.get("sec-fetch-site")
     if origin is not None:
-        is_ours = urlsplit(origin).netloc.lower() == headers.get("host", "").lower()
+        is_ours = origin.partition("://")[2].lower() == headers.get("host", "").lower()
     elif site is not None:
         is_ours = site in ("same-origin", "none")
     else:
@@ -190,7 +259,10 @@ def _refusal(scope: Scope, error: Unauthenticated) -> Response:
     path = scope["path"]
     is_page = scope["type"] == "http" and scope["method"] == "GET" and "text/html" in accepts
     if is_page and not path.startswith(("/api/", "/static/", "/viewer/")):
-        return RedirectResponse(f"/login?next={quote(path)}", 303)
+        query = scope["query_string"].decode("latin-1")
+        # A token in the wrong address goes no further.
+        wanted = f"{path}?{query}" if query and "token=" not in query else path
+        return RedirectResponse(f"/login?next={quote(wanted)}", 303)
     return answer(error)
 
 

@@ -1,13 +1,15 @@
 """Every setting of the server, read from the environment as `CHAINAGE_<NAME>`."""
 
+from ipaddress import IPv4Network, IPv6Network, ip_network
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import Field, SecretStr, ValidationError, field_validator
+from pydantic import Field, SecretStr, ValidationError, field_validator, model_validator
 from pydantic_core import ErrorDetails
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from app.errors import InvalidSettings
+from app.logs import LogFormat
 
 PREFIX = "CHAINAGE_"
 GIB = 2**30
@@ -36,6 +38,24 @@ class Settings(BaseSettings):
         default=(),
         description="Host names, separated by commas, under which the server may be reached, "
         "besides localhost and plain addresses.",
+    )
+    tls_cert: Path | None = Field(
+        default=None,
+        description="Certificate with which the server speaks TLS (PEM, with its chain); goes with "
+        "`CHAINAGE_TLS_KEY`.",
+    )
+    tls_key: Path | None = Field(
+        default=None, description="Private key of the certificate (PEM, without a password)."
+    )
+    insecure_lan: bool = Field(
+        default=False,
+        description="Allow other machines to reach the server without TLS; every page then shows a "
+        "red warning.",
+    )
+    log_format: LogFormat = Field(
+        default="text",
+        description="Form of the log on standard error: `text` to be read, `json` with an object a "
+        "line for programs.",
     )
     max_jobs: int = Field(
         default=1, ge=1, le=16, description="Videos that are tracked at the same time."
@@ -71,6 +91,19 @@ class Settings(BaseSettings):
         default=24, gt=0, le=1000, description="Processor hours that tracking one video may take."
     )
 
+    camera_networks: Annotated[tuple[IPv4Network | IPv6Network, ...], NoDecode] = Field(
+        default=tuple(
+            map(ip_network, ("10.0.0.0/8", "172.16.0.0/12", "192.168.0.0/16", "fc00::/7"))
+        ),
+        description="Networks, separated by commas, in which live cameras may be opened; the "
+        "private ones by default.",
+    )
+    watch_folder: Path | None = Field(
+        default=None,
+        description="Folder in which recorders write files (MPEG-TS, MKV) or pipes that can be "
+        "inspected while they grow.",
+    )
+
     pace: float | None = Field(
         default=None,
         gt=0,
@@ -92,7 +125,18 @@ class Settings(BaseSettings):
         except ValidationError as error:
             raise InvalidSettings("; ".join(map(_reason, error.errors())) + ".") from error
 
-    @field_validator("allowed_hosts", mode="before")
+    @property
+    def has_tls(self) -> bool:
+        """Whether the server speaks TLS."""
+        return self.tls_cert is not None
+
+    @model_validator(mode="after")
+    def _certificate_with_key(self) -> Self:
+        if (self.tls_cert is None) != (self.tls_key is None):
+            raise ValueError("CHAINAGE_TLS_CERT and CHAINAGE_TLS_KEY go together")
+        return self
+
+    @field_validator("allowed_hosts", "camera_networks", mode="before")
     @classmethod
     def _split(cls, value: object) -> object:
         if isinstance(value, str):
@@ -101,6 +145,8 @@ class Settings(BaseSettings):
 
 
 def _reason(fault: ErrorDetails) -> str:
+    if not fault["loc"]:  # it is about several settings
+        return fault["msg"].removeprefix("Value error, ")
     name = str(fault["loc"][0])
     found = "" if name == "token" else f" (found {fault['input']!r})"
     return f"{PREFIX}{name.upper()}: {fault['msg']}{found}"

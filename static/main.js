@@ -1,7 +1,12 @@
 /** Puts the page that belongs to the address into the shell. */
 
 import { session } from './core/api.js';
+import { preferences } from './core/preferences.js';
+import { may } from './core/rights.js';
+import { t } from './core/words.js';
+import { showInsecure } from './components/insecure-banner/insecure-banner.js';
 import { toastError } from './components/toast-stack/toast-stack.js';
+import './components/compare-page/compare-page.js';
 import './components/inspection-list/inspection-list.js';
 import './components/new-inspection/new-inspection.js';
 import './components/inspection-page/inspection-page.js';
@@ -9,6 +14,7 @@ import './components/inspection-page/inspection-page.js';
 const PAGES = [
   [/^\/$/, 'inspection-list'],
   [/^\/new$/, 'new-inspection'],
+  [/^\/compare$/, 'compare-page'],
   [/^\/inspections\/([0-9a-f-]+)\/?$/, 'inspection-page'],
 ];
 
@@ -25,4 +31,15 @@ addEventListener('error', ({ error, message }) => toastError(error ?? new Error(
 const [, name] = PAGES.find(([pattern]) => pattern.test(location.pathname)) ?? PAGES[0];
 const page = document.createElement(name);
 page.inspectionId = location.pathname.split('/')[2];
+document.querySelector('.skip').textContent = t('page.skip');
 document.body.insertBefore(page, document.querySelector('toast-stack'));
+if (!may('operator')) {
+  const note = document.createElement('p');
+  note.className = 'banner';
+  note.textContent = t('rights.viewer');
+  page.before(note);
+}
+showInsecure();
+
+// Chosen on another device: every word and number of the page may change.
+if (await preferences.load()) location.reload();

@@ -25,6 +25,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from app.main import create_app
 from app.settings import Settings
+from vo_core import Rig
 
 TOKEN = "a-token-for-tests-0123456789abcdef"  # noqa: S105
 WIDTH, HEIGHT, RATE = 256, 160, 25
@@ -57,8 +58,24 @@ def clip_rig(**camera: object) -> dict[str, Any]:
     }
 
 
+def half_size(rig: Rig) -> dict[str, Any]:
+    """The fields of a rig whose camera sees the same in pictures of half the size."""
+    fields = rig.model_dump(mode="json")
+    camera = fields["camera"]
+    for name in ("width", "height"):
+        camera[name] //= 2
+    camera |= {"fx": camera["fx"] / 2, "fy": camera["fy"] / 2}
+    camera |= {"cx": (camera["width"] - 1) / 2, "cy": (camera["height"] - 1) / 2}
+    return fields
+
+
 def make_clip(
-    path: Path, frames: int = 40, *, codec: str = "libx264", times_s: list[float] | None = None
+    path: Path,
+    frames: int = 40,
+    *,
+    codec: str = "libx264",
+    times_s: list[float] | None = None,
+    **options: str,
 ) -> Path:
     """A floor passing by, with the number of the frame as 16 black or white blocks on top."""
     rng = np.random.default_rng(7)
@@ -71,12 +88,12 @@ def make_clip(
         stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
         stream.gop_size = 12
         if codec == "libx264":
-            stream.options = {"preset": "ultrafast", "crf": "18"}
+            stream.options = {"preset": "ultrafast", "crf": "18"} | options
         if times_s is not None:
             stream.codec_context.time_base = Fraction(1, 1000)
         for n in range(frames):
             picture = wall[:, STEP_PX * n : STEP_PX * n + WIDTH].copy()
-            picture[:BLOCK] = _blocks(n)
+            picture[:BLOCK] = blocks(n)
             frame = av.VideoFrame.from_ndarray(picture, format="gray").reformat(format="yuv420p")
             frame.pts = n if times_s is None else round(1000 * times_s[n])
             frame.time_base = Fraction(1, RATE if times_s is None else 1000)
@@ -92,7 +109,8 @@ def frame_number(jpeg: bytes) -> int:
     return sum(1 << i for i, grey in enumerate(row) if grey > 127)
 
 
-def _blocks(n: int) -> NDArray[np.uint8]:
+def blocks(n: int) -> NDArray[np.uint8]:
+    """The number of a frame as 16 black or white squares, one row of a clip's blocks."""
     row = np.array([255 * (n >> i & 1) for i in range(WIDTH // BLOCK)], np.uint8)
     return np.kron(row, np.ones((BLOCK, BLOCK), np.uint8)).astype(np.uint8)
 
@@ -257,12 +275,18 @@ def assert_error(response: httpx.Response, status: int, code: str) -> str:
 
 def children(module: str) -> list[int]:
     """Process ids of our children that run a module."""
-    found = []
-    for task in Path("/proc/self/task").iterdir():
+    return [pid for pid, runs in children_of(os.getpid()).items() if runs == module]
+
+
+def children_of(parent: int) -> dict[int, str]:
+    """The modules that the children of a process run, by process id."""
+    found = {}
+    for task in Path(f"/proc/{parent}/task").iterdir():
         with contextlib.suppress(FileNotFoundError, ProcessLookupError):
             for pid in (task / "children").read_text().split():
-                if module in Path(f"/proc/{pid}/cmdline").read_text().split("\0"):
-                    found.append(int(pid))
+                words = Path(f"/proc/{pid}/cmdline").read_text().split("\0")
+                if "-m" in words:
+                    found[int(pid)] = words[words.index("-m") + 1]
     return found
 
 

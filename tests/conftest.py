@@ -12,10 +12,13 @@ from pathlib import Path
 import cv2
 import pytest
 from builders import Client, make_clip, serving
+from hypothesis import settings
 from playwright.sync_api import Browser, sync_playwright
 
 # Two test processes share two cores; the threads of OpenCV would wait for each other busily.
 cv2.setNumThreads(1)
+
+settings.register_profile("long", max_examples=3000)
 
 LONG_FRAMES = 1500
 CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
@@ -55,7 +58,7 @@ def done(shared: Client, clip: Path) -> str:
     return shared.tracked(clip)
 
 
-def _installed_chromium() -> str | None:
+def installed_chromium() -> str | None:
     found = next((path for name in CHROMIUM if (path := shutil.which(name))), None)
     if found is None and os.geteuid() == 0 and shutil.which("apt-get"):
         subprocess.run(["apt-get", "update", "-q"], check=True)
@@ -68,7 +71,7 @@ def _installed_chromium() -> str | None:
 def browser() -> Iterator[Browser]:
     """One a process: Playwright's loop does not start twice."""
     with sync_playwright() as playwright:
-        path = _installed_chromium()
+        path = installed_chromium()
         if path is None and not Path(playwright.chromium.executable_path).exists():
             subprocess.run([sys.executable, "-m", "playwright", "install", "chromium"], check=False)
             if not Path(playwright.chromium.executable_path).exists():

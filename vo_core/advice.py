@@ -26,11 +26,9 @@ from vo_core.wall import (
     cast,
     develop,
     enclose,
-    pixel_rays,
-    ray_pixels,
-    rotation_robot_camera,
+    robot_pixels,
+    robot_rays,
     sight,
-    to_robot,
 )
 
 Grid = NDArray[np.float64]
@@ -318,23 +316,21 @@ def _pixel_grid(camera: Camera) -> Points:
 
 
 def _seen_wall(rig: Rig, pixels_uv: Points) -> Points:
-    wall = cast(rig, NOMINAL, to_robot(rig.mount, pixel_rays(rig.camera, pixels_uv)))
+    wall = cast(rig, NOMINAL, robot_rays(rig, pixels_uv))
     if not np.isfinite(wall).all(axis=1).any():
         raise InvalidRig("mount: no pixel of this camera shows the wall; turn it towards the wall.")
     return wall
 
 
 def _project(rig: Rig, wall_xyz: Points, pose: Pose) -> Points:
-    rays = sight(rig, pose, wall_xyz) @ rotation_robot_camera(rig.mount)
-    return ray_pixels(rig.camera, np.asarray(rays))
+    return robot_pixels(rig, sight(rig, pose, wall_xyz))
 
 
 def _mm_per_px(rig: Rig, pixels_uv: Points) -> NDArray[np.float64]:
     """(N,) mm of wall under a pixel, along the row or the column, whichever is more."""
 
     def wall(offset: tuple[float, float]) -> Points:
-        rays = pixel_rays(rig.camera, pixels_uv + np.array(offset))
-        return cast(rig, NOMINAL, to_robot(rig.mount, rays))
+        return cast(rig, NOMINAL, robot_rays(rig, pixels_uv + np.array(offset)))
 
     along_row = np.linalg.norm(wall((0.5, 0)) - wall((-0.5, 0)), axis=1)
     along_column = np.linalg.norm(wall((0, 0.5)) - wall((0, -0.5)), axis=1)

@@ -57,6 +57,12 @@ BY_CHANCE = 5.0
 PIXEL_ERROR = 0.012
 """What interpolation leaves of an alignment's error, px, however good the picture."""
 
+LOCK = 6.0
+"""Significance from which an alignment shows the same wall and not a chance."""
+
+OPEN_PX = 1.0
+"""Above this uncertainty the pictures do not show the motion (straight lines)."""
+
 CORRELATED_PX = 12.0
 """Pixels that share one independent value after a low-pass of sigma 1 (4 pi sigma^2)."""
 

@@ -46,10 +46,7 @@ def spectrum(image: GrayImage, window: GrayImage) -> GrayImage:
     A real picture's spectrum packed into a real array of its size (OpenCV's CCS order): a quarter
     of the cost of a complex one.
     """
-    height, width = image.shape
-    padded = np.zeros((_dft_size(height), _dft_size(width)), np.float32)
-    np.multiply(image, window, out=padded[:height, :width])
-    return np.asarray(cv2.dft(padded), np.float32)
+    return np.asarray(cv2.dft(_padded(image, window)), np.float32)
 
 
 def correlation(reference: GrayImage, moving: GrayImage) -> GrayImage:
@@ -98,6 +95,14 @@ def _log_parabola(three: GrayImage) -> float:
     return float((left - right) / (2 * curvature))
 
 
+def _padded(image: GrayImage, window: GrayImage) -> GrayImage:
+    """A windowed picture, with zeros up to an even, quick size."""
+    height, width = image.shape
+    padded = np.zeros((_dft_size(height), _dft_size(width)), np.float32)
+    np.multiply(image, window, out=padded[:height, :width])
+    return padded
+
+
 def _dft_size(length: int) -> int:
     """An odd padded size would move every peak by half a pixel: even ones only."""
     size: int = cv2.getOptimalDFTSize(length)
@@ -126,7 +131,7 @@ _RADIUS_RANGE = (0.03, 0.35)
 
 def polar_spectrum(image: GrayImage, window: GrayImage) -> GrayImage:
     """log|F| over (angle of half a turn, radius), free of slow parts; only rotation moves it."""
-    half = np.fft.rfft2(image * window, s=tuple(_dft_size(length) for length in image.shape))
+    half = np.fft.rfft2(_padded(image, window))
     magnitude = np.log1p(np.abs(np.fft.fftshift(half, axes=0))).astype(np.float32)
     polar = cv2.remap(magnitude, *_polar_maps(*magnitude.shape), cv2.INTER_LINEAR)
     return np.asarray(polar - cv2.GaussianBlur(polar, (0, 0), 9))

@@ -18,20 +18,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from vo_core.errors import InvalidRig
-from vo_core.rectify import NOMINAL, Rectifier
+from vo_core.rectify import NOMINAL, Rectifier, developed
 from vo_core.rig import Rig
 from vo_core.types import Matrix
 from vo_core.wall import (
-    Points,
     Pose,
     cast,
-    develop,
     enclose,
-    pixel_rays,
-    ray_pixels,
-    rotation_robot_camera,
+    robot_pixels,
+    robot_rays,
     sight,
-    to_robot,
 )
 
 LEAST_INFLUENCE = 0.2
@@ -55,19 +51,21 @@ def implied_height(rig: Rig, scale: float, sigma: float) -> Height | None:
     None where the height hardly matters (a camera that looks along the pipe), and where no rig may
     have it, as it would be outside the pipe.
     """
-    height_mm = rig.mount.height_mm
+    height_mm, pixels = rig.mount.height_mm, _patch_pixels(rig)
     for _ in range(8):  # Newton's method; the reading is close to a power of the height
         truth = _with_height(rig, height_mm)
-        power = _power(rig, truth, _with_height(rig, height_mm * (1 + _SMALL)))
+        read = _mean_reading(rig, truth, pixels)
+        higher = _mean_reading(rig, _with_height(rig, height_mm * (1 + _SMALL)), pixels)
+        power = _power(read, higher)
         if not abs(power) > LEAST_INFLUENCE:  # nor when it is nan
             return None
-        height_mm *= float(np.exp(-np.log(scale * reading(rig, truth)) / power))
+        height_mm *= float(np.exp(-np.log(scale * read) / power))
     try:
         truth = Rig.parse(_with_height(rig, height_mm).model_dump())
     except InvalidRig:
         return None
     # Where a wide view does not read evenly, the measurement need not weigh it as the mean does.
-    uneven = np.nanstd(_readings(rig, truth))
+    uneven = np.nanstd(_readings(rig, truth, pixels))
     return Height(height_mm, float(np.hypot(sigma / scale, uneven) * height_mm / abs(power)))
 
 
@@ -77,9 +75,12 @@ def scale_sigma(rig: Rig, *, height_sigma_mm: float = 0.0, focal_sigma_px: float
     longer = camera.model_copy(
         update={"fx": camera.fx * (1 + _SMALL), "fy": camera.fy * (1 + _SMALL)}
     )
-    height_mm = rig.mount.height_mm
-    by_height = _power(rig, rig, _with_height(rig, height_mm * (1 + _SMALL)))
-    by_focal = _power(rig, rig, rig.model_copy(update={"camera": longer}))
+    height_mm, pixels = rig.mount.height_mm, _patch_pixels(rig)
+    higher = _with_height(rig, height_mm * (1 + _SMALL))
+    longer_rig = rig.model_copy(update={"camera": longer})
+    read = _mean_reading(rig, rig, pixels)
+    by_height = _power(read, _mean_reading(rig, higher, pixels))
+    by_focal = _power(read, _mean_reading(rig, longer_rig, pixels))
     return float(
         np.hypot(
             by_height * height_sigma_mm / height_mm,
@@ -95,35 +96,35 @@ def reading(rig: Rig, truth: Rig) -> float:
     Tracks of rendered pipes with the height wrong by 3 % read the same to 0.0002 at 30 degrees of
     view; with a fisheye in the axis 2.5 % instead of 1.7 %, as the invert counts for more.
     """
-    return float(np.nanmean(_readings(rig, truth)))
+    return _mean_reading(rig, truth, _patch_pixels(rig))
 
 
-def _readings(rig: Rig, truth: Rig) -> Matrix:
-    """(N,) at points of the patch: the pixels of the true camera, taken to the wall by the rig."""
+def _mean_reading(rig: Rig, truth: Rig, pixels: Matrix) -> float:
+    return float(np.nanmean(_readings(rig, truth, pixels)))
+
+
+def _patch_pixels(rig: Rig) -> Matrix:
+    """(N, 2) where the rig sees points of its patch; that takes longer than all the rest here."""
     rectifier = Rectifier(rig)
     row, column = np.nonzero(rectifier.valid[::8, ::8])
     patch_mm = rectifier.grid.to_mm(8.0 * np.column_stack([column, row]).astype(np.float64))
-    pixels = _pixels(rig, sight(rig, NOMINAL, enclose(rig, patch_mm)))
-    wall = cast(truth, NOMINAL, _rays(truth, pixels))
+    return robot_pixels(rig, sight(rig, NOMINAL, enclose(rig, patch_mm)))
+
+
+def _readings(rig: Rig, truth: Rig, pixels: Matrix) -> Matrix:
+    """(N,) at points of the patch: the pixels of the true camera, taken to the wall by the rig."""
+    wall = cast(truth, NOMINAL, robot_rays(truth, pixels))
     step_mm = _SMALL * truth.mount.height_mm
     behind, ahead = (
-        develop(rig, cast(rig, NOMINAL, _rays(rig, _pixels(truth, sight(truth, at, wall)))))[:, 0]
+        developed(rig, robot_pixels(truth, sight(truth, at, wall)))[:, 0]
         for at in (Pose(-step_mm), Pose(step_mm))
     )
     return np.asarray((behind - ahead) / (2 * step_mm))
 
 
-def _power(rig: Rig, truth: Rig, changed: Rig) -> float:
-    """Relative change of the reading over the relative change, `_SMALL`, that makes `changed`."""
-    return float(np.log(reading(rig, changed) / reading(rig, truth)) / np.log1p(_SMALL))
-
-
-def _rays(rig: Rig, pixels_uv: Points) -> Points:
-    return to_robot(rig.mount, pixel_rays(rig.camera, pixels_uv))
-
-
-def _pixels(rig: Rig, robot_rays: Points) -> Points:
-    return ray_pixels(rig.camera, np.asarray(robot_rays @ rotation_robot_camera(rig.mount)))
+def _power(read: float, changed: float) -> float:
+    """Relative change of a reading over the relative change, `_SMALL`, that makes `changed`."""
+    return float(np.log(changed / read) / np.log1p(_SMALL))
 
 
 def _with_height(rig: Rig, height_mm: float) -> Rig:

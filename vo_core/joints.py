@@ -103,6 +103,7 @@ class JointFinder:
         self._open: set[int] = set()
         """Strips that were not searched yet; others are kept as their neighbours only."""
         self._found: list[Sighting] = []
+        self._taken = 0
 
     def add(self, image: Image, estimate: Estimate) -> None:
         """Take a frame and its pose, in the order of the video.
@@ -110,15 +111,28 @@ class JointFinder:
         Raises:
             ShapeMismatch: The image has not the size that the rig states.
         """
-        last = self._last
+        if self.wants(estimate):
+            self.spread(self._rectify(image), estimate)
+
+    def wants(self, estimate: Estimate) -> bool:
+        """Would `add` look at this frame?"""
         if estimate.status == "lost":
-            return
-        if last is not None and abs(estimate.distance_mm - last.distance_mm) < self._step_mm:
-            return
+            return False
+        last = self._last
+        return last is None or abs(estimate.distance_mm - last.distance_mm) >= self._step_mm
+
+    def spread(self, patch: GrayImage, estimate: Estimate) -> None:
+        """Take a frame that is wanted, as `Rectifier` has put it onto the wall."""
+        last = self._last
         if last is not None and _variance(estimate) - _variance(last) > self._bin_mm**2:
             self._close(self._open)  # after a loss the wall continues at another place
-        self._spread(self._rectify(image), estimate)
+        self._spread(patch, estimate)
         self._last = estimate
+
+    def take(self) -> list[Sighting]:
+        """Sightings that were found since the last call, on wall that the camera has left."""
+        found, self._taken = self._found[self._taken :], len(self._found)
+        return found
 
     def finish(self) -> list[Sighting]:
         """All sightings, in the order of their frames."""

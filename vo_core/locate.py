@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vo_core.align import Alignment, Template, align
+from vo_core.align import LOCK, OPEN_PX, Alignment, Template, align
 from vo_core.blocks import BlockGrid
 from vo_core.correlate import (
     LOBE_PX,
@@ -38,11 +38,8 @@ CLEARER, LEAST_CLEARER = 0.3, 0.03
 """How much better a block must agree to speak for one motion and not the other, and the share of
 such blocks that unmasks a fixed pattern."""
 
-OPEN_PX = 1.0
-"""Above this uncertainty along the pipe the picture does not show the motion (straight lines)."""
-
-LOCK, CERTAIN = 6.0, 14.0
-"""Agreement in standard deviations of what unrelated walls reach by chance: a lock, a sure one."""
+CERTAIN = 14.0
+"""Significance (see `LOCK`) from which an alignment is sure."""
 
 
 @dataclass(frozen=True)
@@ -199,10 +196,7 @@ class Locator:
 
     def overlap(self, reference: Reference, pose: Pose) -> float:
         """Share of the reference's wall that a camera at `pose` sees, about."""
-        rows, columns = self._grid.shape
-        axial = abs(pose.x_mm - reference.pose.x_mm) / (columns * self._grid.mm_per_px)
-        arc = abs(pose.y_mm - reference.pose.y_mm) / (rows * self._grid.mm_per_px)
-        return max(0.0, 1 - axial) * max(0.0, 1 - arc)
+        return self._grid.common(reference.pose, pose)
 
     def _starts(self, reference: Reference, picture: Picture, guess: Pose) -> list[Pose]:
         """Poses at which the phase correlation of the reference with the moved picture peaks."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from vo_core.errors import InvalidTime
 from vo_core.filters import low_pass, normalise
+from vo_core.health import NO_HEALTH, Health, HealthGauge
 from vo_core.locate import CERTAIN, LEAST_OVERLAP, Fix, Locator, Outlook, Picture, Reference
 from vo_core.pattern import FixedPattern
 from vo_core.rectify import Rectifier
@@ -85,6 +86,7 @@ class Odometry:
         self._rectify = Rectifier(rig)
         self._locator = Locator(self._rectify)
         self._pattern = FixedPattern()
+        self._gauge = HealthGauge(self._rectify.valid)
         self._pattern_pose = Pose()
         self._reliability: Matrix | None = None
         """(blocks,) running mean of the trust in each block, over frames that showed motion."""
@@ -100,6 +102,11 @@ class Odometry:
         """mm/s along, mm/s across, rad/s, at the last fix; unknown before the second frame."""
         self._time_s = self._fix_s = 0.0
         self._frame = 0
+        self._pose_before = Pose()
+        self._health: Health | None = NO_HEALTH
+        """Of the last frame, once it was asked for."""
+        self.patch: GrayImage | None = None
+        """The last frame on the developed wall, as `Rectifier` makes it."""
 
     def step(self, image: Image, t_s: float) -> Estimate:
         """Take the next frame.
@@ -117,6 +124,7 @@ class Odometry:
             raise InvalidTime(f"Frame {self._frame} has the time {t_s} s; it must be finite.")
         if self._frame == 0:
             self._fix_s = t_s
+        before = self._pose
         patch = self._rectify(image)
         normal = normalise(low_pass(patch))
         picture = Picture(self._pattern.remove(normal))
@@ -133,8 +141,20 @@ class Odometry:
             new = visible and not frozen
             status, quality = self._bridge(picture, predicted, t_s, visible=new)
         estimate = self._estimate(t_s, status, quality)
+        self.patch, self._pose_before, self._health = patch, before, None
         self._time_s, self._frame = t_s, self._frame + 1
         return estimate
+
+    @property
+    def health(self) -> Health:
+        """Of the last frame; its sharpness is told against the frames that were asked of."""
+        if self._health is None and self.patch is not None:
+            self._health = self._gauge.take(
+                self.patch,
+                overlap=self._rectify.grid.common(self._pose_before, self._pose),
+                fixed_pattern=self._pattern.share,
+            )
+        return self._health or NO_HEALTH
 
     def _predict(self, t_s: float) -> Pose:
         """The pose if the robot went on as before."""

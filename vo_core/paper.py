@@ -9,8 +9,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from vo_core.errors import InvalidRig, ShapeMismatch
-from vo_core.resample import to_grey
+from vo_core.errors import InvalidRig
+from vo_core.resample import grey_frame
 from vo_core.rig import Camera, Rig
 from vo_core.track import Estimate
 from vo_core.types import GrayImage, Image
@@ -92,12 +92,7 @@ class PaperOdometry:
             ShapeMismatch: The image has not the size that the rig states.
         """
         camera, height_mm = self.rig.camera, self.rig.mount.height_mm
-        current = np.asarray(to_grey(image), np.float32)
-        if current.shape != (camera.height, camera.width):
-            raise ShapeMismatch(
-                f"The frame is {current.shape[1]}x{current.shape[0]} px, the rig's camera "
-                f"{camera.width}x{camera.height} px; they must agree."
-            )
+        current = np.asarray(grey_frame(camera, image), np.float32)
         peak = 1.0
         if self._previous is not None:
             dx_px, dy_px, theta_deg, peak = displacement(self._previous, current)

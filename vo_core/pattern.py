@@ -22,12 +22,18 @@ MEMORY = 100
 LEAST = 6
 """Frames before anything is removed."""
 
+ALONG_PX = 65
+"""What is longer than that along the rows may well be the wall's."""
+
 
 @dataclass
 class FixedPattern:
     """Running mean and mean square, pixel by pixel, of pictures of different parts of the wall."""
 
     count: int = 0
+    share: float = 0.0
+    """Of the pictures' energy that is the pattern's; what runs along the rows is left out, because
+    a water line or a seam along the pipe stays in its place too."""
     _mean: GrayImage | None = None
     _power: GrayImage | None = None
     _pattern: GrayImage | None = None
@@ -46,7 +52,16 @@ class FixedPattern:
         variance = np.maximum(self._power - self._mean * self._mean, 0)
         excess = np.abs(self._mean) - SIGNIFICANT * cv2.sqrt(variance / np.float32(frames - 1))
         self._pattern = np.copysign(np.maximum(excess, 0), self._mean)
+        self.share = _share(self._mean, self._power, frames)
 
     def remove(self, picture: GrayImage) -> GrayImage:
         """The picture without the pattern known so far."""
         return picture if self._pattern is None else picture - self._pattern
+
+
+def _share(mean: GrayImage, power: GrayImage, frames: int) -> float:
+    """Energy of the pattern over that of the pictures, free of what chance leaves in a mean."""
+    spots = mean - cv2.blur(mean, (ALONG_PX, 1))
+    chance = (power.mean() - (mean * mean).mean()) / (frames - 1)
+    energy = float((spots * spots).mean() - chance)
+    return max(energy, 0.0) / max(float(power.mean()), 1e-6)

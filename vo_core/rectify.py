@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vo_core.errors import InvalidRig, ShapeMismatch
-from vo_core.resample import reduce_to, to_grey
+from vo_core.errors import InvalidRig
+from vo_core.resample import grey_frame, reduce_to
 from vo_core.rig import Rig
 from vo_core.types import ByteImage, GrayImage, Image
 from vo_core.wall import (
@@ -22,11 +22,9 @@ from vo_core.wall import (
     cast,
     develop,
     enclose,
-    pixel_rays,
-    ray_pixels,
-    rotation_robot_camera,
+    robot_pixels,
+    robot_rays,
     sight,
-    to_robot,
 )
 
 PATCH_SIDE_PX = 320
@@ -70,6 +68,13 @@ class PatchGrid:
         """(..., 2) (axial mm, arc mm) to patch pixels (column, row)."""
         return np.asarray((axial_arc_mm - (self.axial_mm, self.arc_mm)) / self.mm_per_px)
 
+    def common(self, one: Pose, other: Pose) -> float:
+        """Share of the wall that is seen from both poses, about."""
+        rows, columns = self.shape
+        axial = abs(other.x_mm - one.x_mm) / (columns * self.mm_per_px)
+        arc = abs(other.y_mm - one.y_mm) / (rows * self.mm_per_px)
+        return max(0.0, 1 - axial) * max(0.0, 1 - arc)
+
     def finer(self, times: int) -> PatchGrid:
         """The same rectangle with so many pixels in the place of one, each way."""
         step_mm = self.mm_per_px / times
@@ -107,13 +112,7 @@ class Rectifier:
         Raises:
             ShapeMismatch: The frame has not the size that the rig states.
         """
-        grey = to_grey(image)
-        if grey.shape[::-1] != self._frame_wh:
-            raise ShapeMismatch(
-                f"The frame is {grey.shape[1]}x{grey.shape[0]} px, the rig's camera "
-                f"{self._frame_wh[0]}x{self._frame_wh[1]} px; they must agree."
-            )
-        reduced = reduce_to(grey, self._reduced_wh)
+        reduced = reduce_to(grey_frame(self.rig.camera, image), self._reduced_wh)
         # Outside the frame its border goes on: a black edge would be texture to what follows.
         fine = cv2.remap(reduced, *self._maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         return reduce_to(fine, self.grid.shape[::-1])
@@ -124,7 +123,7 @@ class Rectifier:
         xy = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), -1).reshape(-1, 2)
         wall = enclose(self.rig, fine.to_mm(xy.astype(np.float64)))
         rays = sight(self.rig, NOMINAL, wall)
-        uv = ray_pixels(self.rig.camera, rays @ rotation_robot_camera(self.rig.mount))
+        uv = robot_pixels(self.rig, rays)
         size = np.array(self._frame_wh)
         with np.errstate(invalid="ignore"):
             inside = ((uv >= 0) & (uv <= size - 1)).all(1)
@@ -143,7 +142,7 @@ def _visible_grid(rig: Rig, reduction: float) -> tuple[PatchGrid, float]:
     camera = rig.camera
     u = np.linspace(0, camera.width - 1, 65)
     v = np.linspace(0, camera.height - 1, 49)
-    wall_mm = _developed(rig, np.stack(np.meshgrid(u, v), -1).reshape(-1, 2)).reshape(49, 65, 2)
+    wall_mm = developed(rig, np.stack(np.meshgrid(u, v), -1).reshape(-1, 2)).reshape(49, 65, 2)
     along_u = np.linalg.norm(np.diff(wall_mm, axis=1), axis=2)[:-1] / (u[1] - u[0])
     along_v = np.linalg.norm(np.diff(wall_mm, axis=0), axis=2)[:, :-1] / (v[1] - v[0])
     mm_per_px = np.maximum(along_u, along_v)  # (48, 64), nan where no wall is seen
@@ -172,6 +171,6 @@ def _visible_grid(rig: Rig, reduction: float) -> tuple[PatchGrid, float]:
     return grid, float(mm_per_px[good].max()) / finest
 
 
-def _developed(rig: Rig, pixels_uv: Points) -> Points:
-    rays = to_robot(rig.mount, pixel_rays(rig.camera, pixels_uv))
-    return develop(rig, cast(rig, NOMINAL, rays))
+def developed(rig: Rig, pixels_uv: Points) -> Points:
+    """(axial mm, arc mm) that the pixels show from the nominal pose; nan where there is no wall."""
+    return develop(rig, cast(rig, NOMINAL, robot_rays(rig, pixels_uv)))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vo_core.align import Template, align
+from vo_core.align import LOCK, OPEN_PX, Template, align
 from vo_core.blocks import BlockGrid
 from vo_core.correlate import (
     LOCK_PSR,
@@ -27,16 +27,10 @@ from vo_core.wall import Points
 COARSE_SIDE_PX = 320
 """Longest side of the pictures that are correlated; the refinement runs at full size."""
 
-OPEN_PX = 1.0
-"""Above this uncertainty the pictures do not show the motion."""
-
 LONGEST_PX = 16000
 """OpenCV resamples pictures below 32768 px only, and they are doubled."""
 
 BORDER_PX = 8
-
-SIGNIFICANT = 6.0
-"""Agreement in standard deviations of what unrelated pictures reach by chance."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +95,7 @@ def register(reference: Image, moving: Image) -> Shift:
         np.array([1.0, 1.0, 2 / max(full[0].shape)]),
     )
     is_open = np.linalg.eigvalsh(fit.covariance[:2, :2])[-1] > OPEN_PX**2
-    if not fit.converged or is_open or fit.significance < SIGNIFICANT:
+    if not fit.converged or is_open or fit.significance < LOCK:
         return Shift(0.0, 0.0, 0.0, 0.0)
     dx, dy, rotation = fit.parameters.tolist()
     return Shift(dx, dy, rotation, float(np.clip(fit.agreement, 0.0, 1.0)))

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from vo_core.errors import ShapeMismatch
+from vo_core.rig import Camera
 from vo_core.types import AnyImage, ByteImage, GrayImage, Image
 
 SMALLEST_PX = 32
@@ -41,6 +42,22 @@ def to_grey(image: Image) -> Image:
     return image
 
 
+def grey_frame(camera: Camera, image: Image) -> Image:
+    """A frame of this camera in grey, as `to_grey` makes it.
+
+    Raises:
+        ShapeMismatch: The frame has not the camera's size, or is no picture.
+    """
+    grey = to_grey(image)
+    height, width = grey.shape
+    if (width, height) != (camera.width, camera.height):
+        raise ShapeMismatch(
+            f"The frame is {width}x{height} px, the rig's camera "
+            f"{camera.width}x{camera.height} px; they must agree."
+        )
+    return grey
+
+
 _NO_MAP: Any = None
 """remap takes columns and rows in one array or in two; the stubs know two only."""
 
@@ -53,6 +70,14 @@ def resample(image: GrayImage, positions_px: GrayImage) -> GrayImage:
     return np.asarray(
         cv2.remap(image, positions_px, _NO_MAP, cv2.INTER_LINEAR, borderValue=0), np.float32
     )
+
+
+def resample_colour(image: ByteImage, positions_px: GrayImage) -> ByteImage:
+    """A colour picture at (H, W, 2) positions (column, row), bilinear; outside, its border."""
+    seen = cv2.remap(
+        image, positions_px, _NO_MAP, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
+    return np.asarray(seen, np.uint8)
 
 
 def resample_mask(mask: ByteImage, positions_px: GrayImage) -> ByteImage:

@@ -143,12 +143,19 @@ def joint_spacing(
     return JointSpacing(tuple(joints), segment_mm)
 
 
-def correct(track: Track, evidence: Sequence[Evidence]) -> Correction:
+def correct(
+    track: Track, evidence: Sequence[Evidence], *, zero_frame: int | None = None
+) -> Correction:
     """The track at the scale that all the evidence together asks for.
 
     x, distance and sigma become those of the most likely true way, y takes the scale, all else
     stays.
 
+    Args:
+        track: As it was measured.
+        evidence: All that is known.
+        zero_frame: Where the distance is to be 0, so that sigma is that of the way from there; the
+            zero of the track stays without it.
     Raises:
         InvalidCorrection: There is no evidence, a frame that the track has not or in which the wall
             was not recognised, a length that cannot be that of its frames, or a contradiction.
@@ -164,7 +171,8 @@ def correct(track: Track, evidence: Sequence[Evidence]) -> Correction:
     _require_agreement(findings)
     solution = _Solution.of(drift, _joined(pieces))
     scale, sigma = solution.scale
-    distance_mm, variance_mm2 = solution.distances(track.distance_mm)
+    zero = None if zero_frame is None else row_of(track, zero_frame)
+    distance_mm, variance_mm2 = solution.distances(track.distance_mm, zero)
     return Correction(
         track=replace(
             track,
@@ -178,6 +186,22 @@ def correct(track: Track, evidence: Sequence[Evidence]) -> Correction:
         findings=findings,
         residuals=tuple(_residuals(evidence, pieces, solution)),
         scatter_mm=next((p.scatter_mm for p in pieces if p.scatter_mm is not None), None),
+    )
+
+
+def zeroed(track: Track, frame: int) -> Track:
+    """The same track with its distance counted from a frame, and sigma that of the way from there.
+
+    Raises:
+        InvalidCorrection: The track has no such frame.
+    """
+    row = row_of(track, frame)
+    rows = np.arange(len(track))
+    return replace(
+        track,
+        x_mm=track.x_mm - track.x_mm[row],
+        distance_mm=track.distance_mm - track.distance_mm[row],
+        sigma_distance_mm=np.sqrt(Drift.of(track).between(rows, np.full_like(rows, row))),
     )
 
 
@@ -370,23 +394,39 @@ class _Solution:
         """Weighted sum of the squared residuals."""
         return float(self.residual @ self.weight @ self.residual)
 
-    def distances(self, distance_mm: Matrix) -> tuple[Matrix, Matrix]:
-        """The true distance of every row of the track, and its variance in mm^2."""
+    def distances(self, distance_mm: Matrix, zero: int | None) -> tuple[Matrix, Matrix]:
+        """The true distance of every row of the track, and its variance in mm^2.
+
+        Args:
+            distance_mm: (N,) of the track.
+            zero: The row from which the way is counted; None for where the track's distance is 0.
+        """
         blocks = np.array_split(np.arange(len(distance_mm)), 1 + len(distance_mm) // _BLOCK)
-        found = [self._distances(rows, distance_mm[rows]) for rows in blocks]
+        found = [self._distances(rows, distance_mm, zero) for rows in blocks]
         mean, variance = (np.concatenate(part) for part in zip(*found, strict=True))
         return mean, variance
 
-    def _distances(self, rows: Rows, distance_mm: Matrix) -> tuple[Matrix, Matrix]:
-        common = self.model.covariance(rows, self.equations.rows) @ self.equations.drift.T
+    def _distances(
+        self, rows: Rows, distance_mm: Matrix, zero: int | None
+    ) -> tuple[Matrix, Matrix]:
+        common = self._common(rows)
+        way_mm = distance_mm[rows]
+        prior = self.model.shared_mm2[rows] + self.model.own_mm2[rows]
+        if zero is not None:
+            common = common - self._common(np.array([zero]))
+            way_mm = way_mm - distance_mm[zero]
+            prior = self.model.between(rows, np.full_like(rows, zero))
         gain = common @ self.weight
-        mean = self.parameters[0] * distance_mm + gain @ self.residual
+        mean = self.parameters[0] * way_mm + gain @ self.residual
         slope = -gain @ self.design
-        slope[:, 0] += distance_mm
+        slope[:, 0] += way_mm
         variance = (
-            self.model.shared_mm2[rows]
-            + self.model.own_mm2[rows]
+            prior
             - np.einsum("nm,nm->n", gain, common)
             + np.einsum("np,pq,nq->n", slope, self.covariance, slope)
         )
         return mean, np.maximum(variance, 0.0)  # rounding may take it below
+
+    def _common(self, rows: Rows) -> Matrix:
+        """(len(rows), M) covariance of the drift of the rows with the equations."""
+        return np.asarray(self.model.covariance(rows, self.equations.rows) @ self.equations.drift.T)

@@ -11,6 +11,7 @@ import math
 from collections import deque
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -28,11 +29,13 @@ from vo_core.types import ByteImage
 
 CONTAINERS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,mpeg"
 CODECS = frozenset(
-    ("h264", "hevc", "mpeg4", "mpeg2video", "mpeg1video", "mjpeg", "msmpeg4v3")
+    ("h264", "hevc", "mpeg4", "mpeg2video", "mpeg1video", "mjpeg", "msmpeg4")
     + ("vp8", "vp9", "av1", "libdav1d")
 )
 MAX_PIXELS = 4096 * 2304
 """Largest picture that is decoded, 4K; a decoder refuses more, also in mid-stream."""
+MAX_FRAMES = 1_000_000
+"""Most frames of one video, nine hours at 30 a second: four bytes of a hostile file make one."""
 
 _OPEN_AND_READ_TIMEOUT_S = (10, 10)
 _FRAMES_AHEAD = 4
@@ -55,6 +58,11 @@ class Frame:
     def to_bgr(self) -> ByteImage:
         """The picture in colour, (H, W, 3), blue first."""
         return np.asarray(self._picture.to_ndarray(format="bgr24"), np.uint8)
+
+
+def frame_of(picture: VideoFrame, index: int, t_s: float) -> Frame:
+    """A decoded picture as a frame."""
+    return Frame(index, t_s, _grey(picture), picture)
 
 
 @dataclass(frozen=True)
@@ -112,7 +120,10 @@ class VideoFile:
                     f"the picture changes to {picture.width}x{picture.height} at {t_s:.2f} s"
                 )
                 break
-            yield Frame(index, t_s, _grey(picture), picture)
+            if index == MAX_FRAMES:
+                decoder.faults.append(f"only the first {MAX_FRAMES} frames are taken")
+                break
+            yield frame_of(picture, index, t_s)
             index, last_s = index + 1, t_s
         if last_s is None:
             reason = "; ".join(decoder.faults) or "it holds no decodable picture"
@@ -128,10 +139,14 @@ class VideoFile:
             yield frame
 
     def seek(self, t_s: float) -> None:
-        """Go to the key frame at or before `t_s`, about; the next loop starts there."""
+        """Go to the key frame at or before `t_s`, about; the next loop starts there.
+
+        A file too damaged to be sought in is read on from where it stands.
+        """
         base = self._stream.time_base
         if base is not None:
-            self._container.seek(int(t_s / base), stream=self._stream, backward=True)
+            with suppress(FFmpegError, OverflowError):
+                self._container.seek(int(t_s / base), stream=self._stream, backward=True)
 
 
 def read_frame(path: Path | str, t_s: float) -> ByteImage:
@@ -185,19 +200,26 @@ def _open(path: Path) -> tuple[InputContainer, VideoStream]:
                 "codec_whitelist": ",".join(sorted(CODECS)),
             },
         )
+    except MemoryError:  # FFmpeg's too: it says nothing about the file
+        raise
     except (FFmpegError, ValueError) as error:
         raise UnreadableVideo(
             f"{path.name} is not a video that can be opened ({_reason(error)}). "
             "Accepted are MP4, MOV, MKV, WebM, AVI, MPEG-TS and MPEG files."
         ) from error
     try:
-        return container, _checked_stream(container, path.name)
+        return container, checked_stream(container, path.name)
     except BaseException:
         container.close()
         raise
 
 
-def _checked_stream(container: InputContainer, name: str) -> VideoStream:
+def checked_stream(container: InputContainer, name: str) -> VideoStream:
+    """The first video stream, with bounds on what its decoder will take.
+
+    Raises:
+        UnreadableVideo: There is none, or of a codec or a size that is not accepted.
+    """
     stream = next(iter(container.streams.video), None)
     # PyAV gives a stream without a decoder for codecs that FFmpeg does not know.
     codec = stream.codec_context if stream is not None else None
@@ -219,9 +241,9 @@ def _checked_stream(container: InputContainer, name: str) -> VideoStream:
 
 def _describe(container: InputContainer, stream: VideoStream) -> VideoInfo:
     """Read all meta data now: PyAV crashes the interpreter when asked after closing."""
-    duration_s = container.duration / av.time_base if container.duration else None
-    rate_hz = float(stream.average_rate) if stream.average_rate else None
-    frames = stream.frames or (round(duration_s * rate_hz) if duration_s and rate_hz else None)
+    duration_s = max((container.duration or 0) / av.time_base, 0.0)
+    rate_hz = max(float(stream.average_rate or 0), 0.0)
+    frames = stream.frames or round(duration_s * rate_hz)
     codec = stream.codec_context
     return VideoInfo(
         width=codec.width,
@@ -229,9 +251,9 @@ def _describe(container: InputContainer, stream: VideoStream) -> VideoInfo:
         codec=codec.name,
         container=container.format.name,
         pixel_format=codec.pix_fmt,
-        frames=frames or None,
-        duration_s=duration_s,
-        rate_hz=rate_hz,
+        frames=frames if 0 < frames <= MAX_FRAMES else None,
+        duration_s=duration_s or None,
+        rate_hz=rate_hz or None,
     )
 
 
@@ -265,11 +287,15 @@ class _Decoder:
                 packet = next(packets)
             except StopIteration:
                 return
+            except MemoryError:
+                raise
             except FFmpegError as error:
                 self.faults.append(f"reading stopped: {_reason(error)}")
                 return
             try:
                 yield from packet.decode()
+            except MemoryError:  # not a damaged packet: nothing may be left out in silence
+                raise
             except FFmpegError:
                 self.damaged_packets += 1
         self.faults.append(f"more than {self.MAX_FAULTS} damaged packets")

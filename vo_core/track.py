@@ -141,8 +141,18 @@ class Track:
         )  # fmt: skip
         return "".join(lines)
 
-    def to_json(self, metadata: Mapping[str, object] | None = None) -> str:
-        """`{"metadata": {...}, "columns": {name: [...]}}`, numbers rounded as in the CSV."""
+    def to_json(
+        self,
+        metadata: Mapping[str, object] | None = None,
+        *,
+        lengths_mm: Mapping[str, NDArray[np.float64]] | None = None,
+    ) -> str:
+        """`{"metadata": {...}, "columns": {name: [...]}}`, numbers rounded as in the CSV.
+
+        Args:
+            metadata: Of the track.
+            lengths_mm: Further columns, each (N,).
+        """
         columns = {
             name: [
                 round(v, _DECIMALS[name]) if name in _DECIMALS else v
@@ -150,6 +160,8 @@ class Track:
             ]
             for name in COLUMNS
         }
+        for name, further in (lengths_mm or {}).items():
+            columns[name] = [round(v, 4) for v in further.tolist()]
         return json.dumps({"metadata": dict(metadata or {}), "columns": columns}, allow_nan=False)
 
 

@@ -62,7 +62,7 @@ def wall_point(
     yaw_deg: float = 0.0,
 ) -> WallPoint | None:
     """The wall point that a pixel shows from the given pose, by exact ray casting, or None."""
-    rays = to_robot(rig.mount, pixel_rays(rig.camera, [pixel_uv]))
+    rays = robot_rays(rig, [pixel_uv])
     (point,) = cast(rig, Pose(x_mm, y_mm, float(np.radians(yaw_deg))), rays)
     if not np.isfinite(point).all():
         return None
@@ -173,9 +173,14 @@ def rotation_robot_camera(mount: Mount) -> Matrix:
     return np.asarray(pitch_y @ roll_x @ base @ turn_z)
 
 
-def to_robot(mount: Mount, camera_rays: Points) -> Points:
-    """Rays from camera axes to robot axes."""
-    return np.asarray(camera_rays @ rotation_robot_camera(mount).T)
+def robot_rays(rig: Rig, pixels_uv: ArrayLike) -> Points:
+    """Unit rays in robot axes of (N, 2) pixels; nan outside the lens."""
+    return np.asarray(pixel_rays(rig.camera, pixels_uv) @ rotation_robot_camera(rig.mount).T)
+
+
+def robot_pixels(rig: Rig, rays: Points) -> Points:
+    """(N, 2) pixels that show rays given in robot axes; nan where the lens cannot see."""
+    return ray_pixels(rig.camera, np.asarray(rays @ rotation_robot_camera(rig.mount)))
 
 
 def camera_position(rig: Rig, pose: Pose) -> Matrix:

@@ -20,6 +20,9 @@ from vo_core.wall import Points
 LEAST_VIEWS = 5
 """Fewer boards leave the lens undetermined: each has a pose of its own to be found as well."""
 
+_FIELDS_RAD = (np.pi / 1.25, np.pi / 1.5)
+"""Angles that the longer side of a picture may span, to start from."""
+
 Model = Literal["pinhole", "fisheye"]
 
 _Arrays = list[NDArray[np.float32]]
@@ -110,11 +113,12 @@ def fit_lens(views: Sequence[View], model: Model, size_wh: tuple[int, int]) -> L
     """
     if model == "pinhole":
         return _fit_pinhole(views, size_wh)
-    # Started from nothing, OpenCV fails on boards far aside, which say most about the lens.
+    # Started from a guess, OpenCV fails on boards far aside, which say most about the lens.
     # Started from the lens that the others gave, it takes nearly all of them.
-    first = _fit_fisheye(views, size_wh, None)
+    first = _first_fisheye(views, size_wh)
     try:
-        again = _fit_fisheye(views, size_wh, first)
+        start = first.matrix, first.distortion
+        again = _fit_fisheye(views, size_wh, start, is_checked=True)
     except UnusableBoards:
         return first
     return again if len(again.views) >= len(first.views) else first
@@ -131,13 +135,40 @@ def _fit_pinhole(views: Sequence[View], size_wh: tuple[int, int]) -> Lens:
     return Lens("pinhole", views, matrix, distortion.ravel(), turns, places_mm)
 
 
-def _fit_fisheye(views: Sequence[View], size_wh: tuple[int, int], start: Lens | None) -> Lens:
+def _first_fisheye(views: Sequence[View], size_wh: tuple[int, int]) -> Lens:
+    """From OpenCV's own guess of the lens, or else others: which one fails depends on rounding."""
+    width, height = size_wh
+    guesses: list[tuple[Matrix, Matrix] | None] = [None]
+    for field_rad in _FIELDS_RAD:
+        focal_px = max(size_wh) / field_rad
+        matrix = np.array(
+            [[focal_px, 0, (width - 1) / 2], [0, focal_px, (height - 1) / 2], [0, 0, 1]]
+        )
+        guesses.append((matrix, np.zeros(4)))
+    for guess in guesses:
+        try:
+            # Unchecked: seen through a guessed lens, good boards may look degenerate.
+            return _fit_fisheye(views, size_wh, guess, is_checked=False)
+        except UnusableBoards as error:
+            reason = error
+    raise reason
+
+
+def _fit_fisheye(
+    views: Sequence[View],
+    size_wh: tuple[int, int],
+    start: tuple[Matrix, Matrix] | None,
+    *,
+    is_checked: bool,
+) -> Lens:
     """The fisheye lens of those views that OpenCV can place, which may not be all."""
-    flags = cv2.CALIB_RECOMPUTE_EXTRINSIC | cv2.CALIB_FIX_SKEW | cv2.CALIB_CHECK_COND
+    flags = cv2.CALIB_RECOMPUTE_EXTRINSIC | cv2.CALIB_FIX_SKEW
     matrix, distortion = np.eye(3), np.zeros(4)
     if start is not None:
         flags |= cv2.CALIB_USE_INTRINSIC_GUESS
-        matrix, distortion = start.matrix, start.distortion
+        matrix, distortion = start
+    if is_checked:
+        flags |= cv2.CALIB_CHECK_COND
     kept = list(views)
     while True:
         solids, seen = _as_opencv(kept)

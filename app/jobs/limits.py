@@ -5,19 +5,22 @@ import resource
 from app.jobs.messages import Limits
 
 _OPEN_FILES = 64
+_CPU_GRACE_S = 5
 
 
 def apply(limits: Limits) -> None:
-    """Address space, processor time, files; no file can be written and no core dumped."""
+    """Address space, processor time, files; no core is dumped."""
     _set(resource.RLIMIT_AS, limits.memory_bytes)
     _set(resource.RLIMIT_NOFILE, _OPEN_FILES)
-    _set(resource.RLIMIT_FSIZE, 0)
+    _set(resource.RLIMIT_FSIZE, limits.file_bytes)
     _set(resource.RLIMIT_CORE, 0)
     if limits.cpu_s is not None:
-        _set(resource.RLIMIT_CPU, limits.cpu_s)
+        # At the first bound comes SIGXCPU, which tells the reason; SIGKILL at the second does not.
+        _set(resource.RLIMIT_CPU, limits.cpu_s, limits.cpu_s + _CPU_GRACE_S)
 
 
-def _set(kind: int, value: int) -> None:
-    _, hard = resource.getrlimit(kind)
-    value = value if hard == resource.RLIM_INFINITY else min(value, hard)
-    resource.setrlimit(kind, (value, value))
+def _set(kind: int, soft: int, hard: int | None = None) -> None:
+    _, most = resource.getrlimit(kind)
+    hard = soft if hard is None else hard
+    hard = hard if most == resource.RLIM_INFINITY else min(hard, most)
+    resource.setrlimit(kind, (min(soft, hard), hard))

@@ -8,6 +8,7 @@ from dataclasses import asdict
 import msgspec
 
 from app.jobs import limits
+from app.jobs.confinement import confine
 from app.jobs.messages import (
     Failed,
     FromMedia,
@@ -33,6 +34,7 @@ def main() -> None:
                 return
             if isinstance(request, Limits):
                 limits.apply(request)
+                confine(reads=request.reads)
                 _warm_up()
             else:
                 connection.send_bytes(encode(_answer(request)))
@@ -54,7 +56,7 @@ def _answer(request: ProbeRequest | PictureRequest) -> FromMedia:
         return _picture(request)
     except UnreadableVideo as error:
         return Failed("unreadable_video", str(error))
-    except MemoryError:
+    except (MemoryError, BlockingIOError):  # see `failures`
         return Failed("out_of_memory", "The video needs more memory than the media process has.")
     except Exception:
         detail = "Reading the video met an unexpected fault; it is in the log."

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
+import struct
 import subprocess
 import sys
 from multiprocessing.connection import Connection, Pipe
@@ -15,6 +17,8 @@ import app
 from app.jobs.messages import MAX_MESSAGE_BYTES, encode
 
 _GRACE_S = 2.0
+_SEND_S = 10.0
+"""A child that does not take a message for so long hangs."""
 
 
 class Child:
@@ -44,23 +48,39 @@ class Child:
         """Give it a message.
 
         Raises:
+            TimeoutError: It does not take it.
             OSError: It has died.
         """
-        self._connection.send_bytes(encode(message))
+        self._limit(socket.SO_SNDTIMEO, _SEND_S)
+        try:
+            self._connection.send_bytes(encode(message))
+        except BlockingIOError as error:
+            raise TimeoutError from error
 
     def receive(self, timeout_s: float) -> bytes:
         """Its next message.
 
         Raises:
-            TimeoutError: Nothing came in time.
-            EOFError: It has died or closed its end.
+            TimeoutError: Nothing came in time, or it stopped in the middle of a message.
+            EOFError: It has died or closed its end, or what it sends is no message.
         """
         if not self._connection.poll(timeout_s):
             raise TimeoutError
+        self._limit(socket.SO_RCVTIMEO, timeout_s)
         try:
             return self._connection.recv_bytes(MAX_MESSAGE_BYTES)
-        except ConnectionResetError as error:
+        except BlockingIOError as error:
+            raise TimeoutError from error
+        except OSError as error:
             raise EOFError from error
+
+    def _limit(self, option: int, timeout_s: float) -> None:
+        """Bound how long the pipe, which is a pair of sockets, waits for the next bytes."""
+        seconds, rest_s = divmod(timeout_s, 1)
+        with socket.socket(fileno=os.dup(self._connection.fileno())) as pipe:
+            pipe.setsockopt(
+                socket.SOL_SOCKET, option, struct.pack("ll", int(seconds), int(1e6 * rest_s))
+            )
 
     def terminate(self) -> None:
         """Ask it to end; whoever waits in `receive` gets EOFError."""
@@ -85,6 +105,12 @@ class Child:
         return self._process.poll() is None
 
 
+_HINTS: dict[int, str] = {
+    signal.SIGKILL: ", perhaps for lack of memory",
+    signal.SIGXCPU: ": it had used all the processor time that it may take",
+}
+
+
 def describe_exit(code: int) -> str:
     """How a process ended, for a person."""
     if code >= 0:
@@ -93,8 +119,7 @@ def describe_exit(code: int) -> str:
         name = signal.Signals(-code).name
     except ValueError:
         name = "unknown"
-    hint = ", perhaps for lack of memory" if -code == signal.SIGKILL else ""
-    return f"it was ended by signal {-code} ({name}{hint})"
+    return f"it was ended by signal {-code} ({name}{_HINTS.get(-code, '')})"
 
 
 def connection_from_arguments() -> Connection:

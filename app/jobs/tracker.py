@@ -1,35 +1,46 @@
 """The tracking process: one video through the odometry, poses and small pictures back.
 
-It writes no file and opens none but the video; its parent keeps the track.
+It writes no file and opens none but the video and its checkpoint; its parent keeps what it finds.
 """
 
 from __future__ import annotations
 
 import time
-import traceback
+from collections.abc import Iterator
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
 
 from app.jobs import limits
-from app.jobs.messages import Batch, Done, Failed, Row, TrackRequest, encode
+from app.jobs.confinement import confine
+from app.jobs.failures import failure_of
+from app.jobs.messages import (
+    MAX_MESSAGE_BYTES,
+    Checkpoint,
+    Done,
+    KeptCheckpoint,
+    Passing,
+    TrackRequest,
+    encode,
+)
 from app.jobs.process import connection_from_arguments
 
 if TYPE_CHECKING:
+    from app.jobs.follow import Follower
     from vo_core.sources import Frame
-    from vo_core.track import Estimate
 
 BATCH_S = 1 / 15
 """A batch with a picture is sent at most this often."""
-PREVIEW_WIDTH_PX = 960
-PREVIEW_JPEG_QUALITY = 72
 _LONGEST_PAUSE_S = 1.0
 """However far apart two frames are: silence is taken for a hang."""
-_OUT_OF_MEMORY = "The video needs more memory than a tracking process may use."
-_CV2_NO_MEMORY = -4
-"""`cv2.Error.StsNoMem`."""
-_TOLD_PLAINLY = {"UnreadableVideo": "unreadable_video", "InvalidRig": "invalid_rig"}
+_PASSING_S = 1.0
+_CHECKPOINT_S = (0.5, 30.0)
+"""Between two checkpoints, at least and, but for their cost, at most."""
+_REDONE, _CHECKPOINT_COST = 1 / 20, 1 / 100
+"""Shares of the time: what a crash may undo, and what goes into checkpoints at most."""
+_MOST_STATE_BYTES = MAX_MESSAGE_BYTES - 1024
 
 
 def main() -> None:
@@ -37,75 +48,108 @@ def main() -> None:
     with connection_from_arguments() as connection:
         request = msgspec.msgpack.decode(connection.recv_bytes(), type=TrackRequest)
         limits.apply(request.limits)
+        confine(reads=filter(None, (request.video, request.checkpoint)))
         try:
             _track(request, connection)
         except BrokenPipeError:
             return  # the server has gone; whatever was in the air is done again when it is back
-        except MemoryError:
-            connection.send_bytes(encode(Failed("out_of_memory", _OUT_OF_MEMORY)))
         except Exception as error:
-            connection.send_bytes(encode(_failure(error)))
+            connection.send_bytes(encode(failure_of(error)))
 
 
 def _track(request: TrackRequest, connection: Connection) -> None:
     # Imported here so that the decoders are loaded under the limits.
-    from vo_core import Odometry, Rig, VideoFile
+    from app.jobs.follow import Follower
+    from vo_core import Rig, VideoFile
 
-    odometry = Odometry(Rig.parse(request.rig))
-    rows: list[Row] = []
-    started_at, sent_at = time.monotonic(), 0.0
-    last: Frame | None = None
+    if request.checkpoint is None:
+        begun = Checkpoint(0, 0.0, b"")
+        follower = Follower(Rig.parse(request.rig))
+    else:
+        begun = _read(Path(request.checkpoint))
+        follower = Follower.from_state(begun.state)
+    checkpoints = _Checkpoints(connection, begun.cpu_s)
+    pace = _Pace(request.pace)
+    sent_at = 0.0
     with VideoFile(request.video) as video:
-        for frame in video.read_ahead():
-            rows.append(_row(odometry.step(frame.image, frame.t_s)))
-            last = frame
+        for frame in _from(begun.frames, video.read_ahead(), connection):
+            # Before the frame is added, so that the last batch of all holds one.
             if time.monotonic() - sent_at >= BATCH_S:
-                connection.send_bytes(encode(Batch(rows, _preview(frame))))
-                rows, last, sent_at = [], None, time.monotonic()
-            if request.pace is not None:
-                ahead_s = frame.t_s / request.pace - (time.monotonic() - started_at)
-                time.sleep(min(max(ahead_s, 0.0), _LONGEST_PAUSE_S))
-        if last is not None:
-            connection.send_bytes(encode(Batch(rows, _preview(last))))
+                _send(follower, connection)
+                checkpoints.make_if_due(follower, frame.index)
+                sent_at = time.monotonic()
+            follower.add(frame)
+            pace.keep(frame.t_s)
+        follower.finish()
+        _send(follower, connection)
         connection.send_bytes(encode(Done(video.problem)))
 
 
-def _row(estimate: Estimate) -> Row:
-    # Plain Python numbers: an odometry may compute in numpy scalars, which msgpack does not know.
-    return Row(
-        int(estimate.frame),
-        float(estimate.time_s),
-        float(estimate.x_mm),
-        float(estimate.y_mm),
-        float(estimate.yaw_deg),
-        float(estimate.distance_mm),
-        float(estimate.sigma_distance_mm),
-        float(estimate.quality),
-        estimate.status,
-    )
+def _read(path: Path) -> Checkpoint:
+    return msgspec.msgpack.decode(path.read_bytes(), type=KeptCheckpoint).checkpoint
 
 
-def _preview(frame: Frame) -> bytes:
-    import cv2
+def _from(first: int, frames: Iterator[Frame], connection: Connection) -> Iterator[Frame]:
+    """The frames from this number on; those before are decoded too, as later ones refer to them."""
+    told_s = time.monotonic()
+    for frame in frames:
+        if frame.index >= first:
+            yield frame
+        elif time.monotonic() - told_s >= _PASSING_S:
+            connection.send_bytes(encode(Passing(frame.index)))
+            told_s = time.monotonic()
 
-    picture = frame.to_bgr()
-    height, width = picture.shape[:2]
-    scale = min(1.0, PREVIEW_WIDTH_PX / width)
-    size_wh = (round(width * scale), round(height * scale))
-    small = cv2.resize(picture, size_wh, interpolation=cv2.INTER_AREA)
-    _, jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, PREVIEW_JPEG_QUALITY])
-    return jpeg.tobytes()
+
+def _send(follower: Follower, connection: Connection) -> None:
+    batch = follower.batch()
+    if batch is not None:
+        connection.send_bytes(encode(batch))
 
 
-def _failure(error: Exception) -> Failed:
-    # By name and number: when memory is too short even to load a module, its classes are not there.
-    code = _TOLD_PLAINLY.get(type(error).__name__)
-    if code is not None:
-        return Failed(code, str(error))
-    if getattr(error, "code", None) == _CV2_NO_MEMORY:
-        return Failed("out_of_memory", _OUT_OF_MEMORY)
-    detail = "Tracking met an unexpected fault; it is in the log."
-    return Failed("tracking_failed", detail, traceback.format_exc())
+class _Checkpoints:
+    """Sends a checkpoint when it is worth its cost."""
+
+    def __init__(self, connection: Connection, spent_cpu_s: float) -> None:
+        """`spent_cpu_s` is the processor time of the processes before this one."""
+        self._connection = connection
+        self._spent_cpu_s = spent_cpu_s
+        self._begun_s: float | None = None
+        self._due_s = 0.0
+
+    def make_if_due(self, follower: Follower, frames: int) -> None:
+        """Call it right after a batch was sent, when `frames` are tracked."""
+        least_s, most_s = _CHECKPOINT_S
+        started_s = time.monotonic()
+        if self._begun_s is None:
+            self._begun_s, self._due_s = started_s, started_s + least_s
+        if started_s < self._due_s:
+            return
+        state = follower.state()
+        # One that is too long for a message is left out; an earlier one serves as well.
+        if len(state) <= _MOST_STATE_BYTES:
+            cpu_s = self._spent_cpu_s + time.process_time()
+            self._connection.send_bytes(encode(Checkpoint(frames, cpu_s, state)))
+        now = time.monotonic()
+        pause_s = min(max(_REDONE * (now - self._begun_s), least_s), most_s)
+        self._due_s = now + max(pause_s, (now - started_s) / _CHECKPOINT_COST)
+
+
+class _Pace:
+    """Holds tracking back to so many seconds of video a second; None lets it run."""
+
+    def __init__(self, pace: float | None) -> None:
+        self._pace = pace
+        self._first: tuple[float, float] | None = None
+        """Clock and time of the first frame."""
+
+    def keep(self, t_s: float) -> None:
+        """Wait after the frame of this time."""
+        if self._pace is None:
+            return
+        now = time.monotonic()
+        begun_s, first_s = self._first = self._first or (now, t_s)
+        ahead_s = (t_s - first_s) / self._pace - (now - begun_s)
+        time.sleep(min(max(ahead_s, 0.0), _LONGEST_PAUSE_S))
 
 
 if __name__ == "__main__":

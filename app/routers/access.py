@@ -9,22 +9,23 @@ from fastapi import APIRouter, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from starlette.responses import RedirectResponse
 
-from app.deps import PrincipalDep, ServicesDep
-from app.middleware import COOKIE, SECURE_COOKIE, cookie_of
+from app.deps import PrincipalDep, ServicesDep, viewer
+from app.errors import TooManyAttempts
+from app.middleware import COOKIE, SECURE_COOKIE, address_of, cookie_of
 from app.routers.pages import login_page
-from app.schemas import LoginIn, SessionOut
+from app.schemas import LoginIn, SessionOut, failures
 from app.services.access import SESSION_LIFETIME
 
 router = APIRouter(tags=["access"])
 
-_OUR_PAGES = re.compile(r"/(new|inspections/[0-9a-f]{32})?")
+_OUR_PAGES = re.compile(r"/(new|compare|inspections/[0-9a-f]{32})?(\?[\w=&.:%+-]*)?", re.ASCII)
 """Where a log-in may lead; never to another site."""
 
 
-@router.post("/api/login", status_code=204)
+@router.post("/api/login", status_code=204, responses=failures(TooManyAttempts))
 def log_in(body: LoginIn, request: Request, response: Response, services: ServicesDep) -> None:
     """Exchange the access token for a session cookie."""
-    _set_cookie(request, response, services.access.log_in(body.token, _address(request)))
+    _set_cookie(request, response, services.access.log_in(body.token, address_of(request)))
 
 
 @router.get("/login", include_in_schema=False)
@@ -36,14 +37,15 @@ async def log_in_page(
 ) -> Response:
     """The page; with `?token=`, the address that the server printed, log in and go on to `next`."""
     if token is None:
-        return login_page()
-    cookie = await run_in_threadpool(services.access.log_in, token, _address(request))
+        return login_page(request)
+    cookie = await run_in_threadpool(services.access.log_in, token, address_of(request))
     response = RedirectResponse(next_page if _OUR_PAGES.fullmatch(next_page) else "/", 303)
     _set_cookie(request, response, cookie)
     return response
 
 
 @router.post("/api/logout", status_code=204)
+@viewer
 def log_out(request: Request, response: Response, services: ServicesDep) -> None:
     """End the session of the cookie, if there is one."""
     cookie = cookie_of(request)
@@ -54,6 +56,7 @@ def log_out(request: Request, response: Response, services: ServicesDep) -> None
 
 
 @router.get("/api/session")
+@viewer
 def session(principal: PrincipalDep) -> SessionOut:
     """Who is logged in."""
     return SessionOut(name=principal.name, role=principal.role)
@@ -69,7 +72,3 @@ def _set_cookie(request: Request, response: Response, value: str) -> None:
         httponly=True,
         samesite="strict",
     )
-
-
-def _address(request: Request) -> str:
-    return request.client.host if request.client else "unknown"

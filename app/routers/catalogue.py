@@ -3,23 +3,46 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from typing import Annotated
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Query
 
-from app.catalogue import codes
+from app.catalogue.header import FIELDS
 from app.catalogue.presets import PRESETS
-from app.schemas import CodeOut, PresetOut, PresetsOut
+from app.deps import ServicesDep, viewer
+from app.errors import PackNotFound
+from app.schemas import (
+    CodeOut,
+    HeaderFieldOut,
+    HeaderFieldsOut,
+    PackId,
+    PresetOut,
+    PresetsOut,
+    failures,
+)
 
 router = APIRouter(prefix="/api", tags=["catalogue"])
 
 
-@router.get("/codes")
-def all_codes() -> list[CodeOut]:
-    """The code pack, in the order of the standard."""
-    return [CodeOut(**asdict(code)) for code in codes()]
+@router.get("/codes", responses=failures(PackNotFound))
+@viewer
+def all_codes(
+    services: ServicesDep,
+    pack: Annotated[PackId | None, Query(description="An imported pack, not the built-in.")] = None,
+) -> list[CodeOut]:
+    """The codes of a pack, in its order."""
+    return [CodeOut(**asdict(code)) for code in services.packs.table(pack).rows]
+
+
+@router.get("/header-fields")
+@viewer
+def header_fields() -> HeaderFieldsOut:
+    """The fields that describe an inspection, in the order of a form."""
+    return HeaderFieldsOut(fields=[HeaderFieldOut.of(field) for field in FIELDS])
 
 
 @router.get("/presets")
+@viewer
 def presets() -> PresetsOut:
     """Rigs to begin with."""
     return PresetsOut(

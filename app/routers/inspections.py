@@ -6,9 +6,25 @@ from typing import Annotated, Literal
 
 from fastapi import APIRouter, Query, Response
 
-from app.deps import InspectionId, PrincipalDep, ServicesDep
-from app.errors import LiveSourceNotAvailable
+from app.deps import InspectionId, PrincipalDep, ServicesDep, operator, viewer
+from app.errors import (
+    FrameNotFound,
+    InspectionNotFound,
+    LiveSourceRefused,
+    MediaFailed,
+    MediaTimeout,
+    NothingRecorded,
+    NotRunning,
+    OpenStretches,
+    PackNotFound,
+    PixelOutsidePicture,
+    StillRunning,
+    UploadBusy,
+    UploadIncomplete,
+    UploadNotFound,
+)
 from app.schemas import (
+    FinishIn,
     InspectionChange,
     InspectionIn,
     InspectionOut,
@@ -16,28 +32,44 @@ from app.schemas import (
     LiveSource,
     WallGridOut,
     WallPointOut,
+    content,
+    failures,
 )
+from vo_core.errors import InvalidRig, RigVideoMismatch, UnreadableVideo
 
 router = APIRouter(prefix="/api/inspections", tags=["inspections"])
 
 
-@router.post("", status_code=201)
+@router.post(
+    "",
+    status_code=201,
+    responses=failures(
+        PackNotFound, UploadNotFound, UploadIncomplete, UploadBusy, LiveSourceRefused, InvalidRig,
+        UnreadableVideo, RigVideoMismatch, MediaFailed, MediaTimeout,
+    ),
+)  # fmt: skip
+@operator
 def create(
     body: InspectionIn, response: Response, services: ServicesDep, principal: PrincipalDep
 ) -> InspectionOut:
-    """Make an inspection of a complete upload; tracking starts when its turn comes."""
+    """Make an inspection of a complete upload, which is tracked when its turn comes, or of a live
+    source, which is recorded and tracked at once.
+    """
+    services.packs.require(body.header)
     if isinstance(body.source, LiveSource):
-        raise LiveSourceNotAvailable(
-            "Live sources are not built yet; record the video and upload it."
+        inspection_id = services.inspections.create_live(
+            body.name, body.source.url, body.rig, body.header, principal.name
         )
-    inspection_id = services.inspections.create_from_upload(
-        body.name, body.source.upload_id, body.rig, body.header, principal.name
-    )
+    else:
+        inspection_id = services.inspections.create_from_upload(
+            body.name, body.source.upload_id, body.rig, body.header, principal.name
+        )
     response.headers["Location"] = f"/api/inspections/{inspection_id}"
     return InspectionOut.of(services.inspections.get(inspection_id))
 
 
 @router.get("")
+@viewer
 def list_all(services: ServicesDep) -> InspectionsOut:
     """All, the newest first."""
     return InspectionsOut(
@@ -45,13 +77,15 @@ def list_all(services: ServicesDep) -> InspectionsOut:
     )
 
 
-@router.get("/{inspection_id}")
+@router.get("/{inspection_id}", responses=failures(InspectionNotFound))
+@viewer
 def get(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
     """One."""
     return InspectionOut.of(services.inspections.get(inspection_id))
 
 
-@router.patch("/{inspection_id}")
+@router.patch("/{inspection_id}", responses=failures(InspectionNotFound, PackNotFound))
+@operator
 def change(
     inspection_id: InspectionId,
     body: InspectionChange,
@@ -63,39 +97,66 @@ def change(
     return InspectionOut.of(view)
 
 
-@router.delete("/{inspection_id}", status_code=204)
+@router.delete("/{inspection_id}", status_code=204, responses=failures(InspectionNotFound))
 def delete(inspection_id: InspectionId, services: ServicesDep, principal: PrincipalDep) -> None:
     """Stop it and remove it with all its files."""
     services.inspections.delete(inspection_id, principal.name)
 
 
-@router.post("/{inspection_id}/cancel")
+@router.post("/{inspection_id}/cancel", responses=failures(InspectionNotFound, NotRunning))
+@operator
 def cancel(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
     """Stop tracking; the track is kept as far as it is."""
     services.tracking.cancel(inspection_id)
     return InspectionOut.of(services.inspections.get(inspection_id))
 
 
-@router.post("/{inspection_id}/retry")
+@router.post(
+    "/{inspection_id}/retry", responses=failures(InspectionNotFound, StillRunning, NothingRecorded)
+)
+@operator
 def retry(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
     """Track again from the first frame."""
     services.tracking.retry(inspection_id)
     return InspectionOut.of(services.inspections.get(inspection_id))
 
 
-@router.get("/{inspection_id}/track", response_class=Response)
+@router.post("/{inspection_id}/finish", responses=failures(InspectionNotFound, OpenStretches))
+@operator
+def finish(
+    inspection_id: InspectionId, body: FinishIn, services: ServicesDep, principal: PrincipalDep
+) -> InspectionOut:
+    """State how the run ended; a live one is ended with it."""
+    view = services.inspections.finish(
+        inspection_id, principal.name, body.end_condition, body.abandon_reason, body.known_length_m
+    )
+    return InspectionOut.of(view)
+
+
+@router.get(
+    "/{inspection_id}/track",
+    response_class=Response,
+    responses=content("text/csv", "text/plain", "application/json") | failures(InspectionNotFound),
+)
+@viewer
 def track(
     inspection_id: InspectionId,
     services: ServicesDep,
     format: Literal["csv", "tum", "json"] = "csv",  # noqa: A002  (the contract's name)
     since: Annotated[int, Query(ge=0, description="Only rows from this frame on.")] = 0,
+    raw: Annotated[bool, Query(description="As it was measured, without corrections.")] = False,
 ) -> Response:
-    """The track, as far as it is."""
-    content, media_type = services.inspections.track_as(inspection_id, format, since)
+    """The corrected track, as far as it is."""
+    written = services.inspections.raw_track_as if raw else services.inspections.track_as
+    content, media_type = written(inspection_id, format, since)
     return Response(content, media_type=media_type)
 
 
-@router.get("/{inspection_id}/wall")
+@router.get(
+    "/{inspection_id}/wall",
+    responses=failures(InspectionNotFound, FrameNotFound, PixelOutsidePicture),
+)
+@viewer
 def wall(
     inspection_id: InspectionId,
     services: ServicesDep,
@@ -107,7 +168,8 @@ def wall(
     return WallPointOut.of(services.observations.wall_at(inspection_id, frame, (u, v)))
 
 
-@router.get("/{inspection_id}/wallgrid")
+@router.get("/{inspection_id}/wallgrid", responses=failures(InspectionNotFound))
+@viewer
 def wall_grid(inspection_id: InspectionId, services: ServicesDep) -> WallGridOut:
     """Wall points of a grid of pixels at pose 0, for the read-out under the cursor."""
     return WallGridOut.of(services.observations.wall_grid(inspection_id))

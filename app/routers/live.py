@@ -5,18 +5,22 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
+import time
 from contextlib import AsyncExitStack
 from typing import Annotated, Literal
 
 import msgspec
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
-from app.deps import InspectionId, ServicesDep
+from app.deps import InspectionId, ServicesDep, browser_of, viewer
 from app.errors import InspectionNotFound, NoScene, body_of
-from app.schemas import live_header
+from app.schemas import click_message, live_header
+from app.services.clicks import Click
 from app.services.container import Services
+from app.services.corrections import Corrections
 from app.services.live import Event, Update
 from app.services.scenes import SceneFeed
+from vo_core.track import Estimate
 
 logger = logging.getLogger(__name__)
 
@@ -31,6 +35,10 @@ class _Ack(msgspec.Struct, tag="ack", tag_field="type"):
     seq: int
 
 
+class _Ping(msgspec.Struct, tag="ping", tag_field="type"):
+    t: float
+
+
 class _Show(msgspec.Struct, tag="show", tag_field="type"):
     frame: Annotated[int, msgspec.Meta(ge=0, le=2**31)] | None
     """None: the robot follows the tracking again."""
@@ -40,9 +48,13 @@ class _Camera(msgspec.Struct, tag="camera", tag_field="type"):
     mode: Literal["follow", "overview", "inside"]
 
 
-_commands: msgspec.json.Decoder[_Ack | _Show | _Camera] = msgspec.json.Decoder(
-    _Ack | _Show | _Camera
-)
+class _Select(msgspec.Struct, tag="select", tag_field="type"):
+    observation: Annotated[str, msgspec.Meta(max_length=36)] | None
+    """The pin to highlight; None: none."""
+
+
+_Command = _Ack | _Ping | _Show | _Camera | _Select
+_commands: msgspec.json.Decoder[_Command] = msgspec.json.Decoder(_Command)
 
 
 class _Outbox:
@@ -88,6 +100,7 @@ class _Outbox:
 
 
 @router.websocket("/api/inspections/{inspection_id}/live")
+@viewer
 async def live(socket: WebSocket, inspection_id: InspectionId, services: ServicesDep) -> None:
     """Updates of an inspection to the browser; acknowledgements and commands from it."""
     await socket.accept()
@@ -99,10 +112,12 @@ async def live(socket: WebSocket, inspection_id: InspectionId, services: Service
     outbox = _Outbox()
     async with AsyncExitStack() as stack:
         stack.enter_context(services.live.listening(inspection_id, outbox.listen))
+        clicks = stack.enter_context(services.clicks.listening(inspection_id, browser_of(socket)))
         outbox.put(current)
         feed = await _scene(stack, services, inspection_id)
         tasks = {
-            asyncio.create_task(_send(socket, outbox)),
+            asyncio.create_task(_send(socket, outbox, services.corrections)),
+            asyncio.create_task(_send_clicks(socket, clicks)),
             asyncio.create_task(_receive(socket, outbox, feed)),
         }
         stack.push_async_callback(_end, tasks)
@@ -115,11 +130,29 @@ async def live(socket: WebSocket, inspection_id: InspectionId, services: Service
                 raise fault
 
 
-async def _send(socket: WebSocket, outbox: _Outbox) -> None:
+async def _send(socket: WebSocket, outbox: _Outbox, corrections: Corrections) -> None:
     while True:
         update = await outbox.next()
-        header = json.dumps(live_header(update), allow_nan=False).encode()
+        told, revision = await asyncio.to_thread(_corrected, corrections, update)
+        fields = live_header(update, told, revision, time.monotonic())
+        header = json.dumps(fields, allow_nan=False).encode()
         await socket.send_bytes(len(header).to_bytes(4, "big") + header + update.jpeg)
+
+
+def _corrected(corrections: Corrections, update: Update) -> tuple[Estimate | None, int | None]:
+    """The last estimate of an update as it is told, and the revision that tells it."""
+    try:
+        revision = corrections.revision(update.inspection_id)
+        if not update.estimates:
+            return None, revision
+        return corrections.estimate(update.inspection_id, update.estimates[-1]), revision
+    except InspectionNotFound:  # the update tells of its end
+        return None, None
+
+
+async def _send_clicks(socket: WebSocket, clicks: asyncio.Queue[Click]) -> None:
+    while True:
+        await socket.send_json(click_message(await clicks.get()))
 
 
 async def _receive(socket: WebSocket, outbox: _Outbox, feed: SceneFeed | None) -> None:
@@ -127,13 +160,17 @@ async def _receive(socket: WebSocket, outbox: _Outbox, feed: SceneFeed | None) -
         match await _next_command(socket):
             case _Ack(seq):
                 outbox.acknowledge(seq)
+            case _Ping(t):
+                await socket.send_json({"type": "pong", "t": t})
             case _Show(frame) if feed is not None:
                 await asyncio.to_thread(feed.show_frame, frame)
             case _Camera(mode) if feed is not None:
                 feed.set_camera(mode)
+            case _Select(observation) if feed is not None:
+                feed.select(observation)
 
 
-async def _next_command(socket: WebSocket) -> _Ack | _Show | _Camera:
+async def _next_command(socket: WebSocket) -> _Command:
     message = await socket.receive()
     if message["type"] == "websocket.disconnect":
         raise WebSocketDisconnect(message["code"])

@@ -8,14 +8,30 @@ from urllib.parse import quote
 from fastapi import APIRouter, Path, Response
 from starlette.responses import FileResponse
 
-from app.deps import InspectionId, ServicesDep
+from app.deps import InspectionId, ServicesDep, viewer
+from app.errors import (
+    ExportNotAvailable,
+    FrameNotFound,
+    InspectionNotFound,
+    MediaFailed,
+    MediaTimeout,
+    NothingRecorded,
+)
+from app.schemas import content, failures
+from vo_core.errors import UnreadableVideo
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["media"])
 
 _HEADERS = {"Cache-Control": "private, no-cache", "Content-Security-Policy": "sandbox"}
 
 
-@router.get("/video", response_class=FileResponse)
+@router.get(
+    "/video",
+    response_class=FileResponse,
+    responses=content("video/*", "application/octet-stream")
+    | failures(InspectionNotFound, NothingRecorded),
+)
+@viewer
 def video(inspection_id: InspectionId, services: ServicesDep) -> FileResponse:
     """The original file, also in ranges."""
     inspection = services.inspections.row(inspection_id)
@@ -26,7 +42,20 @@ def video(inspection_id: InspectionId, services: ServicesDep) -> FileResponse:
     )
 
 
-@router.get("/frames/{frame}.jpg", response_class=Response)
+@router.get(
+    "/frames/{frame}.jpg",
+    response_class=Response,
+    responses=content("image/jpeg")
+    | failures(
+        InspectionNotFound,
+        FrameNotFound,
+        NothingRecorded,
+        UnreadableVideo,
+        MediaFailed,
+        MediaTimeout,
+    ),
+)
+@viewer
 def frame(
     inspection_id: InspectionId,
     frame: Annotated[int, Path(ge=0, le=2**31)],
@@ -37,7 +66,13 @@ def frame(
     return Response(jpeg, media_type="image/jpeg", headers=_HEADERS)
 
 
-@router.get("/exports/{kind}", response_class=Response)
+@router.get(
+    "/exports/{kind}",
+    response_class=Response,
+    responses=content("text/csv", "application/json")
+    | failures(InspectionNotFound, ExportNotAvailable),
+)
+@viewer
 def export(
     inspection_id: InspectionId,
     kind: Annotated[

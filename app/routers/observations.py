@@ -5,20 +5,35 @@ from __future__ import annotations
 from fastapi import APIRouter
 from starlette.responses import FileResponse
 
-from app.deps import InspectionId, ObservationId, PrincipalDep, ServicesDep
-from app.schemas import ObservationIn, ObservationOut, ObservationsOut
+from app.deps import InspectionId, ObservationId, PrincipalDep, ServicesDep, operator, viewer
+from app.errors import (
+    FrameOutsideVideo,
+    InspectionNotFound,
+    ObservationNotFound,
+    PhotoNotFound,
+    PixelOutsidePicture,
+)
+from app.schemas import ObservationIn, ObservationOut, ObservationsOut, content, failures
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}/observations", tags=["observations"])
 
 
-@router.get("")
+@router.get("", responses=failures(InspectionNotFound))
+@viewer
 def list_all(inspection_id: InspectionId, services: ServicesDep) -> ObservationsOut:
     """All that are not deleted, in the order of their numbers."""
     views = services.observations.all(inspection_id)
-    return ObservationsOut(observations=[ObservationOut.of(view) for view in views])
+    return ObservationsOut(
+        observations=[ObservationOut.of(view) for view in views],
+        next_stretch=services.observations.next_stretch(inspection_id),
+    )
 
 
-@router.put("/{observation_id}")
+@router.put(
+    "/{observation_id}",
+    responses=failures(InspectionNotFound, FrameOutsideVideo, PixelOutsidePicture),
+)
+@operator
 def put(
     inspection_id: InspectionId,
     observation_id: ObservationId,
@@ -32,7 +47,8 @@ def put(
     return ObservationOut.of(services.observations.get(inspection_id, observation_id))
 
 
-@router.get("/{observation_id}")
+@router.get("/{observation_id}", responses=failures(InspectionNotFound, ObservationNotFound))
+@viewer
 def get(
     inspection_id: InspectionId, observation_id: ObservationId, services: ServicesDep
 ) -> ObservationOut:
@@ -40,7 +56,12 @@ def get(
     return ObservationOut.of(services.observations.get(inspection_id, observation_id))
 
 
-@router.delete("/{observation_id}", status_code=204)
+@router.delete(
+    "/{observation_id}",
+    status_code=204,
+    responses=failures(InspectionNotFound, ObservationNotFound),
+)
+@operator
 def delete(
     inspection_id: InspectionId,
     observation_id: ObservationId,
@@ -51,7 +72,10 @@ def delete(
     services.observations.delete(inspection_id, observation_id, principal.name)
 
 
-@router.post("/{observation_id}/restore")
+@router.post(
+    "/{observation_id}/restore", responses=failures(InspectionNotFound, ObservationNotFound)
+)
+@operator
 def restore(
     inspection_id: InspectionId,
     observation_id: ObservationId,
@@ -63,7 +87,13 @@ def restore(
     return ObservationOut.of(services.observations.get(inspection_id, observation_id))
 
 
-@router.get("/{observation_id}/photo", response_class=FileResponse)
+@router.get(
+    "/{observation_id}/photo",
+    response_class=FileResponse,
+    responses=content("image/jpeg")
+    | failures(InspectionNotFound, ObservationNotFound, PhotoNotFound),
+)
+@viewer
 def photo(
     inspection_id: InspectionId, observation_id: ObservationId, services: ServicesDep
 ) -> FileResponse:

@@ -8,8 +8,18 @@ from pathlib import PurePosixPath
 
 from fastapi import APIRouter, Depends, Request, Response
 
-from app.deps import ServicesDep
-from app.errors import InvalidUpload, UnsupportedTusVersion, UploadTooLarge, WrongContentType
+from app.deps import ServicesDep, operator
+from app.errors import (
+    ChecksumMismatch,
+    InvalidUpload,
+    OffsetConflict,
+    UnsupportedTusVersion,
+    UploadBusy,
+    UploadNotFound,
+    UploadTooLarge,
+    WrongContentType,
+)
+from app.schemas import failures
 from app.services.uploads import (
     CHECKSUMS,
     MAX_CHECKED_PIECE,
@@ -36,6 +46,7 @@ _tus = Depends(_require_version)
 
 @router.options("", status_code=204)
 @router.options("/{upload_id}", status_code=204)
+@operator
 def options(services: ServicesDep) -> Response:
     """What this server can do."""
     return Response(
@@ -49,7 +60,14 @@ def options(services: ServicesDep) -> Response:
     )
 
 
-@router.post("", status_code=201, dependencies=[_tus])
+@router.post(
+    "",
+    status_code=201,
+    response_class=Response,
+    dependencies=[_tus],
+    responses=failures(UnsupportedTusVersion, InvalidUpload, UploadTooLarge),
+)
+@operator
 def create(request: Request, services: ServicesDep) -> Response:
     """Announce a file: Upload-Length, and Upload-Metadata with its `filename`."""
     metadata = request.headers.get("upload-metadata", "")
@@ -64,7 +82,14 @@ def create(request: Request, services: ServicesDep) -> Response:
     )
 
 
-@router.head("/{upload_id}", status_code=200, dependencies=[_tus])
+@router.head(
+    "/{upload_id}",
+    status_code=200,
+    response_class=Response,
+    dependencies=[_tus],
+    responses=failures(UnsupportedTusVersion, UploadNotFound),
+)
+@operator
 def look_up(upload_id: str, services: ServicesDep) -> Response:
     """How many bytes have arrived: those that are on the disk."""
     state = services.uploads.state(upload_id)
@@ -79,7 +104,16 @@ def look_up(upload_id: str, services: ServicesDep) -> Response:
     return Response(status_code=200, headers=headers)
 
 
-@router.patch("/{upload_id}", status_code=204, dependencies=[_tus])
+@router.patch(
+    "/{upload_id}",
+    status_code=204,
+    dependencies=[_tus],
+    responses=failures(
+        UnsupportedTusVersion, InvalidUpload, UploadNotFound, WrongContentType, UploadTooLarge,
+        OffsetConflict, UploadBusy, ChecksumMismatch,
+    ),
+)  # fmt: skip
+@operator
 async def append(upload_id: str, request: Request, services: ServicesDep) -> Response:
     """Send bytes from Upload-Offset on; answered when they are on the disk."""
     kind = request.headers.get("content-type")
@@ -95,7 +129,13 @@ async def append(upload_id: str, request: Request, services: ServicesDep) -> Res
     return Response(status_code=204, headers={"Upload-Offset": str(state.offset), **_expiry(state)})
 
 
-@router.delete("/{upload_id}", status_code=204, dependencies=[_tus])
+@router.delete(
+    "/{upload_id}",
+    status_code=204,
+    dependencies=[_tus],
+    responses=failures(UnsupportedTusVersion, UploadNotFound, UploadBusy),
+)
+@operator
 def terminate(upload_id: str, services: ServicesDep) -> Response:
     """Forget an upload and its bytes."""
     services.uploads.delete(upload_id)

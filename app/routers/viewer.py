@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from fastapi import APIRouter, Request, Response, WebSocket
 
-from app.deps import InspectionId, ServicesDep
+from app.deps import InspectionId, ServicesDep, browser_of, viewer
+from app.services.clicks import Click
 from app.viewer.page import ETAG, HEADERS, PAGE
 from app.viewer.pump import pump
 
@@ -12,6 +13,7 @@ router = APIRouter(prefix="/viewer", include_in_schema=False)
 
 
 @router.get("/{inspection_id}/")
+@viewer
 def page(inspection_id: InspectionId, request: Request, services: ServicesDep) -> Response:
     """viser's page with our head and its own policy."""
     services.inspections.row(inspection_id)  # raises unless it exists
@@ -21,7 +23,13 @@ def page(inspection_id: InspectionId, request: Request, services: ServicesDep) -
 
 
 @router.websocket("/{inspection_id}")  # viser's client drops the trailing slash of the page
+@viewer
 async def connect(socket: WebSocket, inspection_id: InspectionId, services: ServicesDep) -> None:
-    """Bytes through, by the rights of the role."""
+    """Bytes through, by the rights of the role; clicks go to the page around."""
+    browser = browser_of(socket)
+
+    async def on_click(click: Click) -> None:
+        services.clicks.tell(inspection_id, browser, click)
+
     async with services.scenes.use(inspection_id) as feed:
-        await pump(socket, feed.scene, socket.state.principal.role)
+        await pump(socket, feed.scene, socket.state.principal.role, on_click)

@@ -1,29 +1,35 @@
-"""Who may come in: tokens for programs, sessions for browsers; no passwords."""
+"""Who may come in, and as what: tokens for programs, sessions for browsers; no passwords."""
 
 from __future__ import annotations
 
 import hashlib
+import hmac
+import ipaddress
 import logging
 import secrets
 import threading
 import time
 from collections import OrderedDict, deque
+from collections.abc import Hashable
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
-from app.errors import TooManyAttempts, Unauthenticated
+from app.errors import DiskFull, Forbidden, TooManyAttempts, Unauthenticated
 from app.storage.access import AccessStore
-from app.storage.tables import Token
+from app.storage.tokens import Role, TokenFile
 
 logger = logging.getLogger(__name__)
 
 SESSION_LIFETIME = timedelta(days=30)
 """After that the browser logs in again, used or not."""
 SESSION_IDLE = timedelta(days=7)
+_CLOCK_SLACK = timedelta(days=1)
+"""By how much a session may seem to come from the future: the clock was put right, not back."""
 _SEEN_STEP = timedelta(minutes=10)
 """How exactly the last use is known: a write for every request would be too many."""
 
-_SERVER_TOKEN = "server"  # noqa: S105  (a name)
+SERVER = "server"
+"""Name of the server's own token; no other may have it."""
 _WEAK_TOKEN_LENGTH = 16
 
 _FAILURES = 10
@@ -36,25 +42,34 @@ class Principal:
     """Who makes a request."""
 
     name: str
-    role: str
+    role: Role
+
+    def require(self, needed: Role) -> None:
+        """Raise Forbidden unless the role is enough."""
+        if not self.role.may(needed):
+            raise Forbidden(
+                f"The token {self.name!r} has the role {self.role}; this takes the role {needed}."
+            )
 
 
 class Access:
     """Tokens, sessions, and a limit on guessing."""
 
-    def __init__(self, store: AccessStore, server_token: str) -> None:
+    def __init__(self, store: AccessStore, tokens: TokenFile, server_token: str) -> None:
         """`server_token` is the one that always works; an earlier one of the server ends here."""
         self._store = store
+        self._tokens = tokens
         self.server_token = server_token
-        self._attempts = _Attempts()
+        self._server_digest = _digest(server_token)
+        self._log_ins = _Attempts()
+        self._guesses = _Attempts()
+        self._guests = _Recent(_ADDRESSES)
         if len(server_token) < _WEAK_TOKEN_LENGTH:
             logger.warning(
                 "The access token has only %d characters; use %d or more.",
                 len(server_token),
                 _WEAK_TOKEN_LENGTH,
             )
-        store.install_token(_digest(server_token), _SERVER_TOKEN, "admin")
-        store.end_logins_unused_since(datetime.now(UTC) - SESSION_IDLE)
 
     def log_in(self, token: str, address: str) -> str:
         """Exchange a token for a new session's cookie value.
@@ -63,65 +78,142 @@ class Access:
             TooManyAttempts: From this address came too many wrong tokens within a minute.
             Unauthenticated: The token is not known or was revoked.
         """
-        self._attempts.check(address)
+        self._log_ins.check(address)
         digest = _digest(token)
-        if _principal(self._store.token(digest)) is None:
-            self._attempts.failed(address)
+        if self._holder(digest) is None:
+            self._log_ins.failed(address)
             raise Unauthenticated("This token is not known to the server.")
         cookie = secrets.token_urlsafe(32)
-        self._store.add_login(_digest(cookie), digest)
+        now = datetime.now(UTC)
+        self._store.add_login(
+            _digest(cookie),
+            digest,
+            unused_since=now - SESSION_IDLE,
+            begun_before=now - SESSION_LIFETIME,
+        )
         return cookie
 
     def log_out(self, cookie: str) -> None:
         """End a session."""
         self._store.end_login(_digest(cookie))
 
-    def by_token(self, token: str) -> Principal | None:
-        """Who holds this token."""
-        return _principal(self._store.token(_digest(token)))
+    def by_token(self, token: str, address: str) -> Principal | None:
+        """Who holds this token.
+
+        A program that asks again and again with a token that was revoked guesses nothing: each
+        wrong token counts once.  One that has been in already stays in while others guess.
+
+        Raises:
+            TooManyAttempts: From this address came too many wrong tokens within a minute.
+        """
+        digest = _digest(token)
+        if not self._guests.has((address, digest)):
+            self._guesses.check(address)
+        principal = self._holder(digest)
+        if principal is None:
+            self._guesses.failed(address, digest)
+        else:
+            self._guests.add((address, digest))
+        return principal
 
     def by_cookie(self, cookie: str) -> Principal | None:
         """Whose session this is; None if there is none or it has ended."""
         digest, now = _digest(cookie), datetime.now(UTC)
         login = self._store.login(digest)
-        if login is None or now > login.created_at + SESSION_LIFETIME:
+        if login is None or not _is_within(now - login.created_at, SESSION_LIFETIME):
             return None
-        if now > login.seen_at + SESSION_IDLE:
+        if not _is_within(now - login.seen_at, SESSION_IDLE):
             return None
-        principal = _principal(self._store.token(login.token_digest))
-        if principal is not None and now > login.seen_at + _SEEN_STEP:
-            self._store.touch_login(digest)
+        principal = self._holder(login.token_digest)
+        if principal is not None and abs(now - login.seen_at) > _SEEN_STEP:
+            self._note_use(digest)
         return principal
+
+    def _note_use(self, digest: str) -> None:
+        try:
+            self._store.touch_login(digest)
+        except DiskFull as full:  # who only reads needs no room
+            logger.warning("The use of a session could not be noted: %s", full)
+
+    def _holder(self, digest: str) -> Principal | None:
+        if hmac.compare_digest(digest, self._server_digest):
+            return Principal(SERVER, Role.ADMIN)
+        token = self._tokens.valid(digest)
+        return None if token is None else Principal(token.name, token.role)
+
+
+def create_token(tokens: TokenFile, name: str, role: Role) -> str:
+    """Make a named token; the secret is returned and kept nowhere.
+
+    Raises:
+        TokenNameTaken: Another valid one has this name.
+    """
+    secret = secrets.token_urlsafe(32)
+    tokens.add(name, role, _digest(secret))
+    return secret
+
+
+class _Recent:
+    """The newest of many things, in a bounded memory."""
+
+    def __init__(self, size: int) -> None:
+        self._size = size
+        self._lock = threading.Lock()
+        self._things: OrderedDict[Hashable, None] = OrderedDict()
+
+    def has(self, thing: Hashable) -> bool:
+        return thing in self._things
+
+    def add(self, thing: Hashable) -> None:
+        with self._lock:
+            self._things[thing] = None
+            self._things.move_to_end(thing)
+            while len(self._things) > self._size:
+                self._things.popitem(last=False)
 
 
 class _Attempts:
-    """Failed log-ins by address, in a bounded memory."""
+    """Wrong tokens by address, in a bounded memory."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._failures: OrderedDict[str, deque[float]] = OrderedDict()
+        self._failures: OrderedDict[str, deque[tuple[float, str | None]]] = OrderedDict()
 
     def check(self, address: str) -> None:
         with self._lock:
-            times = self._failures.get(address, deque())
-            while times and times[0] < time.monotonic() - _FAILURES_WITHIN_S:
-                times.popleft()
-            if len(times) >= _FAILURES:
+            failures = self._failures.get(_network(address), deque())
+            while failures and failures[0][0] < time.monotonic() - _FAILURES_WITHIN_S:
+                failures.popleft()
+            if len(failures) >= _FAILURES:
                 raise TooManyAttempts("Too many wrong tokens; wait a minute, then try again.")
 
-    def failed(self, address: str) -> None:
+    def failed(self, address: str, digest: str | None = None) -> None:
+        """Count a failure; of the same `digest` one only."""
+        network = _network(address)
         with self._lock:
-            self._failures.setdefault(address, deque(maxlen=_FAILURES)).append(time.monotonic())
-            self._failures.move_to_end(address)
+            failures = self._failures.setdefault(network, deque(maxlen=_FAILURES))
+            if digest is None or all(digest != earlier for _, earlier in failures):
+                failures.append((time.monotonic(), digest))
+            self._failures.move_to_end(network)
             while len(self._failures) > _ADDRESSES:
                 self._failures.popitem(last=False)
 
 
+def _network(address: str) -> str:
+    """What one person may have at will: an address, of IPv6 all of a /64."""
+    try:
+        found = ipaddress.ip_address(address)
+    except ValueError:
+        return address
+    if isinstance(found, ipaddress.IPv6Address) and found.ipv4_mapped is None:
+        return str(ipaddress.ip_network((found, 64), strict=False))
+    return address
+
+
+def _is_within(age: timedelta, most: timedelta) -> bool:
+    """Whether something that old is still good; a clock that was set back makes nothing last."""
+    return -_CLOCK_SLACK <= age <= most
+
+
 def _digest(secret: str) -> str:
     return hashlib.sha256(secret.encode()).hexdigest()
-
-
-def _principal(token: Token | None) -> Principal | None:
-    if token is None or token.revoked_at is not None:
-        return None
-    return Principal(token.name, token.role)

@@ -11,16 +11,28 @@ from dataclasses import dataclass
 
 from app.jobs.messages import Limits
 from app.services.access import Access
+from app.services.checks import Checks
+from app.services.clicks import Clicks
+from app.services.corrections import Corrections
 from app.services.exports import Exports
 from app.services.health import Health
 from app.services.inspections import Inspections
 from app.services.live import Live
 from app.services.media import Media
+from app.services.metrics import Metrics
 from app.services.observations import Observations
+from app.services.packs import Packs
 from app.services.photos import Photos
+from app.services.picking import Picking
+from app.services.preferences import Preferences
+from app.services.recorder import Recorder
+from app.services.runs import Runs
+from app.services.samples import Samples
 from app.services.scenes import Scenes
+from app.services.sources import Sources
 from app.services.tracking import Tracking
 from app.services.tracks import Tracks
+from app.services.unrolled import Unrolled
 from app.services.uploads import Uploads
 from app.settings import Settings
 from app.storage.access import AccessStore
@@ -28,6 +40,9 @@ from app.storage.database import Database
 from app.storage.files import DataFolder
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
+from app.storage.packs import PackStore
+from app.storage.preferences import PreferenceStore
+from app.storage.tokens import TokenFile
 
 logger = logging.getLogger(__name__)
 
@@ -43,14 +58,24 @@ class Services:
     uploads: Uploads
     inspections: Inspections
     tracking: Tracking
+    sources: Sources
     tracks: Tracks
+    unrolled: Unrolled
     observations: Observations
+    corrections: Corrections
+    checks: Checks
     photos: Photos
     media: Media
+    packs: Packs
+    preferences: Preferences
+    samples: Samples
     exports: Exports
     live: Live
     scenes: Scenes
+    clicks: Clicks
+    picking: Picking
     health: Health
+    metrics: Metrics
 
 
 @asynccontextmanager
@@ -79,20 +104,26 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     """What is started here is stopped by `stack`, also if a later step fails."""
     folder = DataFolder(settings.data, reserve_bytes=settings.disk_reserve_bytes)
     stack.callback(folder.close)
-    database = Database(folder.database)
+    metrics = Metrics()
+    database = Database(folder.database, on_write=metrics.count_write)
     stack.callback(database.close)
     inspection_store, observation_store = InspectionStore(database), ObservationStore(database)
     live = Live()
+    stack.enter_context(live.listening(None, metrics.on_event))
     tracks = Tracks(folder)
+    unrolled = Unrolled(folder, live)
     uploads = Uploads(
         folder, max_bytes=settings.max_upload_bytes, expiry_s=settings.upload_expiry_h * 3600
     )
-    media = Media(Limits(settings.child_memory_bytes))
+    media = Media(Limits(settings.child_memory_bytes, reads=folder.media))
     stack.callback(media.close)
+    runs = Runs(tracks, unrolled, live)
     tracking = Tracking(
         inspection_store,
         folder,
         tracks,
+        unrolled,
+        runs,
         live,
         slots=settings.max_jobs,
         limits=Limits(settings.child_memory_bytes, round(settings.job_cpu_h * 3600)),
@@ -105,22 +136,64 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     stack.callback(photos.stop)
     tracking.start()
     stack.callback(tracking.stop)
-    inspections = Inspections(inspection_store, folder, media, uploads, tracks, tracking, live)
-    observations = Observations(inspection_store, observation_store, tracks, live)
+    recorder = Recorder(
+        inspection_store,
+        folder,
+        tracks,
+        runs,
+        live,
+        tracking,
+        memory_bytes=settings.child_memory_bytes,
+        reserve_bytes=settings.disk_reserve_bytes,
+    )
+    recorder.start()
+    stack.callback(recorder.stop)
+    sources = Sources(settings.camera_networks, settings.watch_folder)
+    corrections = Corrections(inspection_store, tracks, live)
+    inspections = Inspections(
+        inspection_store,
+        folder,
+        media,
+        uploads,
+        tracks,
+        corrections,
+        runs,
+        tracking,
+        sources,
+        recorder,
+        observation_store,
+        live,
+    )
+    observations = Observations(inspection_store, observation_store, tracks, corrections, live)
+    packs = Packs(PackStore(database))
+    samples = Samples(folder, inspections, observations)
+    stack.callback(samples.stop)
+    scenes = Scenes(inspections, corrections, observations, unrolled, live, packs)
+    metrics.observe(inspection_store, folder, runs, media, recorder, scenes)
     token = settings.token.get_secret_value() if settings.token else folder.kept_token()
     return Services(
-        access=Access(AccessStore(database), token),
+        access=Access(AccessStore(database), TokenFile(folder.root), token),
         uploads=uploads,
         inspections=inspections,
         tracking=tracking,
+        sources=sources,
         tracks=tracks,
+        unrolled=unrolled,
         observations=observations,
+        corrections=corrections,
+        checks=Checks(inspection_store, observations, corrections, tracks, packs, folder),
         photos=photos,
         media=media,
-        exports=Exports(inspections, observations),
+        packs=packs,
+        preferences=Preferences(PreferenceStore(database)),
+        samples=samples,
+        exports=Exports(inspections, observations, corrections, packs),
         live=live,
-        scenes=Scenes(inspections, tracks, observations, live),
+        scenes=scenes,
+        clicks=Clicks(),
+        picking=Picking(inspection_store, tracks, corrections),
         health=Health(database, folder, media, tracking, photos),
+        metrics=metrics,
     )
 
 

@@ -11,10 +11,13 @@ from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
-from app.catalogue import CODE_PACK, find
+from app.catalogue.table import CodeTable
 from app.errors import ExportNotAvailable
+from app.services.adjustment import U95
+from app.services.corrections import Corrected, Corrections, result_of
 from app.services.inspections import Inspections, InspectionView
-from app.services.observations import U95, Observations, ObservationView, rig_of
+from app.services.observations import Observations, ObservationView, rig_of
+from app.services.packs import Packs
 from app.storage.tables import Event
 from vo_core import Rig
 
@@ -40,9 +43,17 @@ Cell = str | int | float | None
 class Exports:
     """Reports of an inspection as it stands."""
 
-    def __init__(self, inspections: Inspections, observations: Observations) -> None:
+    def __init__(
+        self,
+        inspections: Inspections,
+        observations: Observations,
+        corrections: Corrections,
+        packs: Packs,
+    ) -> None:
         self._inspections = inspections
         self._observations = observations
+        self._corrections = corrections
+        self._packs = packs
 
     def report(self, inspection_id: str, kind: str) -> tuple[str, str, bytes]:
         """File name, media type and content.
@@ -55,16 +66,18 @@ class Exports:
             raise ExportNotAvailable(
                 f"The export as {kind} is not built yet; csv and json are there."
             )
-        rows = report_rows(view, self._observations.all(inspection_id))
+        table = self._packs.table_of(view.row.header)
+        rows = report_rows(view, self._observations.all(inspection_id), table)
         name = safe_file_name(f"{view.row.name}-defects.{kind}")
         if kind == "csv":
             return name, "text/csv; charset=utf-8", to_csv(rows)
         events = self._observations.events(inspection_id)
-        return name, "application/json", to_json(view, rows, events)
+        corrected = self._corrections.get(inspection_id)
+        return name, "application/json", to_json(view, corrected, rows, events)
 
 
 def report_rows(
-    inspection: InspectionView, observations: Sequence[ObservationView]
+    inspection: InspectionView, observations: Sequence[ObservationView], table: CodeTable
 ) -> list[dict[str, Cell]]:
     """One mapping of COLUMNS an observation; None where nothing is known."""
     header = inspection.row.header
@@ -72,7 +85,7 @@ def report_rows(
     lengths = _stretch_lengths_m(observations)
     return [
         _anchor_cells(inspection, view, header, rig)
-        | _code_cells(view)
+        | _code_cells(view, table)
         | {"cont_length_m": lengths.get(view.row.id)}
         for view in observations
     ]
@@ -89,7 +102,10 @@ def to_csv(rows: Sequence[Mapping[str, Cell]]) -> bytes:
 
 
 def to_json(
-    inspection: InspectionView, rows: Sequence[Mapping[str, Cell]], events: Sequence[Event]
+    inspection: InspectionView,
+    corrected: Corrected,
+    rows: Sequence[Mapping[str, Cell]],
+    events: Sequence[Event],
 ) -> bytes:
     """Everything, with the version of the schema."""
     row = inspection.row
@@ -112,10 +128,17 @@ def to_json(
             "frames": row.frames_done,
             "distance_m": _metres(inspection.distance_mm),
             "distance_u95_m": _metres(_u95(inspection.sigma_distance_mm)),
+            "distance_raw_m": _metres(inspection.raw_distance_mm),
+            "revision": row.revision,
             "warning": row.warning,
             "error": row.error_detail,
             "created_at": _iso(row.created_at),
             "finished_at": _iso(row.finished_at),
+        },
+        "corrections": {
+            "stated": corrected.stated.to_json(),
+            "result": result_of(corrected.adjusted) if corrected.adjusted else None,
+            "error": corrected.error,
         },
         "observations": [{name: cells.get(name) for name in COLUMNS} for cells in rows],
         "events": [
@@ -126,6 +149,7 @@ def to_json(
                 "observation_id": event.observation_id,
                 "before": event.before,
                 "after": event.after,
+                "remark": event.remark,
             }
             for event in events
         ],
@@ -148,7 +172,6 @@ def _anchor_cells(
         "asset_id": header.get("asset_id"),
         "seq": row.seq,
         "calibration_id": header.get("calibration_id"),
-        "code_pack": CODE_PACK,
         "video_file": inspection.row.source_filename,
         "frame": row.frame,
         "photo_file": f"photos/{row.id}-{row.frame}.jpg" if has_photo else None,
@@ -160,30 +183,30 @@ def _anchor_cells(
     }
     if place is None:
         return cells
-    distance_m = _metres(place.distance_mm)
     return (
         cells
         | _wall_position_m(view, rig)
         | {
-            "distance_m": distance_m,
+            "distance_m": _metres(place.distance_mm),
             "distance_u95_m": _metres(place.u95_mm),
-            "distance_source": "odometry",
-            "distance_raw_m": distance_m,
+            "distance_source": place.source,
+            "distance_raw_m": _metres(place.raw_mm),
             "distance_to_go_m": _distance_to_go_m(header, place.distance_mm),
             "joint_no": place.joint_no,
-            "at_joint": int(place.joint_no is not None),
+            "at_joint": int(place.joint is not None),
             "video_time_s": round(place.time_s, 3),
         }
     )
 
 
-def _code_cells(view: ObservationView) -> dict[str, Cell]:
+def _code_cells(view: ObservationView, table: CodeTable) -> dict[str, Cell]:
     fields = view.row.fields
-    code = find(fields.get("code"), fields.get("char1"), fields.get("char2"))
+    code = table.find(fields.get("code"), fields.get("char1"), fields.get("char2"))
     continuous = fields.get("continuous")
     names = ("code", "char1", "char2", "quant1", "quant2", "clock_to", "severity", "remark")
     return {name: fields.get(name) for name in names} | {
         "label": code.label if code else None,
+        "code_pack": table.name,
         "unit1": code.unit_q1 if code and "quant1" in fields else None,
         "unit2": code.unit_q2 if code and "quant2" in fields else None,
         "clock_from": view.clock,

@@ -44,6 +44,7 @@ class Health:
         self._media = media
         self._tracking = tracking
         self._photos = photos
+        self._stopping = False
         self._lock = threading.Lock()
         self._checked_at = 0.0
         self._checks: list[Check] = []
@@ -54,14 +55,26 @@ class Health:
         Raises:
             NotReady: One failed; the text says which and why.
         """
-        with self._lock:
+        if self._stopping:
+            raise NotReady("server: It is shutting down.")
+        # Whoever asks meanwhile does not wait with a thread each for a database that hangs.
+        if not self._lock.acquire(timeout=_CACHED_S):
+            raise NotReady("server: The last check has not ended yet.")
+        try:
             if time.monotonic() - self._checked_at > _CACHED_S:
                 self._checks = [self._writes(), self._room(), self._workers(), _sqlite()]
                 self._checked_at = time.monotonic()
-            failed = [f"{check.name}: {check.detail}" for check in self._checks if not check.ok]
-            if failed:
-                raise NotReady(" ".join(failed))
-            return self._checks
+            checks = self._checks
+        finally:
+            self._lock.release()
+        failed = [f"{check.name}: {check.detail}" for check in checks if not check.ok]
+        if failed:
+            raise NotReady(" ".join(failed))
+        return checks
+
+    def stop(self) -> None:
+        """Not ready from now on; what is being answered still is."""
+        self._stopping = True
 
     def _writes(self) -> Check:
         try:
@@ -81,6 +94,7 @@ class Health:
         parts = {
             "tracking": self._tracking.is_alive(),
             "photos": self._photos.is_alive(),
+            "database": self._database.writer_is_alive(),
         }
         dead = [name for name, alive in parts.items() if not alive]
         if dead:

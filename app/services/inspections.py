@@ -6,23 +6,31 @@ import json
 import logging
 import secrets
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
-from app.errors import FrameNotFound
-from app.jobs.messages import Probed
-from app.services.live import Live, Progress
+from app.errors import DiskFull, FrameNotFound, NothingRecorded, OpenStretches
+from app.services.corrections import Corrections
+from app.services.live import CameraStatus, Live, Progress
 from app.services.media import Media
+from app.services.recorder import Recorder
+from app.services.runs import Runs
+from app.services.sources import Sources
+from app.services.stretches import open_stretches
 from app.services.tracking import Tracking, track_metadata
 from app.services.tracks import Tracks, estimate_at, since
 from app.services.uploads import Uploads
+from app.services.videos import file_name, unrecorded_columns, video_columns
+from app.settings import MIB
 from app.storage.files import (
+    RECORDING,
     DataFolder,
     copy_durably,
     move_durably,
@@ -31,24 +39,14 @@ from app.storage.files import (
     write_durably,
 )
 from app.storage.inspections import InspectionStore, Summary
+from app.storage.observations import ObservationStore
 from app.storage.tables import ENDED, Inspection
-from vo_core import Estimate, Rig
+from vo_core import Estimate, Rig, Track
 
 logger = logging.getLogger(__name__)
 
-_KINDS = {
-    # FFmpeg's name of the container: suffix of our file, type that we serve it as
-    "mp4": (".mp4", "video/mp4"),
-    "webm": (".webm", "video/webm"),
-    "matroska": (".mkv", "video/x-matroska"),
-    "avi": (".avi", "video/x-msvideo"),
-    "mpegts": (".ts", "video/mp2t"),
-    "mpeg": (".mpg", "video/mpeg"),
-}
-_WEBM_CODECS = {"vp8", "vp9", "av1", "libdav1d"}
-_BROWSERS_PLAY = {"mp4": {"h264", *_WEBM_CODECS}, "webm": _WEBM_CODECS}
 _FRAME_JPEG_QUALITY = 80
-_BROWSERS_SHOW = {"yuv420p", "yuvj420p"}
+_LEAST_ROOM_TO_RECORD = 64 * MIB
 
 
 @dataclass(frozen=True)
@@ -58,9 +56,16 @@ class InspectionView:
     row: Inspection
     progress: Progress
     distance_mm: float | None
+    """Of the last frame, corrected, with its standard deviation."""
     sigma_distance_mm: float | None
+    raw_distance_mm: float | None
+    is_corrected: bool
     defects: int
     worst_severity: int | None
+    camera: CameraStatus | None
+    """While it is recorded."""
+    warning: str | None
+    """What was wrong with the video or the run, or why its end waits, in a sentence."""
 
 
 class Inspections:
@@ -73,7 +78,12 @@ class Inspections:
         media: Media,
         uploads: Uploads,
         tracks: Tracks,
+        corrections: Corrections,
+        runs: Runs,
         tracking: Tracking,
+        sources: Sources,
+        recorder: Recorder,
+        observations: ObservationStore,
         live: Live,
     ) -> None:
         self._store = store
@@ -81,7 +91,12 @@ class Inspections:
         self._media = media
         self._uploads = uploads
         self._tracks = tracks
+        self._corrections = corrections
+        self._runs = runs
         self._tracking = tracking
+        self._sources = sources
+        self._recorder = recorder
+        self._observations = observations
         self._live = live
 
     def create_from_upload(
@@ -104,7 +119,77 @@ class Inspections:
         """
         checked = Rig.parse(dict(rig))
         with self._uploads.take(upload_id) as (path, info):
-            return self._create(name, path, info.filename, checked, header, who, move_durably)
+            return self._create(name, path, info.filename, checked, header, who)
+
+    def create_live(
+        self,
+        name: str,
+        url: str,
+        rig: Mapping[str, Any],
+        header: Mapping[str, Any],
+        who: str,
+    ) -> str:
+        """Make an inspection of a live source; it is recorded and tracked at once; its id.
+
+        Raises:
+            InvalidRig: The text names field, value and what is allowed.
+            LiveSourceRefused: The source is none that the server opens.
+            DiskFull: There is no room for a recording.
+        """
+        checked = Rig.parse(dict(rig))
+        width, height = checked.camera.width, checked.camera.height
+        source = self._sources.resolve(url, (width, height))
+        self._folder.require_room(_LEAST_ROOM_TO_RECORD)
+        inspection = _new_inspection(
+            name,
+            checked,
+            header,
+            status="running",
+            source_kind="live",
+            source_filename=source.shown,
+            source_size=0,
+            source_sha256="",
+            video_file=RECORDING,
+            video=unrecorded_columns(width, height),
+        )
+        try:
+            self._make_place(inspection)
+            self._store.add(inspection, who)
+        except (OSError, DiskFull):
+            shutil.rmtree(self._folder.inspection(inspection.id), ignore_errors=True)
+            raise
+        logger.info("Inspection %s (%s) made from %s.", inspection.id, name, source.shown)
+        self._recorder.begin(inspection, source)
+        return inspection.id
+
+    def finish(
+        self,
+        inspection_id: str,
+        who: str,
+        end_condition: str,
+        abandon_reason: str | None,
+        known_length_m: float | None,
+    ) -> InspectionView:
+        """State how the run ended; a live one is ended with it and then fit for review.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+            OpenStretches: A continuous defect has no end; the text names it.
+        """
+        self._store.get(inspection_id)
+        still_open = open_stretches(self._observations.listed(inspection_id))
+        if still_open:
+            raise OpenStretches(
+                f"Started and not finished: {', '.join(still_open)}. Finish them first."
+            )
+        stated: dict[str, Any] = {"end_condition": end_condition}
+        if abandon_reason is not None:
+            stated["abandon_reason"] = abandon_reason
+        if known_length_m is not None:
+            stated["known_length_m"] = known_length_m
+        self._store.finish(inspection_id, who, stated)
+        self._recorder.finish(inspection_id)
+        return self.get(inspection_id)
 
     def import_video(
         self, path: Path, rig: Rig, name: str, header: Mapping[str, Any] | None = None
@@ -116,7 +201,12 @@ class Inspections:
             RigVideoMismatch: The rig's camera has pictures of another size.
         """
         self._folder.require_room(path.stat().st_size)
-        return self._create(name, path, path.name, rig, header or {}, "chainage", copy_durably)
+        copy = self._folder.inspections / f"{secrets.token_hex(16)}.import"
+        try:
+            copy_durably(path, copy)  # the media process reads nothing outside the data folder
+            return self._create(name, copy, path.name, rig, header or {}, "chainage")
+        finally:
+            copy.unlink(missing_ok=True)
 
     def _create(
         self,
@@ -126,39 +216,41 @@ class Inspections:
         rig: Rig,
         header: Mapping[str, Any],
         who: str,
-        bring: Callable[[Path, Path], None],
     ) -> str:
         probed = self._media.probe(source, filename)
         rig.require_picture_size(probed.width, probed.height)
-        kind = _kind_of(probed)
-        suffix, media_type = _KINDS[kind]
-        rig_fields = rig.model_dump(mode="json")
-        inspection = Inspection(
-            id=secrets.token_hex(16),
-            name=name,
+        inspection = _new_inspection(
+            name,
+            rig,
+            header,
             status="queued",
-            rig=rig_fields,
-            header=dict(header),
             source_kind="upload",
             source_filename=filename,
             source_size=source.stat().st_size,
             source_sha256=sha256_of(source),
-            video_file=f"video{suffix}",
-            video=msgspec.structs.asdict(probed)
-            | {"media_type": media_type, "playable": _is_playable(kind, probed)},
-            frames_done=0,
-            created_at=datetime.now(UTC),
-            queued_at=datetime.now(UTC),
+            video_file=file_name(probed),
+            video=video_columns(probed),
         )
-        place = self._folder.inspection(inspection.id)
-        place.mkdir()
-        sync_folder(place.parent)
-        write_durably(place / "rig.json", json.dumps(rig_fields, indent=2).encode())
-        bring(source, place / inspection.video_file)
-        self._store.add(inspection, who)
+        video = self._folder.inspection(inspection.id) / inspection.video_file
+        try:
+            self._make_place(inspection)
+            move_durably(source, video)
+            self._store.add(inspection, who)
+        except (OSError, DiskFull):
+            if not source.exists():
+                move_durably(video, source)
+            shutil.rmtree(video.parent, ignore_errors=True)
+            raise
         logger.info("Inspection %s (%s) made from %s.", inspection.id, name, filename)
         self._tracking.wake()
         return inspection.id
+
+    def _make_place(self, inspection: Inspection) -> None:
+        """Its folder, with the rig."""
+        place = self._folder.inspection(inspection.id)
+        place.mkdir()
+        sync_folder(place.parent)
+        write_durably(place / "rig.json", json.dumps(inspection.rig, indent=2).encode())
 
     def all(self) -> list[InspectionView]:
         """All, the newest first."""
@@ -181,18 +273,28 @@ class Inspections:
         return self._store.get(inspection_id)
 
     def video_path(self, inspection: Inspection) -> Path:
-        """The original file."""
-        return self._folder.inspection(inspection.id) / inspection.video_file
+        """The original file; of a camera, what is recorded so far.
+
+        Raises:
+            NothingRecorded: The camera has given no picture.
+        """
+        path = self._folder.inspection(inspection.id) / inspection.video_file
+        if not path.exists():
+            raise NothingRecorded("The camera has given no picture, so there is no video.")
+        return path
 
     def track_as(self, inspection_id: str, kind: str, first: int) -> tuple[str, str]:
-        """The track from frame `first` on as csv, tum or json, with its media type."""
-        row = self.row(inspection_id)
-        track = since(self._tracks.get(inspection_id), first)
-        if kind == "tum":
-            return track.to_tum(), "text/plain; charset=utf-8"
-        if kind == "json":
-            return track.to_json(track_metadata(row)), "application/json"
-        return track.to_csv(track_metadata(row)), "text/csv; charset=utf-8"
+        """The corrected track from frame `first` on as csv, tum or json, with its media type."""
+        metadata = dict(track_metadata(self.row(inspection_id)))
+        metadata |= self._corrections.adjusted(inspection_id).metadata()
+        track = since(self._corrections.track(inspection_id), first)
+        raw_mm = since(self._tracks.get(inspection_id), first).distance_mm[: len(track)]
+        return _written(track, kind, metadata, distance_raw_mm=raw_mm)
+
+    def raw_track_as(self, inspection_id: str, kind: str, first: int) -> tuple[str, str]:
+        """The same as it was measured."""
+        metadata = track_metadata(self.row(inspection_id))
+        return _written(since(self._tracks.get(inspection_id), first), kind, metadata)
 
     def last_estimate(self, inspection_id: str) -> Estimate | None:
         """Of the newest tracked frame."""
@@ -224,6 +326,7 @@ class Inspections:
             self._tracking.cancel(inspection_id)
         self._store.delete(inspection_id, who)
         self._tracks.forget(inspection_id)
+        self._corrections.forget(inspection_id)
         self._live.publish(inspection_id, "cancelled", Progress(0, None, None, None))
         with suppress(FileNotFoundError):
             shutil.rmtree(self._folder.inspection(inspection_id))
@@ -231,27 +334,49 @@ class Inspections:
 
     def _view(self, summary: Summary) -> InspectionView:
         row = summary.row
-        progress = self._tracking.progress(row.id)
-        last = self._tracking.last_estimate(row.id)
+        progress = self._runs.progress(row.id)
+        last = self._runs.last_estimate(row.id)
+        end: tuple[float | None, float | None]
+        if last is not None:
+            told = self._corrections.estimate(row.id, last)
+            end = (told.distance_mm, told.sigma_distance_mm)
+        else:
+            end = self._corrections.end(row) or (None, None)
+        is_running = row.status == "running"
         total = row.frames_done if row.status == "done" else row.video.get("frames")
         return InspectionView(
             row=row,
             progress=progress or Progress(row.frames_done, total, row.fps, None),
-            distance_mm=last.distance_mm if last else row.distance_mm,
-            sigma_distance_mm=last.sigma_distance_mm if last else row.sigma_distance_mm,
+            distance_mm=end[0],
+            sigma_distance_mm=end[1],
+            is_corrected=self._corrections.is_stated(row),
+            raw_distance_mm=last.distance_mm if last else row.distance_mm,
             defects=summary.defects,
             worst_severity=summary.worst_severity,
+            camera=self._runs.camera(row.id) if is_running else None,
+            warning=(self._runs.hindrance(row.id) if is_running else None) or row.warning,
         )
 
 
-def _kind_of(probed: Probed) -> str:
-    """Which of our kinds FFmpeg's demuxer stands for; its names are lists such as `mov,mp4,m4a`."""
-    names = set(probed.container.split(","))
-    if "webm" in names:  # FFmpeg has one demuxer for both
-        return "webm" if probed.codec in _WEBM_CODECS else "matroska"
-    return next(kind for kind in _KINDS if kind in names)
+def _new_inspection(name: str, rig: Rig, header: Mapping[str, Any], **source: Any) -> Inspection:
+    return Inspection(
+        id=secrets.token_hex(16),
+        name=name,
+        rig=rig.model_dump(mode="json"),
+        header=dict(header),
+        frames_done=0,
+        created_at=datetime.now(UTC),
+        queued_at=datetime.now(UTC),
+        **source,
+    )
 
 
-def _is_playable(kind: str, probed: Probed) -> bool:
-    """Whether browsers play the original; otherwise single frames are shown."""
-    return probed.codec in _BROWSERS_PLAY.get(kind, ()) and probed.pixel_format in _BROWSERS_SHOW
+def _written(
+    track: Track, kind: str, metadata: Mapping[str, object], **lengths_mm: NDArray[np.float64]
+) -> tuple[str, str]:
+    """A track as csv, tum or json, with its media type; only json takes further columns."""
+    if kind == "tum":
+        return track.to_tum(), "text/plain; charset=utf-8"
+    if kind == "json":
+        return track.to_json(metadata, lengths_mm=lengths_mm), "application/json"
+    return track.to_csv(metadata), "text/csv; charset=utf-8"

@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from app.storage.tables import ENDED
+from vo_core.health import Health
 from vo_core.track import Estimate
 
 logger = logging.getLogger(__name__)
@@ -32,6 +33,21 @@ class Progress:
 
 
 @dataclass(frozen=True)
+class CameraStatus:
+    """How the camera of a live inspection does."""
+
+    connected: bool
+    reconnects: int
+    dropped: int
+    """Frames that are in the recording but came too fast to be tracked."""
+    recorded_s: float
+    detail: str | None
+    """Why there is no picture, in a sentence."""
+    free_bytes: int
+    """Room on the disk for the rest of the recording."""
+
+
+@dataclass(frozen=True)
 class Update:
     """Tracking went on, or the inspection changed its state."""
 
@@ -44,6 +60,12 @@ class Update:
     estimates: tuple[Estimate, ...] = ()
     """Of the frames since the update before; `jpeg` shows the last of them."""
     jpeg: bytes = b""
+    captured_s: float | None = None
+    """When the frame of `jpeg` came from a camera, by `time.monotonic`."""
+    camera: CameraStatus | None = None
+    """None for files."""
+    health: Health | None = None
+    """Of the last frame."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +75,22 @@ class ObservationsChanged:
     inspection_id: str
 
 
-Event = Update | ObservationsChanged
+@dataclass(frozen=True)
+class DistancesCorrected:
+    """Every distance of the inspection is to be read again."""
+
+    inspection_id: str
+
+
+@dataclass(frozen=True)
+class WallChanged:
+    """Pieces of the unrolled wall have another picture."""
+
+    inspection_id: str
+    indices: tuple[int, ...]
+
+
+Event = Update | ObservationsChanged | DistancesCorrected | WallChanged
 Listener = Callable[[Event], None]
 
 
@@ -73,9 +110,23 @@ class Live:
         progress: Progress,
         estimates: tuple[Estimate, ...] = (),
         jpeg: bytes = b"",
+        *,
+        captured_s: float | None = None,
+        camera: CameraStatus | None = None,
+        health: Health | None = None,
     ) -> None:
         """Tell the listeners; while an inspection is active its newest update is kept."""
-        update = Update(inspection_id, next(self._seq), state, progress, estimates, jpeg)
+        update = Update(
+            inspection_id,
+            next(self._seq),
+            state,
+            progress,
+            estimates,
+            jpeg,
+            captured_s,
+            camera,
+            health,
+        )
         with self._lock:
             if state in ENDED:
                 self._newest.pop(inspection_id, None)
@@ -86,6 +137,14 @@ class Live:
     def observations_changed(self, inspection_id: str) -> None:
         """Tell the listeners that the list of observations is to be read again."""
         self._tell(ObservationsChanged(inspection_id))
+
+    def wall_changed(self, inspection_id: str, indices: tuple[int, ...]) -> None:
+        """Tell the listeners that these tiles of the unrolled wall are to be read again."""
+        self._tell(WallChanged(inspection_id, indices))
+
+    def corrected(self, inspection_id: str) -> None:
+        """Tell the listeners that distances which were told before have changed."""
+        self._tell(DistancesCorrected(inspection_id))
 
     def newest(self, inspection_id: str) -> Update | None:
         """The newest update of an active inspection."""

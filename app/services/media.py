@@ -33,6 +33,8 @@ class Media:
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
+        self.restarts = 0
+        """How often the process was replaced."""
         self._turn = threading.Lock()
         self._answers = msgspec.msgpack.Decoder(FromMedia)
         self._child = self._start()
@@ -70,8 +72,7 @@ class Media:
         try:
             if not self._child.is_alive():
                 logger.warning("The media process had ended; another is started.")
-                self._child.kill()
-                self._child = self._start()
+                self._restart()
             return self._checked(self._exchange(request), request)
         finally:
             self._turn.release()
@@ -107,6 +108,7 @@ class Media:
     def _restart(self) -> int:
         code = self._child.kill() if self._child.is_alive() else self._child.end()
         self._child = self._start()
+        self.restarts += 1
         return code
 
     def _start(self) -> Child:

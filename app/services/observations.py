@@ -18,20 +18,18 @@ from app.errors import (
     ObservationNotFound,
     PixelOutsidePicture,
 )
+from app.services.adjustment import U95, Adjusted, NearJoint, Source
+from app.services.corrections import Corrections
 from app.services.live import Live
+from app.services.stretches import next_stretch_number
 from app.services.tracks import Tracks, estimate_at
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
 from app.storage.tables import Event, Inspection, Observation
-from vo_core import Pose, Rig, Track, wall_point
-from vo_core.wall import camera_position, cast, clock_of, develop, pixel_rays, to_robot
+from vo_core import Estimate, Pose, Rig, Track, wall_point
+from vo_core.wall import camera_position, cast, clock_of, develop, robot_rays
 
 logger = logging.getLogger(__name__)
-
-NEAR_JOINT_MM = 200.0
-"""At a joint means this near to one: the rule of one coding family, 8 inches."""
-U95 = 1.96
-"""Standard deviations in the half-width of a 95 % interval."""
 
 
 @dataclass(frozen=True)
@@ -39,13 +37,22 @@ class Place:
     """Where an observation is: derived from frame, pixel, track and rig."""
 
     distance_mm: float
-    """Axial coordinate of the wall point under the pixel; of the camera if there is no pixel."""
+    """Corrected, of the wall point under the pixel; of the camera if there is no pixel."""
+    raw_mm: float
+    """The same as it was measured."""
     u95_mm: float
+    source: Source
+    """What the distance rests on."""
     time_s: float
     wall: WallUnder | None
     """The wall point, if there is a pixel that shows one."""
-    joint_no: int | None
-    """Number of the joint within 200 mm; the first after the zero is 1."""
+    joint: NearJoint | None
+    """Within 200 mm."""
+
+    @property
+    def joint_no(self) -> int | None:
+        """Number of the joint; the first after the zero is 1."""
+        return self.joint.number if self.joint else None
 
 
 @dataclass(frozen=True)
@@ -70,11 +77,17 @@ class Observations:
     """Put, list, delete, restore."""
 
     def __init__(
-        self, inspections: InspectionStore, store: ObservationStore, tracks: Tracks, live: Live
+        self,
+        inspections: InspectionStore,
+        store: ObservationStore,
+        tracks: Tracks,
+        corrections: Corrections,
+        live: Live,
     ) -> None:
         self._inspections = inspections
         self._store = store
         self._tracks = tracks
+        self._corrections = corrections
         self._live = live
 
     def put(
@@ -114,17 +127,16 @@ class Observations:
 
     def all(self, inspection_id: str) -> list[ObservationView]:
         """In the order of their numbers."""
-        rig = rig_of(self._inspections.get(inspection_id))
-        rows, track = self._store.listed(inspection_id), self._tracks.get(inspection_id)
-        return [ObservationView(row, _place(rig, track, row)) for row in rows]
+        self._inspections.get(inspection_id)
+        rows, course = self._store.listed(inspection_id), self._course(inspection_id)
+        return [ObservationView(row, _place(course, row)) for row in rows]
 
     def get(self, inspection_id: str, observation_id: str) -> ObservationView:
         """One that is not deleted."""
-        rig = rig_of(self._inspections.get(inspection_id))
         row = self._store.get(inspection_id, observation_id)
         if row.deleted_at is not None:
             raise ObservationNotFound("This observation was deleted; it can be restored.")
-        return ObservationView(row, _place(rig, self._tracks.get(inspection_id), row))
+        return ObservationView(row, _place(self._course(inspection_id), row))
 
     def wall_at(self, inspection_id: str, frame: int, pixel: tuple[float, float]) -> WallUnder:
         """What a pixel of a tracked frame looks at.
@@ -135,7 +147,7 @@ class Observations:
         """
         inspection = self._inspections.get(inspection_id)
         check_pixel(inspection, *pixel)
-        found = wall_under(rig_of(inspection), self._tracks.get(inspection_id), frame, pixel)
+        found = wall_under(self._course(inspection_id), frame, pixel)
         if found is None:
             raise FrameNotFound(
                 f"Frame {frame} is not tracked yet, or shows no wall at this pixel."
@@ -146,9 +158,23 @@ class Observations:
         """Wall points of a grid of pixels over the picture, at pose 0."""
         return wall_grid(rig_of(self._inspections.get(inspection_id)))
 
-    def events(self, inspection_id: str) -> list[Event]:
-        """Everything that was done to the inspection and its observations, oldest first."""
-        return self._inspections.events(inspection_id)
+    def next_stretch(self, inspection_id: str) -> int:
+        """The first number of a stretch that was never used."""
+        return next_stretch_number(self._store.listed_with_deleted(inspection_id))
+
+    def events(self, inspection_id: str, observation_id: str | None = None) -> list[Event]:
+        """Everything that was done to the inspection or to one observation, oldest first.
+
+        Raises:
+            InspectionNotFound: There is no such inspection.
+        """
+        self._inspections.get(inspection_id)
+        return self._inspections.events(inspection_id, observation_id)
+
+    def _course(self, inspection_id: str) -> Course:
+        """Everything that places are derived from, as it is now."""
+        adjusted = self._corrections.adjusted(inspection_id)
+        return Course(adjusted, self._tracks.get(inspection_id))
 
 
 def rig_of(inspection: Inspection) -> Rig:
@@ -166,28 +192,53 @@ class WallUnder:
     """The wall point that a pixel of a frame shows."""
 
     distance_mm: float
-    """Chainage."""
+    """Corrected chainage."""
+    raw_mm: float
+    """As it was measured."""
     clock_h: float | None
     """Clock position in (0, 12]; None on a floor."""
     lateral_mm: float
     """World Y: to the right of the axis."""
 
 
-def wall_under(rig: Rig, track: Track, frame: int, pixel: tuple[float, float]) -> WallUnder | None:
-    """By exact ray casting from the pose of the frame; None if not tracked or no wall is seen."""
-    estimate = estimate_at(track, frame)
-    if estimate is None:
+@dataclass(frozen=True)
+class Course:
+    """The way of the camera: as it was measured, and how that is corrected."""
+
+    adjusted: Adjusted
+    raw: Track
+
+    def estimates(self, frame: int) -> tuple[Estimate, Estimate] | None:
+        """Of a frame, the raw one and the corrected one; None where the track has not arrived."""
+        raw = estimate_at(self.raw, frame)
+        return None if raw is None else (raw, self.adjusted.estimate(raw))
+
+
+def wall_under(course: Course, frame: int, pixel: tuple[float, float]) -> WallUnder | None:
+    """By exact ray casting from the pose of the frame; None if not tracked or no wall is seen.
+
+    Rays are cast in the raw track, which is true to the rig that it was made with; what comes out
+    has its scale, and is corrected as the way is.
+    """
+    estimates, rig = course.estimates(frame), course.adjusted.rig
+    if estimates is None:
         return None
-    point = wall_point(rig, pixel, estimate.x_mm, estimate.y_mm, estimate.yaw_deg)
+    raw, corrected = estimates
+    point = wall_point(rig, pixel, raw.x_mm, raw.y_mm, raw.yaw_deg)
     if point is None:
         return None
-    lateral_mm = point.arc_mm
-    if rig.pipe.diameter_mm is not None:
+    if rig.pipe.diameter_mm is None:
+        lateral_mm = course.adjusted.scale * point.arc_mm
+    else:
         radius_mm = rig.pipe.diameter_mm / 2
         lateral_mm = radius_mm * math.sin(point.arc_mm / radius_mm)
-    # A distance may be corrected where the pose is not: what the pixel adds to it stays the same.
-    distance_mm = estimate.distance_mm + (point.distance_mm - estimate.x_mm)
-    return WallUnder(distance_mm, point.clock_h, lateral_mm)
+    ahead_mm = point.distance_mm - raw.x_mm
+    return WallUnder(
+        distance_mm=corrected.distance_mm + course.adjusted.scale * ahead_mm,
+        raw_mm=raw.distance_mm + ahead_mm,
+        clock_h=point.clock_h,
+        lateral_mm=lateral_mm,
+    )
 
 
 @dataclass(frozen=True)
@@ -208,7 +259,7 @@ def wall_grid(rig: Rig, cols: int = 33, rows: int = 25) -> WallGrid:
     u_px = np.linspace(0, rig.camera.width - 1, cols)
     v_px = np.linspace(0, rig.camera.height - 1, rows)
     pixels = np.stack(np.meshgrid(u_px, v_px), axis=-1).reshape(-1, 2)
-    points = cast(rig, Pose(), to_robot(rig.mount, pixel_rays(rig.camera, pixels)))
+    points = cast(rig, Pose(), robot_rays(rig, pixels))
     clock_h = None
     if rig.pipe.diameter_mm is not None:
         phis_rad = develop(rig, points)[:, 1] / (rig.pipe.diameter_mm / 2)
@@ -248,27 +299,20 @@ def _check_anchor(inspection: Inspection, tracked: int, fields: Mapping[str, Any
         check_pixel(inspection, *pixel)
 
 
-def _place(rig: Rig, track: Track, row: Observation) -> Place | None:
-    estimate = estimate_at(track, row.frame)
-    if estimate is None:
+def _place(course: Course, row: Observation) -> Place | None:
+    estimates = course.estimates(row.frame)
+    if estimates is None:
         return None
+    raw, corrected = estimates
     pixel = row.fields.get("pixel")
-    wall = wall_under(rig, track, row.frame, (pixel[0], pixel[1])) if pixel else None
-    distance_mm = wall.distance_mm if wall else estimate.distance_mm
+    wall = wall_under(course, row.frame, (pixel[0], pixel[1])) if pixel else None
+    distance_mm = wall.distance_mm if wall else corrected.distance_mm
     return Place(
         distance_mm=distance_mm,
-        u95_mm=U95 * estimate.sigma_distance_mm,
-        time_s=estimate.time_s,
+        raw_mm=wall.raw_mm if wall else raw.distance_mm,
+        u95_mm=U95 * corrected.sigma_distance_mm,
+        source=course.adjusted.source,
+        time_s=raw.time_s,
         wall=wall,
-        joint_no=_joint_near(rig, distance_mm),
+        joint=course.adjusted.joint_near(distance_mm),
     )
-
-
-def _joint_near(rig: Rig, distance_mm: float) -> int | None:
-    """Joints lie whole segments from the zero; the start itself is none."""
-    segment_mm = rig.pipe.segment_length_mm
-    if segment_mm is None:
-        return None
-    number = round(distance_mm / segment_mm)
-    is_near = abs(distance_mm - number * segment_mm) <= NEAR_JOINT_MM
-    return number if number >= 1 and is_near else None

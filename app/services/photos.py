@@ -11,8 +11,9 @@ import logging
 import threading
 from pathlib import Path
 
-from app.errors import InspectionNotFound, ObservationNotFound, PhotoNotFound
-from app.services.live import Event, Live, Update
+from app.errors import DiskFull, InspectionNotFound, ObservationNotFound, PhotoNotFound
+from app.logs import about
+from app.services.live import Event, Live, Update, WallChanged
 from app.services.media import Media
 from app.services.tracks import Tracks, estimate_at
 from app.storage.files import DataFolder, write_durably
@@ -71,6 +72,8 @@ class Photos:
 
     def on_event(self, event: Event) -> None:
         """A listener of all events: a tag or the end of a track may allow for more photos."""
+        if isinstance(event, WallChanged):
+            return
         if isinstance(event, Update) and event.state not in ENDED:
             return
         with self._changed:
@@ -114,12 +117,19 @@ class Photos:
                     return
                 inspection_id = self._dirty.pop()
             try:
-                self._make_missing(inspection_id)
+                with about(inspection_id):
+                    self._make_missing(inspection_id)
+            except DiskFull as full:
+                logger.warning("Photos of inspection %s wait: %s", inspection_id, full)
+                self._try_later(inspection_id)
             except Exception:
                 logger.exception("Photos of inspection %s could not be made.", inspection_id)
-                with self._changed:
-                    self._dirty.add(inspection_id)
-                    self._changed.wait_for(lambda: self._stopping, _PAUSE_AFTER_FAULT_S)
+                self._try_later(inspection_id)
+
+    def _try_later(self, inspection_id: str) -> None:
+        with self._changed:
+            self._dirty.add(inspection_id)
+            self._changed.wait_for(lambda: self._stopping, _PAUSE_AFTER_FAULT_S)
 
     def _make_missing(self, inspection_id: str) -> None:
         try:
@@ -145,10 +155,14 @@ class Photos:
             self._changed.notify_all()
 
     def _cut(self, inspection: Inspection, row: Observation, time_s: float) -> None:
-        video = self._folder.inspection(inspection.id) / inspection.video_file
+        # Asked for anew: a recording becomes another file when it ends.
+        video_file = self._inspections.get(inspection.id).video_file
+        video = self._folder.inspection(inspection.id) / video_file
         try:
             jpeg = self._media.picture(video, time_s)
             write_durably(self._folder.photo(inspection.id, row.id, row.frame), jpeg)
+        except DiskFull:
+            raise  # it can be made when there is room
         except ChainageError as failure:
             self._observations.record_photo_error(row, str(failure))
         else:

@@ -12,17 +12,35 @@ import shutil
 import tempfile
 import threading
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from contextlib import ExitStack, asynccontextmanager
 from pathlib import Path
 
-from app.catalogue import find
-from app.errors import NoScene
+from app.catalogue.table import CodeTable
+from app.errors import NoScene, TileNotFound
+from app.services.corrections import Corrections
 from app.services.inspections import Inspections
-from app.services.live import Event, Live, Update
+from app.services.live import (
+    DistancesCorrected,
+    Event,
+    Live,
+    ObservationsChanged,
+    Update,
+    WallChanged,
+)
 from app.services.observations import Observations, ObservationView, rig_of
-from app.services.tracks import Tracks, estimate_at
-from app.viewer.scene import CameraMode, CulvertScene, Pin, ViewerUnavailable
+from app.services.packs import Packs
+from app.services.stretches import stretches
+from app.services.tracks import estimate_at
+from app.services.unrolled import Unrolled
+from app.viewer.scene import (
+    CameraMode,
+    CulvertScene,
+    Pin,
+    ViewerUnavailable,
+    WallLayout,
+    WallTile,
+)
 from vo_core import Track
 
 logger = logging.getLogger(__name__)
@@ -39,16 +57,23 @@ class SceneFeed:
         inspection_id: str,
         socket_path: Path,
         inspections: Inspections,
-        tracks: Tracks,
+        corrections: Corrections,
         observations: Observations,
+        unrolled: Unrolled,
         live: Live,
+        packs: Packs,
     ) -> None:
         """Blocks for some milliseconds; make it in a worker thread."""
         self._inspection_id = inspection_id
-        self._tracks = tracks
+        self._unrolled = unrolled
+        self._inspections = inspections
+        self._corrections = corrections
         self._observations = observations
+        self._packs = packs
         inspection = inspections.row(inspection_id)
-        self.scene = CulvertScene(rig_of(inspection), socket_path)
+        rig = rig_of(inspection)
+        self._wall_layout = unrolled.layout(rig)
+        self.scene = CulvertScene(rig, socket_path)
         self._lock = threading.Lock()
         self._shown_frame: int | None = None
         self._drawn = 0
@@ -57,6 +82,7 @@ class SceneFeed:
         self._subscription.enter_context(live.listening(inspection_id, self._on_event))
         try:
             self._draw_track()
+            self._draw_wall()
             self._draw_pins()
         except BaseException:
             self.close()
@@ -70,63 +96,111 @@ class SceneFeed:
     def show_frame(self, frame: int | None) -> None:
         """The robot goes to this frame and stays; None lets it follow the tracking again."""
         self._shown_frame = frame
-        track = self._tracks.get(self._inspection_id)
-        estimate = estimate_at(track, len(track) - 1 if frame is None else frame)
-        if estimate is not None:
-            self.scene.show_pose(estimate)
+        self._show_robot(self._corrections.track(self._inspection_id))
 
     def set_camera(self, mode: CameraMode) -> None:
         """Where the observers stand."""
         self.scene.set_camera(mode)
 
+    def select(self, observation_id: str | None) -> None:
+        """Highlight its pin; None: no pin."""
+        self.scene.select(observation_id)
+
     def _draw_track(self) -> None:
-        track = self._tracks.get(self._inspection_id)
+        track = self._corrections.track(self._inspection_id)
         with self._lock:
             self._extend_path(track)
-        estimate = estimate_at(track, len(track) - 1)
-        if estimate is not None and self._shown_frame is None:
+        self._show_robot(track)
+
+    def _show_robot(self, track: Track) -> None:
+        frame = len(track) - 1 if self._shown_frame is None else self._shown_frame
+        estimate = estimate_at(track, frame)
+        if estimate is not None:
             self.scene.show_pose(estimate)
 
     def _extend_path(self, track: Track) -> None:
         new = slice(self._drawn, None)
         if len(track) > self._drawn:
             self.scene.extend_path(
-                track.x_mm[new].tolist(),
+                track.distance_mm[new].tolist(),
                 track.y_mm[new].tolist(),
                 track.sigma_distance_mm[new].tolist(),
             )
             self.scene.set_length(float(track.distance_mm.max()))
             self._drawn = len(track)
 
+    def _draw_wall(self) -> None:
+        layout = self._wall_layout
+        tiles = [
+            WallTile(
+                tile.index,
+                tile.revision,
+                self._chainage_m(tile.index * layout.tile_mm),
+                self._chainage_m((tile.index + 1) * layout.tile_mm),
+            )
+            for tile in self._unrolled.tiles(self._inspection_id)
+        ]
+        shape = WallLayout(
+            layout.arc_from_mm / 1000, layout.arc_to_mm / 1000, layout.width_px, layout.height_px
+        )
+        self.scene.set_wall(tiles, shape, self._wall_picture)
+
+    def _wall_picture(self, index: int) -> bytes | None:
+        try:
+            return self._unrolled.picture(self._inspection_id, index)
+        except TileNotFound:
+            return None  # tracking has begun anew
+
+    def _chainage_m(self, raw_mm: float) -> float:
+        return self._corrections.chainage_mm(self._inspection_id, raw_mm) / 1000
+
     def _draw_pins(self) -> None:
         views = self._observations.all(self._inspection_id)
-        self.scene.set_pins([pin for view in views if (pin := _pin(view)) is not None])
+        table = self._packs.table_of(self._inspections.row(self._inspection_id).header)
+        self.scene.set_pins(_pins(views, table))
 
     def _on_event(self, event: Event) -> None:
-        if not isinstance(event, Update):
-            self._draw_pins()
-        elif not event.estimates:
-            self._on_state(event.state)
-        else:
-            self._on_frames(event)
+        match event:
+            case Update(estimates=()):
+                self._on_state(event.state)
+            case Update():
+                self._on_frames(event)
+            case DistancesCorrected():
+                self._on_correction()
+            case WallChanged():
+                self._draw_wall()
+            case ObservationsChanged():
+                self._draw_pins()
 
     def _on_state(self, state: str) -> None:
         if state == "running":
-            with self._lock:
-                self._drawn = 0
-            self.scene.reset_path()
+            self._take_path_away()
+            self._draw_wall()
         self._draw_pins()  # distances appear, or go, with the track
 
+    def _on_correction(self) -> None:
+        self._take_path_away()
+        self._draw_track()
+        self._draw_wall()
+        self._draw_pins()
+
+    def _take_path_away(self) -> None:
+        with self._lock:
+            self._drawn = 0
+            self.scene.reset_path()
+
     def _on_frames(self, update: Update) -> None:
-        new = update.estimates
+        new = [self._corrections.estimate(self._inspection_id, raw) for raw in update.estimates]
         with self._lock:
             if new[0].frame == self._drawn:
                 self.scene.extend_path(
-                    [e.x_mm for e in new], [e.y_mm for e in new], [e.sigma_distance_mm for e in new]
+                    [e.distance_mm for e in new],
+                    [e.y_mm for e in new],
+                    [e.sigma_distance_mm for e in new],
                 )
                 self._drawn += len(new)
             else:  # the scene was made between two batches
-                self._extend_path(self._tracks.get(self._inspection_id))
+                self._extend_path(self._corrections.track(self._inspection_id))
         if self._shown_frame is None:
             self.scene.show_pose(new[-1])
             if update.jpeg:
@@ -137,9 +211,15 @@ class Scenes:
     """Opens a scene for its first user and closes it some time after its last."""
 
     def __init__(
-        self, inspections: Inspections, tracks: Tracks, observations: Observations, live: Live
+        self,
+        inspections: Inspections,
+        corrections: Corrections,
+        observations: Observations,
+        unrolled: Unrolled,
+        live: Live,
+        packs: Packs,
     ) -> None:
-        self._parts = (inspections, tracks, observations, live)
+        self._parts = (inspections, corrections, observations, unrolled, live, packs)
         # A socket's path is limited to 107 bytes, so it cannot lie in the data folder; mkdtemp
         # makes the folder for its owner only, as the socket itself is open to all.
         self._sockets = Path(tempfile.mkdtemp(prefix="chainage-"))
@@ -180,6 +260,10 @@ class Scenes:
             self._feeds[inspection_id] = feed
             return feed
 
+    def count(self) -> int:
+        """How many are open."""
+        return len(self._feeds)
+
     async def sweep(self) -> None:
         """Close what nobody uses, for ever."""
         while True:
@@ -204,20 +288,31 @@ class Scenes:
         await asyncio.to_thread(feed.close)
 
 
-def _pin(view: ObservationView) -> Pin | None:
-    if view.place is None:
-        return None
-    fields = view.row.fields
-    wall = view.place.wall
-    clock_h = wall.clock_h if wall else None
+def _pins(views: Sequence[ObservationView], table: CodeTable) -> list[Pin]:
+    """Of a stretch only the start has a band; its other observations are pins of their own."""
+    placed = {view.row.id: view for view in views if view.place is not None}
+    finishes = {
+        start.id: finish.id
+        for stretch in stretches(view.row for view in placed.values())
+        for start, finish in zip(stretch.starts, stretch.finishes, strict=False)
+    }
+    return [_pin(view, placed.get(finishes.get(id_, "")), table) for id_, view in placed.items()]
+
+
+def _pin(view: ObservationView, finish: ObservationView | None, table: CodeTable) -> Pin:
+    fields, place = view.row.fields, view.place
+    assert place is not None  # noqa: S101  (only observations with a place become pins)
+    wall = place.wall
     code = " ".join(fields[name] for name in ("code", "char1", "char2") if fields.get(name))
-    row = find(fields.get("code"), fields.get("char1"), fields.get("char2"))
+    row = table.find(fields.get("code"), fields.get("char1"), fields.get("char2"))
     return Pin(
         id=view.row.id,
-        distance_m=view.place.distance_mm / 1000,
-        clock=fields.get("clock_from", clock_h),
-        u95_m=view.place.u95_mm / 1000,
+        distance_m=place.distance_mm / 1000,
+        clock=fields.get("clock_from", wall.clock_h if wall else None),
+        u95_m=place.u95_mm / 1000,
         severity=fields.get("severity"),
         label=f"{code} {row.label.partition(':')[0]}" if row else code or "?",
         lateral_m=wall.lateral_mm / 1000 if wall else 0.0,
+        clock_to=fields.get("clock_to") if "clock_from" in fields else None,
+        finish_m=finish.place.distance_mm / 1000 if finish and finish.place else None,
     )

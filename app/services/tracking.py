@@ -1,57 +1,55 @@
 """The queue of videos and the child processes that track them.
 
 The table of inspections is the queue: what is `queued` waits, what was `running` when the server
-ended is queued again at the next start.  One thread a slot takes the oldest, starts a child and
-drains its pipe, so that tracking never waits for the server.
+ended is queued again at the next start and goes on from its last checkpoint.  One thread a slot
+takes the oldest, starts a child and drains its pipe, so that tracking never waits for the server.
 """
 
 from __future__ import annotations
 
 import logging
 import threading
-import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from functools import partial
 
 import msgspec
 
-from app.errors import NotRunning
-from app.jobs.messages import Batch, Done, Failed, FromTracker, Limits, TrackRequest
+from app.errors import DiskFull, NothingRecorded, NotRunning
+from app.jobs.messages import (
+    Batch,
+    Checkpoint,
+    Done,
+    Failed,
+    FromTracker,
+    Limits,
+    Passing,
+    TrackRequest,
+)
 from app.jobs.process import Child, describe_exit
+from app.logs import about
+from app.services.journal import Journal, Resumption
 from app.services.live import Live, Progress
+from app.services.runs import Run, Runs
 from app.services.tracks import Tracks
+from app.services.unrolled import Unrolled
 from app.storage.files import DataFolder
 from app.storage.inspections import InspectionStore, Outcome
 from app.storage.tables import ENDED, Inspection
-from vo_core.track import Estimate
 
 logger = logging.getLogger(__name__)
 
 _STOP_TIMEOUT_S = 10.0
 _PAUSE_AFTER_FAULT_S = 5.0
+_MOST_DEATHS = 3
+"""Of tracking processes, one after the other, without a newer checkpoint: it is the video."""
 
 
-@dataclass
-class _Run:
-    """One inspection in a slot."""
+class _Died(Exception):
+    """The tracking process has ended without an answer; `code` is that of the API."""
 
-    inspection: Inspection
-    child: Child | None = None
-    stop: str | None = None
-    """Why it is to stop: "cancelled" by a person, or "shutdown"."""
-    frames_done: int = 0
-    first_batch: tuple[float, int] | None = None
-    """When it came, and how many frames it held."""
-    fps: float | None = None
-    last: Estimate | None = None
-    ended: threading.Event = field(default_factory=threading.Event)
-
-    def progress(self) -> Progress:
-        total = self.inspection.video.get("frames")
-        eta_s = None
-        if total and self.fps:
-            eta_s = max(total - self.frames_done, 0) / self.fps
-        return Progress(self.frames_done, total, self.fps, eta_s)
+    def __init__(self, code: str, detail: str) -> None:
+        super().__init__(detail)
+        self.code = code
 
 
 class Tracking:
@@ -62,6 +60,8 @@ class Tracking:
         inspections: InspectionStore,
         folder: DataFolder,
         tracks: Tracks,
+        unrolled: Unrolled,
+        runs: Runs,
         live: Live,
         *,
         slots: int,
@@ -72,15 +72,15 @@ class Tracking:
         self._inspections = inspections
         self._folder = folder
         self._tracks = tracks
+        self._unrolled = unrolled
+        self._runs = runs
         self._live = live
         self._limits = limits
         self._stall_s = stall_s
         self._pace = pace
         self._messages: msgspec.msgpack.Decoder[FromTracker] = msgspec.msgpack.Decoder(FromTracker)
         self._stopping = False
-        self._changed = threading.Condition()
-        """Guards `_runs` and `_stopping`; notified when there may be something to do."""
-        self._runs: dict[str, _Run] = {}
+        self._changed = runs.changed
         self._threads = [
             threading.Thread(target=self._work, name=f"tracking-{n}", daemon=True)
             for n in range(slots)
@@ -90,7 +90,7 @@ class Tracking:
         """Queue again what was running when the server ended, and begin."""
         interrupted = self._inspections.queue_interrupted()
         if interrupted:
-            logger.info("%d interrupted inspections are tracked again.", interrupted)
+            logger.info("%d interrupted inspections go on.", interrupted)
         for thread in self._threads:
             thread.start()
 
@@ -99,8 +99,7 @@ class Tracking:
         with self._changed:
             self._stopping = True
             self._changed.notify_all()
-            for run in self._runs.values():
-                _ask_to_stop(run, "shutdown")
+        self._runs.ask_all_to_stop("shutdown")
         for thread in self._threads:
             thread.join(_STOP_TIMEOUT_S)
 
@@ -113,30 +112,15 @@ class Tracking:
         with self._changed:
             self._changed.notify_all()
 
-    def progress(self, inspection_id: str) -> Progress | None:
-        """How far a running inspection is."""
-        with self._changed:
-            run = self._runs.get(inspection_id)
-            return run.progress() if run else None
-
-    def last_estimate(self, inspection_id: str) -> Estimate | None:
-        """The newest estimate of a running inspection."""
-        with self._changed:
-            run = self._runs.get(inspection_id)
-            return run.last if run else None
-
     def cancel(self, inspection_id: str) -> None:
         """Stop an inspection; its track is kept as far as it is.
 
         Raises:
             NotRunning: It has ended already.
         """
-        with self._changed:
-            run = self._runs.get(inspection_id)
-            if run is not None:
-                _ask_to_stop(run, "cancelled")
+        run = self._runs.ask_to_stop(inspection_id, "cancelled")
         if run is not None:
-            run.ended.wait(_STOP_TIMEOUT_S)
+            run.ended.wait(run.patience_s)
             return
         status = self._inspections.cancel_unless_ended(inspection_id)
         if status in ENDED and status != "cancelled":
@@ -148,7 +132,14 @@ class Tracking:
 
         Raises:
             StillRunning: It is queued or running.
+            NothingRecorded: There is no video to track.
         """
+        row = self._inspections.get(inspection_id)
+        video = self._folder.inspection(inspection_id) / row.video_file
+        if row.status in ENDED and not video.exists():
+            raise NothingRecorded("Nothing was recorded; start a new live inspection.")
+        if row.status in ENDED:
+            self._journal(row).drop()
         self._inspections.queue_again(inspection_id)
         self._live.publish(inspection_id, "queued", Progress(0, None, None, None))
         self.wake()
@@ -159,45 +150,47 @@ class Tracking:
                 run = self._next_run()
                 if run is not None:
                     self._run_in_slot(run)
+            except DiskFull as full:
+                logger.warning("A tracking slot waits: %s", full)
+                self._pause()
             except Exception:
                 # Such as a database that takes no writes: the row still says `running`, so the
                 # next start tracks it again; meanwhile the slot serves others.
                 logger.exception("A tracking slot met a fault of the server.")
-                with self._changed:
-                    self._changed.wait_for(lambda: self._stopping, _PAUSE_AFTER_FAULT_S)
+                self._pause()
 
-    def _run_in_slot(self, run: _Run) -> None:
+    def _pause(self) -> None:
+        with self._changed:
+            self._changed.wait_for(lambda: self._stopping, _PAUSE_AFTER_FAULT_S)
+
+    def _run_in_slot(self, run: Run) -> None:
         try:
-            self._run(run)
+            with about(run.inspection.id):
+                self._run(run)
         finally:
-            with self._changed:
-                del self._runs[run.inspection.id]
-            run.ended.set()
+            self._runs.remove(run)
 
-    def _next_run(self) -> _Run | None:
+    def _next_run(self) -> Run | None:
         """Wait for the oldest queued inspection; None when the server stops."""
         with self._changed:
             while not self._stopping:
                 inspection = self._inspections.claim_oldest_queued()
                 if inspection is not None:
-                    run = self._runs[inspection.id] = _Run(inspection)
+                    run = Run(inspection)
+                    self._runs.add(run)
                     return run
                 self._changed.wait()
         return None
 
-    def _run(self, run: _Run) -> None:
+    def _run(self, run: Run) -> None:
         inspection = run.inspection
         logger.info("Inspection %s (%s): tracking starts.", inspection.id, inspection.name)
-        self._tracks.begin(inspection.id)
-        self._live.publish(inspection.id, "running", run.progress())
-        outcome = self._follow(run)
-        if outcome is None:
+        journal = self._journal(inspection)
+        outcome = self._followed(run, journal)
+        if outcome is None or not self._runs.keep_end(run, partial(self._keep, run, outcome)):
             self._tracks.forget(inspection.id)
             return
-        self._tracks.finish(inspection.id, track_metadata(inspection))
-        self._inspections.record_outcome(
-            inspection.id, outcome, frames_done=run.frames_done, fps=run.fps, last=run.last
-        )
+        journal.drop()
         logger.info(
             "Inspection %s (%s): %s after %d frames. %s",
             inspection.id, inspection.name, outcome.status, run.frames_done,
@@ -205,27 +198,62 @@ class Tracking:
         )  # fmt: skip
         self._live.publish(inspection.id, outcome.status, run.progress())
 
-    def _follow(self, run: _Run) -> Outcome | None:
-        """Start a child and drain it until it ends; None if the next start is to go on."""
+    def _keep(self, run: Run, outcome: Outcome) -> None:
+        self._tracks.finish(run.inspection.id, track_metadata(run.inspection))
+        self._inspections.record_outcome(
+            run.inspection.id, outcome, frames_done=run.frames_done, fps=run.fps, last=run.last
+        )
+
+    def _journal(self, inspection: Inspection) -> Journal:
+        return Journal(self._folder, self._unrolled, inspection)
+
+    def _followed(self, run: Run, journal: Journal) -> Outcome | None:
+        """Follow child after child until one has an answer; None if the next start is to go on."""
+        deaths = frames = 0
+        while True:
+            resumption = journal.read()
+            if resumption is None:
+                journal.drop()
+                self._runs.begin(run)
+            else:
+                logger.info(
+                    "Inspection %s: from frame %d on.", run.inspection.id, resumption.frames
+                )
+                self._runs.resume(run, resumption.found)
+                if resumption.frames > frames:
+                    deaths, frames = 0, resumption.frames
+            try:
+                return self._follow(run, journal, resumption)
+            except _Died as death:
+                deaths += 1
+                logger.warning("Tracking %s: %s", run.inspection.id, death)
+                if deaths == _MOST_DEATHS:
+                    detail = f"{death} It was tried {deaths} times."
+                    return Outcome("failed", death.code, detail)
+
+    def _follow(self, run: Run, journal: Journal, resumption: Resumption | None) -> Outcome | None:
+        """Start a child and drain it until it ends; None if the next start is to go on.
+
+        Raises:
+            _Died: It ended or hung without an answer, and nobody wanted it to.
+        """
         child = Child("app.jobs.tracker")
         try:
-            with self._changed:
-                run.child = child
-                if run.stop is not None:
-                    child.terminate()
-            outcome = self._drain(run, child)
-        except TimeoutError:
+            self._runs.give_child(run, child)
+            outcome = self._drain(run, child, journal, resumption)
+        except TimeoutError as error:
             child.kill()
-            outcome = Outcome(
-                "failed",
+            raise _Died(
                 "tracking_stalled",
                 f"Tracking made no progress for {self._stall_s:g} s and was stopped.",
-            )
-        except (EOFError, BrokenPipeError):
+            ) from error
+        except (EOFError, BrokenPipeError) as error:
             how = describe_exit(child.end())
-            outcome = Outcome(
-                "failed", "tracking_process_died", f"The tracking process died: {how}."
-            )
+            if run.stop is None:
+                raise _Died(
+                    "tracking_process_died", f"The tracking process died: {how}."
+                ) from error
+            outcome = Outcome("cancelled")
         except msgspec.MsgspecError:
             logger.exception("The tracking process of %s sent nonsense.", run.inspection.id)
             child.kill()
@@ -241,15 +269,21 @@ class Tracking:
                 return Outcome("cancelled")
         return outcome
 
-    def _drain(self, run: _Run, child: Child) -> Outcome:
+    def _drain(
+        self, run: Run, child: Child, journal: Journal, resumption: Resumption | None
+    ) -> Outcome:
         inspection = run.inspection
-        video = self._folder.inspection(inspection.id) / inspection.video_file
-        child.send(TrackRequest(str(video), inspection.rig, self._limits, self._pace))
+        child.send(self._request(inspection, resumption))
         while True:
             message = self._messages.decode(child.receive(self._stall_s))
             match message:
                 case Batch():
-                    self._take(run, message)
+                    self._runs.take(run, message)
+                    journal.note(message)
+                case Checkpoint():
+                    journal.keep(message)
+                case Passing():
+                    logger.debug("Tracking %s passes %d.", inspection.id, message.frames)
                 case Done():
                     return Outcome("done", warning=message.problem)
                 case Failed():
@@ -257,25 +291,15 @@ class Tracking:
                         logger.error("Tracking %s: %s", inspection.id, message.trace)
                     return Outcome("failed", message.code, message.detail)
 
-    def _take(self, run: _Run, batch: Batch) -> None:
-        estimates = tuple(Estimate(*msgspec.structs.astuple(row)) for row in batch.rows)
-        self._tracks.append(run.inspection.id, estimates)
-        now = time.monotonic()
-        with self._changed:
-            run.frames_done += len(estimates)
-            if run.first_batch is None:
-                run.first_batch = (now, run.frames_done)
-            elif now > run.first_batch[0]:
-                run.fps = (run.frames_done - run.first_batch[1]) / (now - run.first_batch[0])
-            run.last = estimates[-1]
-            progress = run.progress()
-        self._live.publish(run.inspection.id, "running", progress, estimates, batch.jpeg)
-
-
-def _ask_to_stop(run: _Run, why: str) -> None:
-    run.stop = run.stop or why
-    if run.child is not None:
-        run.child.terminate()
+    def _request(self, inspection: Inspection, resumption: Resumption | None) -> TrackRequest:
+        video = str(self._folder.inspection(inspection.id) / inspection.video_file)
+        if resumption is None:
+            return TrackRequest(video, inspection.rig, self._limits, self._pace)
+        limits = self._limits
+        if limits.cpu_s is not None:  # of the whole run, however many processes do it
+            rest_s = max(limits.cpu_s - round(resumption.cpu_s), 1)
+            limits = msgspec.structs.replace(limits, cpu_s=rest_s)
+        return TrackRequest(video, inspection.rig, limits, self._pace, str(resumption.checkpoint))
 
 
 def track_metadata(inspection: Inspection) -> Mapping[str, object]:

@@ -6,20 +6,77 @@ import threading
 from array import array
 from collections import OrderedDict
 from collections.abc import Iterable, Mapping
+from dataclasses import fields
+from typing import TypeVar
 
 import numpy as np
 
 from app.storage.files import DataFolder, write_durably
+from vo_core.health import Health
+from vo_core.joints import Sighting, from_csv, to_csv
 from vo_core.track import Estimate, Track
+
+HEALTH = tuple(field.name for field in fields(Health))
+"""Names of the columns."""
+
+Kept = TypeVar("Kept")
 
 _CACHED = 8
 _NUMBERS = ("time_s", "x_mm", "y_mm", "yaw_deg", "distance_mm", "sigma_distance_mm", "quality")
 
 
-class _Growing:
-    """Columns of a track that is still being made: 64 bytes a frame."""
+class HealthColumns:
+    """`Health` of the frames of a run, as columns: 20 bytes a frame.
+
+    A frame without a measurement of its own, because it came too fast to be tracked, has that of
+    the one after it.
+    """
 
     def __init__(self) -> None:
+        self.columns = {name: array("f") for name in HEALTH}
+
+    def __len__(self) -> int:
+        return len(self.columns[HEALTH[0]])
+
+    def note(self, frame: int, health: Health) -> None:
+        """Add a frame; one that is there already stays."""
+        missing = frame + 1 - len(self)
+        for name, column in self.columns.items():
+            column.extend([getattr(health, name)] * missing)
+
+    def since(self, frame: int) -> list[Health]:
+        """Of every frame from this one on."""
+        columns = [column[frame:] for column in self.columns.values()]
+        return [Health(*values) for values in zip(*columns, strict=True)]
+
+    def copy(self) -> HealthColumns:
+        """As it is now."""
+        same = HealthColumns()
+        same.columns = {name: column[:] for name, column in self.columns.items()}
+        return same
+
+    def to_csv(self) -> str:
+        """health.csv: a header, then a row a frame."""
+        rows = zip(*self.columns.values(), strict=True)
+        lines = (f"{n}," + ",".join(f"{v:.4f}" for v in row) for n, row in enumerate(rows))
+        return "\n".join([",".join(("frame", *HEALTH)), *lines]) + "\n"
+
+    @classmethod
+    def from_csv(cls, text: str) -> HealthColumns:
+        """Read what `to_csv` made."""
+        read = cls()
+        for line in text.splitlines()[1:]:
+            frame, *values = line.split(",")
+            read.note(int(frame), Health(*map(float, values)))
+        return read
+
+
+class _Growing:
+    """Columns of a track that is still being made: 84 bytes a frame, and what it showed."""
+
+    def __init__(self) -> None:
+        self.health = HealthColumns()
+        self.sightings: list[Sighting] = []
         self.columns = {name: array("d") for name in _NUMBERS}
         self.status: list[str] = []
 
@@ -43,14 +100,23 @@ class Tracks:
         self._folder = folder
         self._lock = threading.Lock()
         self._growing: dict[str, _Growing] = {}
+        self._runs: dict[str, int] = {}
         self._read: OrderedDict[str, Track] = OrderedDict()
+        self._health: OrderedDict[str, HealthColumns] = OrderedDict()
 
     def begin(self, inspection_id: str) -> None:
         """Start an empty track; an earlier one is dropped."""
         with self._lock:
             self._growing[inspection_id] = _Growing()
+            self._runs[inspection_id] = self._runs.get(inspection_id, 0) + 1
             self._read.pop(inspection_id, None)
-        self._folder.track(inspection_id).unlink(missing_ok=True)
+            self._health.pop(inspection_id, None)
+        for path in (
+            self._folder.track(inspection_id),
+            self._folder.health(inspection_id),
+            self._folder.joints(inspection_id),
+        ):
+            path.unlink(missing_ok=True)
 
     def append(self, inspection_id: str, estimates: Iterable[Estimate]) -> None:
         """Add the next frames."""
@@ -59,19 +125,42 @@ class Tracks:
             for estimate in estimates:
                 growing.append(estimate)
 
+    def note(
+        self,
+        inspection_id: str,
+        health: Iterable[tuple[int, Health]],
+        sightings: Iterable[Sighting],
+    ) -> None:
+        """Add how good frames were to measure on, and joints that were seen."""
+        with self._lock:
+            growing = self._growing[inspection_id]
+            for frame, each in health:
+                growing.health.note(frame, each)
+            growing.sightings.extend(sightings)
+
     def finish(self, inspection_id: str, metadata: Mapping[str, object]) -> None:
-        """Write track.csv, as far as the track is."""
-        track = self.get(inspection_id)
+        """Write track.csv, health.csv and joints.csv, as far as the track is."""
+        track, health = self.get(inspection_id), self.health(inspection_id)
+        sightings = self.sightings(inspection_id)
+        write_durably(self._folder.joints(inspection_id), to_csv(track, sightings).encode())
+        write_durably(self._folder.health(inspection_id), health.to_csv().encode())
         write_durably(self._folder.track(inspection_id), track.to_csv(metadata).encode())
         with self._lock:
             self._remember(inspection_id, track)
-            del self._growing[inspection_id]
+            _remember(self._health, inspection_id, health)
+            self._growing.pop(inspection_id, None)  # gone if it is written once more
 
     def forget(self, inspection_id: str) -> None:
         """Drop what is held in memory."""
         with self._lock:
             self._growing.pop(inspection_id, None)
             self._read.pop(inspection_id, None)
+            self._health.pop(inspection_id, None)
+
+    def run(self, inspection_id: str) -> tuple[int, bool]:
+        """Which run made the track, and whether it goes on; a run only adds rows."""
+        with self._lock:
+            return self._runs.get(inspection_id, 0), inspection_id in self._growing
 
     def get(self, inspection_id: str) -> Track:
         """The track as far as it is, perhaps empty."""
@@ -93,10 +182,41 @@ class Tracks:
                 self._remember(inspection_id, track)
         return track
 
+    def health(self, inspection_id: str) -> HealthColumns:
+        """How good the frames were to measure on, as far as they are tracked."""
+        with self._lock:
+            growing = self._growing.get(inspection_id)
+            if growing is not None:
+                return growing.health.copy()
+            known = self._health.get(inspection_id)
+        if known is not None:
+            return known
+        path = self._folder.health(inspection_id)
+        if not path.exists():
+            return HealthColumns()
+        health = HealthColumns.from_csv(path.read_text("utf-8"))
+        with self._lock:
+            if inspection_id not in self._growing:
+                _remember(self._health, inspection_id, health)
+        return health
+
+    def sightings(self, inspection_id: str) -> list[Sighting]:
+        """Joints that were seen while tracking, in the order of their frames."""
+        with self._lock:
+            growing = self._growing.get(inspection_id)
+            if growing is not None:
+                return sorted(growing.sightings, key=lambda sighting: sighting.frame)
+        path = self._folder.joints(inspection_id)
+        return from_csv(path.read_text("utf-8")) if path.exists() else []
+
     def _remember(self, inspection_id: str, track: Track) -> None:
-        self._read[inspection_id] = track
-        while len(self._read) > _CACHED:
-            self._read.popitem(last=False)
+        _remember(self._read, inspection_id, track)
+
+
+def _remember(cache: OrderedDict[str, Kept], inspection_id: str, kept: Kept) -> None:
+    cache[inspection_id] = kept
+    while len(cache) > _CACHED:
+        cache.popitem(last=False)
 
 
 def estimate_at(track: Track, frame: int) -> Estimate | None:

@@ -11,6 +11,7 @@ import hashlib
 import hmac
 import logging
 import threading
+import time
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -34,6 +35,8 @@ CHECKSUMS = ("sha1", "sha256")
 MAX_CHECKED_PIECE = 16 * 2**20
 """A piece with a checksum is held in memory until it is verified."""
 _BLOCK = 2**20
+_CLOCK_WAS_SET_S = 60.0
+"""What a clock that is only kept right does not jump by."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,7 @@ class Uploads:
         self._store = UploadStore(folder.uploads)
         self.max_bytes = max_bytes
         self._expiry_s = expiry_s
+        self._clock_zero_s = _clock_zero_s()
         self._lock = threading.Lock()
         self._busy: set[str] = set()
 
@@ -161,7 +165,14 @@ class Uploads:
             self._store.delete(upload_id)
 
     def expire(self) -> None:
-        """Delete the uploads that nobody goes on with."""
+        """Delete the uploads that nobody goes on with.
+
+        A clock that was set makes what is just arriving look old, as on a machine that knows the
+        time only once it finds a network: then all of them get their time anew.
+        """
+        before_s, self._clock_zero_s = self._clock_zero_s, _clock_zero_s()
+        if abs(self._clock_zero_s - before_s) > _CLOCK_WAS_SET_S:
+            self._store.touch_all()
         for upload_id in self._store.older_than(self._expiry_s):
             with suppress(UploadBusy), self._in_use(upload_id):
                 logger.info("Upload %s expired.", upload_id)
@@ -238,6 +249,11 @@ async def _in_thread(call: Callable[..., None], *args: object) -> None:
     except asyncio.CancelledError:
         await asyncio.wait([running])
         raise
+
+
+def _clock_zero_s() -> float:
+    """Time 0 of the clock that nobody sets, by the one that can be set; it changes with it."""
+    return time.time() - time.monotonic()
 
 
 def _sync_and_close(file: BinaryIO) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from app.simulation.defects import Defect
 from vo_core.rig import Rig
 
 
@@ -72,6 +73,8 @@ class Scenario:
     """Name of a picture in `skimage.data` that covers the wall instead of concrete."""
     photo_mm: float = 250.0
     """Side of the wall that the photograph covers; from there on it is mirrored."""
+    defects: tuple[Defect, ...] = ()
+    """Things on the wall that an inspector would tag."""
     water: bool = False
     """Water runs along the invert, over about a third of the picture."""
 

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from app.simulation.camera import FloatImage
+from app.simulation.defects import draw_defects
 from app.simulation.scenarios import Scenario
 from vo_core.errors import ChainageError
 
@@ -107,6 +108,14 @@ def make_wall(
     segment_mm = scenario.rig.pipe.segment_length_mm
     if segment_mm is not None:
         _cut_joints(reflectance, sheet, scenario.first_joint_mm, segment_mm, scenario.contrast)
+    draw_defects(
+        reflectance,
+        scenario.defects,
+        x0_mm=x0_mm,
+        arc0_mm=arc0_mm,
+        texel_mm=texel_mm,
+        seed=scenario.seed,
+    )
     if closed:
         reflectance = _without_seam(reflectance, rows)
     np.clip(reflectance, 0.02, 1.0, out=reflectance)

@@ -1,14 +1,14 @@
-"""Tokens and sessions in the database, by the SHA-256 of their secrets."""
+"""Sessions of browsers in the database, by the SHA-256 of their cookies."""
 
 from __future__ import annotations
 
 from datetime import UTC, datetime
 
-from sqlalchemy import delete, select
+from sqlalchemy import delete, or_
 from sqlalchemy.orm import Session
 
 from app.storage.database import Database
-from app.storage.tables import LoginSession, Token
+from app.storage.tables import LoginSession
 
 
 class AccessStore:
@@ -17,37 +17,27 @@ class AccessStore:
     def __init__(self, database: Database) -> None:
         self._database = database
 
-    def token(self, digest: str) -> Token | None:
-        """A token, revoked or not."""
-        with self._database.read() as session:
-            return session.get(Token, digest)
-
-    def install_token(self, digest: str, name: str, role: str) -> None:
-        """Make it the one valid token of this name; the others of the name are revoked."""
-
-        def install(session: Session) -> None:
-            now = datetime.now(UTC)
-            for token in session.scalars(select(Token).where(Token.name == name)):
-                if token.digest != digest and token.revoked_at is None:
-                    token.revoked_at = now
-            known = session.get(Token, digest)
-            if known is None:
-                session.add(Token(digest=digest, name=name, role=role, created_at=now))
-            else:
-                known.revoked_at = None
-
-        self._database.write(install)
-
     def login(self, digest: str) -> LoginSession | None:
         """A session, by the digest of its cookie."""
         with self._database.read() as session:
             return session.get(LoginSession, digest)
 
-    def add_login(self, digest: str, token_digest: str) -> None:
-        """A session begins."""
+    def add_login(
+        self, digest: str, token_digest: str, *, unused_since: datetime, begun_before: datetime
+    ) -> None:
+        """A session begins; those that are too old, or were not used for too long, are removed."""
         now = datetime.now(UTC)
         row = LoginSession(digest=digest, token_digest=token_digest, created_at=now, seen_at=now)
-        self._database.write(lambda session: session.add(row))
+
+        def begin(session: Session) -> None:
+            session.execute(
+                delete(LoginSession).where(
+                    or_(LoginSession.seen_at < unused_since, LoginSession.created_at < begun_before)
+                )
+            )
+            session.add(row)
+
+        self._database.write(begin)
 
     def touch_login(self, digest: str) -> None:
         """A session is used now."""
@@ -64,13 +54,5 @@ class AccessStore:
         self._database.write(
             lambda session: session.execute(
                 delete(LoginSession).where(LoginSession.digest == digest)
-            )
-        )
-
-    def end_logins_unused_since(self, instant: datetime) -> None:
-        """Sessions that were last used before `instant` end."""
-        self._database.write(
-            lambda session: session.execute(
-                delete(LoginSession).where(LoginSession.seen_at < instant)
             )
         )

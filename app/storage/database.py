@@ -4,14 +4,18 @@ SQLite 3.7.0 to 3.51.2 can corrupt a WAL database when two connections write or 
 (repaired in 3.51.3; Debian 12 has 3.40.1).  So one thread holds the only connection that writes,
 and every other connection is `query_only`.  With synchronous=FULL a commit is on the disk when it
 returns: what was acknowledged survives a power cut (4 ms a commit; NORMAL may lose the last ones).
+A full disk refuses the transaction and leaves the file whole; the next one may succeed.
 """
 
 from __future__ import annotations
 
 import logging
+import os
 import queue
 import sqlite3
+import tempfile
 import threading
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import closing, contextmanager
@@ -21,12 +25,11 @@ from typing import Any, TypeVar
 
 import alembic.command
 import alembic.config
-from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
 from sqlalchemy import Engine, create_engine, event
 from sqlalchemy.orm import Session
 
-from app.errors import Busy
+from app.errors import NO_ROOM, Busy, DiskFull, UnusableDatabase
 from app.storage.tables import Heartbeat
 
 logger = logging.getLogger(__name__)
@@ -35,6 +38,7 @@ Result = TypeVar("Result")
 
 _WAITING_WRITES = 256
 _WRITE_TIMEOUT_S = 30.0
+_PROBE_BYTES = 2**16
 _PRAGMAS = (
     "PRAGMA journal_mode=WAL",
     "PRAGMA synchronous=FULL",
@@ -46,8 +50,17 @@ _PRAGMAS = (
 class Database:
     """Opens and migrates the file, then serves `read` and `write` from any thread."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, on_write: Callable[[float], None] | None = None) -> None:
+        """Open `path`, which is made if it is not there.
+
+        Args:
+            path: The file.
+            on_write: Told in the writer's thread how many seconds each transaction took.
+        Raises:
+            UnusableDatabase: The file is damaged or of a newer version.
+        """
         self.path = path
+        self._on_write = on_write
         self._writer_engine = _engine(path, pool_size=1)
         self._reader_engine = _engine(path, "PRAGMA query_only=ON", pool_size=8)
         self._jobs: queue.Queue[tuple[Callable[[Session], Any], Future[Any]] | None] = queue.Queue(
@@ -75,6 +88,7 @@ class Database:
 
         Raises:
             Busy: Too many writes are waiting, or the disk takes none.
+            DiskFull: Nothing was written.
         """
         future: Future[Result] = Future()
         try:
@@ -97,14 +111,17 @@ class Database:
             change, future = job
             if not future.set_running_or_notify_cancel():
                 continue
+            began_s = time.perf_counter()
             try:
                 with Session(self._writer_engine, expire_on_commit=False) as session:
                     result = change(session)
                     session.commit()
             except BaseException as error:  # handed to the thread that waits for it
-                future.set_exception(error)
+                future.set_exception(DiskFull() if _is_of_full_disk(error, self.path) else error)
             else:
                 future.set_result(result)
+            if self._on_write is not None:
+                self._on_write(time.perf_counter() - began_s)
 
 
 def _engine(path: Path, *pragmas: str, pool_size: int) -> Engine:
@@ -118,24 +135,106 @@ def _engine(path: Path, *pragmas: str, pool_size: int) -> Engine:
     return engine
 
 
+def _is_of_full_disk(error: BaseException, path: Path) -> bool:
+    """Whether a transaction failed for want of room.
+
+    SQLite says so of a write that the system refuses with ENOSPC; a quota, or a sync that fails,
+    it calls an I/O error, so another write has to tell.
+    """
+    cause = getattr(error, "orig", error)  # SQLAlchemy's errors hold the driver's
+    if not isinstance(cause, sqlite3.OperationalError):
+        return False
+    code = cause.sqlite_errorcode & 0xFF  # without the details of the extended codes
+    if code not in (sqlite3.SQLITE_IOERR, sqlite3.SQLITE_CANTOPEN):
+        return code == sqlite3.SQLITE_FULL
+    try:
+        with tempfile.TemporaryFile(dir=path.parent, buffering=0) as probe:
+            probe.write(bytes(_PROBE_BYTES))
+            os.fsync(probe.fileno())
+    except OSError as failure:
+        return failure.errno in NO_ROOM
+    return False
+
+
 def _migrate(engine: Engine, path: Path) -> None:
     """Bring the file to the newest revision, with a copy of the older one kept beside it."""
-    config = alembic.config.Config()
-    config.set_main_option("script_location", str(Path(__file__).parent / "migrations"))
+    current = revision_of(path)
+    config = _alembic()
+    newest = ScriptDirectory.from_config(config).get_current_head()
+    if current == newest:
+        return
+    if current is not None:
+        copy_database(path, path.with_name(f"{path.name}.before-{newest}"))
     with engine.connect() as connection:
-        current = MigrationContext.configure(connection).get_current_revision()
-        connection.rollback()
-        newest = ScriptDirectory.from_config(config).get_current_head()
-        if current == newest:
-            return
-        if current is not None:
-            _back_up(path, path.with_name(f"{path.name}.before-{newest}"))
+        # Before a change of tables the driver begins no transaction; half a migration would be
+        # left behind when the server is killed.
+        connection.exec_driver_sql("BEGIN IMMEDIATE")
         config.attributes["connection"] = connection
         alembic.command.upgrade(config, "head")
         connection.commit()
     logger.info("Database %s is at revision %s (was %s).", path, newest, current or "new")
 
 
-def _back_up(source: Path, target: Path) -> None:
-    with closing(sqlite3.connect(source)) as old, closing(sqlite3.connect(target)) as copy:
-        old.backup(copy)
+def _alembic() -> alembic.config.Config:
+    config = alembic.config.Config()
+    config.set_main_option("script_location", str(Path(__file__).parent / "migrations"))
+    return config
+
+
+def revision_of(path: Path) -> str | None:
+    """Revision of the tables in a file; None if it has none or is not there.
+
+    Raises:
+        UnusableDatabase: It is damaged, or a newer version of Chainage made it.
+        DiskFull: There is no room even to look.
+    """
+    if not path.exists():
+        return None
+    try:
+        with closing(_opened_to_read(path)) as connection:
+            tables = {name for (name,) in connection.execute("SELECT name FROM sqlite_schema")}
+            found = (
+                connection.execute("SELECT version_num FROM alembic_version").fetchone()
+                if "alembic_version" in tables
+                else None
+            )
+    except sqlite3.DatabaseError as error:
+        if _is_of_full_disk(error, path):  # even a reader needs room, for the index of the log
+            raise DiskFull from error
+        raise UnusableDatabase(
+            f"The database {path} cannot be read: {error}. Restore a backup of it."
+        ) from error
+    if found is None:
+        return None
+    revision = str(found[0])
+    known = {script.revision for script in ScriptDirectory.from_config(_alembic()).walk_revisions()}
+    if revision not in known:
+        raise UnusableDatabase(
+            f"The database {path} was made by a newer version of Chainage (its revision is "
+            f"{revision}). Install that version, or restore a backup of this one."
+        )
+    return revision
+
+
+def copy_database(source: Path, target: Path) -> None:
+    """Copy a database, also one that a server is writing to, into a single file.
+
+    The copy is the state of one moment and holds all that was committed before.
+
+    Raises:
+        DiskFull: There is no room for it.
+    """
+    target.unlink(missing_ok=True)
+    try:
+        with closing(_opened_to_read(source)) as old, closing(sqlite3.connect(target)) as copy:
+            old.backup(copy)
+            copy.execute("PRAGMA journal_mode=DELETE")
+    except sqlite3.OperationalError as error:
+        if _is_of_full_disk(error, target):
+            raise DiskFull from error
+        raise
+
+
+def _opened_to_read(path: Path) -> sqlite3.Connection:
+    # Only what is opened so never checkpoints, beside a server whose writer may do so.
+    return sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=5.0)

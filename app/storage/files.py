@@ -2,16 +2,20 @@
 
 chainage.db
 token                                  the access token, mode 0600, unless CHAINAGE_TOKEN is set
+tokens.json                            the named tokens, by their SHA-256; see tokens.py
 lock                                   held while a server uses the folder
+sample/<version>/video.mp4  rig.json   the rendered sample; sample/inspection says what it became
 uploads/<32 hex>.bin  .json            bytes so far; what was announced
 inspections/<32 hex>/video.<suffix>    the original, as it was uploaded
                      rig.json  track.csv
+                     health.csv  joints.csv
                      photos/<uuid>-<frame>.jpg
+                     wall/<index>.jpg  tiles of the unrolled wall; synced by a checkpoint
+                     checkpoint  journal   while it is tracked: how to go on after a crash
 """
 
 from __future__ import annotations
 
-import errno
 import fcntl
 import hashlib
 import os
@@ -20,9 +24,9 @@ import shutil
 from pathlib import Path
 from typing import BinaryIO
 
-from app.errors import DataFolderInUse, DiskFull
+from app.errors import NO_ROOM, DataFolderInUse, DiskFull
 
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
+RECORDING = "recording.mkv"
 
 
 class DataFolder:
@@ -34,6 +38,7 @@ class DataFolder:
         self.database = self.root / "chainage.db"
         self.uploads = self.root / "uploads"
         self.inspections = self.root / "inspections"
+        self.sample = self.root / "sample"
         self.root.mkdir(mode=0o700, parents=True, exist_ok=True)
         self.uploads.mkdir(exist_ok=True)
         self.inspections.mkdir(exist_ok=True)
@@ -54,6 +59,11 @@ class DataFolder:
             ) from error
         return lock
 
+    @property
+    def media(self) -> tuple[str, ...]:
+        """Folders in which there are videos."""
+        return str(self.uploads), str(self.inspections)
+
     def inspection(self, inspection_id: str) -> Path:
         """Folder of an inspection."""
         return self.inspections / inspection_id
@@ -62,13 +72,41 @@ class DataFolder:
         """File of the track of an inspection that has ended."""
         return self.inspection(inspection_id) / "track.csv"
 
+    def health(self, inspection_id: str) -> Path:
+        """File of how good the pictures of an inspection that has ended were."""
+        return self.inspection(inspection_id) / "health.csv"
+
+    def joints(self, inspection_id: str) -> Path:
+        """File of the joints that were seen while an inspection was tracked."""
+        return self.inspection(inspection_id) / "joints.csv"
+
+    def wall(self, inspection_id: str) -> Path:
+        """Folder of the tiles of the unrolled wall: <index>.jpg."""
+        return self.inspection(inspection_id) / "wall"
+
+    def checkpoint(self, inspection_id: str) -> Path:
+        """File of the last checkpoint of an inspection that is being tracked."""
+        return self.inspection(inspection_id) / "checkpoint"
+
+    def journal(self, inspection_id: str) -> Path:
+        """File of what was found until that checkpoint."""
+        return self.inspection(inspection_id) / "journal"
+
+    def recording(self, inspection_id: str) -> Path:
+        """File that a camera is recorded into."""
+        return self.inspection(inspection_id) / RECORDING
+
     def photo(self, inspection_id: str, observation_id: str, frame: int) -> Path:
         """File of the photo of an observation at a frame."""
         return self.inspection(inspection_id) / "photos" / f"{observation_id}-{frame}.jpg"
 
     def free_bytes(self) -> int:
         """What may still be filled: the free space without the reserve; negative when short."""
-        return shutil.disk_usage(self.root).free - self._reserve_bytes
+        return self.disk_free_bytes() - self._reserve_bytes
+
+    def disk_free_bytes(self) -> int:
+        """The free space, with the reserve."""
+        return shutil.disk_usage(self.root).free
 
     def require_room(self, size: int) -> None:
         """Raise DiskFull unless `size` bytes fit."""
@@ -100,6 +138,35 @@ def write_durably(path: Path, content: bytes, *, mode: int = 0o644) -> None:
     sync_folder(path.parent)
 
 
+def append_durably(path: Path, at: int, content: bytes | bytearray) -> int:
+    """Put `content` behind the first `at` bytes of a file, cutting off the rest; its new length."""
+    is_new = not path.exists()
+    try:
+        with path.open("wb" if is_new else "rb+") as file:
+            file.truncate(at)
+            file.seek(at)
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError as error:
+        raise_if_full(error)
+        raise
+    if is_new:
+        sync_folder(path.parent)
+    return at + len(content)
+
+
+def replace_file(path: Path, content: bytes) -> None:
+    """Replace a file whole, for what can be made again: after a power cut it may be gone."""
+    part = path.with_name(f".{path.name}.part")
+    try:
+        part.write_bytes(content)
+        part.replace(path)
+    except OSError:
+        part.unlink(missing_ok=True)
+        raise
+
+
 def move_durably(source: Path, target: Path) -> None:
     """Rename within the data folder, so that it holds after a power cut."""
     source.replace(target)
@@ -111,10 +178,15 @@ def copy_durably(source: Path, target: Path) -> None:
     """Copy a file into the data folder; the target is whole or not there."""
     part = target.with_name(f".{target.name}.part")
     shutil.copyfile(source, part)
-    with part.open("rb+") as file:
-        os.fsync(file.fileno())
+    sync_file(part)
     part.replace(target)
     sync_folder(target.parent)
+
+
+def sync_file(path: Path) -> None:
+    """Bring a file that was written before to the disk."""
+    with path.open("rb+") as file:
+        os.fsync(file.fileno())
 
 
 def sync_folder(folder: Path) -> None:
@@ -134,5 +206,5 @@ def sha256_of(path: Path) -> str:
 
 def raise_if_full(error: OSError) -> None:
     """Turn "no space left" and "quota exceeded" into DiskFull; let the rest pass."""
-    if error.errno in _NO_ROOM:
-        raise DiskFull("The server's disk is full. Free some room, then go on.") from error
+    if error.errno in NO_ROOM:
+        raise DiskFull from error

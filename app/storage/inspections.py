@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session
 
 from app.errors import InspectionNotFound, StillRunning
 from app.storage.database import Database
+from app.storage.packs import require_pack_of
 from app.storage.tables import ENDED, Event, Inspection, Observation
 from vo_core.track import Estimate
 
@@ -69,10 +70,18 @@ class InspectionStore:
             query = _SUMMARY.order_by(Inspection.created_at.desc(), Inspection.id)
             return [Summary(*found) for found in session.execute(query)]
 
-    def events(self, inspection_id: str) -> list[Event]:
-        """Everything that was done to the inspection and its observations, oldest first."""
+    def counts(self) -> dict[str, int]:
+        """How many have each status."""
+        query = select(Inspection.status, func.count()).group_by(Inspection.status)
         with self._database.read() as session:
-            query = select(Event).where(Event.inspection_id == inspection_id).order_by(Event.id)
+            return {status: number for status, number in session.execute(query)}  # noqa: C416
+
+    def events(self, inspection_id: str, observation_id: str | None = None) -> list[Event]:
+        """Everything that was done to the inspection or to one observation, oldest first."""
+        query = select(Event).where(Event.inspection_id == inspection_id).order_by(Event.id)
+        if observation_id is not None:
+            query = query.where(Event.observation_id == observation_id)
+        with self._database.read() as session:
             return list(session.scalars(query))
 
     def add(self, inspection: Inspection, who: str) -> None:
@@ -91,11 +100,14 @@ class InspectionStore:
 
         Raises:
             InspectionNotFound: There is none of this id.
+            PackNotFound: The header names a code pack that does not exist.
         """
 
         def apply(session: Session) -> None:
             row = existing(session, inspection_id)
             before = _editable(row)
+            if header is not None and header.get("code_pack") != row.header.get("code_pack"):
+                require_pack_of(session, header)
             row.name = row.name if name is None else name
             row.header = row.header if header is None else dict(header)
             after = _editable(row)
@@ -103,6 +115,47 @@ class InspectionStore:
                 session.add(_event(row, "changed", who, before, after))
 
         self._database.write(apply)
+
+    def correct(
+        self,
+        inspection_id: str,
+        who: str,
+        corrections: Mapping[str, Any],
+        remark: str | None,
+        *,
+        unstated: Mapping[str, Any],
+    ) -> int:
+        """Replace what was stated about the distances; the revision after it.
+
+        The same again changes nothing; `unstated` stands for nothing stated yet.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+
+        def apply(session: Session) -> int:
+            row = existing(session, inspection_id)
+            before, after = row.corrections or dict(unstated), dict(corrections)
+            if after != before:
+                row.corrections = after
+                row.revision += 1
+                row.corrected_mm = row.sigma_corrected_mm = None
+                session.add(_event(row, "corrected", who, before, after, remark))
+            return row.revision
+
+        return self._database.write(apply)
+
+    def record_corrected_end(
+        self, inspection_id: str, revision: int, distance_mm: float, sigma_mm: float
+    ) -> None:
+        """Keep where an ended track ends; without effect if it was corrected or queued since."""
+
+        def record(session: Session) -> None:
+            row = session.get(Inspection, inspection_id)
+            if row is not None and row.revision == revision and row.status in ENDED:
+                row.corrected_mm, row.sigma_corrected_mm = distance_mm, sigma_mm
+
+        self._database.write(record)
 
     def delete(self, inspection_id: str, who: str) -> None:
         """Remove it with its observations; its events stay.
@@ -119,15 +172,71 @@ class InspectionStore:
         self._database.write(remove)
 
     def queue_interrupted(self) -> int:
-        """Queue again what is `running`, as nothing is when the server starts; how many."""
+        """Queue again what was tracked when the server ended; how many.
+
+        What was being recorded is first to be finalised: see `interrupted_recordings`.
+        """
 
         def queue(session: Session) -> int:
-            rows = session.scalars(select(Inspection).where(Inspection.status == "running")).all()
+            rows = session.scalars(select(Inspection).where(_IS_TRACKED)).all()
             for row in rows:
                 row.status = "queued"
             return len(rows)
 
         return self._database.write(queue)
+
+    def interrupted_recordings(self) -> list[Inspection]:
+        """What was being recorded when the server ended."""
+        with self._database.read() as session:
+            query = select(Inspection).where(
+                Inspection.status == "running", Inspection.source_sha256 == ""
+            )
+            return list(session.scalars(query))
+
+    def record_video(
+        self, inspection_id: str, video_file: str, video: Mapping[str, Any], size: int, sha256: str
+    ) -> None:
+        """Keep what has become of a recording.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+
+        def record(session: Session) -> None:
+            row = existing(session, inspection_id)
+            row.video_file, row.video = video_file, dict(video)
+            row.source_size, row.source_sha256 = size, sha256
+
+        self._database.write(record)
+
+    def queue_recording(self, inspection_id: str, warning: str) -> None:
+        """Let a finalised recording be tracked as a file; `warning` says why.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+
+        def queue(session: Session) -> None:
+            row = existing(session, inspection_id)
+            row.status, row.warning = "queued", warning
+            row.queued_at = datetime.now(UTC)
+
+        self._database.write(queue)
+
+    def finish(self, inspection_id: str, who: str, stated: Mapping[str, Any]) -> None:
+        """Add to the header how the run ended, as the event "finished".
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+
+        def apply(session: Session) -> None:
+            row = existing(session, inspection_id)
+            before = _editable(row)
+            row.header = {**row.header, **stated}
+            session.add(_event(row, "finished", who, before, _editable(row)))
+
+        self._database.write(apply)
 
     def claim_oldest_queued(self) -> Inspection | None:
         """Set the oldest queued one to `running`; None if there is none."""
@@ -179,6 +288,7 @@ class InspectionStore:
             row.error_code = row.error_detail = row.warning = None
             row.frames_done = 0
             row.fps = row.distance_mm = row.sigma_distance_mm = None
+            row.corrected_mm = row.sigma_corrected_mm = None
             # A photo that was missing for want of a track gets another chance.
             session.execute(
                 update(Observation)
@@ -208,7 +318,8 @@ class InspectionStore:
             row.status = outcome.status
             row.error_code = outcome.error_code
             row.error_detail = outcome.error_detail
-            row.warning = outcome.warning
+            # A recording that was queued says why, and goes on saying so.
+            row.warning = " ".join(filter(None, (row.warning, outcome.warning))) or None
             row.frames_done = frames_done
             row.fps = fps
             row.finished_at = datetime.now(UTC)
@@ -232,6 +343,7 @@ _SUMMARY = (
     )
     .group_by(Inspection.id)
 )
+_IS_TRACKED = and_(Inspection.status == "running", Inspection.source_sha256 != "")
 _OLDEST_QUEUED = (
     select(Inspection.id)
     .where(Inspection.status == "queued")
@@ -262,6 +374,7 @@ def _event(
     who: str,
     before: dict[str, Any] | None,
     after: dict[str, Any] | None,
+    remark: str | None = None,
 ) -> Event:
     return Event(
         inspection_id=inspection.id,
@@ -270,4 +383,5 @@ def _event(
         at=datetime.now(UTC),
         before=before,
         after=after,
+        remark=remark,
     )

@@ -39,6 +39,16 @@ class ObservationStore:
         with self._database.read() as session:
             return list(session.scalars(query))
 
+    def listed_with_deleted(self, inspection_id: str) -> list[Observation]:
+        """Every one there ever was, in the order of their numbers."""
+        query = (
+            select(Observation)
+            .where(Observation.inspection_id == inspection_id)
+            .order_by(Observation.seq)
+        )
+        with self._database.read() as session:
+            return list(session.scalars(query))
+
     def put(
         self, inspection_id: str, observation_id: str, fields: dict[str, Any], who: str
     ) -> bool:
@@ -154,8 +164,9 @@ def _put(
     if row.frame != fields["frame"]:
         row.photo_error = None
     row.frame, row.fields = fields["frame"], fields
+    action = "changed" if row.deleted_at is None else "restored"
     row.edited_at, row.edited_by, row.deleted_at = now, who, None
-    _log(session, row, "changed", who, before)
+    _log(session, row, action, who, before)
     return True
 
 

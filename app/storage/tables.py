@@ -12,6 +12,7 @@ from sqlalchemy.types import TypeDecorator
 
 ENDED = ("done", "failed", "cancelled")
 """States of an inspection that last."""
+STATES = ("queued", "running", *ENDED)
 
 
 class UtcDateTime(TypeDecorator[datetime]):
@@ -38,25 +39,14 @@ class Base(DeclarativeBase):
     }
 
 
-class Token(Base):
-    """A named access token; only its SHA-256 is kept."""
-
-    __tablename__ = "tokens"
-
-    digest: Mapped[str] = mapped_column(String(64), primary_key=True)
-    name: Mapped[str] = mapped_column(String(100))
-    role: Mapped[str] = mapped_column(String(10))
-    created_at: Mapped[datetime]
-    revoked_at: Mapped[datetime | None]
-
-
 class LoginSession(Base):
     """A browser that exchanged a token for a cookie; only the cookie's SHA-256 is kept."""
 
     __tablename__ = "sessions"
 
     digest: Mapped[str] = mapped_column(String(64), primary_key=True)
-    token_digest: Mapped[str] = mapped_column(ForeignKey("tokens.digest", ondelete="CASCADE"))
+    token_digest: Mapped[str] = mapped_column(String(64))
+    """Of the token that it was made with: the session ends with it."""
     created_at: Mapped[datetime]
     seen_at: Mapped[datetime]
 
@@ -77,6 +67,7 @@ class Inspection(Base):
     """What the user called it; the file itself has a name of ours."""
     source_size: Mapped[int]
     source_sha256: Mapped[str] = mapped_column(String(64))
+    """Empty while a live inspection is recorded."""
     video_file: Mapped[str] = mapped_column(String(20))
     """Name within the inspection's folder."""
     video: Mapped[dict[str, Any]]
@@ -91,6 +82,13 @@ class Inspection(Base):
     error_detail: Mapped[str | None] = mapped_column(Text)
     warning: Mapped[str | None] = mapped_column(Text)
     """Why the video ended early or what was skipped, in a sentence."""
+    corrections: Mapped[dict[str, Any]] = mapped_column(default=dict)
+    """Zero point, known lengths, joints: what brings the raw track to the stated distance."""
+    revision: Mapped[int] = mapped_column(default=0)
+    """Rises when distances that were told before have changed."""
+    corrected_mm: Mapped[float | None] = mapped_column(Float)
+    """As `distance_mm`, but corrected, so that a list need not read tracks; None until known."""
+    sigma_corrected_mm: Mapped[float | None] = mapped_column(Float)
     created_at: Mapped[datetime]
     queued_at: Mapped[datetime]
     finished_at: Mapped[datetime | None]
@@ -136,6 +134,31 @@ class Event(Base):
     at: Mapped[datetime]
     before: Mapped[dict[str, Any] | None]
     after: Mapped[dict[str, Any] | None]
+    remark: Mapped[str | None] = mapped_column(Text)
+    """Why, in the words of who did it."""
+
+
+class Preference(Base):
+    """What a person has chosen for the page: language, units, quick codes."""
+
+    __tablename__ = "preferences"
+
+    who: Mapped[str] = mapped_column(String(100), primary_key=True)
+    """Name of the token."""
+    chosen: Mapped[dict[str, Any]]
+
+
+class CodePack(Base):
+    """A table of codes that a person brought along, beside the built-in one."""
+
+    __tablename__ = "code_packs"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    name: Mapped[str] = mapped_column(String(100), unique=True)
+    table: Mapped[str] = mapped_column(Text)
+    """The CSV as it was accepted."""
+    created_at: Mapped[datetime]
+    created_by: Mapped[str] = mapped_column(String(100))
 
 
 class Heartbeat(Base):

@@ -10,11 +10,12 @@ import os
 import re
 import secrets
 import time
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import BinaryIO
 
-from app.errors import UploadNotFound
+from app.errors import DiskFull, UploadNotFound
 from app.storage.files import sync_folder, write_durably
 
 _ID = re.compile(r"[0-9a-f]{32}")
@@ -39,8 +40,12 @@ class UploadStore:
     def create(self, info: UploadInfo) -> str:
         """A new, empty upload; durable when it returns."""
         upload_id = secrets.token_hex(16)
-        self.path(upload_id).touch(exist_ok=False)
-        write_durably(self._info_path(upload_id), json.dumps(asdict(info)).encode())
+        try:
+            self.path(upload_id).touch(exist_ok=False)
+            write_durably(self._info_path(upload_id), json.dumps(asdict(info)).encode())
+        except (DiskFull, OSError):
+            self.delete(upload_id)
+            raise
         return upload_id
 
     def path(self, upload_id: str) -> Path:
@@ -78,6 +83,13 @@ class UploadStore:
     def touched_at(self, upload_id: str) -> float:
         """Time of the last byte, seconds since 1970."""
         return self.path(upload_id).stat().st_mtime
+
+    def touch_all(self) -> None:
+        """Take the last byte of each to have come now."""
+        now = time.time()
+        for path in self._folder.iterdir():
+            with suppress(FileNotFoundError):  # it has just become an inspection
+                os.utime(path, (now, now))
 
     def older_than(self, age_s: float) -> set[str]:
         """Ids whose last byte came longer ago than `age_s`."""

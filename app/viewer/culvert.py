@@ -21,6 +21,10 @@ _TAPE = (120, 140, 155)
 
 _NO_TURN = (1.0, 0.0, 0.0, 0.0)
 
+_BEHIND = 0.008
+"""The plain wall lies so many scales behind the true one, where the pictures of it are, and its
+joints half of that: what was seen hides what is only drawn."""
+
 
 Colors = NDArray[np.uint8] | tuple[int, int, int]
 
@@ -78,16 +82,20 @@ class Culvert:
         joints = np.arange(self._first, self._last + 1) * self._segment_m
         size = self._section.scale_m
         if self._section.radius_m is None:
-            self._repeat("wall", plank(self._segment_m, self._section.half_width_m), starts, wall)
+            floor = plank(self._segment_m, self._section.half_width_m)
+            self._repeat("wall", floor, starts, wall, lower_m=_BEHIND * size)
             if self._has_joints:
                 gap = plank(0.03 * size, self._section.half_width_m)
-                self._repeat("joints", gap, joints - 0.015 * size, _JOINT, lift_m=0.004 * size)
+                self._repeat(
+                    "joints", gap, joints - 0.015 * size, _JOINT, lower_m=_BEHIND / 2 * size
+                )
         else:
             radius = self._section.radius_m
             # One-sided walls: closed from inside, open towards an observer outside.
-            self._repeat("wall", tube(radius, self._segment_m, inward=True), starts, wall)
+            pipe = tube((1 + _BEHIND) * radius, self._segment_m, inward=True)
+            self._repeat("wall", pipe, starts, wall)
             if self._has_joints:
-                gap = tube(0.996 * radius, 0.04 * radius, inward=True)
+                gap = tube((1 + _BEHIND / 2) * radius, 0.04 * radius, inward=True)
                 self._repeat("joints", gap, joints - 0.02 * radius, _JOINT)
             collars = joints if self._has_joints else joints[[0, -1]]
             self._repeat("collars", torus(1.05 * radius, 0.055 * radius), collars, _COLLAR)
@@ -100,11 +108,11 @@ class Culvert:
         xs_m: np.ndarray,
         colors: Colors,
         *,
-        lift_m: float = 0.0,
+        lower_m: float = 0.0,
     ) -> None:
         positions = np.zeros((len(xs_m), 3))
         positions[:, 0] = xs_m
-        positions[:, 2] = -lift_m
+        positions[:, 2] = lower_m
         self._scene.add_batched_meshes_simple(
             f"/culvert/{name}",
             mesh.vertices,

@@ -32,13 +32,20 @@ class Mesh(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class WallHit:
-    """A point on the wall."""
+    """A point on the wall that was clicked."""
 
     distance_m: float
     clock_h: float | None
     """In (0, 12], 12 at the crown; None on a floor."""
     lateral_m: float
     """To the right of the axis."""
+
+
+@dataclass(frozen=True, slots=True)
+class PinHit:
+    """A pin that was clicked."""
+
+    id: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +74,18 @@ class Section:
     def axis_z_m(self) -> float:
         """Height of the middle of the space that the robot drives in."""
         return 0.0 if self.radius_m is not None else -self.scale_m
+
+    def inset(self, by_m: float) -> Section:
+        """The same, so much nearer the axis; a floor stays where it is."""
+        if self.radius_m is None:
+            return self
+        return Section(self.radius_m - by_m, self.half_width_m)
+
+    @property
+    def arcs_m(self) -> tuple[float, float]:
+        """First and last arc of the whole wall."""
+        half_m = self.half_width_m if self.radius_m is None else math.pi * self.radius_m
+        return -half_m, half_m
 
     def below(
         self, x_m: NDArray[np.float64], y_m: NDArray[np.float64], *, above_m: float
@@ -147,6 +166,36 @@ def plank(length_m: float, half_width_m: float) -> Mesh:
     w = half_width_m
     vertices = np.array([[0, -w, 0], [length_m, -w, 0], [length_m, w, 0], [0, w, 0]], np.float64)
     return Mesh(vertices, np.array([[0, 2, 1], [0, 3, 2]]))
+
+
+def strip(
+    section: Section, arc_from_m: float, arc_to_m: float, *, sides: int = 64
+) -> tuple[Mesh, NDArray[np.float64]]:
+    """The wall between two arcs, one unit long from the origin along +X, seen from inside.
+
+    And the (V, 2) texture coordinates of its vertices: u along +X, v from the first arc.
+    """
+    radius_m = section.radius_m
+    v = np.linspace(0.0, 1.0, sides + 1)
+    arc = arc_from_m + v * (arc_to_m - arc_from_m)
+    if radius_m is None:
+        ring = np.stack([np.zeros_like(arc), arc, np.zeros_like(arc)], axis=1)
+    else:
+        phi = arc / radius_m
+        ring = radius_m * np.stack([np.zeros_like(arc), np.sin(phi), np.cos(phi)], axis=1)
+    here = np.arange(sides)
+    there = here + sides + 1
+    faces = np.concatenate(
+        [np.stack([here, here + 1, there], axis=1), np.stack([there, here + 1, there + 1], axis=1)]
+    )
+    uv = np.concatenate([np.stack([np.full_like(v, u), v], axis=1) for u in (0.0, 1.0)])
+    return Mesh(np.concatenate([ring, ring + np.array([1.0, 0, 0])]), faces), uv
+
+
+def dashed(mesh: Mesh, sides: int, *, dashes: int, share: float) -> Mesh:
+    """A strip, tube or torus of so many sides with gaps; `share` of it stays."""
+    side = np.arange(len(mesh.faces)) % sides
+    return Mesh(mesh.vertices, mesh.faces[side * dashes / sides % 1.0 < share])
 
 
 def octahedron() -> Mesh:

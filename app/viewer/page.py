@@ -12,6 +12,8 @@ from pathlib import Path
 
 import viser
 
+from vo_core.mosaic import UNSEEN_GREY
+
 CSP = "; ".join(
     [
         "default-src 'none'",
@@ -55,12 +57,68 @@ WebGL2RenderingContext.prototype.shaderSource = function (shader, source) {
 """
 
 
+# createImageBitmap: where the wall was not seen its pictures have one grey, and a JPEG knows no
+# transparency.  Blocks of 8 x 8 pixels of nothing else, and what is like them beside them, are made
+# transparent here.  Where the client decodes in another way (Safari) that grey is shown.
+_UNSEEN_SCRIPT = """
+const decode = window.createImageBitmap;
+window.createImageBitmap = async function (source, ...rest) {
+  const bitmap = await decode.call(this, source, ...rest);
+  if (!(source instanceof Blob) || source.type !== "image/jpeg") return bitmap;
+  const { width, height } = bitmap;
+  const context = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
+  context.drawImage(bitmap, 0, 0);
+  bitmap.close();
+  const picture = context.getImageData(0, 0, width, height);
+  const { data } = picture;
+  const isLike = (x, y, difference) => {
+    const at = 4 * (y * width + x);
+    for (let i = at; i < at + 3; i++) if (Math.abs(data[i] - UNSEEN) > difference) return false;
+    return true;
+  };
+  const columns = Math.ceil(width / 8), rows = Math.ceil(height / 8);
+  const isUnseen = new Uint8Array(columns * rows);
+  const each = (column, row, visit) => {
+    for (let y = 8 * row; y < Math.min(8 * row + 8, height); y++) {
+      for (let x = 8 * column; x < Math.min(8 * column + 8, width); x++) {
+        if (visit(x, y) === false) return false;
+      }
+    }
+    return true;
+  };
+  for (let row = 0; row < rows; row++) {
+    for (let column = 0; column < columns; column++) {
+      isUnseen[row * columns + column] = each(column, row, (x, y) => isLike(x, y, 2));
+    }
+  }
+  const isNearUnseen = (column, row) => {
+    for (let r = Math.max(row - 2, 0); r <= Math.min(row + 2, rows - 1); r++) {
+      for (let c = Math.max(column - 2, 0); c <= Math.min(column + 2, columns - 1); c++) {
+        if (isUnseen[r * columns + c]) return true;
+      }
+    }
+    return false;
+  };
+  for (let row = 0; row < rows; row++) {
+    for (let column = 0; column < columns; column++) {
+      if (!isNearUnseen(column, row)) continue;
+      each(column, row, (x, y) => {
+        if (isLike(x, y, 16)) data[4 * (y * width + x) + 3] = 0;
+      });
+    }
+  }
+  context.putImageData(picture, 0, 0);
+  return decode.call(this, context.canvas, ...rest);
+};
+""".replace("UNSEEN", str(UNSEEN_GREY))
+
+
 def _build_page() -> bytes:
     index = Path(viser.__file__).parent / "client" / "build" / "index.html"
     before, head, after = index.read_text("utf-8").partition("<head>")
     if not head:
         raise RuntimeError(f"viser {viser.__version__} has a page without <head>; 1.1.1 is needed.")
-    page = f"{before}{head}<style>{_STYLE}</style><script>{_SCRIPT}</script>{after}"
+    page = f"{before}{head}<style>{_STYLE}</style><script>{_SCRIPT}{_UNSEEN_SCRIPT}</script>{after}"
     return gzip.compress(page.encode(), 9, mtime=0)
 
 

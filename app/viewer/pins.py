@@ -1,4 +1,7 @@
-"""Defects as pins on the wall: a stem, a head coloured by severity, a 95 % whisker and a label."""
+"""Defects as pins on the wall: a stem, a head coloured by severity, a 95 % whisker and a label.
+
+A stretch is a band along the wall, a clock sector an arc of it; both are one patch of the wall.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +13,21 @@ import viser
 from numpy.typing import NDArray
 from viser.transforms import SO3
 
-from app.viewer.geometry import Section, Vector, octahedron, phi_of_clock, shown_mm
+from app.viewer.geometry import (
+    Mesh,
+    PinHit,
+    Section,
+    Vector,
+    octahedron,
+    phi_of_clock,
+    shown_mm,
+    strip,
+)
 from app.viewer.views import CameraMode
 
-_SEVERITY_COLORS = (
+Color = tuple[int, int, int]
+
+_SEVERITY_COLORS: tuple[Color, ...] = (
     (154, 166, 178),
     (86, 204, 150),
     (190, 212, 78),
@@ -21,11 +35,22 @@ _SEVERITY_COLORS = (
     (255, 136, 44),
     (255, 62, 66),
 )
-_UNRATED = (124, 176, 255)
+_UNRATED: Color = (124, 176, 255)
+_COLORS = (*_SEVERITY_COLORS, _UNRATED)
+_SELECTED: Color = (255, 255, 255)
+
+_ON_WALL = 0.015
+"""Lines and patches lie so many scales of the section before the wall."""
+_HEAD = 0.4
+"""Heads float so many scales before the wall."""
 _MIN_WHISKER = 0.04
 """Least half-width of a drawn whisker, in scales of the section."""
+_NARROW = 0.12
+"""Half the breadth of a patch across the way that it is not long, in scales."""
 _CROWDED = 5.0
 """In an overview, pins closer than so many scales are labelled with their code alone."""
+_CLICKED_RAD = 0.012
+"""Of the angle between a click and a pin; about 8 px of a window 640 px high."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,107 +68,251 @@ class Pin:
     label: str
     lateral_m: float = 0.0
     """To the right of the axis; counts on a floor only."""
+    clock_to: float | None = None
+    """Other end of a sector that begins at `clock` and runs clockwise."""
+    finish_m: float | None = None
+    """Other end of a stretch that begins at `distance_m`."""
 
 
 class Pins:
-    """Draws all pins in two scene nodes and a label each; nodes are named by place, not by pin."""
+    """Draws all pins in a few nodes and a label each; nodes are named by place, not by pin."""
 
     def __init__(self, scene: viser.SceneApi, section: Section) -> None:
         self._scene = scene
         self._section = section
         self._heads: viser.BatchedMeshHandle | None = None
         self._lines: viser.LineSegmentsHandle | None = None
+        self._patches: dict[Color, viser.MeshHandle] = {}
         self._labels: list[viser.LabelHandle] = []
 
-    def show(self, pins: Sequence[Pin], mode: CameraMode) -> None:
-        """Replace everything drawn by `pins`."""
+    def show(self, pins: Sequence[Pin], mode: CameraMode, selected: str | None) -> None:
+        """Replace everything drawn by `pins`, and highlight the one with the id `selected`."""
         pins = sorted(pins, key=lambda pin: pin.distance_m)
-        self._show_labels(pins, mode)
+        self._show_labels(pins, mode, selected)
+        self._show_patches(pins)
         if pins:
-            self._draw(pins, 2.2 if mode == "overview" else 1.0)
+            self._draw(pins, mode, selected)
         for node in (self._heads, self._lines):
             if node is not None:
                 node.visible = bool(pins)
 
-    def _draw(self, pins: Sequence[Pin], enlarged: float) -> None:
+    def _draw(self, pins: Sequence[Pin], mode: CameraMode, selected: str | None) -> None:
         size = self._section.scale_m
-        colors = np.array([_color(pin) for pin in pins], np.uint8)
-        sizes = np.array([0.085 + 0.012 * (pin.severity or 0) for pin in pins]) * enlarged * size
+        heads = np.array([_head_m(self._section, pin, mode) for pin in pins])
+        heads *= [1.6 if pin.id == selected else 1.0 for pin in pins]
         self._heads = self._scene.add_batched_meshes_simple(
             "/pins/heads",
             *octahedron(),
             batched_wxyzs=np.tile(SO3.identity().wxyz, (len(pins), 1)),
-            batched_positions=np.array([self._head(pin) for pin in pins]),
-            batched_scales=sizes,
-            batched_colors=colors,
+            batched_positions=np.array([_head(self._section, pin) for pin in pins]),
+            batched_scales=heads,
+            batched_colors=np.array([_color(pin) for pin in pins], np.uint8),
             flat_shading=True,
             lod="off",
             cast_shadow=False,
             receive_shadow=False,
         )
-        segments = [self._segments(pin) for pin in pins]
-        line_colors = np.concatenate(
-            [np.tile(color // 2, (len(s), 2, 1)) for s, color in zip(segments, colors, strict=True)]
-        )
+        segments = [self._segments(pin, pin.id == selected) for pin in pins]
+        colors = [
+            _SELECTED if pin.id == selected else tuple(np.array(_color(pin)) // 2) for pin in pins
+        ]
         self._lines = self._scene.add_line_segments(
             "/pins/lines",
             np.concatenate(segments),
-            colors=line_colors,
-            thickness=0.028 * enlarged * size,
+            colors=np.concatenate(
+                [
+                    np.tile(np.array(color, np.uint8), (len(lines), 2, 1))
+                    for lines, color in zip(segments, colors, strict=True)
+                ]
+            ),
+            thickness=0.028 * _enlarged(mode) * size,
         )
 
-    def _show_labels(self, pins: Sequence[Pin], mode: CameraMode) -> None:
+    def _show_labels(self, pins: Sequence[Pin], mode: CameraMode, selected: str | None) -> None:
         while len(self._labels) < len(pins):
             self._labels.append(
                 self._scene.add_label(
-                    f"/pins/labels/{len(self._labels)}",
-                    "",
-                    font_screen_scale=1.15,
-                    anchor="bottom-center",
+                    f"/pins/labels/{len(self._labels)}", "", anchor="bottom-center"
                 )
             )
         distances = np.array([-np.inf, *(pin.distance_m for pin in pins), np.inf])
         gaps = np.diff(distances)
         crowded = np.minimum(gaps[:-1], gaps[1:]) < _CROWDED * self._section.scale_m
         for label, pin, is_crowded in zip(self._labels, pins, crowded, strict=False):
-            label.text = _short_text(pin) if is_crowded and mode == "overview" else _text(pin)
-            label.position = self._head(pin) - [0.0, 0.0, 0.16 * self._section.scale_m]
+            is_selected = pin.id == selected
+            is_short = is_crowded and mode == "overview" and not is_selected
+            text = _short_text(pin) if is_short else _text(pin)
+            label.text = f"» {text}" if is_selected else text
+            label.font_screen_scale = 1.5 if is_selected else 1.15
+            label.position = _head(self._section, pin) - [0.0, 0.0, 0.16 * self._section.scale_m]
         for number, label in enumerate(self._labels):
             label.visible = number < len(pins)
 
-    def _segments(self, pin: Pin) -> NDArray[np.float64]:
-        """(4, 2, 3): stem, whisker along the wall, and its two caps around the wall."""
-        size = self._section.scale_m
+    def _show_patches(self, pins: Sequence[Pin]) -> None:
+        """Stretches and sectors, those of one colour in one node."""
+        for color in _COLORS:
+            meshes = [
+                mesh
+                for pin in pins
+                if _color(pin) == color and (mesh := self._patch(pin)) is not None
+            ]
+            if meshes:
+                self._patches[color] = self._scene.add_mesh_simple(
+                    f"/pins/patches/{_COLORS.index(color)}",
+                    *_joined(meshes),
+                    color=color,
+                    opacity=0.45,
+                    cast_shadow=False,
+                    receive_shadow=False,
+                )
+            elif color in self._patches:
+                self._patches[color].visible = False
+
+    def _patch(self, pin: Pin) -> Mesh | None:
+        area = _area(self._section, pin)
+        if area is None:
+            return None
+        first_m, last_m, arc_from_m, arc_to_m = area
+        inner = self._section.inset(_ON_WALL * self._section.scale_m)
+        mesh, _ = strip(inner, arc_from_m, arc_to_m)
+        lift_m = _ON_WALL * self._section.scale_m if self._section.radius_m is None else 0.0
+        return Mesh(
+            mesh.vertices * [last_m - first_m, 1.0, 1.0] + [first_m, 0.0, -lift_m], mesh.faces
+        )
+
+    def _segments(self, pin: Pin, is_selected: bool) -> NDArray[np.float64]:
+        """(N, 2, 3): stem, whisker, its two caps, edges of the patch, ring of the selected one."""
+        section, size = self._section, self._section.scale_m
         half_m = max(pin.u95_m, _MIN_WHISKER * size)
         start, end = pin.distance_m - half_m, pin.distance_m + half_m
         cap = 0.07 * size
-        return np.array(
-            [
-                [self._on_wall(pin, pin.distance_m), self._head(pin)],
-                [self._on_wall(pin, start), self._on_wall(pin, end)],
-                [self._on_wall(pin, start, -cap), self._on_wall(pin, start, cap)],
-                [self._on_wall(pin, end, -cap), self._on_wall(pin, end, cap)],
+        lines = [
+            np.array([_on_wall(section, pin, pin.distance_m), _head(section, pin)]),
+            np.array([_on_wall(section, pin, start), _on_wall(section, pin, end)]),
+            np.array([_on_wall(section, pin, start, -cap), _on_wall(section, pin, start, cap)]),
+            np.array([_on_wall(section, pin, end, -cap), _on_wall(section, pin, end, cap)]),
+        ]
+        area = _area(section, pin)
+        if area is not None:
+            first_m, last_m, arc_from_m, arc_to_m = area
+            arcs = np.linspace(arc_from_m, arc_to_m, 33)
+            lines += [
+                _lines_at(section, np.full_like(arcs, x_m), arcs) for x_m in (first_m, last_m)
             ]
-        )
-
-    def _head(self, pin: Pin) -> Vector:
-        return self._on_wall(pin, pin.distance_m, inset_m=0.4 * self._section.scale_m)
-
-    def _on_wall(
-        self, pin: Pin, x_m: float, around_m: float = 0.0, *, inset_m: float | None = None
-    ) -> Vector:
-        """A point of the wall near the pin, `around_m` to the right of it along the wall."""
-        inset = 0.015 * self._section.scale_m if inset_m is None else inset_m
-        radius = self._section.radius_m
-        if radius is None:
-            return np.array([x_m, pin.lateral_m + around_m, -inset])
-        # Without a clock position the defect is drawn at the crown, where the robot hides nothing.
-        phi = phi_of_clock(12.0 if pin.clock is None else pin.clock) + around_m / radius
-        reach = radius - inset
-        return np.array([x_m, reach * np.sin(phi), reach * np.cos(phi)])
+            xs = np.array([first_m, last_m])
+            lines += [_lines_at(section, xs, np.full(2, arc)) for arc in (arc_from_m, arc_to_m)]
+        if is_selected:
+            turn = np.linspace(0, 2 * np.pi, 33)
+            reach = 0.3 * size
+            arc_m = _arc(section, pin)
+            lines.append(
+                _lines_at(
+                    section, pin.distance_m + reach * np.cos(turn), arc_m + reach * np.sin(turn)
+                )
+            )
+        return np.concatenate([line.reshape(-1, 2, 3) for line in lines])
 
 
-def _color(pin: Pin) -> tuple[int, int, int]:
+def pin_under(
+    pins: Sequence[Pin],
+    mode: CameraMode,
+    section: Section,
+    origin: Sequence[float],
+    direction: Sequence[float],
+) -> PinHit | None:
+    """The pin whose head or stem a click meets, or nearly; of several the one met best."""
+    if not pins:
+        return None
+    o, d = np.asarray(origin, np.float64), np.asarray(direction, np.float64)
+    length = np.linalg.norm(d)
+    if length == 0:
+        return None
+    ways = np.linspace(0.0, 1.0, 6)[None, :, None]
+    feet = np.array([_on_wall(section, pin, pin.distance_m) for pin in pins])[:, None]
+    heads = np.array([_head(section, pin) for pin in pins])[:, None]
+    sight = feet + ways * (heads - feet) - o  # (pins, 6 points of the stem, 3)
+    ahead = sight @ (d / length)
+    beside = np.linalg.norm(sight - ahead[..., None] * (d / length), axis=2)
+    size_m = np.array([_head_m(section, pin, mode) for pin in pins])[:, None]
+    # A head is as wide as it is drawn, a stem a third of that; far away a few pixels count.
+    allowed = np.maximum(size_m * np.where(ways[..., 0] == 1.0, 1.0, 1 / 3), _CLICKED_RAD * ahead)
+    missed = np.where(ahead > 0, beside / allowed, np.inf).min(axis=1)
+    best = int(missed.argmin())
+    return PinHit(pins[best].id) if missed[best] <= 1.0 else None
+
+
+def _enlarged(mode: CameraMode) -> float:
+    return 2.2 if mode == "overview" else 1.0
+
+
+def _head_m(section: Section, pin: Pin, mode: CameraMode) -> float:
+    """From the middle of the head to its corners."""
+    return (0.085 + 0.012 * (pin.severity or 0)) * _enlarged(mode) * section.scale_m
+
+
+def _head(section: Section, pin: Pin) -> Vector:
+    (point,) = _points(section, [pin.distance_m], [_arc(section, pin)], _HEAD)
+    return np.asarray(point)
+
+
+def _on_wall(section: Section, pin: Pin, x_m: float, around_m: float = 0.0) -> Vector:
+    """A point of the wall near the pin, `around_m` to the right of it along the wall."""
+    (point,) = _points(section, [x_m], [_arc(section, pin) + around_m], _ON_WALL)
+    return np.asarray(point)
+
+
+def _arc(section: Section, pin: Pin) -> float:
+    if section.radius_m is None:
+        return pin.lateral_m
+    # Without a clock position the defect is drawn at the crown, where the robot hides nothing.
+    return section.radius_m * phi_of_clock(12.0 if pin.clock is None else pin.clock)
+
+
+def _points(
+    section: Section, xs_m: Sequence[float] | Vector, arcs_m: Sequence[float] | Vector, inset: float
+) -> NDArray[np.float64]:
+    """(N, 3) points, so many scales before the wall."""
+    x, arc = np.asarray(xs_m, np.float64), np.asarray(arcs_m, np.float64)
+    inset_m = inset * section.scale_m
+    if section.radius_m is None:
+        return np.stack([x, arc, np.full_like(x, -inset_m)], axis=1)
+    phi, reach = arc / section.radius_m, section.radius_m - inset_m
+    return np.stack([x, reach * np.sin(phi), reach * np.cos(phi)], axis=1)
+
+
+def _lines_at(section: Section, xs_m: Vector, arcs_m: Vector) -> NDArray[np.float64]:
+    """(N - 1, 2, 3): from point to point of the wall."""
+    points = _points(section, xs_m, arcs_m, _ON_WALL)
+    return np.stack([points[:-1], points[1:]], axis=1)
+
+
+def _area(section: Section, pin: Pin) -> tuple[float, float, float, float] | None:
+    """First and last metre and first and last arc of a stretch or sector; None of a mere point."""
+    has_sector = section.radius_m is not None and None not in (pin.clock, pin.clock_to)
+    if pin.finish_m is None and not has_sector:
+        return None
+    narrow_m = _NARROW * section.scale_m
+    if pin.finish_m is None:
+        first_m, last_m = pin.distance_m - narrow_m, pin.distance_m + narrow_m
+    else:
+        first_m, last_m = sorted((pin.distance_m, pin.finish_m))
+    arc_m = _arc(section, pin)
+    if not has_sector:
+        return first_m, last_m, arc_m - narrow_m, arc_m + narrow_m
+    # Clockwise seen in the direction of travel: the wall angle falls. 12 to 12 is all around.
+    hours = (pin.clock_to - pin.clock) % 12 or 12.0  # type: ignore[operator]
+    return first_m, last_m, arc_m - np.pi / 6 * hours * section.scale_m, arc_m
+
+
+def _joined(meshes: Sequence[Mesh]) -> Mesh:
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
+    return Mesh(
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]),
+    )
+
+
+def _color(pin: Pin) -> Color:
     return _UNRATED if pin.severity is None else _SEVERITY_COLORS[pin.severity]
 
 
@@ -153,4 +322,5 @@ def _short_text(pin: Pin) -> str:
 
 
 def _text(pin: Pin) -> str:
-    return f"{_short_text(pin)}\n{pin.distance_m:.2f} m ± {shown_mm(pin.u95_m)} mm"
+    finish = "" if pin.finish_m is None else f" to {pin.finish_m:.2f} m"
+    return f"{_short_text(pin)}\n{pin.distance_m:.2f} m ± {shown_mm(pin.u95_m)} mm{finish}"

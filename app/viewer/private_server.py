@@ -1,12 +1,14 @@
 """A viser server that listens on a unix socket only and starts within a time limit.
 
 viser 1.1.1 knows TCP alone, listens on all interfaces by default, opens a public tunnel for any
-client that asks, never returns when it cannot bind, and prints a banner with addresses that do not
-exist here.  Each is put right below.  This relies on internals, so the version is pinned exactly.
+client that asks, never returns when it cannot bind, prints a banner with addresses that do not
+exist here, and touches asyncio's events from foreign threads.  Each is put right below.  This
+relies on internals, so the version is pinned exactly.
 """
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import threading
 import warnings
@@ -19,6 +21,7 @@ from typing import Any
 import rich
 import viser
 import websockets.asyncio.server as websockets_server
+from viser.infra._async_message_buffer import AsyncMessageBuffer
 
 logger = logging.getLogger(__name__)
 
@@ -110,6 +113,35 @@ warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
 
 # viser looks the function up in this module on every start and has no option for a socket.
 websockets_server.serve = _serve_on_socket  # type: ignore[assignment,misc]
+
+
+class LoopEvent(asyncio.Event):
+    """An event whose `set` may be called from any thread, but only its loop's wakes who waits.
+
+    viser's buffers call `set` where a message is written, and have the loop call it again.  With
+    asyncio's own event the first call walks through the waiters while the loop changes them: once
+    in some 100,000 updates that ends the writer with "deque mutated during iteration".
+    """
+
+    def set(self) -> None:
+        """In a foreign thread only `is_set` changes."""
+        self._value = True
+        if asyncio._get_running_loop() is not None:
+            waiters: list[asyncio.Future[bool]] = list(self._waiters)
+            for waiter in waiters:
+                if not waiter.done():
+                    waiter.set_result(True)
+
+
+_init_buffer = AsyncMessageBuffer.__init__
+
+
+def _init_buffer_with_loop_event(self: AsyncMessageBuffer, *parts: Any, **named: Any) -> None:
+    _init_buffer(self, *parts, **named)
+    self.message_event = LoopEvent()
+
+
+AsyncMessageBuffer.__init__ = _init_buffer_with_loop_event  # type: ignore[method-assign]
 
 
 _console_lock = threading.Lock()

@@ -19,11 +19,11 @@ from websockets.asyncio.client import ClientConnection, unix_connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.typing import Subprotocol
 
-from app.viewer.geometry import WallHit
+from app.viewer.geometry import PinHit, WallHit
 
 logger = logging.getLogger(__name__)
 
-OnClick = Callable[[WallHit], Awaitable[None]]
+OnClick = Callable[[WallHit | PinHit], Awaitable[None]]
 
 _MAY_CLICK = frozenset({"operator", "admin"})
 _CLOSE_BAD_MESSAGE = 1011
@@ -39,8 +39,8 @@ class Scene(Protocol):
     def socket_path(self) -> Path:
         """Where its viser server listens."""
 
-    def wall_hit(self, origin: _Vector, direction: _Vector) -> WallHit | None:
-        """Where a ray in scene coordinates meets the drawn wall."""
+    def pick(self, origin: _Vector, direction: _Vector) -> WallHit | PinHit | None:
+        """What a ray in scene coordinates meets."""
 
 
 class _Camera(
@@ -95,8 +95,8 @@ async def pump(ws: WebSocket, scene: Scene, role: str, on_click: OnClick | None 
     Args:
         ws: Not yet accepted; session and Origin have been checked.
         scene: Its viser server is connected to.
-        role: `viewer` may look; `operator` and `admin` may also shift-click the wall.
-        on_click: Awaited with the wall point of each shift-click.
+        role: `viewer` may look; `operator` and `admin` may also shift-click.
+        on_click: Awaited with the pin or else the wall point of each shift-click.
 
     Closes with 1013 when the scene has just been stopped, with 1011 after a malformed message.
     """
@@ -177,6 +177,6 @@ async def _to_viser(
 async def _forward_click(click: _Click, scene: Scene, on_click: OnClick) -> None:
     if click.event_type != "click" or click.ray_origin is None or click.ray_direction is None:
         return
-    hit = scene.wall_hit(click.ray_origin, click.ray_direction)
+    hit = scene.pick(click.ray_origin, click.ray_direction)
     if hit is not None:
         await on_click(hit)

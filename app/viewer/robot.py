@@ -1,4 +1,4 @@
-"""The robot: a small crawler with camera, field of view, live picture, lamp and 95 % interval."""
+"""The robot: a small crawler with camera, field of view, live picture and lamp."""
 
 from __future__ import annotations
 
@@ -6,28 +6,17 @@ import numpy as np
 import viser
 from viser.transforms import SO3
 
-from app.viewer.geometry import (
-    Frustum,
-    Section,
-    camera_xyz_m,
-    plank,
-    shown_mm,
-    torus,
-    tube,
-    yaw_wxyz,
-)
+from app.viewer.geometry import Frustum, Section, camera_xyz_m, shown_mm, yaw_wxyz
+from app.viewer.interval import half_width_95_m
 from app.viewer.views import CameraMode
 from vo_core.rig import Rig
 from vo_core.track import Estimate
-
-Z_95 = 1.96
-"""Half-width of a 95 % interval in standard deviations."""
 
 _BODY = (240, 172, 32)
 _TRIM = (104, 114, 124)
 _TYRE = (52, 56, 60)
 _LAMP = (255, 244, 214)
-_STATUS_COLORS = {"ok": (64, 214, 255), "weak": (255, 190, 60), "lost": (255, 84, 84)}
+_SIGHT = (64, 214, 255)
 _LABEL_HEIGHT: dict[CameraMode, float] = {"overview": 3.4, "follow": 1.7, "inside": 0.72}
 """Above the axis, in scales of the section: clear of the pins' labels, and in sight."""
 
@@ -43,26 +32,16 @@ class Robot:
         frustum = Frustum.of(rig)
         self._draw_body(frustum)
         self._picture = self._draw_camera(frustum)
-        self._band, self._edges = self._draw_interval()
         self._label = scene.add_label(
             "/robot_label", "", font_screen_scale=1.6, anchor="bottom-center"
         )
 
     def show(self, estimate: Estimate, mode: CameraMode) -> None:
-        """Move everything to the estimate; the interval is to scale, with a least visible width."""
+        """Move everything to the estimate."""
         x_m, y_m = estimate.distance_mm / 1000, estimate.y_mm / 1000
-        half_m = Z_95 * estimate.sigma_distance_mm / 1000
+        half_m = half_width_95_m(estimate)
         self._frame.position = camera_xyz_m(self._rig, x_m, y_m)
         self._frame.wxyz = yaw_wxyz(np.radians(estimate.yaw_deg))
-
-        color = _STATUS_COLORS[estimate.status]
-        drawn_m = max(half_m, 0.02 * self._section.scale_m)
-        self._band.position = (x_m - drawn_m, 0.0, 0.0)
-        self._band.scale = (2 * drawn_m, 1.0, 1.0)
-        self._band.color = color
-        for side, edge in zip((-1, 1), self._edges, strict=True):
-            edge.position = (x_m + side * drawn_m, 0.0, 0.0)
-            edge.color = color
 
         note = "" if estimate.status == "ok" else f" · {estimate.status}"
         self._label.text = f"{x_m:.3f} m ± {shown_mm(half_m)} mm{note}"
@@ -136,36 +115,11 @@ class Robot:
             aspect=frustum.aspect,
             scale=float(frustum.depth_m * np.cbrt(volume)),
             thickness=0.018 * size,
-            color=_STATUS_COLORS["ok"],
+            color=_SIGHT,
             format="jpeg",
             cast_shadow=False,
             receive_shadow=False,
         )
-
-    def _draw_interval(self) -> tuple[viser.MeshHandle, list[viser.MeshHandle]]:
-        """A band on the wall over the 95 % interval of the distance, and an edge at either end."""
-        size, radius = self._section.scale_m, self._section.radius_m
-        if radius is None:
-            band = plank(1.0, self._section.half_width_m)
-            edge = plank(0.02 * size, self._section.half_width_m)
-        else:
-            band = tube(0.985 * radius, 1.0, inward=True)
-            edge = torus(0.98 * radius, 0.022 * size)
-        edges = [
-            self._scene.add_mesh_simple(
-                f"/interval/{name}", *edge, side="double", cast_shadow=False, receive_shadow=False
-            )
-            for name in ("from", "to")
-        ]
-        filled = self._scene.add_mesh_simple(
-            "/interval/band",
-            *band,
-            opacity=0.35,
-            side="double",
-            cast_shadow=False,
-            receive_shadow=False,
-        )
-        return filled, edges
 
     def _below_camera_m(self, beside_m: float) -> float:
         """Height of the wall below the camera at a lateral distance from the middle."""

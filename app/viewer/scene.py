@@ -17,16 +17,27 @@ from pathlib import Path
 import viser
 
 from app.viewer.culvert import Culvert
-from app.viewer.geometry import Section, WallHit
-from app.viewer.pins import Pin, Pins
+from app.viewer.geometry import PinHit, Section, WallHit
+from app.viewer.interval import Interval
+from app.viewer.pins import Pin, Pins, pin_under
 from app.viewer.private_server import ViewerUnavailable, start_private_server, stop_private_server
 from app.viewer.robot import Robot
 from app.viewer.trail import MAX_POINTS, PathPoint, Thinner, Trail
 from app.viewer.views import CameraMode, Observers, Reach, named_stretch
+from app.viewer.wall import ReadPicture, TexturedWall, WallLayout, WallPictures, WallTile
 from vo_core.rig import Rig
 from vo_core.track import Estimate
 
-__all__ = ["CameraMode", "CulvertScene", "Pin", "ViewerUnavailable", "WallHit"]
+__all__ = [
+    "CameraMode",
+    "CulvertScene",
+    "Pin",
+    "PinHit",
+    "ViewerUnavailable",
+    "WallHit",
+    "WallLayout",
+    "WallTile",
+]
 
 _TICK_S = 1 / 15
 """Robot and following cameras move together, at this rate."""
@@ -38,6 +49,20 @@ _PREVIEW_BYTES_PER_S = 100_000
 _CLOSE_LIMIT_S = 15.0
 
 
+@dataclass(frozen=True)
+class _Shown:
+    """What can be clicked."""
+
+    pins: tuple[Pin, ...]
+    mode: CameraMode
+    reach_m: Reach
+
+
+@dataclass(frozen=True)
+class _Selection:
+    id: str | None
+
+
 @dataclass
 class _Inbox:
     """What is to be drawn next: of each kind only the newest."""
@@ -45,8 +70,10 @@ class _Inbox:
     pose: Estimate | None = None
     preview: bytes | None = None
     pins: tuple[Pin, ...] | None = None
+    selection: _Selection | None = None
     mode: CameraMode | None = None
     length_m: float | None = None
+    wall: WallPictures | None = None
     path_is_reset: bool = False
     path: deque[PathPoint] = field(default_factory=lambda: deque(maxlen=MAX_POINTS))
 
@@ -75,7 +102,7 @@ class CulvertScene:
         except Exception as error:
             stop_private_server(server, socket_path)
             raise ViewerUnavailable(f"The 3D view cannot be drawn: {error}.") from error
-        self._reach_m = drawing.reach_m
+        self._shown = drawing.shown
         # Only the writer holds the drawing, so that nothing of viser outlives it.
         self._writer = threading.Thread(
             target=self._write, args=(drawing,), name="scene-writer", daemon=True
@@ -121,6 +148,21 @@ class CulvertScene:
             self._inbox.pins = tuple({pin.id: pin for pin in pins}.values())
         self._wake.set()
 
+    def select(self, pin_id: str | None) -> None:
+        """Highlight this pin, now or as soon as there is one with this id; None: no pin."""
+        with self._lock:
+            self._inbox.selection = _Selection(pin_id)
+        self._wake.set()
+
+    def set_wall(self, tiles: Sequence[WallTile], layout: WallLayout, read: ReadPicture) -> None:
+        """Show these pictures of the wall and no others, as many as a browser has room for.
+
+        `read(index)` is called later, by another thread, for those that have to be sent.
+        """
+        with self._lock:
+            self._inbox.wall = WallPictures(tuple(tiles), layout, read)
+        self._wake.set()
+
     def set_camera(self, mode: CameraMode) -> None:
         """Send every browser's camera to this view."""
         with self._lock:
@@ -133,11 +175,13 @@ class CulvertScene:
             self._inbox.length_m = length_mm / 1000
         self._wake.set()
 
-    def wall_hit(
+    def pick(
         self, origin: tuple[float, float, float], direction: tuple[float, float, float]
-    ) -> WallHit | None:
-        """Where a ray in scene coordinates meets the wall that is drawn towards its origin."""
-        return self._section.hit(origin, direction, self._reach_m)
+    ) -> PinHit | WallHit | None:
+        """What a ray in scene coordinates meets: a pin, or the wall drawn towards its origin."""
+        shown = self._shown
+        pin = pin_under(shown.pins, shown.mode, self._section, origin, direction)
+        return pin or self._section.hit(origin, direction, shown.reach_m)
 
     def close(self) -> None:
         """Disconnect every browser, stop the server and remove its socket."""
@@ -149,14 +193,14 @@ class CulvertScene:
     def _write(self, drawing: _Drawing) -> None:
         try:
             while True:
-                self._wake.wait(drawing.preview_due_in_s())
+                self._wake.wait(drawing.due_in_s())
                 self._wake.clear()
                 if self._closing.is_set():
                     return
                 with self._lock:
                     inbox, self._inbox = self._inbox, _Inbox()
                 drawing.apply(inbox)
-                self._reach_m = drawing.reach_m
+                self._shown = drawing.shown
                 self._closing.wait(_TICK_S)
         finally:
             self._closing.set()
@@ -179,28 +223,35 @@ class _Drawing:
         scene.on_click(modifier="shift")(lambda _: None)
         self._culvert = Culvert(scene, section, _metres(rig.pipe.segment_length_mm))
         self._robot = Robot(scene, rig, section)
+        self._interval = Interval(scene, section)
+        self._wall = TexturedWall(scene, section)
         self._trail = Trail(scene, section)
         self._pins = Pins(scene, section)
         self._observers = Observers(server, section)
-        self._observers.set_initial(self.reach_m)
+        self._observers.set_initial(self._culvert.reach_m)
         self._mode: CameraMode = "overview"
         self._pose = Estimate(0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, "ok")
-        self._pin_list: tuple[Pin, ...] = ()
+        self._pins_shown: tuple[Pin, ...] = ()
         self._preview: bytes | None = None
         self._preview_due_s = 0.0  # time.monotonic
-        self._robot.show(self._pose, self._mode)
+        self._selected: str | None = None
+        self._show_robot()
 
         @server.on_client_connect
         async def _(_: viser.ClientHandle) -> None:
             wake.set()
 
     @property
-    def reach_m(self) -> Reach:
-        """First and last metre drawn."""
-        return self._culvert.reach_m
+    def shown(self) -> _Shown:
+        """A copy for other threads."""
+        return _Shown(self._pins_shown, self._mode, self._culvert.reach_m)
 
-    def preview_due_in_s(self) -> float | None:
+    def due_in_s(self) -> float | None:
         """How long until a waiting picture may be sent; None if none waits."""
+        waits_s = [s for s in (self._preview_due_in_s(), self._wall.due_in_s()) if s is not None]
+        return min(waits_s, default=None)
+
+    def _preview_due_in_s(self) -> float | None:
         if self._preview is None:
             return None
         return max(0.0, self._preview_due_s - time.monotonic())
@@ -213,27 +264,37 @@ class _Drawing:
                 self._observers.set_mode(inbox.mode)
             if inbox.length_m is not None:
                 self._culvert.grow_to(inbox.length_m)
+            if inbox.wall is not None:
+                self._wall.set(inbox.wall)
             if inbox.path_is_reset:
                 self._trail.reset()
             if inbox.path:
                 self._trail.add(tuple(inbox.path))
-            if inbox.pins is not None or inbox.mode is not None:
-                self._pin_list = self._pin_list if inbox.pins is None else inbox.pins
-                self._pins.show(self._pin_list, self._mode)
+            if inbox.pins is not None:
+                self._pins_shown = inbox.pins
+            if inbox.selection is not None:
+                self._selected = inbox.selection.id
+            if any(new is not None for new in (inbox.pins, inbox.selection, inbox.mode)):
+                self._pins.show(self._pins_shown, self._mode, self._selected)
             if inbox.pose is not None or inbox.mode is not None:
                 self._pose = inbox.pose or self._pose
                 self._culvert.grow_to(self._pose.distance_mm / 1000)
-                self._robot.show(self._pose, self._mode)
+                self._show_robot()
         self._show_preview(inbox.preview)
         robot_x_m = self._pose.distance_mm / 1000
+        self._wall.update(robot_x_m)
         self._culvert.label(
-            named_stretch(self._mode, self._section, self.reach_m, robot_x_m), self._mode
+            named_stretch(self._mode, self._section, self._culvert.reach_m, robot_x_m), self._mode
         )
-        self._observers.update(self.reach_m, robot_x_m)
+        self._observers.update(self._culvert.reach_m, robot_x_m)
+
+    def _show_robot(self) -> None:
+        self._robot.show(self._pose, self._mode)
+        self._interval.show(self._pose, self._mode)
 
     def _show_preview(self, newest: bytes | None) -> None:
         self._preview = newest or self._preview
-        if self._preview is not None and self.preview_due_in_s() == 0.0:
+        if self._preview is not None and self._preview_due_in_s() == 0.0:
             self._robot.show_preview(self._preview)
             pause_s = max(_PREVIEW_PERIOD_S, len(self._preview) / _PREVIEW_BYTES_PER_S)
             self._preview_due_s = time.monotonic() + pause_s

@@ -11,8 +11,7 @@ export class ApiError extends Error {
   /** Whether the same request may succeed later without anyone changing it. */
   get isTemporary() {
     const { status } = this;
-    // 507 is a full disk: repeating does not help, a person must make room.
-    return status === 0 || status === 423 || status === 429 || (status >= 500 && status !== 507);
+    return status === 0 || status === 423 || status === 429 || status >= 500;
   }
 }
 
@@ -59,6 +58,7 @@ async function json(method, path, content, signal) {
 export const get = (path, signal) => json('GET', path, undefined, signal);
 export const post = (path, content, signal) => json('POST', path, content, signal);
 export const put = (path, content, signal) => json('PUT', path, content, signal);
+export const patch = (path, content, signal) => json('PATCH', path, content, signal);
 export const remove = (path, signal) => json('DELETE', path, undefined, signal);
 export const blob = async (path, signal) => (await send('GET', path, { signal })).blob();
 

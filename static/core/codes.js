@@ -1,6 +1,7 @@
 /** The code catalogue: search, labels, and which details a code needs. */
 
 import { get } from './api.js';
+import { language, t } from './words.js';
 
 /**
  * @typedef {object} CodeRow
@@ -8,14 +9,31 @@ import { get } from './api.js';
  * @property {string} char1 '' when not used
  * @property {string} char2
  * @property {string} label 'Crack: hairline on the surface, along the pipe'
+ * @property {string} letters code and characters without a gap, 'BABAA'
+ * @property {string} words labels in every language, in small letters
+ * @property {boolean} isOffered whether a new tag may need it
  */
 
 export class Catalogue {
   #rows;
   #byCode;
 
-  static async load(signal) {
-    return new Catalogue(await get('/api/codes', signal));
+  /**
+   * @param {AbortSignal} [signal]
+   * @param {string|null} [pack] id of an imported code pack; the built-in one without
+   */
+  static async load(signal, pack = null) {
+    const rows = await get(pack ? `/api/codes?pack=${encodeURIComponent(pack)}` : '/api/codes', signal);
+    return new Catalogue(
+      rows.map((row) => ({
+        ...row,
+        label: inOurWords(row),
+        letters: `${row.code}${row.char1}${row.char2}`.toUpperCase(),
+        words: `${row.label} | ${row.label_ms}`.toLowerCase(),
+        // Y stands for "not stated" in converted data; nobody who looks at the wall needs it.
+        isOffered: pack !== null || ![row.char1, row.char2].some((char) => /^Y/.test(char)),
+      })),
+    );
   }
 
   /** @param {CodeRow[]} rows */
@@ -42,16 +60,18 @@ export class Catalogue {
   /** What the thing is, as far as it is known. */
   label(code, char1, char2) {
     const rows = this.#byCode.get(code);
-    if (!rows) return code ? 'Code not in the catalogue' : 'No code yet';
+    if (!rows) return code ? t('code.unknown') : t('code.none');
     const exact = rows.find(
       (row) => row.char1 === (char1 ?? '') && row.char2 === (char2 ?? ''),
     );
     return exact?.label ?? title(rows[0].label);
   }
 
-  /** First letters that the code allows: [{value, label}]. */
-  firstChars(code) {
-    const rows = (this.#byCode.get(code) ?? []).filter((row) => row.char1);
+  /** First letters that the code allows: [{value, label}]; those that `kept` has stay among them. */
+  firstChars(code, kept = null) {
+    const rows = (this.#byCode.get(code) ?? []).filter(
+      (row) => row.char1 && (row.isOffered || row.char1 === kept),
+    );
     return [...Map.groupBy(rows, (row) => row.char1)].map(([value, group]) => ({
       value,
       label: shared(group.map((row) => detail(row.label))).join(', '),
@@ -59,37 +79,76 @@ export class Catalogue {
   }
 
   /** Second letters that the code allows after the first. */
-  secondChars(code, char1) {
+  secondChars(code, char1, kept = null) {
     const rows = (this.#byCode.get(code) ?? []).filter(
-      (row) => row.char2 && row.char1 === (char1 ?? ''),
+      (row) => row.char2 && row.char1 === (char1 ?? '') && (row.isOffered || row.char2 === kept),
     );
     const known = shared(rows.map((row) => detail(row.label))).length;
     return rows.map((row) => ({
       value: row.char2,
-      label: detail(row.label).slice(rows.length > 1 ? known : 0).join(', ') || 'not specified',
+      label: detail(row.label).slice(rows.length > 1 ? known : 0).join(', ') || t('code.not_specified'),
     }));
   }
 
   /**
-   * Rows that hold every word of the text in code or label; main codes come first.
+   * What an observation lacks before it can be reported: 'code', or some of 'char1', 'char2', 'clock',
+   * 'quant1', 'quant2', 'remark'. As the server's checks see it.
+   */
+  missing(item) {
+    const { code, char1, char2, clock, clock_from: clockFrom, continuous, remark } = item;
+    if (!code) return ['code'];
+    const rows = this.#byCode.get(code);
+    if (!rows) return ['code'];
+    const lacks = [];
+    const follows = rows.filter((row) => row.char1 === (char1 ?? ''));
+    if (!char1 && !follows.length) lacks.push('char1');
+    else if (!char2 && follows.length && !follows.some((row) => !row.char2)) lacks.push('char2');
+    if ([char1, char2].includes('Z') && !remark) lacks.push('remark');
+    if (continuous?.startsWith('B')) return lacks; // the finish has what its start has
+    const rules = this.row(code, char1, char2);
+    if (rules.needs_clock === 'yes' && !(clockFrom ?? clock)) lacks.push('clock');
+    for (const name of ['quant1', 'quant2']) {
+      if (rules[name.replace('quant', 'needs_q')] === 'yes' && (item[name] ?? null) === null) lacks.push(name);
+    }
+    return lacks;
+  }
+
+  /** The row of a typed code with its characters, 'bab b a' or 'BABBA', or null. */
+  typed(text) {
+    const letters = lettersOf(text);
+    if (this.has(letters)) return this.#mainOf(letters);
+    return this.#rows.find((row) => row.letters === letters) ?? null;
+  }
+
+  /**
+   * Rows that begin with the letters of the text, then those that hold every word of it in code or
+   * label, in whatever language; main codes come first.
    * @returns {{code, char1, char2, label}[]}
    */
   search(text, limit = 40) {
     const words = text.toLowerCase().split(/\s+/).filter(Boolean);
-    const found = [];
-    for (const [code, rows] of this.#byCode) {
-      const main = { code, char1: '', char2: '', label: title(rows[0].label) };
-      if (matches(main, words)) found.push(main);
-    }
-    if (words.length) {
-      for (const row of this.#rows) {
-        if (found.length >= limit) break;
-        if ((row.char1 || row.char2) && matches(row, words)) found.push(row);
-      }
-    }
-    return found.slice(0, limit);
+    const mains = [...this.#byCode.keys()].map((code) => this.#mainOf(code));
+    if (words.length === 0) return mains.slice(0, limit);
+    const letters = lettersOf(text);
+    const offered = this.#rows.filter((row) => row.isOffered && (row.char1 || row.char2));
+    const found = [
+      ...[...mains, ...offered].filter((row) => row.letters.startsWith(letters)),
+      ...[...mains, ...offered].filter((row) => holds(row, words)),
+    ];
+    return [...new Map(found.map((row) => [row.letters, row])).values()].slice(0, limit);
+  }
+
+  /** A code without its characters. */
+  #mainOf(code) {
+    const rows = this.#byCode.get(code);
+    const { label, words } = rows[0];
+    const titles = words.split(' | ').map(title);
+    return { code, char1: '', char2: '', label: title(label), letters: code, words: titles.join(' ') };
   }
 }
+
+/** Imported packs may have no Malay. */
+const inOurWords = ({ label, label_ms: malay }) => (language === 'ms' && malay ? malay : label);
 
 const title = (label) => label.split(':')[0];
 
@@ -102,7 +161,9 @@ function shared(lists) {
   return end < 0 ? first : first.slice(0, end);
 }
 
-function matches(row, words) {
-  const text = `${row.code} ${row.code}${row.char1}${row.char2} ${row.label}`.toLowerCase();
+const lettersOf = (text) => text.replace(/[\s.,-]+/g, '').toUpperCase();
+
+const holds = (row, words) => {
+  const text = `${row.letters.toLowerCase()} ${row.words}`;
   return words.every((word) => text.includes(word));
-}
+};

@@ -43,6 +43,11 @@ export function render(element, markup) {
   return parts;
 }
 
+/** At thirty pictures a second only a text that has changed is to be laid out anew. */
+export function setText(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
 /**
  * Brings the children of `container` in line with `items` without rebuilding those that stay, so
  * that focus and scroll position survive.

@@ -1,6 +1,6 @@
 /** One inspection as the server last described it, and what can be done with it. */
 
-import { get, post } from './api.js';
+import { get, patch, post } from './api.js';
 import { Store } from './store.js';
 
 /** Whether the server still works on it. */
@@ -29,6 +29,53 @@ export class Inspection extends Store {
     this.set(await get(this.#path, this.#signal));
   }
 
+  /** Gives it another name or another header; fires `edited` with the step of the history. */
+  async change(changes) {
+    const before = this.value;
+    await this.#put(changes);
+    const detail = this.#step(differences(before, this.value));
+    if (detail.changes.length) this.dispatchEvent(new CustomEvent('edited', { detail }));
+  }
+
+  async #put(changes) {
+    this.set(await patch(this.#path, changes, this.#signal));
+  }
+
+  /**
+   * Takes back or does again field by field: what others have changed beside them stays.
+   * @returns {import('./history.js').Step}
+   */
+  #step(changes) {
+    return {
+      what: 'header',
+      changes,
+      run: async (isBack) => {
+        const { name, header } = this.value;
+        const wanted = { name, ...header };
+        for (const change of changes) wanted[change.name] = (isBack ? change.before : change.after) ?? null;
+        const { name: newName, ...fields } = wanted;
+        const stated = Object.entries(fields).filter(([, value]) => value !== null);
+        await this.#put({ name: newName, header: Object.fromEntries(stated) });
+      },
+      isOvertaken: async (isBack) => {
+        await this.load();
+        const now = fieldsOf(this.value);
+        return changes.some((change) => !isSame(now[change.name], isBack ? change.after : change.before));
+      },
+    };
+  }
+
+  /** Ends the survey; a live one stops. */
+  async finish(how) {
+    this.set(await post(`${this.#path}/finish`, how));
+  }
+
+  /** Takes back that the survey has ended. */
+  async reopen() {
+    const { end_condition, abandon_reason, ...header } = this.value.header;
+    await this.#put({ header });
+  }
+
   async cancel() {
     await post(`${this.#path}/cancel`);
     await this.load();
@@ -38,4 +85,17 @@ export class Inspection extends Store {
     await post(`${this.#path}/retry`);
     await this.load();
   }
+}
+
+/** Its name and header side by side; no field of a header is called name. */
+const fieldsOf = ({ name, header }) => ({ name, ...header });
+
+const isSame = (a, b) => JSON.stringify(a ?? null) === JSON.stringify(b ?? null);
+
+/** The fields in which two states of an inspection differ: [{name, before, after}]. */
+function differences(one, other) {
+  const [before, after] = [fieldsOf(one), fieldsOf(other)];
+  return [...new Set([...Object.keys(before), ...Object.keys(after)])]
+    .map((name) => ({ name, before: before[name], after: after[name] }))
+    .filter((change) => !isSame(change.before, change.after));
 }

@@ -8,26 +8,33 @@
  * @property {(event: KeyboardEvent, key: string) => void} run
  */
 
-/** The name of a pressed key: 'a', 'Shift+ArrowLeft', 'Ctrl+z', '?'. */
+/** The name of a pressed key: 'a', 'Shift+a', 'Shift+3', 'Shift+ArrowLeft', 'Ctrl+z', '?'. */
 export function keyName(event) {
-  const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+  const digit = event.shiftKey && !/\d/.test(event.key) && /^Digit(\d)$/.exec(event.code)?.[1];
+  const key = digit || (event.key.length === 1 ? event.key.toLowerCase() : event.key);
   const control = event.ctrlKey || event.metaKey ? 'Ctrl+' : '';
-  // Shift is part of a printed character already, as in '?'.
-  return control + (event.shiftKey && event.key.length > 1 ? 'Shift+' : '') + key;
+  // Shift is part of a printed sign already, as in '?'.
+  const isWithShift = event.shiftKey && (digit || event.key.length > 1 || /\p{L}/u.test(key));
+  return control + (isWithShift ? 'Shift+' : '') + key;
 }
 
+/** What a pedal sends: no field needs it. */
+const PEDAL = /^(F\d+|Pause)$/;
 const TYPING = 'input:not([type=range], [type=radio], [type=checkbox]), textarea, select';
 const OWN_KEYS = [
   ['button, a[href], summary, [role=option]', new Set([' ', 'Enter'])],
   ['[role=slider], [type=range], [type=radio]', new Set([
     ' ', 'ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown', 'Home', 'End', 'PageUp', 'PageDown',
   ])],
+  ['[role=tab]', new Set(['ArrowLeft', 'ArrowRight', 'Home', 'End'])],
 ];
 
-/** Whether the focused element needs this key for itself. */
+/** Whether the focused element, or a dialog, needs this key for itself. */
 function isTaken(target, key) {
+  // Asked of the page: the focus leaves a dialog's button when that is disabled.
+  if (document.querySelector('dialog[open]')) return true;
   if (!(target instanceof Element)) return false;
-  if (target.closest('dialog[open]') || target.matches(TYPING)) return true;
+  if (target.matches(TYPING)) return !PEDAL.test(key);
   return OWN_KEYS.some(([selector, keys]) => target.matches(selector) && keys.has(key));
 }
 

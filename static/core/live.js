@@ -1,15 +1,21 @@
 /**
  * The only WebSocket of the page: poses and pictures of one inspection, newest first.
  *
- * A message is a 4-byte big-endian header length, the header as JSON, then the JPEG (may be empty).
- * The server sends the next one only after an acknowledgement, so a slow page sees fewer pictures
- * and never old ones.
+ * A binary message is a 4-byte big-endian header length, the header as JSON, then the JPEG (may be
+ * empty). The server sends the next one only after an acknowledgement, so a slow page sees fewer
+ * pictures and never old ones. A text message is JSON with a `type`.
+ *
+ * The page asks for an answer every two seconds: it tells how long a message is on its way, which is
+ * part of a picture's age, and that a connection is dead although nothing has closed it.
  *
  * States: CLOSED => CONNECTING => OPEN => CLOSED; ENDED when the server refuses for good.
  */
 
 const REFUSED = { 4401: 'signed-out', 4404: 'gone' };
 const LONGEST_PAUSE_S = 8;
+const PING_EVERY_MS = 2000;
+/** Without an answer for so long the connection is given up. */
+const DEAD_AFTER_MS = 10_000;
 
 /**
  * Splits one binary message.
@@ -24,16 +30,31 @@ export function parseMessage(message) {
 }
 
 /**
- * Events: `message` (detail {header, jpeg}; call `acknowledge(header.seq)` when it is on screen),
- * `state` (property `state`).
+ * When the camera gave the picture of a message, by `performance.now`; null for a file.
+ * @param {number|null} ageMs as the server stated it when it sent the message
+ * @param {number} roundTripMs
+ * @param {number} receivedMs
+ */
+export const capturedAt = (ageMs, roundTripMs, receivedMs) =>
+  ageMs === null ? null : receivedMs - roundTripMs / 2 - ageMs;
+
+/**
+ * Events: `message` (detail {header, jpeg, capturedMs}; call `acknowledge(header.seq)` when it is on
+ * screen), `state` (property `state`), and one by the `type` of each text message (detail: all of it).
  */
 export class LiveFeed extends EventTarget {
   #socket = null;
   #timer = 0;
+  #pings = 0;
+  #answeredMs = 0;
   #failures = 0;
   #url;
 
   state = 'CLOSED';
+  /** Of the newest message. */
+  seq = 0;
+  /** Of the last answer to a ping; 0 before the first. */
+  roundTripMs = 0;
 
   /**
    * @param {string} path
@@ -49,6 +70,8 @@ export class LiveFeed extends EventTarget {
       () => (document.hidden ? this.#close() : this.#connect()),
       { signal },
     );
+    addEventListener('online', () => this.#connect(), { signal });
+    this.addEventListener('pong', ({ detail }) => this.#answered(detail.t));
     this.#connect();
   }
 
@@ -70,21 +93,52 @@ export class LiveFeed extends EventTarget {
     const socket = new WebSocket(this.#url);
     socket.binaryType = 'arraybuffer';
     socket.onopen = () => {
-      this.#failures = 0;
-      this.#become('OPEN');
+      if (socket === this.#socket) this.#opened();
     };
     socket.onmessage = ({ data }) => {
-      if (typeof data !== 'string') {
-        this.dispatchEvent(new CustomEvent('message', { detail: parseMessage(data) }));
-      }
+      if (socket === this.#socket) this.#receive(data);
     };
     socket.onclose = ({ code }) => {
       if (socket !== this.#socket) return;
-      this.#socket = null;
+      this.#leave();
       if (REFUSED[code]) this.#end(REFUSED[code]);
       else this.#retry();
     };
     this.#socket = socket;
+  }
+
+  #opened() {
+    this.#failures = 0;
+    this.#become('OPEN');
+    this.#answeredMs = performance.now();
+    this.#ping();
+    this.#pings = setInterval(() => this.#ping(), PING_EVERY_MS);
+  }
+
+  #ping() {
+    const now = performance.now();
+    if (now - this.#answeredMs < DEAD_AFTER_MS) this.send({ type: 'ping', t: now });
+    else {
+      this.#leave();
+      this.#retry();
+    }
+  }
+
+  #answered(sentMs) {
+    this.#answeredMs = performance.now();
+    this.roundTripMs = this.#answeredMs - sentMs;
+  }
+
+  #receive(data) {
+    if (typeof data === 'string') {
+      const told = JSON.parse(data);
+      if (told.type) this.dispatchEvent(new CustomEvent(told.type, { detail: told }));
+      return;
+    }
+    const { header, jpeg } = parseMessage(data);
+    this.seq = header.seq;
+    const capturedMs = capturedAt(header.age_ms, this.roundTripMs, performance.now());
+    this.dispatchEvent(new CustomEvent('message', { detail: { header, jpeg, capturedMs } }));
   }
 
   #retry() {
@@ -95,11 +149,17 @@ export class LiveFeed extends EventTarget {
     this.#timer = setTimeout(() => this.#connect(), longest * (0.5 + Math.random() / 2) * 1000);
   }
 
-  #close() {
-    clearTimeout(this.#timer);
+  /** Drops the connection without waiting for the other side. */
+  #leave() {
+    clearInterval(this.#pings);
     const socket = this.#socket;
     this.#socket = null;
     socket?.close();
+  }
+
+  #close() {
+    clearTimeout(this.#timer);
+    this.#leave();
     if (this.state !== 'ENDED') this.#become('CLOSED');
   }
 

@@ -5,23 +5,27 @@
 
 import { ApiError, get } from './api.js';
 import { Store } from './store.js';
+import { partsOf, stretchNumber } from './stretches.js';
+import { errorText } from './words.js';
 
 /** What a person enters; everything else is derived by the server. */
 const FIELDS = [
   'frame', 'pixel', 'code', 'char1', 'char2', 'quant1', 'quant2', 'clock_from', 'clock_to',
   'severity', 'continuous', 'remark',
 ];
+/** The same throughout a stretch. */
+const SHARED = ['code', 'char1', 'char2'];
 
-/** How long the server may take for a photo before it is asked again. */
-const PHOTO_PAUSE_MS = 1500;
+/** Until the list is read again: for a photo that is still missing, or when the server was away. */
+const LOAD_PAUSE_MS = 1500;
+/** A server that does not say by then what it has is taken for away. */
+const LOOK_LIMIT_MS = 3000;
 
 const byDistance = (a, b) =>
   (a.distance_m ?? Infinity) - (b.distance_m ?? Infinity) || a.frame - b.frame;
 
 const fieldsOf = (observation) =>
-  Object.fromEntries(
-    FIELDS.filter((name) => observation[name] !== undefined).map((name) => [name, observation[name]]),
-  );
+  Object.fromEntries(FIELDS.map((name) => [name, observation[name] ?? null]));
 
 /** Random UUID; `crypto.randomUUID` exists only over https and on localhost. */
 function newId() {
@@ -33,52 +37,67 @@ function newId() {
 }
 
 /**
+ * @typedef {object} Change
+ * @property {string} id of the observation
+ * @property {object|null} before the fields that change, null when it was not there
+ * @property {object|null} after
+ */
+
+/**
  * A store of observations sorted by distance. Beside the fields of the API each has
  * `save`: 'saved' | 'waiting' | 'refused', and `refusal`, the reason of the last.
  */
 export class Observations extends Store {
   #inspection;
   #outbox;
+  #history;
+  #placeOf;
   #signal;
-  #deleted = new Map();
-  #undo = [];
+  #nextStretch = 1;
   #version = 0;
-  #photoTimer = 0;
+  #timer = 0;
 
   /**
    * @param {string} inspection
    * @param {import('./outbox.js').Outbox} outbox
+   * @param {import('./history.js').History} history
+   * @param {(frame: number, pixel: number[]|null) => object} placeOf {distance_m, distance_u95_m, clock, time_s}
+   *     as far as the page knows them, shown until the server answers
    * @param {AbortSignal} signal
    */
-  constructor(inspection, outbox, signal) {
+  constructor(inspection, outbox, history, placeOf, signal) {
     super([]);
     this.#inspection = inspection;
     this.#outbox = outbox;
+    this.#history = history;
+    this.#placeOf = placeOf;
     this.#signal = signal;
     outbox.addEventListener('answered', (event) => this.#answered(event.detail), { signal });
     outbox.addEventListener('refused', (event) => this.#refused(event.detail), { signal });
+    outbox.addEventListener('elsewhere', () => this.#loadPatiently(), { signal });
   }
 
   /** Reads the server's list and lays what is still in the outbox over it. */
-  async load() {
+  async load(signal = this.#signal) {
     const version = this.#version;
-    const { observations } = await get(this.#path, this.#signal);
+    const { observations, next_stretch: next } = await get(this.#path, signal);
     if (version !== this.#version) {
-      await this.load(); // something changed meanwhile: the list is older than what is shown
+      await this.load(signal); // something changed meanwhile: the list is older than what is shown
       return;
     }
     const known = new Map(observations.map((item) => [item.id, { ...item, save: 'saved' }]));
-    for (const { observation, kind, fields } of this.#outbox.waitingFor(this.#inspection)) {
+    for (const { observation, kind, fields, refusal } of this.#outbox.openFor(this.#inspection)) {
       if (kind === 'delete') known.delete(observation);
-      if (kind === 'save') {
+      else {
         known.set(observation, {
           ...unsaved(observation),
-          ...known.get(observation),
+          ...(known.get(observation) ?? this.#placeOf(fields.frame, fields.pixel)),
           ...fields,
-          save: 'waiting',
+          ...(refusal ? { save: 'refused', refusal: errorText(refusal) } : { save: 'waiting' }),
         });
       }
     }
+    this.#nextStretch = Math.max(this.#nextStretch, next);
     this.#publish([...known.values()]);
     this.#awaitPhotos();
   }
@@ -87,51 +106,100 @@ export class Observations extends Store {
     return this.value.find((item) => item.id === id) ?? null;
   }
 
-  get canUndo() {
-    return this.#undo.length > 0;
+  /** The first number that no stretch of this inspection has ever had. */
+  get nextStretch() {
+    return this.#nextStretch;
   }
 
-  /**
-   * @param {object} fields as in the API
-   * @param {object} estimate {distance_m, distance_u95_m, clock, time_s}, shown until the server answers
-   */
-  create(fields, estimate) {
+  /** @param {object} fields as in the API */
+  create(fields) {
     const id = newId();
-    const created = { ...unsaved(id), ...estimate, ...fields, save: 'waiting' };
-    this.#publish([...this.value, created]);
-    this.#queue('save', id, fieldsOf(created));
-    this.#undo.push({ what: 'tag', id, run: () => this.#remove(id) });
-    return created;
+    this.#do('tag', [{ id, before: null, after: fieldsOf(fields) }]);
+    return this.find(id);
   }
 
+  /** The code and its characters change throughout a stretch. */
   edit(id, changes) {
-    const before = this.find(id);
-    if (!before) return; // deleted elsewhere meanwhile
-    if (Object.entries(changes).every(([name, value]) => same(before[name], value))) return;
-    const previous = Object.fromEntries(
-      Object.keys(changes).map((name) => [name, before[name] ?? null]),
-    );
-    this.#save(id, changes);
-    this.#undo.push({ what: 'edit', id, run: () => this.#save(id, previous) });
+    const item = this.find(id);
+    if (!item) return; // deleted elsewhere meanwhile
+    const shared = Object.fromEntries(Object.entries(changes).filter(([name]) => SHARED.includes(name)));
+    const others = partsOf(this.value, item).filter((part) => part.id !== id);
+    this.#do('edit', [changeOf(item, changes), ...others.map((part) => changeOf(part, shared))]);
+  }
+
+  /** Changes several observations in one step: [id, changes] of each. */
+  editTogether(edits) {
+    this.#do('stretch', edits.map(([id, changes]) => changeOf(this.find(id), changes)));
+  }
+
+  /** Takes a stretch for the one point where it starts. */
+  makePoint(number) {
+    const [start, ...others] = partsOf(this.value, { continuous: `A${number}` });
+    this.#do('stretch', [
+      changeOf(start, { continuous: null }),
+      ...others.map((part) => ({ id: part.id, before: fieldsOf(part), after: null })),
+    ]);
   }
 
   remove(id) {
-    this.#remove(id);
-    this.#undo.push({ what: 'delete', id, run: () => this.#restore(id) });
+    this.#do('delete', [{ id, before: fieldsOf(this.find(id)), after: null }]);
   }
 
-  /** Takes back the last change that still can be; answers what it was, or null. */
-  undo() {
-    let step;
-    let observation;
-    do {
-      step = this.#undo.pop();
-      if (!step) return null;
-      observation = step.what === 'delete' ? this.#deleted.get(step.id) : this.find(step.id);
-    } while (!observation);
-    step.run();
-    return { what: step.what, observation };
+  /** Sends again what the server has refused. */
+  sendAgain(id) {
+    const item = this.find(id);
+    if (item) this.#queue('save', id, fieldsOf(item));
+    if (item) this.#replace({ ...item, save: 'waiting' });
   }
+
+  /** Takes the server's word for an observation that it has refused: back to what it has. */
+  async giveUp(id) {
+    await this.#outbox.drop(id);
+    await this.load();
+  }
+
+  // Steps -----------------------------------------------------------------------------------
+
+  /** @param {Change[]} changes those that change nothing are left out */
+  #do(what, changes) {
+    const real = changes.filter(({ before, after }) => !before || !after || !isSame(before, after));
+    if (real.length === 0) return;
+    const item = this.find(real[0].id);
+    this.#apply(real, false);
+    this.#history.add({
+      what,
+      item: item ?? this.find(real[0].id),
+      changes: real,
+      run: (isBack) => this.#apply(real, isBack),
+      isOvertaken: (isBack) => this.#isOvertaken(real, isBack),
+    });
+  }
+
+  #apply(changes, isBack) {
+    for (const { id, before, after } of changes) {
+      const [from, to] = isBack ? [after, before] : [before, after];
+      if (to === null) this.#remove(id);
+      else if (from === null) this.#bring(id, to);
+      else if (this.find(id)) this.#save(id, to);
+    }
+  }
+
+  /** Whether one of them is no longer as it was left: looked up on the server, unless it is away. */
+  async #isOvertaken(changes, isBack) {
+    try {
+      await this.load(AbortSignal.any([this.#signal, AbortSignal.timeout(LOOK_LIMIT_MS)]));
+    } catch (error) {
+      if (!(error instanceof ApiError && error.isTemporary)) throw error;
+    }
+    return changes.some(({ id, before, after }) => {
+      const now = this.find(id);
+      const left = isBack ? after : before;
+      if (left === null || now === null) return left !== now;
+      return Object.entries(left).some(([name, value]) => !isSame(now[name], value));
+    });
+  }
+
+  // Changes ---------------------------------------------------------------------------------
 
   get #path() {
     return `/api/inspections/${this.#inspection}/observations`;
@@ -139,21 +207,25 @@ export class Observations extends Store {
 
   #save(id, changes) {
     const item = { ...this.find(id), ...changes, save: 'waiting' };
-    this.#replace(item);
+    const isMoved = 'frame' in changes || 'pixel' in changes;
+    const place = isMoved ? { ...this.#placeOf(item.frame, item.pixel), photo: null, photo_error: null } : {};
+    const clock = 'clock_from' in changes && {
+      clock: item.clock_from ?? this.#placeOf(item.frame, item.pixel).clock,
+    };
+    this.#replace({ ...item, ...place, ...clock });
     this.#queue('save', id, fieldsOf(item));
   }
 
-  #remove(id) {
-    this.#deleted.set(id, this.find(id));
-    this.#publish(this.value.filter((item) => item.id !== id));
-    this.#queue('delete', id);
+  /** Shows one that was not there, or not any more. */
+  #bring(id, fields) {
+    const place = this.#placeOf(fields.frame, fields.pixel);
+    this.#publish([...this.value, { ...unsaved(id), ...place, ...fields, save: 'waiting' }]);
+    this.#queue('save', id, fields);
   }
 
-  #restore(id) {
-    const item = { ...this.#deleted.get(id), save: 'waiting' };
-    this.#deleted.delete(id);
-    this.#publish([...this.value, item]);
-    this.#queue('restore', id);
+  #remove(id) {
+    this.#publish(this.value.filter((item) => item.id !== id));
+    this.#queue('delete', id);
   }
 
   #queue(kind, observation, fields) {
@@ -162,39 +234,52 @@ export class Observations extends Store {
   }
 
   #answered({ operation, answer }) {
+    if (operation.inspection !== this.#inspection || !answer) return;
     const item = this.find(operation.observation);
-    if (!item || operation.inspection !== this.#inspection || !answer) return;
+    if (!item) {
+      this.#loadPatiently(); // another tab's, made while the list could not be read
+      return;
+    }
     // A newer change of this observation is on its way: keep what the person entered.
     const isNewest = !this.#outbox.isWaiting(item.id);
     this.#version += 1;
+    // Before its frame is tracked the server knows no distance, but the live picture had one.
+    const { distance_m, distance_u95_m, clock, time_s } = item;
+    const place = answer.distance_m === null ? { distance_m, distance_u95_m, clock, time_s } : {};
     this.#replace(
       isNewest
-        ? { ...answer, save: 'saved' }
-        : { ...answer, ...fieldsOf(item), save: 'waiting' },
+        ? { ...answer, ...place, save: 'saved' }
+        : { ...answer, ...place, ...fieldsOf(item), save: 'waiting' },
     );
     this.#awaitPhotos();
   }
 
   /** A photo is cut after its observation is safe, so it comes a little later. */
   #awaitPhotos() {
-    clearTimeout(this.#photoTimer);
+    clearTimeout(this.#timer);
     const isMissing = ({ save, photo, photo_error: error }) => save === 'saved' && !photo && !error;
-    if (this.#signal.aborted || !this.value.some(isMissing)) return;
-    this.#photoTimer = setTimeout(() => this.#loadPatiently(), PHOTO_PAUSE_MS);
+    if (this.value.some(isMissing)) this.#loadLater();
+  }
+
+  #loadLater() {
+    clearTimeout(this.#timer);
+    if (this.#signal.aborted) return;
+    this.#timer = setTimeout(() => this.#loadPatiently(), LOAD_PAUSE_MS);
   }
 
   async #loadPatiently() {
     try {
       await this.load();
     } catch (error) {
+      if (error.name === 'AbortError') return;
       if (!(error instanceof ApiError && error.isTemporary)) throw error;
-      this.#awaitPhotos();
+      this.#loadLater();
     }
   }
 
   #refused({ operation, error }) {
     const item = this.find(operation.observation);
-    if (item) this.#replace({ ...item, save: 'refused', refusal: error.message });
+    if (item) this.#replace({ ...item, save: 'refused', refusal: errorText(error) });
   }
 
   #replace(item) {
@@ -202,6 +287,8 @@ export class Observations extends Store {
   }
 
   #publish(items) {
+    const used = items.map((item) => stretchNumber(item) ?? 0);
+    this.#nextStretch = Math.max(this.#nextStretch, ...used.map((number) => number + 1));
     this.set(items.toSorted(byDistance));
   }
 }
@@ -211,4 +298,11 @@ const unsaved = (id) => ({
   remark: null,
 });
 
-const same = (a, b) => JSON.stringify(a ?? null) === JSON.stringify(b ?? null);
+/** What changes of an observation, before and after. */
+const changeOf = (item, changes) => ({
+  id: item.id,
+  before: Object.fromEntries(Object.keys(changes).map((name) => [name, item[name] ?? null])),
+  after: changes,
+});
+
+const isSame = (a, b) => JSON.stringify(a ?? null) === JSON.stringify(b ?? null);

@@ -1,121 +1,185 @@
 /**
  * Changes of observations on their way to the server. Each is written to IndexedDB before it is
  * sent and removed when the server has answered, so a reload, a crash or a restart of the server
- * loses none. They are sent in order, one at a time, and every one may be sent twice.
+ * loses none. They are sent in order, one at a time, by one tab at a time, and every one may be sent
+ * twice. What the server refuses stays here until the person has changed it or taken it back.
  */
 
-import { ApiError, post, put, remove } from './api.js';
+import { ApiError, put, remove } from './api.js';
+import { Operations } from './operations.js';
+import { errorText } from './words.js';
 
-const DATABASE = 'chainage-outbox';
-const OPERATIONS = 'operations';
+const NAME = 'chainage-outbox';
 const PAUSES_S = [0.5, 1, 2, 5, 10];
+/** A server that does not answer by then is away; a photo takes a few seconds. */
+const ANSWER_LIMIT_S = 30;
 
 /**
  * @typedef {object} Operation
  * @property {string} id sorts by time of creation
  * @property {string} inspection
  * @property {string} observation
- * @property {'save'|'delete'|'restore'} kind
+ * @property {'save'|'delete'} kind
  * @property {object} [fields] of a save
+ * @property {{code: string, message: string}} [refusal] why the server does not take it
  */
 
 const SEND = {
-  save: (path, fields) => put(path, fields),
-  delete: (path) => remove(path),
-  restore: (path) => post(`${path}/restore`),
+  save: (path, fields, signal) => put(path, fields, signal),
+  delete: (path, fields, signal) => remove(path, signal),
 };
 
 /**
- * Events: `change` (count or reason), `answered` (detail {operation, answer}),
- * `refused` (detail {operation, error}).
+ * Events: `change` (count, reason, or whether it is kept), `answered` (detail {operation, answer}),
+ * `refused` (detail {operation, error}), `elsewhere` (another tab has changed or sent something).
  */
 export class Outbox extends EventTarget {
   /** What stops the first operation from being saved, or null. */
   reason = null;
 
-  #database;
-  #waiting;
+  #operations;
+  /** All that are kept, oldest first. */
+  #known;
+  /** Id of the operation that is under way. */
   #sending = null;
+  #isFlushing = false;
+  /** Whether something came while the last was being sent. */
+  #isAsked = false;
   #written = Promise.resolve();
   #failures = 0;
   #timer = 0;
+  #others = new BroadcastChannel(NAME);
 
   /** Opens the box of this browser and goes on with what it still holds. */
   static async open() {
-    const request = indexedDB.open(DATABASE, 1);
-    request.onupgradeneeded = () =>
-      request.result.createObjectStore(OPERATIONS, { keyPath: 'id' });
-    const database = await settled(request);
-    const waiting = await settled(objects(database).getAll());
-    return new Outbox(database, waiting);
+    const operations = await Operations.open();
+    return new Outbox(operations, await operations.all());
   }
 
-  constructor(database, waiting) {
+  constructor(operations, known) {
     super();
-    this.#database = database;
-    this.#waiting = waiting;
+    this.#operations = operations;
+    this.#known = known;
+    this.#others.onmessage = () => this.#readAgain();
     addEventListener('online', () => this.#flush());
+    addEventListener('beforeunload', (event) => {
+      if (!this.isKept && this.count) event.preventDefault();
+    });
     this.#flush();
   }
 
+  /** How many wait for the server. */
   get count() {
     return this.#waiting.length;
   }
 
-  /** Operations not yet answered of one inspection, oldest first. */
-  waitingFor(inspection) {
-    return this.#waiting.filter((operation) => operation.inspection === inspection);
+  /** Whether everything here outlives the page; without room in the browser it does not. */
+  get isKept() {
+    return this.#operations.isKept;
+  }
+
+  /** Operations of one inspection that the server has not taken, the refused ones too, oldest first. */
+  openFor(inspection) {
+    return this.#known.filter((operation) => operation.inspection === inspection);
   }
 
   isWaiting(observation) {
     return this.#waiting.some((operation) => operation.observation === observation);
   }
 
+  /** Resolves when nothing of an inspection waits any more, or when `signal` aborts. */
+  async whenSent(inspection, signal) {
+    const waits = () => this.#waiting.some((operation) => operation.inspection === inspection);
+    while (waits() && !signal.aborted) {
+      await new Promise((resolve) => {
+        this.addEventListener('change', resolve, { once: true, signal });
+        signal.addEventListener('abort', resolve, { once: true });
+      });
+    }
+  }
+
   /** Resolves when the operation is safe in this browser; sending goes on in the background. */
   async add(operation) {
-    const last = this.#waiting.findLast((other) => other.observation === operation.observation);
-    const replaces =
-      last && last !== this.#sending && last.kind === 'save' && operation.kind === 'save';
-    if (replaces) last.fields = operation.fields;
-    else this.#waiting.push({ id: nextId(), ...operation });
-    const stored = replaces ? last : this.#waiting.at(-1);
-    this.#written = settled(objects(this.#database).put(stored));
+    const { observation } = operation;
+    const last = this.#known.findLast((other) => other.observation === observation);
+    const isOvertaken =
+      last && last.id !== this.#sending && last.kind === 'save' && operation.kind === 'save';
+    // One that was refused is settled by whatever comes after it. Another tab may be sending the
+    // overtaken one just now, so its successor has an id of its own.
+    const replaced = isOvertaken || last?.refusal ? last : null;
+    const added = { id: nextId(), ...operation };
+    this.#known = [...this.#known.filter((other) => other !== replaced), added];
+    this.#written = this.#operations.put(added, replaced?.id);
     this.#changed();
-    this.#flush();
     await this.#written;
+    this.#changed();
+    this.#others.postMessage(null);
+    this.#flush();
+  }
+
+  /** Forgets what the server has refused of an observation. */
+  async drop(observation) {
+    const refused = this.#known.filter((other) => other.observation === observation && other.refusal);
+    this.#known = this.#known.filter((other) => !refused.includes(other));
+    for (const { id } of refused) await this.#operations.delete(id);
+    this.#others.postMessage(null);
+    this.#changed();
+  }
+
+  get #waiting() {
+    return this.#known.filter(({ refusal }) => !refusal);
   }
 
   async #flush() {
+    this.#isAsked = true;
+    if (this.#isFlushing) return;
+    this.#isFlushing = true;
     clearTimeout(this.#timer);
-    while (!this.#sending && this.#waiting.length) {
-      const operation = this.#waiting[0];
-      this.#sending = operation;
+    try {
+      while (this.#isAsked) {
+        this.#isAsked = false;
+        await alone(() => this.#sendAll());
+      }
+    } finally {
+      this.#isFlushing = false;
+    }
+    if (!this.reason) return;
+    const seconds = PAUSES_S[Math.min(this.#failures, PAUSES_S.length - 1)];
+    this.#failures += 1;
+    this.#timer = setTimeout(() => this.#flush(), seconds * 1000);
+  }
+
+  /** What the box holds counts, not what this tab has seen of it: another one may have sent it. */
+  async #sendAll() {
+    for (;;) {
+      await this.#written;
+      const operation = (await this.#operations.all()).find(({ refusal }) => !refusal);
+      if (!operation) break;
+      this.#sending = operation.id;
       try {
-        await Promise.allSettled([this.#written]); // a failure to write is the caller's to show
         await this.#sendOne(operation);
       } finally {
         this.#sending = null;
       }
-      if (this.reason) {
-        const seconds = PAUSES_S[Math.min(this.#failures, PAUSES_S.length - 1)];
-        this.#failures += 1;
-        this.#timer = setTimeout(() => this.#flush(), seconds * 1000);
-        return;
-      }
+      if (this.reason) return;
       this.#failures = 0;
     }
+    this.reason = null;
+    await this.#read();
   }
 
   async #sendOne(operation) {
     const path = `/api/inspections/${operation.inspection}/observations/${operation.observation}`;
     let event;
     try {
-      const answer = await SEND[operation.kind](path, operation.fields);
+      const limit = AbortSignal.timeout(ANSWER_LIMIT_S * 1000);
+      const answer = await SEND[operation.kind](path, operation.fields, limit);
       event = new CustomEvent('answered', { detail: { operation, answer } });
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      if (error.isTemporary || error.status === 401) {
-        this.reason = error.message;
+      // Another person's token may be allowed what this one's is not.
+      if (error.isTemporary || error.status === 401 || error.code === 'forbidden') {
+        this.reason = errorText(error);
         this.#changed();
         return;
       }
@@ -124,10 +188,42 @@ export class Outbox extends EventTarget {
         ? new CustomEvent('answered', { detail: { operation, answer: null } })
         : new CustomEvent('refused', { detail: { operation, error } });
     }
-    await settled(objects(this.#database).delete(operation.id));
-    this.#waiting.shift();
+    await this.#settle(operation, event);
+  }
+
+  /** Takes an operation out of the box, or marks it as refused, and tells. */
+  async #settle(operation, event) {
+    if (event.type === 'refused') {
+      const { code, message } = event.detail.error;
+      const refused = { ...operation, refusal: { code, message } };
+      await this.#operations.put(refused);
+      this.#known = this.#known.map((other) => (other.id === refused.id ? refused : other));
+    } else {
+      await this.#operations.delete(operation.id);
+      this.#known = this.#known.filter(({ id }) => id !== operation.id);
+    }
     this.reason = null;
     this.dispatchEvent(event);
+    this.#changed();
+    this.#others.postMessage(null);
+  }
+
+  async #readAgain() {
+    await this.#read();
+    this.dispatchEvent(new Event('elsewhere'));
+    if (this.count) this.#flush();
+  }
+
+  /** What other tabs have put in or taken out. */
+  async #read() {
+    let seen;
+    let all;
+    do {
+      seen = this.#known;
+      await this.#written;
+      all = await this.#operations.all();
+    } while (seen !== this.#known); // something was added meanwhile
+    this.#known = all;
     this.#changed();
   }
 
@@ -136,21 +232,12 @@ export class Outbox extends EventTarget {
   }
 }
 
+/** Runs `send` while no other tab does. Over plain http, where there are no locks, at once. */
+const alone = (send) => (navigator.locks ? navigator.locks.request(NAME, send) : send());
+
 let made = 0;
 
 function nextId() {
   made += 1;
   return `${Date.now()}-${String(made).padStart(8, '0')}-${Math.random()}`;
-}
-
-const objects = (database) => database.transaction(OPERATIONS, 'readwrite').objectStore(OPERATIONS);
-
-/** Result of an IndexedDB request; a change counts only when its transaction is complete. */
-function settled(request) {
-  return new Promise((resolve, reject) => {
-    request.onerror = () => reject(request.error);
-    const { transaction } = request;
-    if (!transaction || transaction.mode === 'readonly') request.onsuccess = () => resolve(request.result);
-    else transaction.oncomplete = () => resolve(request.result);
-  });
 }

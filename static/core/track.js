@@ -10,6 +10,8 @@ const COLUMNS = [
 ];
 /** Browsers round media times to microseconds. */
 const ROUNDING_S = 0.0005;
+/** Passes so near to a place are as near as each other. */
+const SAME_PLACE_MM = 5;
 
 /**
  * @typedef {object} Row
@@ -45,6 +47,16 @@ export class Track extends EventTarget {
     return this.#columns[name];
   }
 
+  /** The least and the greatest distance in mm, 0 without a track. */
+  get range() {
+    let [low, high] = [Infinity, -Infinity];
+    for (const mm of this.#columns.distance_mm) {
+      if (mm < low) low = mm;
+      if (mm > high) high = mm;
+    }
+    return low <= high ? { low, high } : { low: 0, high: 0 };
+  }
+
   /** @returns {Row|null} */
   row(frame) {
     if (!(frame >= 0 && frame < this.length)) return null;
@@ -55,11 +67,21 @@ export class Track extends EventTarget {
 
   /** Fetches the rows that are new since the last call. */
   async extend(signal) {
-    const { columns } = await get(`${this.#path}&since=${this.length}`, signal);
-    if (columns.time_s.length === 0) return;
+    const { length, generation } = this;
+    const { columns } = await get(`${this.#path}&since=${length}`, signal);
+    const isOvertaken = generation !== this.generation || length !== this.length;
+    if (isOvertaken || columns.time_s.length === 0) return;
     for (const name of COLUMNS) {
       for (const value of columns[name]) this.#columns[name].push(value);
     }
+    this.dispatchEvent(new Event('change'));
+  }
+
+  /** Fetches it from the first row again: its distances have been corrected. */
+  async reload(signal) {
+    const { columns } = await get(`${this.#path}&since=0`, signal);
+    for (const name of COLUMNS) this.#columns[name] = columns[name];
+    this.generation += 1;
     this.dispatchEvent(new Event('change'));
   }
 
@@ -82,16 +104,20 @@ export class Track extends EventTarget {
     return Math.max(low - 1, Math.min(0, times.length - 1));
   }
 
-  /** Where to seek for this frame: the middle of its interval, as its very start may show the one before. */
-  seekTime(frame) {
+  /**
+   * Where to seek for this frame: within its interval, as its very start may show the one before.
+   * @param {number} frame
+   * @param {number} share of the interval, from its start
+   */
+  seekTime(frame, share = 0.5) {
     const times = this.#columns.time_s;
-    if (frame + 1 < times.length) return (times[frame] + times[frame + 1]) / 2;
-    const interval = frame > 0 ? times[frame] - times[frame - 1] : 0;
-    return times[frame] + interval / 2;
+    const isLast = frame + 1 >= times.length;
+    const [from, to] = isLast ? [frame - 1, frame] : [frame, frame + 1];
+    return times[frame] + share * (frame > 0 || !isLast ? times[to] - times[from] : 0);
   }
 
   /**
-   * The frame nearest to a distance; of several (the robot reversed) the one nearest to `frame`.
+   * The frame nearest to a distance; of several passes (the robot reversed) that nearest to `frame`.
    * @param {number} distanceMm
    * @param {number} frame
    */
@@ -99,11 +125,17 @@ export class Track extends EventTarget {
     const distances = this.#columns.distance_mm;
     let nearest = Infinity;
     for (const distance of distances) nearest = Math.min(nearest, Math.abs(distance - distanceMm));
-    const tolerance = nearest + 5;
+    const tolerance = nearest + SAME_PLACE_MM;
     let best = -1;
-    for (let i = 0; i < distances.length; i += 1) {
-      const isNear = Math.abs(distances[i] - distanceMm) <= tolerance;
-      if (isNear && (best < 0 || Math.abs(i - frame) < Math.abs(best - frame))) best = i;
+    let passing = -1; // the nearest frame of the pass that `i` is in
+    for (let i = 0; i <= distances.length; i += 1) {
+      const apart = i < distances.length ? Math.abs(distances[i] - distanceMm) : Infinity;
+      if (apart <= tolerance) {
+        if (passing < 0 || apart < Math.abs(distances[passing] - distanceMm)) passing = i;
+      } else if (passing >= 0) {
+        if (best < 0 || Math.abs(passing - frame) < Math.abs(best - frame)) best = passing;
+        passing = -1;
+      }
     }
     return best;
   }

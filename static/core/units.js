@@ -1,24 +1,69 @@
-/** Numbers as people read them. Millimetres and seconds come in, text goes out. */
+/**
+ * Numbers as people read them, in the units and the language that they chose. Metres, millimetres
+ * and seconds come in, text goes out; typed distances come back as metres.
+ */
 
-/** '3.42 m'; the minus sign is a true one. */
-export const metres = (m) => `${metresNumber(m)} m`;
+import { preferences } from './preferences.js';
+import { language, t } from './words.js';
+
+const M_PER_FT = 0.3048;
+
+/** 'm' or 'ft': what distances along the culvert are told in. */
+export const lengthUnit = preferences.value.units;
+
+const DECIMALS = lengthUnit === 'ft' ? 1 : 2;
+
+/** Metres in the shown unit, and back. */
+export const toShown = (m) => (lengthUnit === 'ft' ? m / M_PER_FT : m);
+export const fromShown = (shown) => (lengthUnit === 'ft' ? shown * M_PER_FT : shown);
+
+/** '3.42 m' or '11.2 ft'; the minus sign is a true one. */
+export const chainage = (m) => `${chainageNumber(m)} ${lengthUnit}`;
 
 /**
  * '3.42', or a dash while the distance is not known. Rounded from whole tenths of a millimetre, as
  * the API states them, so that a track row and a defect at the same place read the same.
  */
-export function metresNumber(m) {
+export function chainageNumber(m) {
   if (m === null) return '–';
-  const hundredths = Math.round(Math.round(m * 10000) / 100);
-  return (hundredths / 100).toFixed(2).replace('-0.00', '0.00').replace('-', '−');
+  const steps = 10 ** DECIMALS;
+  const shown = toShown(Math.round(m * 10000) / 10000);
+  // 12 digits: 0.705 * 100 is 70.4999... in binary, and rounds up on paper.
+  const rounded = Math.round(Number((shown * steps).toPrecision(12))) / steps;
+  return signed(rounded, DECIMALS);
 }
 
 /** 95 % half-width of a normal error with this standard deviation, in metres. */
 export const u95FromSigma = (sigmaMm) => (1.96 * sigmaMm) / 1000;
 
 /** '± 0.01 m', rounded up: the stated interval is never narrower than the true one. */
-export const plusMinus = (u95M) =>
-  u95M === null ? '' : `± ${(Math.ceil(u95M * 100 - 1e-9) / 100).toFixed(2)} m`;
+export function plusMinus(u95M) {
+  if (u95M === null) return '';
+  const steps = 10 ** DECIMALS;
+  const shown = Math.ceil(toShown(u95M) * steps - 1e-9) / steps;
+  return `± ${shown.toFixed(DECIMALS)} ${lengthUnit}`;
+}
+
+/** '4.2 m/min' or '13.8 ft/min'. */
+export const speed = (mPerMin) => `${signed(toShown(mPerMin), 1)} ${lengthUnit}/min`;
+
+/**
+ * Metres of a typed distance, or null when it is none: '12.40', '12,40', '40.7 ft', '−1.2 m'.
+ * Without a unit it is in the shown one.
+ */
+export function parseDistance(text) {
+  const match = /^([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+))\s*(m|ft|')?$/i.exec(
+    text.trim().replace('−', '-'),
+  );
+  if (!match) return null;
+  const number = Number(match[1].replace(',', '.'));
+  const unit = match[2]?.toLowerCase() ?? lengthUnit;
+  return unit === 'm' ? number : number * M_PER_FT;
+}
+
+/** A number with a true minus sign, and none before a zero. */
+export const signed = (value, decimals) =>
+  value.toFixed(decimals).replace(/^-(?=0(\.0*)?$)/, '').replace('-', '−');
 
 /** '0:03.42', or '1:02:03.42' above an hour. */
 export function timecode(seconds, decimals = 2) {
@@ -32,10 +77,11 @@ export function timecode(seconds, decimals = 2) {
 
 /** 'less than 10 s', '40 s', '3 min', '1 h 5 min'. */
 export function duration(seconds) {
-  if (seconds < 10) return 'less than 10 s';
-  if (seconds < 90) return `${Math.round(seconds / 5) * 5} s`;
+  if (seconds < 10) return t('units.under_10_s');
+  if (seconds < 90) return t('units.seconds', { s: Math.round(seconds / 5) * 5 });
   const minutes = Math.round(seconds / 60);
-  return minutes < 60 ? `${minutes} min` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
+  if (minutes < 60) return t('units.minutes', { min: minutes });
+  return t('units.hours', { h: Math.floor(minutes / 60), min: minutes % 60 });
 }
 
 const BYTE_UNITS = ['B', 'kB', 'MB', 'GB', 'TB'];
@@ -47,8 +93,13 @@ export function bytes(count) {
 }
 
 /** '6 o’clock': whole hours, as pipe inspectors write them. */
-export const clockHour = (hours) => `${Math.round(hours) % 12 || 12} o’clock`;
+export const clockHour = (hours) => t('units.clock', { hour: Math.round(hours) % 12 || 12 });
 
-const DATE = new Intl.DateTimeFormat(undefined, { dateStyle: 'medium', timeStyle: 'short' });
+const REGIONS = { en: 'en-GB', ms: 'ms-MY' };
 
+/** The region's own way of the chosen language where the browser has one, such as en-US. */
+const locale = navigator.languages.find((tag) => tag.startsWith(`${language}-`)) ?? REGIONS[language];
+const DATE = new Intl.DateTimeFormat(locale, { dateStyle: 'medium', timeStyle: 'short' });
+
+/** A point of time of the API in the language and time zone of the person. */
 export const date = (iso) => DATE.format(new Date(iso));

@@ -10,6 +10,7 @@
  */
 
 import { ApiError, pause, send } from './api.js';
+import { errorText } from './words.js';
 
 const CREATION = '/api/uploads';
 const REMEMBERED = 'chainage.upload:';
@@ -85,10 +86,10 @@ export class Upload extends EventTarget {
         if (error.name === 'AbortError') return;
         if (!(error instanceof ApiError)) throw error;
         if (!this.#canGoOn(error)) {
-          this.#become('FAILED', error.message);
+          this.#become('FAILED', errorText(error));
           return;
         }
-        this.#become('WAITING', error.message);
+        this.#become('WAITING', errorText(error));
         await pause(PAUSES_S[Math.min(failures, PAUSES_S.length - 1)], this.#stop.signal);
         failures += 1;
       }
@@ -120,6 +121,8 @@ export class Upload extends EventTarget {
       this.forget();
       return true;
     }
+    // A full disk (507) may never have the room that a video needs: a person decides what goes.
+    if (error.status === 507) return false;
     return error.isTemporary || error.status === 409 || error.status === 460;
   }
 

@@ -4,6 +4,8 @@
  * tag is the server's exact one.
  */
 
+import { ApiError, get } from './api.js';
+
 const RADIANS = Math.PI / 180;
 
 /**
@@ -20,6 +22,16 @@ const RADIANS = Math.PI / 180;
 
 export class WallGrid {
   #grid;
+
+  /** Of an inspection; null for a rig that sees no wall at all. */
+  static async load(id, signal) {
+    try {
+      return new WallGrid(await get(`/api/inspections/${id}/wallgrid`, signal));
+    } catch (error) {
+      if (error instanceof ApiError && error.status === 422) return null;
+      throw error;
+    }
+  }
 
   /** @param {{cols, rows, u, v, axial_mm, right_mm, clock_h}} grid */
   constructor(grid) {
@@ -62,6 +74,28 @@ export class WallGrid {
       }
     }
     return null;
+  }
+
+  /**
+   * What the picture shows of the wall, as the points along its border.
+   * @param {Pose} pose
+   * @returns {{x_mm: number, right_mm: number, clock_h: number|null}[]} without those that see no wall
+   */
+  outline(pose) {
+    const { cols, rows, axial_mm: axial, right_mm: right, clock_h: clock } = this.#grid;
+    const [last, end] = [rows - 1, cols - 1];
+    const border = [
+      ...Array.from({ length: cols }, (_, j) => [0, j]),
+      ...Array.from({ length: rows }, (_, i) => [i, end]),
+      ...Array.from({ length: cols }, (_, j) => [last, end - j]),
+      ...Array.from({ length: rows }, (_, i) => [last - i, 0]),
+    ];
+    return border
+      .filter(([i, j]) => axial[i][j] !== null)
+      .map(([i, j]) => {
+        const [x, y] = toWorld(axial[i][j], right[i][j], pose);
+        return { x_mm: x, right_mm: y, clock_h: clock ? clock[i][j] : null };
+      });
   }
 
   #corners(u, v) {
@@ -122,4 +156,20 @@ function inTriangle(a, r, p, q, s) {
   const ws = ((q.a - p.a) * (r - p.r) - (a - p.a) * (q.r - p.r)) / area;
   if (wq < 0 || ws < 0 || wq + ws > 1) return null;
   return [p.u + wq * (q.u - p.u) + ws * (s.u - p.u), p.v + wq * (q.v - p.v) + ws * (s.v - p.v)];
+}
+
+/**
+ * The frame that shows a place of the wall best, and the pixel of it.
+ * @param {string} inspection
+ * @param {WallPoint} place
+ * @param {number} nearFrame chooses among several passes
+ * @param {AbortSignal} signal
+ * @returns {Promise<{frame: number, pixel: [number, number]}>}
+ */
+export function frameShowing(inspection, place, nearFrame, signal) {
+  const query = new URLSearchParams({ distance_m: place.distance_m.toFixed(5) });
+  if (place.clock_h === null) query.set('y_mm', place.right_mm.toFixed(2));
+  else query.set('clock', place.clock_h.toFixed(4));
+  if (nearFrame >= 0) query.set('near_frame', String(nearFrame));
+  return get(`/api/inspections/${inspection}/frame-at?${query}`, signal);
 }

@@ -323,8 +323,9 @@ def test_a_wrong_setting_is_told_before_anything_is_done(chainage, monkeypatch, 
 
 
 SHORT_DEMO = """
-from app import cli, demo
-demo.SAMPLE = demo.SAMPLE.shortened(60)
+from app import cli
+from app.services import samples
+samples.LENGTH_MM = 60
 cli.main()
 """
 

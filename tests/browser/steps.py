@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import os
 import socket
 import subprocess
 import sys
@@ -12,7 +13,7 @@ import urllib.request
 from collections.abc import Mapping
 from http.client import HTTPResponse
 from pathlib import Path
-from time import monotonic
+from time import monotonic, sleep
 from typing import Self
 from urllib.parse import urlsplit
 
@@ -21,6 +22,8 @@ from playwright.sync_api import Page, expect
 TOKEN = "a-token-for-browser-tests-0123456789"  # noqa: S105
 START_LIMIT_S = 60
 TRACK_LIMIT_S = 120
+ASK_AGAIN_S = 0.05
+"""Asking without a pause would take the time of the server that is asked."""
 
 _PROGRAM = """
 import sys
@@ -36,8 +39,10 @@ serve(settings, "127.0.0.1", int(sys.argv[2]), lambda url, services: None)
 class Server:
     """A server process that can be killed and started again on the same port and data."""
 
-    def __init__(self, data: Path) -> None:
+    def __init__(self, data: Path, **settings: str) -> None:
+        """Over a data folder; settings as in the environment, without their prefix."""
         self._data = data
+        self._settings = {f"CHAINAGE_{name.upper()}": value for name, value in settings.items()}
         self._process: subprocess.Popen[bytes] | None = None
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
@@ -47,6 +52,11 @@ class Server:
     def url(self) -> str:
         return f"http://127.0.0.1:{self._port}"
 
+    @property
+    def pid(self) -> int:
+        assert self._process is not None
+        return self._process.pid
+
     def __enter__(self) -> Self:
         self.start()
         return self
@@ -54,14 +64,26 @@ class Server:
     def __exit__(self, *_: object) -> None:
         self.kill()
 
+    def make_token(self, name: str, role: str) -> str:
+        """A named token, made by the command while the server runs."""
+        program = "from app.cli import main; main()"
+        words = ["token", "create", name, "--role", role, "--data", str(self._data)]
+        made = subprocess.run(
+            [sys.executable, "-c", program, *words], check=True, capture_output=True, text=True
+        )
+        return made.stdout.strip()
+
     def start(self) -> None:
         """Start it and wait until it answers."""
         arguments = [str(self._data), str(self._port), TOKEN]
-        self._process = subprocess.Popen([sys.executable, "-c", _PROGRAM, *arguments])
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", _PROGRAM, *arguments], env=os.environ | self._settings
+        )
         deadline = monotonic() + START_LIMIT_S
         while not self._answers():
             assert self._process.poll() is None, "The server ended while it was starting."
             assert monotonic() < deadline, "The server did not answer in time."
+            sleep(ASK_AGAIN_S)
 
     def kill(self) -> None:
         """End it without a chance to tidy up."""
@@ -99,6 +121,7 @@ class Server:
             "status"
         ] not in ("done", "failed"):
             assert monotonic() < deadline, "Tracking did not end in time."
+            sleep(ASK_AGAIN_S)
         assert now["status"] == "done", now["error"]
         return str(made["id"])
 
@@ -110,10 +133,10 @@ class Server:
             return False
 
 
-def log_in(page: Page, server: Server, path: str = "/") -> None:
+def log_in(page: Page, server: Server, path: str = "/", token: str = TOKEN) -> None:
     """Through the log-in page, as a person does."""
     page.goto(server.url + path)
-    page.get_by_label("Access token").fill(TOKEN)
+    page.get_by_label("Access token").fill(token)
     page.get_by_role("button", name="Log in").click()
     page.wait_for_url(server.url + path)
 

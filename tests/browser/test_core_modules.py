@@ -16,19 +16,33 @@ TOLERANCE_MM = 2.0
 
 @pytest.fixture
 def site(page: Page, server: Server) -> Page:
+    # A page that finds other preferences on the server than in its browser is drawn anew.
+    usual = json.load(server.ask("GET", "/api/me"))["preferences"] | {"units": "m"}
+    server.ask("PUT", "/api/me/preferences", usual)
     log_in(page, server)
     return page
 
 
-WRITTEN = {
-    "metres(3.4249)": "3.42 m",
-    "metres(0.705)": "0.71 m",
-    "metres(-0.0004)": "0.00 m",
-    "metres(-1.5)": "−1.50 m",
-    "metres(null)": "– m",
+IN_METRES = {
+    "chainage(3.4249)": "3.42 m",
+    "chainage(0.705)": "0.71 m",
+    "chainage(-0.0004)": "0.00 m",
+    "chainage(-1.5)": "−1.50 m",
+    "chainage(null)": "– m",
     "plusMinus(0.0004)": "± 0.01 m",
     "plusMinus(0.0101)": "± 0.02 m",
     "plusMinus(0.02)": "± 0.02 m",
+    "plusMinus(null)": "",
+    "speed(4.25)": "4.3 m/min",
+    "parseDistance('12.40')": 12.4,
+    "parseDistance(' 12,40 m ')": 12.4,
+    "parseDistance('−0.5')": -0.5,
+    "parseDistance('.5')": 0.5,
+    "parseDistance('10 ft')": 3.048,
+    "parseDistance('')": None,
+    "parseDistance('12.4.1')": None,
+    "parseDistance('12 km')": None,
+    "parseDistance('1e3')": None,
     "timecode(63.456)": "1:03.46",
     "timecode(3723, 0)": "1:02:03",
     "timecode(59.999)": "1:00.00",
@@ -38,14 +52,72 @@ WRITTEN = {
     "clockHour(5.6)": "6 o’clock",
     "duration(3900)": "1 h 5 min",
 }
+IN_FEET = {
+    "chainage(3.048)": "10.0 ft",
+    "chainage(-0.01)": "0.0 ft",
+    "chainage(null)": "– ft",
+    "plusMinus(0.0004)": "± 0.1 ft",
+    "plusMinus(0.3048)": "± 1.0 ft",
+    "plusMinus(0.3049)": "± 1.1 ft",
+    "speed(9.144)": "30.0 ft/min",
+    "parseDistance('10')": 3.048,
+    "parseDistance('40,7 FT')": pytest.approx(12.40536),
+    "parseDistance('3 m')": 3,
+}
+
+
+def _written(site: Page, wanted: dict[str, object]) -> dict[str, object]:
+    calls = ", ".join(f"units.{call}" for call in wanted)
+    found = site.evaluate(
+        f"async () => {{ const units = await import('/static/core/units.js'); return [{calls}]; }}"
+    )
+    return dict(zip(wanted, found, strict=True))
 
 
 def test_numbers_read_as_people_write_them(site: Page) -> None:
-    calls = ", ".join(f"units.{call}" for call in WRITTEN)
-    texts = site.evaluate(
-        f"async () => {{ const units = await import('/static/core/units.js'); return [{calls}]; }}"
+    assert _written(site, IN_METRES) == IN_METRES
+
+
+def test_distances_are_told_and_typed_in_feet_where_that_is_chosen(site: Page) -> None:
+    with site.expect_navigation():
+        site.evaluate(
+            """async () => {
+              // The page's own module: under another address its elements would be defined twice.
+              const { src } = document.querySelector('script[type=module]');
+              const { redrawWith } = await import(
+                src.replace('main.js', 'components/settings-dialog/settings-dialog.js'));
+              redrawWith({ units: 'ft' });
+            }"""
+        )
+    assert _written(site, IN_FEET) == IN_FEET
+
+
+def test_words_count_and_are_put_together(site: Page) -> None:
+    said = site.evaluate(
+        """async () => {
+          const { errorText, t, wordFor } = await import('/static/core/words.js');
+          const tell = (run) => { try { return run(); } catch (error) { return error.message; } };
+          return [
+            t('progress.frames', { n: 1 }), t('progress.frames', { n: 7 }),
+            tell(() => t('progress.nothing')), tell(() => t('progress.speed')),
+            wordFor('status', 'done'), wordFor('status', 'other'),
+            errorText({ code: 'busy', message: 'as the server says' }),
+            errorText({ code: 'invalid_rig', message: 'as the server says' }),
+            errorText({ code: 'a_new_one', detail: 'as the server says' }),
+          ];
+        }"""
     )
-    assert dict(zip(WRITTEN, texts, strict=True)) == WRITTEN
+    assert said == [
+        "1 frame",
+        "7 frames",
+        "No words for progress.nothing.",
+        "progress.speed needs {fps}.",
+        "Done",
+        None,
+        "The server has too much to do. Try again in a moment.",
+        "as the server says",
+        "as the server says",
+    ]
 
 
 def test_text_is_escaped_wherever_it_comes_from(site: Page) -> None:

@@ -23,6 +23,7 @@ def test_a_wrong_token_is_refused_in_plain_words(page: Page, server: Server) -> 
 
 def test_a_log_out_ends_the_session(page: Page, server: Server) -> None:
     log_in(page, server)
+    page.get_by_label("Menu").click()
     page.get_by_role("button", name="Log out").click()
     expect(page.get_by_label("Access token")).to_be_visible()
     page.goto(server.url)

@@ -94,7 +94,7 @@ def test_header_and_rig_are_remembered_for_the_next_time(
     clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=20)
     form.locator("input[type=file]").first.set_input_files(clip)
     form.locator("rig-form input[type=file]").set_input_files(rig_for_clip(tmp_path / "rig.json"))
-    form.get_by_label("Operator").fill("A. Rahman")
+    form.get_by_role("textbox", name="Operator", exact=True).fill("A. Rahman")
     form.get_by_role("button", name="Start tracking").click()
     form.wait_for_url("**/inspections/*")
     expect(form.locator(".chip")).to_have_text("Done")
@@ -103,5 +103,6 @@ def test_header_and_rig_are_remembered_for_the_next_time(
     row = form.locator(".inspection", has_text="clip.mp4").first
     expect(row.locator(".chip")).to_have_text("Done")
     form.get_by_role("link", name="New inspection").click()
-    expect(form.get_by_label("Operator")).to_have_value("A. Rahman")
+    operator = form.get_by_role("textbox", name="Operator", exact=True)
+    expect(operator).to_have_value("A. Rahman")
     expect(form.get_by_label("Focal length fx")).to_have_value("600")

@@ -81,8 +81,10 @@ def test_the_form_saves_every_field_as_it_is_left(desk: Page) -> None:
     desk.get_by_label("Kind").select_option("B")
     desk.get_by_label("Detail").select_option("A")
     desk.locator("input[name=severity][value='4']").check(force=True)
-    desk.get_by_label("Clock from").select_option("11")
-    desk.get_by_label("Clock to").select_option("2")
+    for name, strokes in (("from", 5), ("to", 3)):
+        desk.get_by_role("slider", name=f"Clock {name}").focus()
+        for _ in range(strokes):
+            desk.keyboard.press("ArrowRight")
     desk.get_by_label("Quantity", exact=True).fill("3.5")
     desk.get_by_label("Remark").fill("=2+2 at the crown")
     desk.get_by_role("button", name="Done").click()

@@ -11,7 +11,14 @@ from vo_core import Odometry, Track
 from vo_core.errors import InvalidCorrection
 from vo_core.height import implied_height
 from vo_core.joints import JointFinder, Sighting
-from vo_core.scale import JointSpacing, KnownLength, StatedScale, correct, joint_spacing
+from vo_core.scale import (
+    JointSpacing,
+    KnownLength,
+    StatedScale,
+    correct,
+    joint_spacing,
+    zeroed,
+)
 
 SEGMENT_MM = 1500.0
 
@@ -141,6 +148,38 @@ def test_a_mark_in_a_lost_frame_is_refused():
     track = make_track(TRUE_MM, np.zeros(301), status)
     with pytest.raises(InvalidCorrection, match="not recognised in frame 300"):
         correct(track, [KnownLength(0, 300, 6000.0)])
+
+
+def test_from_a_zero_frame_only_the_way_from_there_is_uncertain():
+    track = make_track(TRUE_MM, 20.0 * np.sqrt(TRUE_MM / 6000))
+    done = correct(track, [StatedScale(0.005)], zero_frame=100)
+    assert done.track.distance_mm == pytest.approx(TRUE_MM - 2000)
+    assert done.track.x_mm == pytest.approx(TRUE_MM - 2000)
+    assert done.track.sigma_distance_mm[100] == 0
+    way_mm = TRUE_MM - 2000
+    by_hand = np.hypot(20 * np.sqrt(np.abs(way_mm) / 6000), 0.005 * way_mm)
+    assert done.track.sigma_distance_mm == pytest.approx(by_hand, abs=1e-6)
+    counted = zeroed(track, 100)
+    assert counted.distance_mm == pytest.approx(TRUE_MM - 2000)
+    assert counted.sigma_distance_mm == pytest.approx(20 * np.sqrt(np.abs(way_mm) / 6000))
+
+
+def test_uncertainties_from_a_zero_frame_are_honest():
+    rng = np.random.default_rng(5)
+    errors = []
+    for _ in range(200):
+        track = drifting(rng, TRUE_MM, 0.98, walk_mm=8.0)
+        length = KnownLength(30, 250, TRUE_MM[250] - TRUE_MM[30] + rng.normal(0, 4), 4.0)
+        done = correct(track, [length, StatedScale(0.02)], zero_frame=120)
+        error = done.track.distance_mm - (TRUE_MM - TRUE_MM[120])
+        errors.append((error / np.maximum(done.track.sigma_distance_mm, 1e-9))[[10, 180, 300]])
+    assert np.std(errors, axis=0) == pytest.approx(np.ones(3), abs=0.15)
+
+
+def test_a_zero_frame_that_is_not_there_is_refused():
+    for use in (zeroed, lambda track, frame: correct(track, [StatedScale(0.01)], zero_frame=frame)):
+        with pytest.raises(InvalidCorrection, match="no frame 301"):
+            use(PERFECT, 301)
 
 
 def test_no_evidence_is_refused():

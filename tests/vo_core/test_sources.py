@@ -152,3 +152,26 @@ def test_sound_without_pictures_is_refused(tmp_path):
         container.mux(stream.encode())
     with pytest.raises(UnreadableVideo, match="no video stream"):
         VideoFile(path)
+
+
+def test_no_more_frames_are_taken_than_a_server_can_keep(video, monkeypatch):
+    monkeypatch.setattr("vo_core.sources.MAX_FRAMES", 25)
+    with VideoFile(video) as source:
+        assert source.info.frames is None, "what is stated is beyond it"
+        assert len(list(source)) == 25
+    assert "only the first 25 frames are taken" in source.problem.lower()
+
+
+def test_a_file_that_cannot_be_sought_in_is_read_from_its_beginning(tmp_path):
+    whole = write_video(tmp_path / "whole.webm", codec="libvpx-vp9", size_wh=(320, 240))
+    cut = tmp_path / "cut.webm"
+    cut.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
+    with VideoFile(cut) as source:
+        expected = next(frame.to_bgr() for frame in source if frame.index == 5)
+    assert np.array_equal(read_frame(cut, TIMES_S[5]), expected)
+
+
+def test_films_of_the_nineties_are_read(tmp_path):
+    path = write_video(tmp_path / "a.avi", [n / 25 for n in range(30)], codec="msmpeg4")
+    with VideoFile(path) as video:
+        assert (video.info.codec, len(list(video))) == ("msmpeg4", 30)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from textures import make_rig
 
 from vo_core import Pose, wall_point
-from vo_core.wall import cast, clock_of, develop, enclose, pixel_rays, ray_pixels, sight, to_robot
+from vo_core.wall import cast, clock_of, develop, enclose, pixel_rays, ray_pixels, robot_rays, sight
 
 FISHEYE = {"model": "fisheye", "fx": 210.0, "fy": 212.0, "distortion": [0.02, -0.01, 0.002, 0.0]}
 RIGS = {
@@ -39,7 +39,7 @@ def test_a_ray_comes_back_to_its_pixel(rig):
 @ALL
 def test_a_wall_point_is_seen_where_its_ray_went_out(rig):
     pose = Pose(120.0, -6.0, 0.1)
-    rays = to_robot(rig.mount, pixel_rays(rig.camera, pixels(rig)))
+    rays = robot_rays(rig, pixels(rig))
     wall = cast(rig, pose, rays)
     hit = np.isfinite(wall).all(1)
     assert hit.any()

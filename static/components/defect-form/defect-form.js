@@ -1,14 +1,24 @@
 /** Details of one observation. Every field is saved as soon as it is left; there is no Save button. */
 
 import { html, render } from '../../core/html.js';
+import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
-import { clockHour, metres, plusMinus, timecode } from '../../core/units.js';
+import { openStretches, partsOf, stretchNumber, stretchRole } from '../../core/stretches.js';
+import { chainage, plusMinus, timecode } from '../../core/units.js';
+import { t } from '../../core/words.js';
+import { codeSearch } from '../code-search/code-search.js';
+import { nameOf } from '../defect-list/names.js';
 import { icon } from '../icon/icon.js';
-import { SEVERITIES, severityMark } from '../severity-mark/severity-mark.js';
-import { codeSearch } from './code-search.js';
+import { copyLink } from '../inspection-page/links.js';
+import {
+  changeStretch, dissolveStretch, finishStretch, joinPoints, otherEnd, startStretch,
+} from '../inspection-page/stretches.js';
+import { GRADES, severityMark, severityWord } from '../severity-mark/severity-mark.js';
+import { showPhoto } from './photo-dialog.js';
+import './clock-dial.js';
 
-const HOURS = Array.from({ length: 12 }, (_, i) => i + 1);
-const UNIT_WORDS = { deg: '°', count: 'pieces' };
+const UNIT_WORDS = { deg: '°', count: t('form.pieces') };
+const NEEDS = ['code', 'char1', 'char2', 'clock', 'quant1', 'quant2', 'remark'];
 
 class DefectForm extends Component {
   /** @type {string} */
@@ -20,64 +30,98 @@ class DefectForm extends Component {
       this,
       html`<div class="form__head">
           <h2 data-part="title"></h2>
-          <button type="button" class="button button--small" data-part="done" title="Close (Esc)">${icon('check')}Done</button>
+          <button type="button" class="button button--quiet button--small button--icon" data-part="link"
+            title="${t('link.copy_key')}" aria-label="${t('link.copy')}">${icon('link')}</button>
+          <button type="button" class="button button--small" data-part="done" title="${t('form.close')}">${icon('check')}${t('form.done')}</button>
         </div>
         <form class="form__body" data-part="form">
-          <div class="field form__code">
-            <label for="defect-code">Code</label>
+          <div class="message message--error form__wide" role="alert" data-part="refused" hidden>${icon('alert')}
+            <div><p data-part="refusal"></p><div class="form__row">
+              <button type="button" class="button button--small" data-part="again">${icon('retry')}${t('form.send_again')}</button>
+              <button type="button" class="button button--small" data-part="giveUp">${icon('undo')}${t('form.give_up')}</button>
+            </div></div></div>
+          <fieldset class="locked" ${!may('operator') && 'disabled'}>
+          <div class="field form__code code-search">
+            ${head('defect-code', t('form.code'), 'code')}
             <input class="input" id="defect-code" role="combobox" aria-autocomplete="list" aria-expanded="false"
               aria-controls="defect-codes" aria-describedby="defect-code-label" autocomplete="off" spellcheck="false"
-              placeholder="Type letters or a word, such as crack" data-part="code" />
-            <ul class="form__codes panel" id="defect-codes" role="listbox" aria-label="Codes" data-part="codes" hidden></ul>
+              placeholder="${t('form.code_hint')}" data-part="code" />
+            <ul class="code-search__list panel" id="defect-codes" role="listbox" aria-label="${t('form.codes')}" data-part="codes" hidden></ul>
             <span class="help form__label" id="defect-code-label" data-part="label"></span>
           </div>
-          <div class="field form__kind" data-part="char1Field"><label for="defect-char1">Kind</label>
-            <select class="input" id="defect-char1" name="char1" data-part="char1"></select></div>
-          <div class="field" data-part="char2Field"><label for="defect-char2">Detail</label>
-            <select class="input" id="defect-char2" name="char2" data-part="char2"></select></div>
+          <div class="field form__kind" data-part="char1Field">${head('defect-char1', t('form.kind'), 'char1')}
+            <select class="input" id="defect-char1" name="char1" aria-describedby="needs-char1" data-part="char1"></select></div>
+          <div class="field" data-part="char2Field">${head('defect-char2', t('form.detail'), 'char2')}
+            <select class="input" id="defect-char2" name="char2" aria-describedby="needs-char2" data-part="char2"></select></div>
           <fieldset class="form__severity">
-            <legend>Severity</legend>
-            <div class="form__grades">${SEVERITIES.map((word, grade) => html`<label title="${word}">
+            <legend>${t('form.severity')}</legend>
+            <div class="form__grades">${GRADES.map((grade) => html`<label
+              title="${t('video.with_key', { what: severityWord(grade), key: `Shift + ${grade}` })}">
               <input type="radio" name="severity" value="${grade}" />
               ${severityMark(grade)}<b>${grade}</b></label>`)}</div>
             <span class="help" data-part="severityWord"></span>
           </fieldset>
-          <div class="field"><label for="defect-from">Clock from</label>
-            <select class="input" id="defect-from" name="clock_from" data-part="from"></select></div>
-          <div class="field"><label for="defect-to">Clock to</label>
-            <select class="input" id="defect-to" name="clock_to">${hours('one position')}</select></div>
-          ${[1, 2].map((n) => html`<div class="field" data-part="quant${n}Field">
-            <label for="defect-quant${n}">Quantity${n === 2 && ' 2'}</label>
-            <span class="input-with-unit"><input class="input" id="defect-quant${n}" name="quant${n}" inputmode="decimal"
-              autocomplete="off" aria-describedby="defect-quant${n}-fault" /><span class="unit" data-part="unit${n}"></span></span>
-            <span class="fault" id="defect-quant${n}-fault" data-part="quant${n}Fault"></span></div>`)}
-          <div class="field form__wide"><label for="defect-remark">Remark</label>
-            <textarea class="input" id="defect-remark" name="remark" rows="2" maxlength="2000"></textarea></div>
-          <p class="help form__wide number" data-part="anchor"></p>
+          <div class="field form__clock" data-part="clockField">
+            <span class="form__needs"><span class="label">${t('dial.label')}</span>${needed('clock')}</span>
+            <clock-dial data-part="dial"></clock-dial>
+          </div>
+          <div class="form__beside">
+            ${[1, 2].map((n) => html`<div class="field" data-part="quant${n}Field">
+              ${head(`defect-quant${n}`, n === 1 ? t('form.quantity') : t('form.quantity_2'), `quant${n}`)}
+              <span class="input-with-unit"><input class="input" id="defect-quant${n}" name="quant${n}" inputmode="decimal"
+                autocomplete="off" aria-describedby="needs-quant${n} defect-quant${n}-fault" /><span class="unit" data-part="unit${n}"></span></span>
+              <span class="fault" id="defect-quant${n}-fault" data-part="quant${n}Fault"></span></div>`)}
+            <div class="field">${head('defect-remark', t('form.remark'), 'remark')}
+              <textarea class="input" id="defect-remark" name="remark" rows="3" maxlength="2000" aria-describedby="needs-remark"></textarea></div>
+          </div>
+          <section class="form__stretch form__wide" aria-label="${t('stretch.label')}" data-part="stretchField">
+            <p class="number" data-part="stretch"></p>
+            <div class="form__row" data-part="stretchButtons"></div>
+          </section>
+          </fieldset>
+          <section class="form__place form__wide" aria-label="${t('form.place')}">
+            <button type="button" class="form__photo" data-part="photo" hidden><img data-part="picture" alt="" /></button>
+            <div>
+              <p class="help number" data-part="anchor"></p>
+              <button type="button" class="button button--small" data-part="move" data-needs="operator" title="${t('form.move_help')}">${icon('move')}${t('form.move')}</button>
+            </div>
+          </section>
         </form>`,
     );
-    const { parts } = this;
-    const { elements } = parts.form;
-    codeSearch(parts.code, parts.codes, this.desk.catalogue, ({ code, char1, char2 }) => {
-      parts.code.value = code;
-      this.#save({ code, char1: char1 || null, char2: char2 || null });
+    const { parts, desk } = this;
+    this.elements = parts.form.elements;
+    codeSearch(parts.code, parts.codes, desk.catalogue, (row) => this.#pickCode(row));
+    this.listen(parts.done, 'click', () => desk.editing.set(false));
+    this.listen(parts.link, 'click', () => copyLink(desk));
+    this.listen(parts.again, 'click', () => desk.observations.sendAgain(this.observationId));
+    this.listen(parts.giveUp, 'click', () => desk.observations.giveUp(this.observationId));
+    this.listen(parts.photo, 'click', () => {
+      showPhoto(this.#item, parts.title.textContent, desk.inspection.value.video);
     });
-    this.listen(parts.done, 'click', () => this.desk.editing.set(false));
+    this.listen(parts.move, 'click', () => desk.moveHere());
+    this.listen(parts.stretchButtons, 'click', ({ target }) => {
+      const button = target.closest('[data-do]');
+      if (button) this.#stretch(button.dataset.do);
+    });
+    this.listen(parts.dial, 'pick', ({ detail: { from, to } }) => this.#save({ clock_from: from, clock_to: to }));
     this.listen(parts.form, 'submit', (event) => {
       event.preventDefault();
-      this.desk.editing.set(false);
+      desk.editing.set(false);
     });
     this.listen(parts.code, 'change', () => this.#typedCode());
     this.listen(parts.form, 'change', ({ target }) => this.#changed(target));
     // While typing the keys belong to the field; Escape leaves it, and the form with it.
     this.listen(this, 'keydown', (event) => {
-      if (event.key === 'Escape') this.desk.editing.set(false);
+      if (event.key === 'Escape') desk.editing.set(false);
     });
-    this.listen(this.desk.observations, 'change', () => this.#fill());
-    this.elements = elements;
+    for (const store of [desk.observations, desk.track]) this.listen(store, 'change', () => this.#fill());
     this.#fill();
-    parts.code.focus({ preventScroll: true });
-    parts.code.select();
+  }
+
+  /** The keys go to the code: the form was asked for. */
+  enter() {
+    this.parts.code.focus({ preventScroll: true });
+    this.parts.code.select();
   }
 
   get #item() {
@@ -88,12 +132,19 @@ class DefectForm extends Component {
     this.desk.observations.edit(this.observationId, changes);
   }
 
-  /** A code that is typed out in full counts without being picked from the list. */
+  #pickCode({ code, char1, char2 }) {
+    this.parts.code.value = code;
+    this.#save({ code, char1: char1 || null, char2: char2 || null });
+  }
+
+  /** A code that is typed out, 'BAB' or 'bab b a', counts without being picked from the list. */
   #typedCode() {
-    const code = this.parts.code.value.trim().toUpperCase();
-    if (code === (this.#item.code ?? '')) return;
-    if (code === '' || this.desk.catalogue.has(code)) this.#save({ code: code || null, char1: null, char2: null });
-    else this.#fill();
+    const text = this.parts.code.value.trim();
+    const row = this.desk.catalogue.typed(text);
+    if (text.toUpperCase() === (this.#item.code ?? '')) return;
+    if (row) this.#pickCode(row);
+    else if (text === '') this.#save({ code: null, char1: null, char2: null });
+    else this.parts.code.value = this.#item.code ?? '';
   }
 
   #changed({ name, value }) {
@@ -101,16 +152,27 @@ class DefectForm extends Component {
     if (name.startsWith('quant')) {
       const number = value.trim() === '' ? null : Number(value.replace(',', '.'));
       const isWrong = Number.isNaN(number) || number < 0;
-      this.parts[`${name}Fault`].textContent = isWrong ? 'A number from 0 on is needed.' : '';
+      this.parts[`${name}Fault`].textContent = isWrong ? t('form.quantity_fault') : '';
       this.elements.namedItem(name).setAttribute('aria-invalid', String(isWrong));
       if (!isWrong) this.#save({ [name]: number });
-    } else if (name === 'severity' || name.startsWith('clock')) {
-      this.#save({ [name]: value === '' ? null : Number(value) });
+    } else if (name === 'severity') {
+      this.#save({ severity: Number(value) });
     } else if (name === 'char1') {
       this.#save({ char1: value || null, char2: null });
     } else {
       this.#save({ [name]: value.trim() || null });
     }
+  }
+
+  #stretch(what) {
+    const { desk } = this;
+    const item = this.#item;
+    const number = stretchNumber(item);
+    if (what === 'start') startStretch(desk);
+    if (what === 'join') joinPoints(desk, otherEnd(desk, item), item);
+    if (what === 'finish') finishStretch(desk, number);
+    if (what === 'change') changeStretch(desk, number);
+    if (what === 'dissolve') dissolveStretch(desk, item);
   }
 
   /** Shows the observation, leaving alone the field that is being typed in. */
@@ -119,41 +181,94 @@ class DefectForm extends Component {
     if (!item) return;
     const { parts, elements } = this;
     const { catalogue } = this.desk;
-    parts.title.textContent = `${item.code || 'Tag'} at ${metres(item.distance_m)} ${plusMinus(item.distance_u95_m)}`;
+    parts.title.textContent = `${nameOf(item)} ${plusMinus(item.distance_u95_m)}`;
+    parts.refused.hidden = item.save !== 'refused';
+    parts.refusal.textContent = item.save === 'refused' ? t('defects.refused', { reason: item.refusal }) : '';
     this.#put(parts.code, item.code ?? '');
     parts.label.textContent = item.code
       ? catalogue.label(item.code, item.char1, item.char2)
-      : 'A tag without a code is kept, but cannot be reported.';
-    this.#offer('char1', catalogue.firstChars(item.code), item.char1);
-    this.#offer('char2', catalogue.secondChars(item.code, item.char1), item.char2);
-    const rules = catalogue.row(item.code, item.char1, item.char2);
+      : t('form.no_code');
+    this.#offer('char1', catalogue.firstChars(item.code, item.char1), item.char1);
+    this.#offer('char2', catalogue.secondChars(item.code, item.char1, item.char2), item.char2);
+    const grade = item.severity ?? null;
+    for (const radio of elements.namedItem('severity')) radio.checked = radio.value === String(grade);
+    parts.severityWord.textContent = severityWord(grade);
+    this.#put(elements.namedItem('remark'), item.remark ?? '');
+    this.#fillNeeds(item, catalogue.row(item.code, item.char1, item.char2));
+    this.#fillStretch(item);
+    this.#fillPlace(item);
+  }
+
+  /** Only what the code needs is asked for; what was entered before stays in sight. */
+  #fillNeeds(item, rules) {
+    const { parts, elements } = this;
+    const isAsked = (need, ...values) =>
+      (need ?? 'no') !== 'no' || values.some((value) => (value ?? null) !== null);
+    parts.clockField.hidden = !isAsked(rules?.needs_clock, item.clock_from, item.clock_to);
+    parts.dial.set(
+      { from: item.clock_from ?? null, to: item.clock_to ?? null },
+      this.desk.measuredHour(item) ?? (item.clock_from ? null : (item.clock ?? null)),
+    );
     for (const n of [1, 2]) {
       const value = item[`quant${n}`] ?? null;
-      const isNeeded = (rules?.[`needs_q${n}`] ?? 'no') !== 'no';
-      parts[`quant${n}Field`].hidden = !isNeeded && value === null;
+      parts[`quant${n}Field`].hidden = !isAsked(rules?.[`needs_q${n}`], value);
       const unit = rules?.[`unit_q${n}`] ?? '';
       parts[`unit${n}`].textContent = UNIT_WORDS[unit] ?? unit;
       this.#put(elements.namedItem(`quant${n}`), value === null ? '' : String(value));
     }
-    const grade = item.severity ?? null;
-    for (const radio of elements.namedItem('severity')) radio.checked = radio.value === String(grade);
-    parts.severityWord.textContent = grade === null ? 'not rated' : SEVERITIES[grade];
-    const measured = item.clock ? `measured: ${clockHour(item.clock)}` : 'not given';
-    render(parts.from, hours(measured));
-    this.#put(parts.from, String(item.clock_from ?? ''));
-    this.#put(elements.namedItem('clock_to'), String(item.clock_to ?? ''));
-    this.#put(elements.namedItem('remark'), item.remark ?? '');
+    const lacks = this.desk.catalogue.missing(item);
+    for (const name of NEEDS) parts[`${name}Needed`].hidden = !lacks.includes(name);
+  }
+
+  #fillStretch(item) {
+    const { parts, desk } = this;
+    const number = stretchNumber(item);
+    const rules = desk.catalogue.row(item.code, item.char1, item.char2);
+    parts.stretchField.hidden = number === null && rules !== null && !rules.continuous_allowed;
+    parts.stretch.textContent = number === null ? t('stretch.is_point') : stretchText(desk, item);
+    const other = otherEnd(desk, item);
+    const isOpen = openStretches(desk.observations.value).some((stretch) => Number(stretch.number) === number);
+    const buttons = number === null
+      ? [
+          ['start', 'stretch', t('stretch.start'), 'S'],
+          other && ['join', 'stretch', t('stretch.join', { where: chainage(other.distance_m) }), ''],
+        ]
+      : [
+          isOpen && ['finish', 'check', t('stretch.finish'), 'F'],
+          isOpen && ['change', 'edit', t('stretch.change'), 'C'],
+          ['dissolve', 'close', t('stretch.dissolve'), ''],
+        ];
+    const shows = JSON.stringify(buttons);
+    if (parts.stretchButtons.dataset.shows === shows) return;
+    parts.stretchButtons.dataset.shows = shows;
+    render(
+      parts.stretchButtons,
+      html`${buttons.filter(Boolean).map(([what, sign, label, key]) => html`<button type="button"
+        class="button button--small" data-do="${what}" title="${key ? t('video.with_key', { what: label, key }) : label}">${icon(sign)}${label}</button>`)}`,
+    );
+  }
+
+  #fillPlace(item) {
+    const { parts } = this;
+    parts.photo.hidden = !item.photo;
+    if (item.photo && parts.picture.getAttribute('src') !== item.photo) parts.picture.src = item.photo;
+    parts.photo.setAttribute('aria-label', t('form.photo'));
+    parts.photo.title = t('form.photo');
     parts.anchor.textContent = anchorText(item);
   }
 
   #offer(name, choices, value) {
     const select = this.parts[name];
     this.parts[`${name}Field`].hidden = choices.length === 0;
-    render(
-      select,
-      html`<option value="">Not stated</option>${choices.map((choice) => html`<option value="${choice.value}">
-        ${choice.value} – ${choice.label}</option>`)}`,
-    );
+    const shows = JSON.stringify(choices);
+    if (select.dataset.shows !== shows) {
+      select.dataset.shows = shows;
+      render(
+        select,
+        html`<option value="">${t('page.not_stated')}</option>${choices.map((choice) => html`<option value="${choice.value}">
+          ${choice.value} – ${choice.label}</option>`)}`,
+      );
+    }
     select.value = value ?? '';
   }
 
@@ -162,16 +277,36 @@ class DefectForm extends Component {
   }
 }
 
-const hours = (none) =>
-  html`<option value="">${none}</option>${HOURS.map((hour) => html`<option value="${hour}">${hour}</option>`)}`;
+/** Says plainly that a report needs it; nothing is held up by it. */
+const needed = (name) =>
+  html`<span class="form__needed" id="needs-${name}" data-part="${name}Needed" hidden>${t('form.needed')}</span>`;
+
+const head = (id, label, name) =>
+  html`<span class="form__needs"><label for="${id}">${label}</label>${needed(name)}</span>`;
+
+function stretchText({ observations, hereM }, item) {
+  const number = stretchNumber(item);
+  const parts = partsOf(observations.value, item);
+  const [start, finish] = ['A', 'B'].map((role) => parts.find((part) => stretchRole(part) === role));
+  const role = {
+    A: t('stretch.role_start', { number }),
+    B: t('stretch.role_finish', { number }),
+    C: t('stretch.role_change', { number }),
+  }[stretchRole(item)];
+  if (!start) return t('stretch.without_start', { role });
+  if (start.distance_m === null) return role;
+  const end = finish?.distance_m ?? hereM ?? start.distance_m;
+  const length = chainage(Math.abs(end - start.distance_m));
+  return finish ? t('stretch.length', { role, length }) : t('stretch.length_so_far', { role, length });
+}
 
 function anchorText({ frame, time_s: time, pixel, joint_no: joint, at_joint: isAtJoint, photo_error: photoError }) {
   return [
-    `Frame ${frame}`,
+    t('form.frame', { frame }),
     time !== undefined && time !== null && timecode(time),
-    pixel && `pixel ${pixel.map(Math.round).join(', ')}`,
-    isAtJoint && joint && `at joint ${joint}`,
-    photoError && `no photo: ${photoError}`,
+    pixel && t('form.pixel', { pixel: pixel.map(Math.round).join(', ') }),
+    isAtJoint && joint && t('form.at_joint', { joint }),
+    photoError && t('form.no_photo', { reason: photoError }),
   ]
     .filter(Boolean)
     .join(' · ');

@@ -2,53 +2,117 @@
 
 import { html, patchList, render } from '../../core/html.js';
 import { Component } from '../../core/store.js';
-import { clockHour, metresNumber, plusMinus, timecode } from '../../core/units.js';
+import { coveredShare, stretchNumber, stretchRole, stretchesOf } from '../../core/stretches.js';
+import { chainage, clockHour, plusMinus, timecode } from '../../core/units.js';
+import { pieces, t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
+import { linkTo } from '../inspection-page/links.js';
 import { severityMark } from '../severity-mark/severity-mark.js';
+import { FILTERS, lacksOf, matcher } from './filters.js';
+import { nameOf } from './names.js';
+import './open-stretches.js';
 import '../defect-form/defect-form.js';
 
-const SAVE_WORDS = { saved: '', waiting: 'Waiting to be saved', refused: 'Not saved' };
+const ACT_NOW = 5;
 
 class DefectList extends Component {
   #focusBefore = document.body;
+  /** Whether the newest come first; null until the person has chosen: then while it is live. */
+  #isNewestFirst = null;
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
     this.setAttribute('role', 'region');
-    this.setAttribute('aria-label', 'Defects');
+    this.setAttribute('aria-label', t('defects.label'));
     this.parts = render(
       this,
-      html`<div class="defects" data-part="overview">
-          <div class="defects__head"><h2>Defects <span class="dim number" data-part="count"></span></h2></div>
+      html`<open-stretches></open-stretches>
+        <div class="defects" data-part="overview">
+          <h2 class="visually-hidden">${t('defects.label')}</h2>
+          <div class="defects__head" data-part="head">
+            <input class="input" type="search" placeholder="${t('defects.search')}" aria-label="${t('defects.search')}"
+              autocomplete="off" spellcheck="false" data-part="search" />
+            <select class="input" aria-label="${t('defects.show')}" data-part="filter">
+              ${FILTERS.map(({ name, label }) => html`<option value="${name}">${label}</option>`)}</select>
+            <button class="button button--icon" data-part="newest" aria-label="${t('defects.newest')}"
+              title="${t('defects.newest')}">${icon('newest')}</button>
+          </div>
+          <p class="defects__count dim number" data-part="count"></p>
           <div class="defects__empty" data-part="empty">
-            <p>Nothing tagged yet.</p>
-            <p class="dim">Press <kbd>T</kbd> to tag the middle of the picture, a digit to tag it with a code, or click
-              the spot on the picture. Details can wait.</p>
+            <p>${t('defects.empty')}</p>
+            <p class="dim" data-needs="operator">${pieces('defects.empty_help', { key: html`<kbd>T</kbd>` })}</p>
           </div>
           <ol class="defects__rows" data-part="rows"></ol>
         </div>
         <div data-part="details" class="defects__details" hidden></div>`,
     );
-    const { desk } = this;
+    const { desk, parts } = this;
     this.listen(desk.observations, 'change', () => this.#update());
     this.listen(desk.selection, 'change', () => this.#select());
     this.listen(desk.editing, 'change', () => this.#edit());
+    this.listen(desk.track, 'change', () => this.#count());
+    this.listen(desk.inspection, 'change', () => this.#update());
+    this.listen(parts.search, 'input', () => this.#update());
+    this.listen(parts.filter, 'change', () => this.#update());
+    this.listen(parts.newest, 'click', () => {
+      this.#isNewestFirst = !this.#newestFirst;
+      this.#update();
+    });
+    this.listen(parts.rows, 'keydown', (event) => this.#key(event));
     this.#update();
+    this.#edit();
+  }
+
+  get #newestFirst() {
+    return this.#isNewestFirst ?? this.desk.inspection.isUnfinished;
+  }
+
+  /** What passes the filter, in the chosen order. */
+  get #items() {
+    const { search, filter } = this.parts;
+    const items = this.desk.observations.value.filter(matcher(search.value, filter.value, this.desk.catalogue));
+    const age = ({ seq }) => seq ?? Infinity; // without a number it is not on the server yet
+    return this.#newestFirst ? items.toSorted((a, b) => age(b) - age(a) || b.frame - a.frame) : items;
   }
 
   #update() {
     const { parts, desk } = this;
-    const items = desk.observations.value;
-    parts.count.textContent = items.length ? String(items.length) : '';
-    parts.empty.hidden = items.length > 0;
+    const focused = parts.rows.contains(document.activeElement) ? document.activeElement.closest('li') : null;
+    const index = [...parts.rows.children].indexOf(focused);
     patchList(
       parts.rows,
-      items,
+      this.#items,
       ({ id }) => id,
       (item) => this.#createRow(item),
       (row, item) => this.#updateRow(row, item),
     );
+    const isEmpty = desk.observations.value.length === 0;
+    parts.empty.hidden = !isEmpty;
+    parts.head.hidden = isEmpty;
+    parts.newest.setAttribute('aria-pressed', String(this.#newestFirst));
+    this.#count();
     this.#select();
+    // The keys stay in the list when its row has moved or gone.
+    if (focused && !parts.rows.contains(document.activeElement)) {
+      const row = focused.isConnected ? focused : parts.rows.children[Math.min(index, parts.rows.children.length - 1)];
+      row?.parts.main.focus({ preventScroll: true });
+    }
+  }
+
+  #count() {
+    const { parts, desk } = this;
+    const { value: all } = desk.observations;
+    const shown = parts.rows.children.length;
+    const { low, high } = desk.track.range;
+    const stretches = stretchesOf(all, high / 1000);
+    const share = coveredShare(stretches, (high - low) / 1000);
+    parts.count.hidden = all.length === 0;
+    parts.count.textContent = [
+      shown === all.length ? t('defects.count', { n: shown }) : t('defects.count_of', { shown, n: all.length }),
+      stretches.length > 0 && t('stretch.share', { percent: Math.round(100 * share) }),
+    ]
+      .filter(Boolean)
+      .join(' · ');
   }
 
   #createRow({ id }) {
@@ -56,24 +120,29 @@ class DefectList extends Component {
     row.className = 'defect';
     row.parts = render(
       row,
-      html`<button class="defect__main" data-part="main">
+      html`<a class="defect__main" href="${linkTo({ defect: id })}" tabindex="-1" draggable="false" data-part="main">
           <span data-part="mark"></span>
           <span class="defect__what"><b data-part="code"></b> <span data-part="label"></span></span>
           <b class="defect__where number" data-part="distance"></b>
           <span class="defect__more dim number"><span class="defect__save" data-part="save"></span>
+            <span class="defect__lacks" data-part="lacks"></span>
             <span data-part="more"></span></span>
           <span class="defect__interval dim number" data-part="interval"></span>
           <span class="defect__photo"><img data-part="photo" alt="" width="72" height="54" loading="lazy" hidden /></span>
-        </button>
+        </a>
         <span class="defect__buttons">
-          <button class="button button--quiet button--small button--icon" data-part="edit" title="Edit (E)">${icon('edit')}</button>
-          <button class="button button--quiet button--small button--icon" data-part="remove" title="Delete (Del)">${icon('trash')}</button>
+          <button class="button button--quiet button--small button--icon" data-part="edit" title="${t('defects.edit')}">${icon('edit')}</button>
+          <button class="button button--quiet button--small button--icon" data-part="remove" data-needs="operator" title="${t('defects.delete')}">${icon('trash')}</button>
         </span>`,
     );
     const page = this.closest('inspection-page');
     // A click leaves the focus, and with it the space bar, where it was.
     row.addEventListener('mousedown', (event) => event.preventDefault());
-    row.parts.main.addEventListener('click', () => this.desk.goTo(id));
+    row.parts.main.addEventListener('click', (event) => {
+      if (event.ctrlKey || event.metaKey || event.shiftKey) return; // the link, in another tab
+      event.preventDefault();
+      this.desk.goTo(id);
+    });
     row.parts.edit.addEventListener('click', () => {
       this.desk.goTo(id);
       this.desk.editing.set(true);
@@ -82,26 +151,54 @@ class DefectList extends Component {
     return row;
   }
 
-  #updateRow({ parts }, item) {
-    const name = `${item.code || 'tag'} at ${metresNumber(item.distance_m)} m`;
-    render(parts.mark, severityMark(item.severity));
+  #updateRow(row, item) {
+    const { parts } = row;
+    const { catalogue } = this.desk;
+    const name = nameOf(item);
+    row.classList.toggle('defect--act-now', item.severity === ACT_NOW);
+    if (parts.mark.dataset.shows !== String(item.severity)) {
+      parts.mark.dataset.shows = String(item.severity);
+      render(parts.mark, severityMark(item.severity));
+    }
     parts.code.textContent = [item.code, item.char1, item.char2].filter(Boolean).join(' ');
-    parts.label.textContent = this.desk.catalogue.label(item.code, item.char1, item.char2);
-    parts.distance.textContent = `${metresNumber(item.distance_m)} m`;
+    parts.label.textContent = catalogue.label(item.code, item.char1, item.char2);
+    parts.distance.textContent = chainage(item.distance_m);
     parts.interval.textContent = plusMinus(item.distance_u95_m);
-    parts.more.textContent = [clockText(item), timeText(item), item.remark].filter(Boolean).join(' · ');
-    parts.save.textContent = item.save === 'refused' ? `Not saved: ${item.refusal}` : SAVE_WORDS[item.save];
+    parts.more.textContent = [stretchText(item), clockText(item), timeText(item), item.remark].filter(Boolean).join(' · ');
+    parts.save.textContent = saveText(item);
     parts.save.classList.toggle('defect__save--refused', item.save === 'refused');
-    parts.edit.setAttribute('aria-label', `Edit ${name}`);
-    parts.remove.setAttribute('aria-label', `Delete ${name}`);
+    parts.lacks.textContent = lacksOf(item, catalogue).join(', ');
+    parts.main.title = parts.more.textContent;
+    parts.edit.setAttribute('aria-label', t('defects.edit_named', { name }));
+    parts.remove.setAttribute('aria-label', t('defects.delete_named', { name }));
     if (item.photo && parts.photo.getAttribute('src') !== item.photo) parts.photo.src = item.photo;
     parts.photo.hidden = !item.photo;
   }
 
+  /** Up and down go from row to row and select; Enter opens the form. */
+  #key(event) {
+    const row = event.target.closest('li');
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    if (event.target !== row.parts.main || event.ctrlKey || event.altKey || event.shiftKey) return;
+    if (event.key === 'Enter') {
+      this.desk.selection.set(row.dataset.key);
+      this.desk.editing.set(true);
+    } else if (step) {
+      const next = step > 0 ? row.nextElementSibling : row.previousElementSibling;
+      if (next) this.desk.goTo(next.dataset.key);
+      next?.parts.main.focus({ preventScroll: true });
+    } else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
   #select() {
     const { value: selected } = this.desk.selection;
-    for (const row of this.parts.rows.children) {
+    const rows = [...this.parts.rows.children];
+    const reachable = rows.find((row) => row.dataset.key === selected) ?? rows[0];
+    for (const row of rows) {
       const isSelected = row.dataset.key === selected;
+      row.parts.main.tabIndex = row === reachable ? 0 : -1;
       if (isSelected === (row.parts.main.getAttribute('aria-current') === 'true')) continue;
       row.parts.main.setAttribute('aria-current', String(isSelected));
       if (isSelected) this.#scrollTo(row);
@@ -133,6 +230,8 @@ class DefectList extends Component {
     const next = document.createElement('defect-form');
     next.observationId = id;
     parts.details.replaceChildren(next);
+    // It was asked for; the form of another selection does not take the keys from the film.
+    if (!form) next.enter();
   }
 
   /** The keys go back to where they were, if that is still there. */
@@ -144,13 +243,27 @@ class DefectList extends Component {
   }
 }
 
+function saveText({ save, refusal }) {
+  if (save === 'refused') return t('defects.refused', { reason: refusal });
+  return save === 'waiting' ? t('defects.waiting') : '';
+}
+
+function stretchText(item) {
+  const number = stretchNumber(item);
+  return {
+    A: t('stretch.role_start', { number }),
+    B: t('stretch.role_finish', { number }),
+    C: t('stretch.role_change', { number }),
+  }[stretchRole(item)];
+}
+
 const clockText = ({ clock_from: from, clock_to: to, clock }) => {
-  if (from && to) return `${from} to ${to} o’clock`;
+  if (from && to) return t('units.clock_sector', { from, to });
   if (from ?? clock) return clockHour(from ?? clock);
   return '';
 };
 
 const timeText = ({ time_s: time, frame }) =>
-  time === undefined || time === null ? `frame ${frame}` : timecode(time);
+  time === undefined || time === null ? t('video.frame', { frame }) : timecode(time);
 
 customElements.define('defect-list', DefectList);

@@ -1,46 +1,56 @@
 /** The distance of the shown frame in very large digits, its interval, and whether to trust it. */
 
-import { html, render } from '../../core/html.js';
+import { html, render, setText } from '../../core/html.js';
 import { Component } from '../../core/store.js';
-import { metresNumber, plusMinus, u95FromSigma } from '../../core/units.js';
+import { chainage, chainageNumber, lengthUnit, plusMinus, speed, u95FromSigma } from '../../core/units.js';
+import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
+import { USUAL_LIMIT_M_PER_MIN } from '../strip-log/lanes.js';
+import { LEVELS, healthWords } from './health-words.js';
+import { Speedometer, speedAt } from './speedometer.js';
 
-const HEALTH = {
-  ok: ['check', 'Locked on the wall'],
-  weak: ['alert', 'Weak: low confidence'],
-  lost: ['alert', 'Lost: bridging the gap'],
-  none: ['wait', 'No distance yet'],
-};
+const SIGNS = { ok: 'check', weak: 'alert', lost: 'alert', none: 'wait' };
+/** In a live picture good news waits so long, so that what was bad can be read. */
+const BAD_NEWS_MS = 700;
+/** What changes faster is not read out. */
+const TOLD_AFTER_MS = 1000;
 
 class DistanceReadout extends Component {
+  #speedometer = new Speedometer();
+  /** Time in the video of the last frame that was not lost. */
+  #heldS = null;
+  #words = null;
+  #wordsMs = 0;
+  #tellTimer = 0;
+
   mount() {
     this.desk = this.closest('inspection-page').desk;
     this.setAttribute('role', 'region');
-    this.setAttribute('aria-label', 'Distance');
+    this.setAttribute('aria-label', t('readout.label'));
     this.parts = render(
       this,
-      html`<p class="readout__distance number"><span data-part="value">–</span> <span class="readout__unit">m</span></p>
+      html`<p class="readout__distance number"><span data-part="value">–</span> <span class="readout__unit">${lengthUnit}</span></p>
         <div class="readout__trust">
           <p class="readout__interval number"><span data-part="interval"></span> <span class="dim">(95 %)</span></p>
-          <p class="readout__health" role="status" data-part="health"></p>
-          <p class="dim readout__joint number" data-part="joint"></p>
-        </div>`,
+          <p class="readout__health number"><span data-part="sign"></span><span data-part="health"></span></p>
+          <p class="readout__more dim number"><span data-part="joint"></span><span class="readout__speed" data-part="speed"></span></p>
+        </div>
+        <p class="visually-hidden" role="status" data-part="told"></p>`,
     );
     this.listen(this.desk.playhead, 'change', () => this.repaint());
+    this.listen(this.desk.health, 'change', () => this.repaint());
+    this.signal.addEventListener('abort', () => clearTimeout(this.#tellTimer));
     this.paint();
   }
 
   paint() {
     const { parts } = this;
-    const { row } = this.desk.playhead.value;
-    const status = row?.status ?? 'none';
-    parts.value.textContent = row ? metresNumber(row.distance_mm / 1000) : '–';
-    parts.interval.textContent = row ? plusMinus(u95FromSigma(row.sigma_distance_mm)) : '± –';
-    parts.joint.textContent = row ? this.#joint(row.distance_mm) : '';
-    if (this.dataset.status === status) return;
-    this.dataset.status = status;
-    const [sign, words] = HEALTH[status];
-    render(parts.health, html`${icon(sign)}<span>${words}</span>`);
+    const { row, isLive } = this.desk.playhead.value;
+    setText(parts.value, row ? chainageNumber(row.distance_mm / 1000) : '–');
+    setText(parts.interval, row ? plusMinus(u95FromSigma(row.sigma_distance_mm)) : '± –');
+    setText(parts.joint, row ? this.#joint(row.distance_mm) : '');
+    this.#showSpeed(this.#speed(row, isLive));
+    this.#showHealth(this.#healthWords(row, isLive), isLive);
   }
 
   /** The nearest joint behind, which a repair crew counts in the pipe. */
@@ -48,8 +58,67 @@ class DistanceReadout extends Component {
     const length = this.desk.inspection.value.rig.pipe.segment_length_mm;
     if (!length || distanceMm < 0) return '';
     const number = Math.floor(distanceMm / length);
-    const past = ((distanceMm - number * length) / 1000).toFixed(2);
-    return number === 0 ? 'Before joint 1' : `Joint ${number} + ${past} m`;
+    const past = chainage((distanceMm - number * length) / 1000);
+    return number === 0 ? t('readout.before_joint') : t('readout.joint', { number, past });
+  }
+
+  #speed(row, isLive) {
+    if (isLive && row) {
+      this.#speedometer.add(row);
+      return this.#speedometer.value;
+    }
+    this.#speedometer.clear();
+    return row && speedAt(this.desk.track, row);
+  }
+
+  #showSpeed(mPerMin) {
+    const isTooFast = mPerMin > USUAL_LIMIT_M_PER_MIN;
+    const now = mPerMin === null ? '' : speed(mPerMin);
+    const limit = speed(USUAL_LIMIT_M_PER_MIN);
+    setText(this.parts.speed, isTooFast ? t('readout.speed_limit', { speed: now, limit }) : now);
+    this.parts.speed.classList.toggle('readout__speed--warning', isTooFast);
+  }
+
+  #healthWords(row, isLive) {
+    if (!row) return healthWords(null, null, 0);
+    const health = isLive ? row.health : this.desk.health.at(row.frame);
+    return healthWords(row.status, health, row.time_s - this.#lastHeldS(row));
+  }
+
+  /** When the wall was last held before, or in, this row. */
+  #lastHeldS(row) {
+    const isOn = this.#heldS !== null && row.time_s >= this.#heldS && this.desk.playhead.value.isLive;
+    if (row.status !== 'lost') this.#heldS = row.time_s;
+    else if (!isOn) this.#heldS = this.#heldBefore(row);
+    return this.#heldS;
+  }
+
+  #heldBefore({ frame, time_s: timeS }) {
+    const { track } = this.desk;
+    const states = track.column('status');
+    let held = Math.min(frame, states.length - 1);
+    while (held > 0 && states[held] === 'lost') held -= 1;
+    return track.row(held)?.time_s ?? timeS;
+  }
+
+  #showHealth(words, isLive) {
+    const now = performance.now();
+    const rank = ({ level }) => LEVELS.indexOf(level);
+    const isBetter = this.#words !== null && rank(words) < rank(this.#words);
+    if (isLive && isBetter && now - this.#wordsMs < BAD_NEWS_MS) return;
+    this.#wordsMs = now;
+    setText(this.parts.health, words.text);
+    if (this.dataset.status !== words.level) {
+      this.dataset.status = words.level;
+      render(this.parts.sign, icon(SIGNS[words.level]));
+    }
+    if (this.#words?.what !== words.what) this.#tellSoon();
+    this.#words = words;
+  }
+
+  #tellSoon() {
+    clearTimeout(this.#tellTimer);
+    this.#tellTimer = setTimeout(() => (this.parts.told.textContent = this.#words.text), TOLD_AFTER_MS);
   }
 }
 

@@ -1,72 +1,169 @@
 /** The start page: all inspections, newest first, kept fresh while something runs. */
 
-import { get, poll, post } from '../../core/api.js';
+import { get, patch, pause, poll, post, remove } from '../../core/api.js';
 import { html, patchList, render } from '../../core/html.js';
 import { isUnfinished } from '../../core/inspection.js';
+import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
-import { date, duration, metresNumber } from '../../core/units.js';
+import { chainage, date, duration } from '../../core/units.js';
+import { errorText, t, wordFor } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
-import { severityMark, severityText } from '../severity-mark/severity-mark.js';
-import { statusChip } from '../status-chip/status-chip.js';
+import { severityMark } from '../severity-mark/severity-mark.js';
+import { STATES, statusChip } from '../status-chip/status-chip.js';
+import { orToast, toast, toastError } from '../toast-stack/toast-stack.js';
+import { topBar } from '../top-bar/top-bar.js';
+import { askDelete, askName } from './dialogs.js';
 
 const POLL_BUSY_S = 1.5;
 const POLL_IDLE_S = 15;
+const SAMPLE_POLL_S = 0.5;
+const GRAVEST = 5;
+
+/** Header fields that the search looks into, beside the name and the file. */
+const SEARCHED = ['asset_id', 'start_node', 'end_node', 'operator', 'client', 'location_text', 'road'];
 
 class InspectionList extends Component {
+  #inspections = [];
+
   mount() {
-    document.title = 'Inspections · Chainage';
+    document.title = t('list.page');
     this.parts = render(
       this,
-      html`<header class="topbar">
-          <a class="brand" href="/">${icon('logo')}Chainage</a>
-          <span class="spacer"></span>
-          <button class="button button--quiet" data-part="leave">${icon('leave')}Log out</button>
-        </header>
+      html`${topBar()}
         <main id="main" class="content" tabindex="-1">
           <div class="content__head">
-            <h1>Inspections</h1>
-            <a class="button button--primary" href="/new">${icon('plus')}New inspection</a>
+            <h1>${t('list.title')}</h1>
+            <div class="content__ways"><a class="button" href="/compare" data-part="compare" hidden>${t('compare.link')}</a>
+              <a class="button button--primary" href="/new" data-needs="operator">${icon('plus')}${t('list.new')}</a></div>
           </div>
           <p class="message message--error" data-part="fault" role="alert" hidden></p>
           <section class="panel empty" data-part="empty" hidden>
-            <h2>No inspections yet</h2>
-            <p class="dim">Take the video of a drive through a culvert, tell Chainage which camera it was and
-              how large the pipe is. You get the distance of every frame, and of every defect you mark.</p>
-            <a class="button button--primary" href="/new">${icon('plus')}Start the first one</a>
-          </section>
-          <div class="inspections" data-part="table" hidden>
-            <div class="inspections__head" aria-hidden="true">
-              <span>Name</span><span>Status</span><span>Length</span><span>Defects</span><span>Worst</span>
-              <span>Created</span>
+            <h2>${t('list.empty')}</h2>
+            <p class="dim">${t('list.empty_text')}</p>
+            <div class="empty__ways" data-needs="operator">
+              <a class="button button--primary" href="/new">${icon('plus')}${t('list.first')}</a>
+              <button class="button" data-part="sample">${icon('film')}<span data-part="sampleWord">${t('list.sample')}</span></button>
             </div>
-            <ul data-part="rows" aria-label="Inspections"></ul>
+          </section>
+          <div data-part="table" hidden>
+            <search class="find">
+              <div class="field find__text"><label class="visually-hidden" for="find-text">${t('list.search')}</label>
+                <input class="input" id="find-text" type="search" autocomplete="off" placeholder="${t('list.search_hint')}"
+                  data-part="text" /></div>
+              <div class="field"><label class="visually-hidden" for="find-status">${t('list.filter')}</label>
+                <select class="input" id="find-status" data-part="status">
+                  <option value="">${t('list.all')}</option>
+                  ${STATES.map((state) => html`<option value="${state}">${wordFor('status', state)}</option>`)}
+                </select></div>
+              <p class="dim number find__count" role="status" data-part="count"></p>
+            </search>
+            <div class="inspections">
+              <div class="inspections__head" aria-hidden="true">
+                <span>${t('list.name')}</span><span>${t('list.status')}</span><span>${t('list.length')}</span>
+                <span>${t('list.defects')}</span><span>${t('list.worst')}</span><span>${t('list.created')}</span>
+              </div>
+              <ul data-part="rows" aria-label="${t('list.title')}"></ul>
+              <p class="panel find__nothing" data-part="nothing" hidden>${t('list.nothing')}
+                <button class="button button--small" data-part="clear">${t('list.clear')}</button></p>
+            </div>
           </div>
         </main>`,
     );
-    this.listen(this.parts.leave, 'click', async () => {
-      await post('/api/logout');
-      location.assign('/login');
+    const { text, status, clear, sample } = this.parts;
+    this.listen(text, 'input', () => this.#show());
+    this.listen(status, 'change', () => this.#show());
+    this.listen(clear, 'click', () => {
+      text.value = '';
+      status.value = '';
+      this.#show();
+      text.focus();
     });
-    poll(() => this.#load(), this.signal, (error) => this.#showFault(error.message));
+    this.listen(sample, 'click', () => this.#makeSample());
+    poll(() => this.#load(), this.signal, (error) => this.#showFault(error));
   }
 
   async #load() {
     const { inspections } = await get('/api/inspections', this.signal);
     this.#showFault(null);
-    this.parts.empty.hidden = inspections.length > 0;
-    this.parts.table.hidden = inspections.length === 0;
-    const newestFirst = inspections.toSorted((a, b) => b.created_at.localeCompare(a.created_at));
-    patchList(this.parts.rows, newestFirst, ({ id }) => id, createRow, updateRow);
+    this.#inspections = inspections.toSorted((a, b) => b.created_at.localeCompare(a.created_at));
+    this.#show();
     return inspections.some(isUnfinished) ? POLL_BUSY_S : POLL_IDLE_S;
   }
 
-  #showFault(text) {
-    this.parts.fault.hidden = text === null;
-    if (text) render(this.parts.fault, html`${icon('alert')}<span>${text} Trying again…</span>`);
+  #show() {
+    const { parts } = this;
+    const all = this.#inspections;
+    const words = parts.text.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const found = all.filter(
+      (inspection) =>
+        (!parts.status.value || inspection.status === parts.status.value) &&
+        words.every((word) => searchedText(inspection).includes(word)),
+    );
+    parts.empty.hidden = all.length > 0;
+    parts.table.hidden = all.length === 0;
+    parts.compare.hidden = all.length < 2;
+    parts.nothing.hidden = found.length > 0 || all.length === 0;
+    parts.count.textContent =
+      found.length < all.length ? t('list.found', { shown: found.length, all: all.length }) : '';
+    patchList(parts.rows, found, ({ id }) => id, (item) => this.#createRow(item), updateRow);
+  }
+
+  #createRow({ id }) {
+    const item = createRow(id);
+    item.parts.rename.addEventListener('click', () => orToast(() => this.#rename(id)));
+    item.parts.remove.addEventListener('click', () => orToast(() => this.#delete(id)));
+    return item;
+  }
+
+  async #rename(id) {
+    const { name } = this.#inspections.find((other) => other.id === id);
+    const wanted = await askName(name);
+    if (wanted === null) return;
+    await patch(`/api/inspections/${id}`, { name: wanted });
+    await this.#load();
+    toast(t('list.renamed', { name: wanted }));
+  }
+
+  async #delete(id) {
+    const inspection = this.#inspections.find((other) => other.id === id);
+    if (!(await askDelete(inspection))) return;
+    await remove(`/api/inspections/${id}`);
+    await this.#load();
+    this.querySelector('#main').focus();
+    toast(t('list.deleted', { name: inspection.name }));
+  }
+
+  /** The server renders it once, which takes a while, and has it from then on. */
+  async #makeSample() {
+    const { sample, sampleWord } = this.parts;
+    sample.disabled = true;
+    await orToast(async () => {
+      let made = await post('/api/samples');
+      while (made.state === 'rendering' && !this.signal.aborted) {
+        sampleWord.textContent = t('list.sample_making', { percent: Math.floor(100 * made.progress) });
+        await pause(SAMPLE_POLL_S, this.signal);
+        made = await get('/api/samples', this.signal);
+      }
+      if (made.error) toastError(made.error);
+      else location.assign(`/inspections/${made.inspection_id}`);
+    });
+    sample.disabled = false;
+    sampleWord.textContent = t('list.sample');
+  }
+
+  #showFault(error) {
+    this.parts.fault.hidden = error === null;
+    if (!error) return;
+    const reason = errorText(error);
+    const text = error.isTemporary ? t('page.trying_again', { reason }) : reason;
+    render(this.parts.fault, html`${icon('alert')}<span>${text}</span>`);
   }
 }
 
-function createRow({ id }) {
+const searchedText = ({ name, header, source }) =>
+  [name, source.filename, ...SEARCHED.map((field) => header[field])].filter(Boolean).join(' ').toLowerCase();
+
+function createRow(id) {
   const item = document.createElement('li');
   item.className = 'inspection panel';
   item.parts = render(
@@ -78,49 +175,62 @@ function createRow({ id }) {
       <div class="inspection__status">
         <span data-part="chip"></span>
         <span class="inspection__progress" data-part="progress">
-          <progress class="bar" data-part="bar" max="1" aria-label="Tracking progress"></progress>
+          <progress class="bar" data-part="bar" max="1" aria-label="${t('progress.label')}"></progress>
           <span class="dim number" data-part="pace"></span>
         </span>
         <span class="inspection__error" data-part="error"></span>
       </div>
-      <div class="inspection__fact"><span class="label">Length</span><b class="number" data-part="length"></b></div>
-      <div class="inspection__fact"><span class="label">Defects</span><b class="number" data-part="defects"></b></div>
-      <div class="inspection__fact"><span class="label">Worst</span><span data-part="worst"></span></div>
-      <time class="dim number" data-part="created"></time>`,
+      <div class="inspection__fact"><span class="label">${t('list.length')}</span><b class="number" data-part="length"></b></div>
+      <div class="inspection__fact"><span class="label">${t('list.defects')}</span><b class="number" data-part="defects"></b></div>
+      <div class="inspection__fact"><span class="label">${t('list.worst')}</span><span data-part="worst"></span></div>
+      <time class="dim number" data-part="created"></time>
+      <div class="inspection__actions">
+        <button class="button button--quiet button--small button--icon" data-part="rename" data-needs="operator">${icon('edit')}</button>
+        <button class="button button--quiet button--small button--icon" data-part="remove" data-needs="admin">${icon('trash')}</button>
+      </div>`,
   );
   return item;
 }
 
-function updateRow({ parts }, inspection) {
+function updateRow({ parts, classList }, inspection) {
   const { name, status, progress, distance_m, defects, worst_severity, created_at } = inspection;
   const { header, source, error } = inspection;
   parts.name.textContent = name;
-  parts.source.textContent = [header?.asset_id, source.filename].filter(Boolean).join(' · ');
+  parts.source.textContent = [header.asset_id, source.filename].filter(Boolean).join(' · ');
   render(parts.chip, statusChip(status));
   parts.progress.hidden = !isUnfinished(inspection);
   parts.bar.value = progress.frames_total ? progress.frames_done / progress.frames_total : 0;
-  parts.pace.textContent = status === 'running' ? pace(progress) : 'waits for its turn';
-  parts.error.textContent = error?.detail ?? '';
-  parts.length.textContent = `${metresNumber(distance_m)} m`;
+  parts.pace.textContent = status === 'running' ? pace(progress) : t('progress.waits');
+  parts.error.textContent = error ? errorText(error) : '';
+  parts.length.textContent = chainage(distance_m);
   parts.defects.textContent = String(defects);
-  render(
-    parts.worst,
-    worst_severity === null
-      ? html`<span class="dim">–</span>`
-      : html`<span class="inspection__worst" title="${severityText(worst_severity)}">
-          ${severityMark(worst_severity)}<b>${worst_severity}</b></span>`,
-  );
+  render(parts.worst, worstMarkup(worst_severity));
+  classList.toggle('inspection--grave', worst_severity === GRAVEST);
   parts.created.dateTime = created_at;
   parts.created.textContent = date(created_at);
+  for (const [part, label] of [['rename', t('list.rename_named', { name })], ['remove', t('list.delete_named', { name })]]) {
+    parts[part].setAttribute('aria-label', label);
+  }
+  parts.rename.title = t('list.rename');
+  parts.remove.title = may('admin') ? t('list.delete') : t('rights.admin');
+  parts.remove.disabled = !may('admin');
+}
+
+function worstMarkup(severity) {
+  if (severity === null) return html`<span class="dim">–</span>`;
+  const word = wordFor('severity', String(severity));
+  return html`<span class="inspection__worst">${severityMark(severity)}<b>${severity}</b>
+    ${severity === GRAVEST ? html`<b>${word}</b>` : html`<span class="dim">${word}</span>`}</span>`;
 }
 
 /** '63 % · 84 frames/s · 20 s left' */
 export function pace({ frames_done, frames_total, fps, eta_s }) {
   const done = frames_total
-    ? `${Math.min(100, Math.floor((100 * frames_done) / frames_total))} %`
-    : `${frames_done} frames`;
-  const speed = fps ? `${Math.round(fps)} frames/s` : null;
-  const left = eta_s === null || eta_s === undefined ? null : `${duration(eta_s)} left`;
+    ? t('progress.percent', { percent: Math.min(100, Math.floor((100 * frames_done) / frames_total)) })
+    : t('progress.frames', { n: frames_done });
+  const speed = fps ? t('progress.speed', { fps: Math.round(fps) }) : null;
+  const isKnown = eta_s !== null && eta_s !== undefined;
+  const left = isKnown ? t('progress.left', { time: duration(eta_s) }) : null;
   return [done, speed, left].filter(Boolean).join(' · ');
 }
 

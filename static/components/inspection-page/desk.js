@@ -1,15 +1,24 @@
 /** What the parts of the inspection page share: the data, the play head, the selection, tagging. */
 
-import { ApiError, get } from '../../core/api.js';
+import { ApiError } from '../../core/api.js';
+import { Axis } from '../../core/axis.js';
+import { Checks } from '../../core/checks.js';
 import { Catalogue } from '../../core/codes.js';
+import { Corrections } from '../../core/corrections.js';
+import { Health } from '../../core/health.js';
+import { History } from '../../core/history.js';
 import { Inspection } from '../../core/inspection.js';
+import { jointsOf } from '../../core/joints.js';
 import { LiveFeed } from '../../core/live.js';
 import { Observations } from '../../core/observations.js';
 import { Outbox } from '../../core/outbox.js';
+import { may } from '../../core/rights.js';
 import { Store } from '../../core/store.js';
 import { Track } from '../../core/track.js';
 import { u95FromSigma } from '../../core/units.js';
-import { WallGrid } from '../../core/wall.js';
+import { Unrolled } from '../../core/unrolled.js';
+import { WallGrid, frameShowing } from '../../core/wall.js';
+import { errorText, t } from '../../core/words.js';
 
 /** The 3D robot follows the shown frame at this pace. */
 const SHOW_EVERY_MS = 66;
@@ -19,19 +28,30 @@ const SHOW_EVERY_MS = 66;
  * @property {number} frame -1 before the first picture
  * @property {import('../../core/track.js').Row|null} row null where the frame is not tracked
  * @property {boolean} isLive
+ * @property {number|null} capturedMs when the camera gave the picture, by `performance.now`; null
+ *     when it is not live, or not a camera's
  */
 
 /** Events: `fault` (detail: a sentence), `tagged` (detail: the observation). */
 export class Desk extends EventTarget {
   /** @type {{value: Playhead}} */
-  playhead = new Store({ frame: -1, row: null, isLive: false });
+  playhead = new Store({ frame: -1, row: null, isLive: false, capturedMs: null });
   /** @type {{value: string|null}} id of the selected observation */
   selection = new Store(null);
   /** Whether the form of the selected observation is open. */
   editing = new Store(false);
+  /** Name of the tab that is seen beside the film: 'defects', 'header' and the others of tabs.js. */
+  tab = new Store('defects');
+  /** The stretch of the culvert that the strips show. */
+  axis = new Axis();
+  /** @type {{value: ((mark: {frame: number, pixel: [number, number]}) => void)|null}} takes clicks on the picture instead of a tag */
+  picking = new Store(null);
   /** Set by the page: shows a frame. */
   seek = null;
 
+  #signal;
+  /** Of the distances that are shown. */
+  #revision;
   #shownFrame = -1;
   #showTimer = 0;
 
@@ -40,66 +60,162 @@ export class Desk extends EventTarget {
     const inspection = new Inspection(id, signal);
     const [outbox, catalogue, wall] = await Promise.all([
       Outbox.open(),
-      Catalogue.load(signal),
-      loadWall(id, signal),
-      inspection.load(),
+      inspection.load().then(() => Catalogue.load(signal, inspection.value.header.code_pack)),
+      WallGrid.load(id, signal),
     ]);
     return new Desk({ inspection, outbox, catalogue, wall }, signal);
   }
 
   constructor({ inspection, outbox, catalogue, wall }, signal) {
     super();
+    this.#signal = signal;
+    this.#revision = inspection.value.revision;
     this.inspection = inspection;
     this.outbox = outbox;
     this.catalogue = catalogue;
     /** null while the camera sees no wall at all */
     this.wall = wall;
     this.track = new Track(inspection.id);
-    this.observations = new Observations(inspection.id, outbox, signal);
+    this.health = new Health(inspection.id);
+    this.unrolled = new Unrolled(inspection.id, signal);
+    this.history = new History();
+    this.observations = new Observations(
+      inspection.id, outbox, this.history, (frame, pixel) => this.#placeOf(frame, pixel), signal,
+    );
+    this.corrections = new Corrections(inspection.id, signal);
+    this.checks = new Checks(inspection.id, signal);
     this.live = new LiveFeed(`/api/inspections/${inspection.id}/live`, signal);
     this.playhead.addEventListener('change', () => this.#showIn3d(), { signal });
     this.observations.addEventListener('change', () => this.#dropLostSelection(), { signal });
     this.live.addEventListener('state', () => this.#showIn3d(true), { signal });
-  }
-
-  /** The joints of the pipe in mm, as far as `endMm`; empty when the unit length is not known. */
-  jointsUpTo(endMm) {
-    const length = this.inspection.value.rig.pipe.segment_length_mm;
-    if (!length) return [];
-    return Array.from({ length: Math.max(0, Math.floor(endMm / length)) }, (_, i) => (i + 1) * length);
-  }
-
-  /** Tags a wall point of the shown frame, or its camera position without a pixel. */
-  tag({ code = null, pixel = null }) {
-    const { frame, row } = this.playhead.value;
-    if (!row) {
-      this.#fault('This frame has no distance yet. Tag it when tracking has reached it.');
-      return;
+    this.selection.addEventListener('change', () => this.#selectIn3d(), { signal });
+    this.live.addEventListener('state', () => this.#selectIn3d(), { signal });
+    this.live.addEventListener('pin_click', ({ detail }) => this.goTo(detail.observation), { signal });
+    this.live.addEventListener('wall_click', ({ detail }) => this.#wallClicked(detail), { signal });
+    inspection.addEventListener('edited', ({ detail }) => this.history.add(detail), { signal });
+    this.live.addEventListener('message', ({ detail }) => this.#compareRevision(detail.header), { signal });
+    for (const store of [this.observations, this.inspection, this.corrections]) {
+      store.addEventListener('change', () => this.checks.loadSoon(), { signal });
     }
-    const point = pixel && this.wall?.at(...pixel, row);
-    const created = this.observations.create(
-      { frame, pixel: point ? pixel : null, code },
-      {
-        distance_m: point ? point.distance_m : row.distance_mm / 1000,
-        distance_u95_m: u95FromSigma(row.sigma_distance_mm),
-        clock: point?.clock_h ?? null,
-        time_s: row.time_s,
-      },
-    );
-    this.selection.set(created.id);
-    this.dispatchEvent(new CustomEvent('tagged', { detail: created }));
   }
 
-  tagCentre(code) {
-    const { width, height } = this.inspection.value.video;
-    this.tag({ code, pixel: [(width - 1) / 2, (height - 1) / 2] });
+  /** Reads anew what tells distances: they have been corrected. */
+  async reload() {
+    await Promise.all([this.track.reload(this.#signal), this.observations.load(), this.corrections.load()]);
+    const { frame, isLive } = this.playhead.value;
+    if (!isLive) this.playhead.set({ frame, row: this.track.row(frame), isLive, capturedMs: null });
+  }
+
+  /**
+   * States something about the distances in place of what was stated, and reads them anew.
+   * @param {import('../../core/corrections.js').Stated} stated
+   * @param {string|null} remark why, for the history
+   */
+  async correct(stated, remark) {
+    const before = this.corrections.value.stated;
+    await this.#state(stated, remark);
+    const after = this.corrections.value.stated;
+    this.history.add({
+      what: 'correction',
+      run: (isBack) =>
+        isBack ? this.#state(before, t('corrections.taken_back')) : this.#state(after, remark),
+      isOvertaken: async (isBack) => {
+        await this.corrections.load();
+        return JSON.stringify(this.corrections.value.stated) !== JSON.stringify(isBack ? after : before);
+      },
+    });
+  }
+
+  async #state(stated, remark) {
+    await this.corrections.apply(stated, remark);
+    await this.inspection.load();
+    this.#revision = this.inspection.value.revision;
+    await this.reload();
+  }
+
+  /**
+   * Tags a wall point of a frame, the shown one if none is named, or its camera position without a pixel.
+   * @returns {object|null} the observation, null when there is no such frame yet
+   */
+  tag({
+    code = null, char1 = null, char2 = null, continuous = null, pixel = null,
+    frame = this.playhead.value.frame, isSelected = true,
+  }) {
+    if (!may('operator') || !this.#poseOf(frame)) {
+      this.fault(may('operator') ? t('desk.not_tracked') : t('rights.viewer'));
+      return null;
+    }
+    const created = this.observations.create({ ...this.#anchor(frame, pixel), code, char1, char2, continuous });
+    if (isSelected) this.selection.set(created.id);
+    this.dispatchEvent(new CustomEvent('tagged', { detail: created }));
+    return created;
+  }
+
+  /** Tags the middle of the picture, with a code or without. */
+  tagCentre(options = {}) {
+    return this.tag({ ...options, pixel: this.#middle });
+  }
+
+  /** Moves the selected tag to the middle of the shown picture; its photo follows. */
+  moveHere() {
+    const { frame, row } = this.playhead.value;
+    if (!this.selection.value) return;
+    if (row) this.observations.edit(this.selection.value, this.#anchor(frame, this.#middle));
+    else this.fault(t('desk.not_tracked'));
   }
 
   /** Selects an observation and shows its frame. */
   goTo(id) {
-    this.selection.set(id);
     const item = this.observations.find(id);
+    if (!item) return; // deleted meanwhile
+    this.selection.set(id);
     if (item.frame < this.track.length) this.seek(item.frame);
+  }
+
+  get #middle() {
+    const { width, height } = this.inspection.value.video;
+    return [(width - 1) / 2, (height - 1) / 2];
+  }
+
+  /** The pose of a frame, null where it is not tracked. */
+  #poseOf(frame) {
+    const shown = this.playhead.value;
+    return frame === shown.frame && shown.row ? shown.row : this.track.row(frame);
+  }
+
+  /** What a tag rests on; without a wall under the pixel the camera counts. */
+  #anchor(frame, pixel) {
+    const point = pixel && this.wall?.at(...pixel, this.#poseOf(frame));
+    return { frame, pixel: point ? pixel : null };
+  }
+
+  /** Where a tag is, as far as the page knows. */
+  #placeOf(frame, pixel) {
+    const row = this.#poseOf(frame);
+    if (!row) return { distance_m: null, distance_u95_m: null, clock: null, time_s: null };
+    const point = pixel && this.wall?.at(...pixel, row);
+    return {
+      distance_m: point ? point.distance_m : row.distance_mm / 1000,
+      distance_u95_m: u95FromSigma(row.sigma_distance_mm),
+      clock: point && point.clock_h !== null ? Math.round(point.clock_h) % 12 || 12 : null,
+      time_s: row.time_s,
+    };
+  }
+
+  /** The distance of the middle of the shown picture in m, null where it is not tracked. */
+  get hereM() {
+    return this.#placeOf(this.playhead.value.frame, this.#middle).distance_m;
+  }
+
+  /** The joints of the pipe as far as `endMm`. */
+  jointsUpTo(endMm) {
+    const { segment_length_mm: unitMm } = this.inspection.value.rig.pipe;
+    return jointsOf(this.corrections.value?.result ?? null, endMm, unitMm);
+  }
+
+  /** The hour of the wall under the pixel of an observation, null where none is seen. */
+  measuredHour({ frame, pixel }) {
+    return this.#placeOf(frame, pixel).clock;
   }
 
   /** Selects the next observation along the pipe, or the one before. */
@@ -123,22 +239,44 @@ export class Desk extends EventTarget {
     }, SHOW_EVERY_MS);
   }
 
+  /** The pin of the selected defect stands out there too. */
+  #selectIn3d() {
+    this.live.send({ type: 'select', observation: this.selection.value });
+  }
+
+  /** A place of the wall was pointed at in the 3D view: it is tagged, or marked where marks are asked for. */
+  async #wallClicked({ distance_m, clock_h, lateral_m }) {
+    const place = { distance_m, clock_h, right_mm: 1000 * lateral_m };
+    try {
+      const found = await frameShowing(this.inspection.id, place, this.playhead.value.frame, this.#signal);
+      if (this.picking.value) this.picking.value(found);
+      else this.tag(found);
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      if (!(error instanceof ApiError)) throw error;
+      this.fault(errorText(error));
+    }
+  }
+
+  /** Somebody else may have corrected the distances. */
+  async #compareRevision({ revision }) {
+    if (revision === undefined || revision <= this.#revision) return;
+    this.#revision = revision;
+    try {
+      await this.inspection.load();
+      await this.reload();
+    } catch (error) {
+      if (error.name !== 'AbortError') this.fault(errorText(error));
+    }
+  }
+
   #dropLostSelection() {
     const { value: id } = this.selection;
     if (id !== null && !this.observations.find(id)) this.selection.set(null);
   }
 
-  #fault(text) {
+  /** Tells the person what did not work. */
+  fault(text) {
     this.dispatchEvent(new CustomEvent('fault', { detail: text }));
-  }
-}
-
-/** Without a wall in view (a rig that cannot see it) the page goes on without read-out. */
-async function loadWall(id, signal) {
-  try {
-    return new WallGrid(await get(`/api/inspections/${id}/wallgrid`, signal));
-  } catch (error) {
-    if (error instanceof ApiError && error.status === 422) return null;
-    throw error;
   }
 }

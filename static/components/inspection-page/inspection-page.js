@@ -4,25 +4,35 @@ import { ApiError, poll } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { bindKeys } from '../../core/keys.js';
 import { Component } from '../../core/store.js';
-import { metres } from '../../core/units.js';
+import { chainage } from '../../core/units.js';
+import { errorText, t } from '../../core/words.js';
+import { nameOf } from '../defect-list/names.js';
 import { icon } from '../icon/icon.js';
 import { pace } from '../inspection-list/inspection-list.js';
-import { keyHelp } from '../key-help/key-help.js';
+import { showKeys } from '../key-help/key-help.js';
+import { closesElsewhere } from '../menu/menu.js';
 import { statusChip } from '../status-chip/status-chip.js';
-import { toast, toastError } from '../toast-stack/toast-stack.js';
+import { orToast, toast, toastError } from '../toast-stack/toast-stack.js';
+import { topBar } from '../top-bar/top-bar.js';
+import { isFinished, openFinish } from '../finish-dialog/finish-dialog.js';
 import { Desk } from './desk.js';
 import { VIEWER_KEYS, keyMap } from './key-map.js';
-import '../defect-list/defect-list.js';
+import { followLinks } from './links.js';
+import { stepName } from './step-names.js';
+import { TABS } from './tabs.js';
 import '../distance-readout/distance-readout.js';
-import '../distance-strip/distance-strip.js';
+import '../live-bar/live-bar.js';
+import '../strip-log/strip-log.js';
+import '../tab-panels/tab-panels.js';
 import '../video-panel/video-panel.js';
 import '../viewer-panel/viewer-panel.js';
+import '../wall-strip/wall-strip.js';
 
 const TRACK_POLL_S = 0.7;
 const EXPORTS = [
-  ['exports/csv', 'Defects, CSV', 'For spreadsheets and other programs'],
-  ['exports/json', 'Defects, JSON', 'Everything, for programs'],
-  ['track?format=csv', 'Track, CSV', 'The distance of every frame'],
+  ['exports/csv', t('desk.export_csv'), t('desk.export_csv_help')],
+  ['exports/json', t('desk.export_json'), t('desk.export_json_help')],
+  ['track?format=csv', t('desk.export_track'), t('desk.export_track_help')],
 ];
 
 class InspectionPage extends Component {
@@ -31,16 +41,22 @@ class InspectionPage extends Component {
   /** @type {Desk} read by the parts of the page when they are mounted */
   desk;
 
+  #keys;
+  #isKept = true;
+
   async mount() {
     document.title = 'Chainage';
-    render(this, html`${topbar()}<main id="main" class="desk-note" tabindex="-1"><h1>Inspection</h1>
-      <p role="status">Loading…</p></main>`);
+    // Without the menu: what is opened in it would be gone when the page is there.
+    render(this, html`<main id="main" class="content" tabindex="-1"><h1>${t('desk.title')}</h1>
+      <p role="status">${t('page.loading')}</p></main>`);
     try {
       this.desk = await Desk.open(this.inspectionId, this.signal);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      render(this, html`${topbar()}<main id="main" class="content" tabindex="-1"><h1>This inspection cannot be shown</h1>
-        <p class="message message--error" role="alert">${icon('alert')}<span>${error.message}</span></p></main>`);
+      render(this, html`${topBar(t('desk.title'))}<main id="main" class="content desk-note" tabindex="-1">
+        <h1>${t('desk.not_shown')}</h1>
+        <p class="message message--error" role="alert">${icon('alert')}<span>${errorText(error)}</span></p>
+        <p><a class="button" href="/">${icon('back')}${t('desk.to_list')}</a></p></main>`);
       return;
     }
     this.#build();
@@ -54,82 +70,106 @@ class InspectionPage extends Component {
       this,
       html`<header class="topbar desk-bar">
           <div class="desk-bar__title">
-            <a class="brand" href="/" aria-label="All inspections">${icon('back')}${icon('logo')}</a>
+            <a class="brand" href="/" aria-label="${t('desk.all')}">${icon('back')}${icon('logo')}</a>
             <h1 class="desk-bar__name" title="${name}">${name}</h1>
             <span role="status" data-part="chip"></span>
             <span class="desk-bar__pace dim number" data-part="pace"></span>
           </div>
           <div class="desk-bar__tools">
-            <button class="button button--small" data-part="cancel" hidden>${icon('stop')}Cancel</button>
-            <button class="button button--small" data-part="retry" hidden>${icon('retry')}Track again</button>
+            <button class="button button--small" data-part="cancel" data-needs="operator" hidden>${icon('stop')}<span
+              class="desk-bar__word">${t('desk.cancel')}</span></button>
+            <button class="button button--small" data-part="retry" data-needs="operator" hidden>${icon('retry')}${t('desk.retry')}</button>
             <span class="spacer"></span>
-            <p class="save number" role="status" data-part="save"></p>
-            <button class="button button--quiet button--small" data-part="undo" title="Undo (U)">${icon('undo')}
-              <span class="desk-bar__word">Undo</span></button>
-            <button class="button button--quiet button--small" data-part="help" title="Keys (?)">${icon('keys')}
-              <span class="desk-bar__word">Keys</span></button>
+            <p class="save number" role="status" data-part="save" data-needs="operator"></p>
+            <button class="button button--quiet button--small" data-part="undo" data-needs="operator">${icon('undo')}
+              <span class="desk-bar__word">${t('desk.undo')}</span></button>
+            <button class="button button--quiet button--small button--icon" data-part="redo" data-needs="operator">${icon('redo')}
+              <span class="visually-hidden">${t('desk.redo')}</span></button>
+            <button class="button button--quiet button--small desk-bar__keys" data-part="help" title="${t('desk.keys_key')}">${icon('keys')}
+              <span class="desk-bar__word">${t('desk.keys')}</span></button>
+            <button class="button button--small" data-part="finish" data-needs="operator"></button>
             <details class="menu" data-part="menu">
-              <summary class="button button--small button--primary">${icon('download')}Export</summary>
+              <summary class="button button--small button--primary">${icon('download')}${t('desk.export')}</summary>
               <ul class="menu__list panel">
                 ${EXPORTS.map(([path, label, help]) => html`<li><a class="menu__item" download
                   href="/api/inspections/${id}/${path}"><b>${label}</b><span class="dim">${help}</span></a></li>`)}
+                <li><a class="menu__item menu__item--apart" href="/compare?a=${id}"><b>${t('compare.with')}</b>
+                  <span class="dim">${t('compare.with_help')}</span></a></li>
               </ul>
             </details>
+            <person-menu></person-menu>
           </div>
-          <progress class="bar desk-bar__progress" max="1" data-part="bar" aria-label="Tracking progress"></progress>
+          <progress class="bar desk-bar__progress" max="1" data-part="bar" aria-label="${t('progress.label')}"></progress>
         </header>
         <main id="main" class="desk-main" tabindex="-1">
           <div class="desk-messages" data-part="messages"></div>
+          <live-bar></live-bar>
           <div class="desk">
             <distance-readout class="desk__readout panel"></distance-readout>
             <video-panel class="desk__video" data-part="video"></video-panel>
-            <distance-strip class="desk__strip panel"></distance-strip>
+            <section class="desk__strip strips panel" aria-label="${t('strip.title')}">
+              <strip-log data-part="strip"></strip-log>
+              <wall-strip></wall-strip>
+            </section>
             <viewer-panel class="desk__viewer panel" data-part="viewer"></viewer-panel>
-            <defect-list class="desk__defects panel"></defect-list>
+            <tab-panels class="desk__side panel" data-part="side"></tab-panels>
           </div>
         </main>
         <p class="visually-hidden" role="status" data-part="announce"></p>`,
     );
     this.video = this.parts.video;
+    this.strip = this.parts.strip;
+    this.parts.side.fill(TABS, t('tab.label'), desk.tab);
     desk.seek = (frame) => this.video.seek(frame);
 
     const { parts } = this;
     this.listen(desk.inspection, 'change', () => this.#showState());
     this.listen(desk.outbox, 'change', () => this.#showSaving());
     this.listen(desk.outbox, 'refused', ({ detail }) => toastError(detail.error));
-    this.listen(desk.observations, 'change', () => this.#showUndo());
+    this.listen(desk.observations, 'change', () => this.#showObservations());
+    this.listen(desk.history, 'change', () => this.#showHistory());
+    this.listen(document, 'visibilitychange', () => !document.hidden && this.#lookAgain());
+    this.listen(desk.editing, 'change', () => desk.editing.value && desk.tab.set('defects'));
     this.listen(desk, 'fault', ({ detail }) => toast(detail, { kind: 'error' }));
     this.listen(desk, 'tagged', ({ detail }) => this.#announceTag(detail));
-    this.listen(parts.cancel, 'click', () => this.#command(() => desk.inspection.cancel()));
-    this.listen(parts.retry, 'click', () => this.#command(() => this.#retry()));
+    this.listen(parts.cancel, 'click', () => orToast(() => desk.inspection.cancel()));
+    this.listen(parts.retry, 'click', () => orToast(() => this.#retry()));
+    this.listen(parts.finish, 'click', () => this.finish());
+    this.listen(desk.checks, 'change', () => parts.side.note('checks', String(desk.checks.value?.length || '')));
     this.listen(parts.undo, 'click', () => this.undo());
+    this.listen(parts.redo, 'click', () => this.redo());
     this.listen(parts.help, 'click', () => this.help());
-    this.#closeMenuElsewhere();
+    closesElsewhere(parts.menu, this.signal);
 
     const groups = keyMap(this);
-    this.keyHelp = keyHelp(groups);
-    this.append(this.keyHelp);
+    this.#keys = groups;
     const bindings = groups.flatMap((group) => group.bindings);
     bindKeys(document, bindings, this.signal);
     parts.viewer.onframe = (frame) => bindKeys(frame, bindings, this.signal, VIEWER_KEYS);
 
     this.#showState();
     this.#showSaving();
-    this.#showUndo();
+    this.#showObservations();
+    this.#showHistory();
+    followLinks(desk, this.signal);
     desk.observations.load().catch(toastError);
+    desk.corrections.load().catch(toastError);
     this.#follow();
   }
 
   /** Fetches the growing track until tracking has ended, then what may have changed with it. */
   async #follow() {
     const { desk } = this;
-    const onError = ({ message, isTemporary }) =>
-      this.#showMessages(isTemporary ? `${message} Trying again…` : message);
+    const onError = (error) => {
+      const reason = errorText(error);
+      this.#showMessages(error.isTemporary ? t('page.trying_again', { reason }) : reason);
+    };
     await poll(
       async () => {
         if (desk.inspection.isUnfinished) await desk.inspection.load();
         // Read after the state: a track that is fetched once it has ended is whole.
         await desk.track.extend(this.signal);
+        await desk.health.extend(this.signal);
         if (desk.inspection.isUnfinished) return TRACK_POLL_S;
         await desk.observations.load();
         return null;
@@ -142,29 +182,45 @@ class InspectionPage extends Component {
 
   async #retry() {
     await this.desk.inspection.retry();
-    this.desk.playhead.set({ frame: -1, row: null, isLive: true });
+    this.desk.playhead.set({ frame: -1, row: null, isLive: true, capturedMs: null });
     this.desk.track.clear();
+    this.desk.health.clear();
     this.#follow();
-  }
-
-  async #command(run) {
-    try {
-      await run();
-    } catch (error) {
-      if (!(error instanceof ApiError)) throw error;
-      toastError(error);
-    }
   }
 
   // Commands of the keys and buttons ---------------------------------------------------------
 
-  undo() {
-    const step = this.desk.observations.undo();
-    if (!step) return;
-    const { what, observation } = step;
-    const name = `${observation.code || 'tag'} at ${metres(observation.distance_m)}`;
-    const texts = { tag: `Took back ${name}`, edit: `Took back the edit of ${name}`, delete: `Restored ${name}` };
-    toast(texts[what]);
+  /** Takes back the last step, or the one that a message tells of. */
+  undo(step) {
+    return orToast(async () => this.#tellStep(await this.desk.history.undo(step)));
+  }
+
+  redo() {
+    return orToast(async () => this.#tellStep(await this.desk.history.redo()));
+  }
+
+  /** Tells what was done just now, and can take that back. */
+  #tellDone(text) {
+    const step = this.desk.history.last;
+    toast(text, { action: t('page.undo'), run: () => this.undo(step) });
+  }
+
+  /** Says what was taken back or done again, and selects it; the picture stays where it is. */
+  #tellStep(outcome) {
+    if (!outcome) return;
+    const { step, isBack, isDone, insist } = outcome;
+    const { desk } = this;
+    if (step.item && desk.observations.find(step.item.id)) desk.selection.set(step.item.id);
+    const name = stepName(step);
+    if (isDone) {
+      toast(isBack ? t('desk.undone', { step: name }) : t('desk.redone', { step: name }));
+      return;
+    }
+    toast(isBack ? t('desk.undo_overtaken', { step: name }) : t('desk.redo_overtaken', { step: name }), {
+      kind: 'error',
+      action: isBack ? t('desk.undo_still') : t('desk.redo_still'),
+      run: () => orToast(async () => this.#tellStep(await insist())),
+    });
   }
 
   remove(id = this.desk.selection.value) {
@@ -172,10 +228,42 @@ class InspectionPage extends Component {
     if (!item) return;
     this.desk.editing.set(false);
     this.desk.observations.remove(id);
-    toast(`Deleted ${item.code || 'tag'} at ${metres(item.distance_m)}`, {
-      action: 'Undo',
-      run: () => this.undo(),
+    this.#tellDone(t('desk.deleted', { name: nameOf(item) }));
+  }
+
+  /** The distance is counted from the shown frame, its camera as far past the zero as before. */
+  async setZero() {
+    const { corrections, playhead, inspection } = this.desk;
+    const { frame, row } = playhead.value;
+    if (!row || !corrections.value) {
+      this.desk.fault(t('desk.not_tracked'));
+      return;
+    }
+    const offset = corrections.draft.value.zero?.offset_m ?? inspection.value.header.camera_offset_m ?? 0;
+    const zero = { frame, offset_m: offset };
+    // With other changes on the way it joins them; alone it is done at once.
+    if (corrections.isEdited) corrections.edit({ zero });
+    else await this.correct({ ...corrections.value.stated, zero }, null, t('corrections.zero_set', { frame }));
+  }
+
+  /** States something about the distances; the message that tells of it can take it back. */
+  async correct(stated, remark, text = t('corrections.applied')) {
+    await orToast(async () => {
+      await this.desk.correct(stated, remark);
+      this.#tellDone(text);
     });
+  }
+
+  async finish() {
+    const done = await openFinish(this.desk);
+    if (done === 'finished') toast(t('finish.done'));
+    if (done === 'reopened') toast(t('finish.reopened'));
+  }
+
+  /** Gives the selected defect a severity. */
+  rate(severity) {
+    const { value: id } = this.desk.selection;
+    if (id) this.desk.observations.edit(id, { severity });
   }
 
   edit() {
@@ -183,12 +271,13 @@ class InspectionPage extends Component {
   }
 
   leave() {
-    if (this.desk.editing.value) this.desk.editing.set(false);
+    if (this.desk.picking.value) this.desk.picking.set(null);
+    else if (this.desk.editing.value) this.desk.editing.set(false);
     else this.desk.selection.set(null);
   }
 
   help() {
-    this.keyHelp.showModal();
+    showKeys(this.#keys);
   }
 
   // What the top bar shows -------------------------------------------------------------------
@@ -205,16 +294,28 @@ class InspectionPage extends Component {
     parts.bar.classList.toggle('desk-bar__progress--off', !isRunning);
     parts.bar.value = progress.frames_total ? progress.frames_done / progress.frames_total : 0;
     parts.cancel.hidden = !desk.inspection.isUnfinished;
+    this.#showFinish();
     parts.retry.hidden = status !== 'failed' && status !== 'cancelled';
     this.#showMessages();
+  }
+
+  #showFinish() {
+    const ended = isFinished(this.desk.inspection.value);
+    this.parts.finish.hidden = this.desk.inspection.value.live !== null; // the live bar has it
+    const text = ended ? t('finish.finished') : t('finish.open');
+    if (this.parts.finish.dataset.shows === text) return;
+    this.parts.finish.dataset.shows = text;
+    render(this.parts.finish, html`${icon(ended ? 'check' : 'flag')}<span class="desk-bar__word">${text}</span>`);
+    this.parts.finish.setAttribute('aria-label', text);
   }
 
   #showMessages(trouble = null) {
     const { error, warning } = this.desk.inspection.value;
     const messages = [
-      error && ['error', error.detail],
+      error && ['error', errorText(error)],
       warning && ['warning', warning],
       trouble && ['warning', trouble],
+      !this.desk.outbox.isKept && ['warning', t('desk.not_kept')],
     ].filter(Boolean);
     const text = JSON.stringify(messages);
     if (this.parts.messages.dataset.shows === text) return;
@@ -229,36 +330,41 @@ class InspectionPage extends Component {
   #showSaving() {
     const { count, reason } = this.desk.outbox;
     const isStuck = reason !== null && count > 0;
-    this.parts.save.textContent = count === 0 ? 'Saved' : `Waiting (${count})`;
+    this.parts.save.textContent = count === 0 ? t('desk.saved') : t('desk.waiting', { n: count });
     this.parts.save.title = isStuck ? reason : '';
     this.parts.save.classList.toggle('save--waiting', count > 0);
+    if (this.#isKept === this.desk.outbox.isKept) return;
+    this.#isKept = this.desk.outbox.isKept;
+    this.#showMessages();
   }
 
-  #showUndo() {
-    this.parts.undo.disabled = !this.desk.observations.canUndo;
+  #showObservations() {
+    this.parts.side.note('defects', String(this.desk.observations.value.length || ''));
+  }
+
+  /** Each button tells the very step that it takes back or does again. */
+  #showHistory() {
+    const { parts, desk: { history: { last, next } } } = this;
+    for (const [button, step, title] of [
+      [parts.undo, last, last ? t('desk.undo_step', { step: stepName(last) }) : t('desk.undo_key')],
+      [parts.redo, next, next ? t('desk.redo_step', { step: stepName(next) }) : t('desk.redo_key')],
+    ]) {
+      button.disabled = !step;
+      button.title = title;
+    }
+  }
+
+  /** What others have tagged while the page was not seen. */
+  #lookAgain() {
+    orToast(() => this.desk.observations.load());
   }
 
   #announceTag({ code, distance_m }) {
-    this.parts.announce.textContent = `Tagged ${code || 'a point'} at ${metres(distance_m)}`;
-  }
-
-  #closeMenuElsewhere() {
-    const { menu } = this.parts;
-    const close = () => (menu.open = false);
-    this.listen(document, 'click', (event) => {
-      const isElsewhere = !menu.contains(event.target) || event.target.closest('.menu__item');
-      if (isElsewhere) close();
-    });
-    this.listen(window, 'blur', close);
-    this.listen(menu, 'keydown', (event) => {
-      if (event.key !== 'Escape' || !menu.open) return;
-      event.stopPropagation();
-      close();
-      menu.querySelector('summary').focus();
-    });
+    const where = chainage(distance_m);
+    this.parts.announce.textContent = code
+      ? t('desk.tagged', { code, where })
+      : t('desk.tagged_point', { where });
   }
 }
-
-const topbar = () => html`<header class="topbar"><a class="brand" href="/">${icon('back')}${icon('logo')}Chainage</a></header>`;
 
 customElements.define('inspection-page', InspectionPage);

@@ -1,57 +1,101 @@
 /** Every key of the inspection page, in the groups that the help shows. */
 
-import { QUICK_CODES } from '../video-panel/quick-codes.js';
+import { may } from '../../core/rights.js';
+import { t } from '../../core/words.js';
+import { GRADES } from '../severity-mark/severity-mark.js';
+import { quickCodes } from '../video-panel/quick-codes.js';
+import { copyLink } from './links.js';
+import { changeStretch, finishStretch, startStretch } from './stretches.js';
 
 /**
- * @param {object} page the inspection page: `desk`, `video`, `undo`, `remove`, `edit`, `help`
+ * @param {object} page the inspection page: `desk`, `video`, `strip`, `undo`, `redo`, `remove`, `edit`, `rate`, `setZero`, `help`
  * @returns {{title: string, bindings: import('../../core/keys.js').Binding[]}[]}
  */
 export function keyMap(page) {
-  const { desk, video } = page;
+  const { desk, video, strip } = page;
   const last = () => desk.track.length - 1;
-  return [
+  const groups = [
     {
-      title: 'Tag',
+      title: t('keys.tag'),
+      needs: 'operator',
       bindings: [
-        { keys: ['t'], shown: ['T'], label: 'Tag the middle of the picture', run: () => desk.tagCentre() },
-        ...QUICK_CODES.map(({ code, label }, i) => ({
+        {
+          keys: ['t', 'F13', 'Pause'],
+          shown: ['T', 'F13', 'Pause'],
+          label: t('keys.tag_middle'),
+          // A pedal tags while a form is filled in too; the form stays where it is.
+          run: ({ target }) => desk.tagCentre({ isSelected: !target.closest?.('defect-form') }),
+        },
+        ...quickCodes(desk.catalogue).map((quick, i) => ({
           keys: [String(i + 1)],
-          label: `Tag as ${code} ${label.toLowerCase()}`,
-          run: () => desk.tagCentre(code),
+          label: t('keys.tag_as', { code: quick.code, label: quick.label.toLowerCase() }),
+          run: () => desk.tagCentre(quick),
         })),
-        { keys: ['u', 'Ctrl+z'], shown: ['U', 'Ctrl + Z'], label: 'Undo the last change', run: () => page.undo() },
+        { keys: ['s'], shown: ['S'], label: t('keys.stretch'), run: () => startStretch(desk) },
+        { keys: ['c'], shown: ['C'], label: t('keys.stretch_change'), run: () => changeStretch(desk) },
+        { keys: ['f'], shown: ['F'], label: t('keys.stretch_finish'), run: () => finishStretch(desk) },
+        { keys: ['u', 'Ctrl+z'], shown: ['U', 'Ctrl + Z'], label: t('keys.undo'), run: () => page.undo() },
+        {
+          keys: ['Shift+u', 'Ctrl+Shift+z', 'Ctrl+y'],
+          shown: ['Shift + U', 'Ctrl + Y'],
+          label: t('keys.redo'),
+          run: () => page.redo(),
+        },
       ],
     },
     {
-      title: 'Play',
+      title: t('keys.play'),
       bindings: [
-        { keys: [' '], shown: ['Space'], label: 'Play or pause', run: () => video.togglePlay() },
-        { keys: ['ArrowLeft'], shown: ['←'], label: 'Back one frame', run: () => video.step(-1) },
-        { keys: ['ArrowRight'], shown: ['→'], label: 'Forward one frame', run: () => video.step(1) },
-        { keys: ['Shift+ArrowLeft'], shown: ['Shift + ←'], label: 'Back one second', run: () => video.skip(-1) },
-        { keys: ['Shift+ArrowRight'], shown: ['Shift + →'], label: 'Forward one second', run: () => video.skip(1) },
-        { keys: ['j'], shown: ['J'], label: 'Play backwards, again: faster', run: () => video.shuttle(-1) },
-        { keys: ['k'], shown: ['K'], label: 'Stand still', run: () => video.shuttle(0) },
-        { keys: ['l'], shown: ['L'], label: 'Play forwards, again: faster', run: () => video.shuttle(1) },
-        { keys: ['Home'], label: 'First frame', run: () => video.seek(0) },
-        { keys: ['End'], label: 'Last frame', run: () => video.seek(last()) },
+        { keys: [' '], shown: [t('keys.space')], label: t('keys.toggle'), run: () => video.togglePlay() },
+        { keys: ['ArrowLeft'], shown: ['←'], label: t('keys.back_frame'), run: () => video.step(-1) },
+        { keys: ['ArrowRight'], shown: ['→'], label: t('keys.forward_frame'), run: () => video.step(1) },
+        { keys: ['Shift+ArrowLeft'], shown: ['Shift + ←'], label: t('keys.back_second'), run: () => video.skip(-1) },
+        { keys: ['Shift+ArrowRight'], shown: ['Shift + →'], label: t('keys.forward_second'), run: () => video.skip(1) },
+        { keys: ['j'], shown: ['J'], label: t('keys.backwards'), run: () => video.shuttle(-1) },
+        { keys: ['k'], shown: ['K'], label: t('keys.still'), run: () => video.shuttle(0) },
+        { keys: ['l'], shown: ['L'], label: t('keys.forwards'), run: () => video.shuttle(1) },
+        { keys: ['g'], shown: ['G'], label: t('strip.go_to'), run: () => strip.goTo() },
+        { keys: ['z'], shown: ['Z'], needs: 'operator', label: t('corrections.zero_here'), run: () => page.setZero() },
+        { keys: ['Home'], label: t('keys.first'), run: () => video.seek(0) },
+        { keys: ['End'], label: t('keys.last'), run: () => video.seek(last()) },
       ],
     },
     {
-      title: 'Defects',
+      title: t('keys.defects'),
       bindings: [
-        { keys: ['n'], shown: ['N'], label: 'Next defect', run: () => desk.goToNeighbour(1) },
-        { keys: ['p'], shown: ['P'], label: 'Defect before', run: () => desk.goToNeighbour(-1) },
-        { keys: ['e'], shown: ['E'], label: 'Edit the selected defect', run: () => page.edit() },
-        { keys: ['Delete', 'Backspace'], shown: ['Del'], label: 'Delete the selected defect', run: () => page.remove() },
-        { keys: ['Escape'], shown: ['Esc'], label: 'Close the form, then drop the selection', run: () => page.leave() },
+        { keys: ['n'], shown: ['N'], label: t('keys.next'), run: () => desk.goToNeighbour(1) },
+        { keys: ['p'], shown: ['P'], label: t('keys.previous'), run: () => desk.goToNeighbour(-1) },
+        { keys: ['e', 'Enter'], shown: ['E', 'Enter'], label: t('keys.edit'), run: () => page.edit() },
+        {
+          keys: GRADES.map((grade) => `Shift+${grade}`),
+          shown: ['Shift + 0 … 5'],
+          needs: 'operator',
+          label: t('keys.severity'),
+          run: (event, key) => page.rate(Number(key.at(-1))),
+        },
+        { keys: ['m'], shown: ['M'], needs: 'operator', label: t('keys.move'), run: () => desk.moveHere() },
+        { keys: ['y'], shown: ['Y'], label: t('link.copy'), run: () => copyLink(desk) },
+        { keys: ['Delete', 'Backspace'], shown: ['Del'], needs: 'operator', label: t('keys.delete'), run: () => page.remove() },
+        { keys: ['Escape'], shown: ['Esc'], label: t('keys.leave'), run: () => page.leave() },
       ],
     },
     {
-      title: 'Help',
-      bindings: [{ keys: ['?'], label: 'This list', run: () => page.help() }],
+      title: t('strip.title'),
+      bindings: [
+        { keys: ['+', '='], shown: ['+'], label: t('strip.zoom_in'), run: () => strip.zoom(1) },
+        { keys: ['-'], shown: ['−'], label: t('strip.zoom_out'), run: () => strip.zoom(-1) },
+        { keys: ['0'], label: t('strip.whole'), run: () => desk.axis.showWhole() },
+      ],
+    },
+    {
+      title: t('keys.help'),
+      bindings: [{ keys: ['?'], label: t('keys.list'), run: () => page.help() }],
     },
   ];
+  const isAllowed = ({ needs = 'viewer' }) => may(needs);
+  return groups
+    .filter(isAllowed)
+    .map(({ title, bindings }) => ({ title, bindings: bindings.filter(isAllowed) }));
 }
 
 /** Keys that move the 3D camera while the 3D view has the focus. */

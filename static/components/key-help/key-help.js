@@ -1,36 +1,25 @@
 /** The list of all keys, in a dialog. */
 
-import { html, render } from '../../core/html.js';
-import { icon } from '../icon/icon.js';
+import { html } from '../../core/html.js';
+import { t } from '../../core/words.js';
+import { openDialog } from '../dialog/dialog.js';
 
-/**
- * @param {{title: string, bindings: import('../../core/keys.js').Binding[]}[]} groups
- * @returns {HTMLDialogElement} to be put into the page and opened with showModal()
- */
-export function keyHelp(groups) {
-  const dialog = document.createElement('dialog');
-  dialog.className = 'key-help';
-  dialog.setAttribute('aria-labelledby', 'key-help-title');
-  const { close } = render(
-    dialog,
-    html`<div class="key-help__head">
-        <h2 id="key-help-title">Keys</h2>
-        <button class="button button--quiet button--icon" data-part="close" aria-label="Close">${icon('close')}</button>
-      </div>
-      <div class="key-help__groups">
-        ${groups.map(({ title, bindings }) => html`<section><h3>${title}</h3>
-          <dl>${bindings.map(({ keys, shown, label }) => html`<div><dt>${(shown ?? keys).map((key, i) => html`${
-            i > 0 && ' or '}<kbd>${key}</kbd>`)}</dt><dd>${label}</dd></div>`)}</dl></section>`)}
-        <section><h3>Mouse and touch</h3><dl>
-          <div><dt>Picture</dt><dd>Click a point of the wall to tag it there</dd></div>
-          <div><dt>Strip</dt><dd>Click or drag to go to a distance</dd></div>
-          <div><dt>3D view</dt><dd>Drag to turn, wheel to come closer</dd></div>
-        </dl></section>
-      </div>`,
-  );
-  close.addEventListener('click', () => dialog.close());
-  dialog.addEventListener('click', (event) => {
-    if (event.target === dialog) dialog.close();
+/** @param {{title: string, bindings: import('../../core/keys.js').Binding[]}[]} groups */
+export const showKeys = (groups) =>
+  openDialog({
+    title: t('keys.title'),
+    size: 'wide',
+    content: html`<div class="key-help">
+      ${groups.map(({ title, bindings }) => html`<section><h3>${title}</h3><dl>${bindings.map(row)}</dl></section>`)}
+      <section><h3>${t('keys.pointer')}</h3><dl>
+        <div><dt>${t('keys.picture')}</dt><dd>${t('keys.picture_help')}</dd></div>
+        <div><dt>${t('keys.strip')}</dt><dd>${t('keys.strip_help')}</dd></div>
+        <div><dt>${t('keys.zoom')}</dt><dd>${t('keys.zoom_help')}</dd></div>
+        <div><dt>${t('keys.wall')}</dt><dd>${t('keys.wall_help')}</dd></div>
+        <div><dt>${t('keys.view')}</dt><dd>${t('keys.view_help')}</dd></div>
+      </dl></section>
+    </div>`,
   });
-  return dialog;
-}
+
+const row = ({ keys, shown = keys, label }) =>
+  html`<div><dt>${shown.map((key, i) => html`${i > 0 && t('keys.or')}<kbd>${key}</kbd>`)}</dt><dd>${label}</dd></div>`;

@@ -1,67 +1,65 @@
-/** New inspection: the video goes up while the header and the rig are filled in. */
+/** New inspection: the video goes up while the header and the rig are filled in, or a camera is chosen. */
 
-import { ApiError, post, session } from '../../core/api.js';
+import { ApiError, get, poll, post, remove, session } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
+import { preferences } from '../../core/preferences.js';
 import { Component } from '../../core/store.js';
-import { bytes, duration } from '../../core/units.js';
+import { bytes, date, duration } from '../../core/units.js';
+import { errorText, pieces, t } from '../../core/words.js';
 import { Upload, discardUpload, unfinishedUploads } from '../../core/upload.js';
 import { icon } from '../icon/icon.js';
+import { topBar } from '../top-bar/top-bar.js';
+import '../header-form/header-form.js';
 import '../rig-form/rig-form.js';
+import '../source-picker/source-picker.js';
 
 const REMEMBERED = 'chainage.header';
 const ACCEPTED = 'video/*,.mp4,.mov,.m4v,.mkv,.avi,.mpg,.mpeg,.ts,.webm';
 
-const HEADER_FIELDS = [
-  ['asset_id', 'Asset', 'Number of the culvert or pipe'],
-  ['start_node', 'Start node', 'Where the drive begins: headwall, manhole'],
-  ['end_node', 'End node', 'Where it should end'],
-  ['operator', 'Operator', ''],
-  ['client', 'Client', ''],
-];
-const DIRECTIONS = [
-  ['with_flow', 'With the flow'],
-  ['against_flow', 'Against the flow'],
-  ['unknown', 'Not known'],
-];
-const REFERENCE_POINTS = [
-  'Inner face of the headwall at the start',
-  'Centre of the start manhole',
-  'Inner face of the wall at the start node',
-  'End of the pipe inside the start node',
-];
+/** Known only when the survey has ended, or to the program. */
+const NOT_YET = new Set(['end_condition', 'abandon_reason', 'video_files']);
+/** Of this survey alone: not proposed for the next one. */
+const NOT_REMEMBERED = new Set(['date', 'time', 'reverse_of']);
+const ASK_CAMERA_EVERY_S = 0.3;
+const STANDARD = { standard: 'EN 13508-2', edition: '2003+A1:2011' };
 
 class NewInspection extends Component {
   #upload = null;
   #file = null;
   #isWanted = false;
+  /** Ends the wait for the camera's first picture; null while there is none. */
+  #connecting = null;
 
   mount() {
-    document.title = 'New inspection · Chainage';
+    document.title = t('new.page');
     this.parts = render(
       this,
-      html`<header class="topbar">
-          <a class="brand" href="/">${icon('logo')}Chainage</a>
-          <nav aria-label="Breadcrumb"><a class="button button--quiet" href="/">${icon('back')}Inspections</a></nav>
-        </header>
+      html`${topBar(t('new.title'))}
         <main id="main" class="content new" tabindex="-1">
-          <div class="content__head"><h1>New inspection</h1></div>
-          <form class="new__form" data-part="form" novalidate>
+          <div class="content__head"><h1>${t('new.title')}</h1></div>
+          <form class="new__form" data-part="form" data-needs="operator" novalidate>
             <section class="panel new__section" aria-labelledby="new-video">
-              <h2 id="new-video">Video</h2>
+              <h2 id="new-video">${t('new.video')}</h2>
+              <fieldset class="new__kinds" data-part="kinds">
+                <legend class="visually-hidden">${t('new.kind')}</legend>
+                ${kind('upload', 'film', t('new.kind_file'), true)}
+                ${kind('live', 'live', t('new.kind_live'), false)}
+              </fieldset>
+              <source-picker data-part="camera" hidden></source-picker>
               <div class="drop" data-part="drop">
                 <div class="drop__ask" data-part="ask">
                   ${icon('film')}
-                  <p>Drop the video of the drive here</p>
-                  <button type="button" class="button" data-part="pick">Choose a file</button>
-                  <p class="help">MP4, MOV, MKV, AVI, MPEG or WebM. The original is kept as it is.</p>
+                  <p>${t('new.drop')}</p>
+                  <button type="button" class="button" data-part="pick">${t('new.pick')}</button>
+                  <p class="help">${t('new.formats')}</p>
                 </div>
                 <div class="drop__file" data-part="chosen" hidden>
                   <p class="drop__name"><b data-part="fileName"></b> <span class="dim number" data-part="fileSize"></span></p>
-                  <progress class="bar" data-part="bar" max="1" aria-label="Upload progress"></progress>
+                  <progress class="bar" data-part="bar" max="1" aria-label="${t('new.upload_progress')}"></progress>
                   <p class="drop__state number" role="status" data-part="state"></p>
                   <div class="drop__buttons">
                     <button type="button" class="button button--small" data-part="pause"></button>
-                    <button type="button" class="button button--small" data-part="cancel">Remove</button>
+                    <button type="button" class="button button--small" data-part="cancel">${t('new.remove')}</button>
                   </div>
                 </div>
                 <input type="file" accept="${ACCEPTED}" data-part="input" hidden />
@@ -71,49 +69,34 @@ class NewInspection extends Component {
             </section>
 
             <section class="panel new__section" aria-labelledby="new-header">
-              <h2 id="new-header">What was inspected</h2>
-              <div class="new__grid">
-                <div class="field new__name">
-                  <label for="new-name">Name</label>
-                  <input class="input" id="new-name" maxlength="200" autocomplete="off" data-part="name"
-                    aria-describedby="new-name-fault" />
-                  <span class="fault" id="new-name-fault" data-part="nameFault"></span>
-                </div>
-                ${HEADER_FIELDS.map(([name, label, help]) => html`<div class="field">
-                  <label for="new-${name}">${label}</label>
-                  <input class="input" id="new-${name}" name="${name}" maxlength="200" autocomplete="off"
-                    aria-describedby="new-${name}-help" />
-                  <span class="help" id="new-${name}-help">${help}</span></div>`)}
-                <div class="field">
-                  <label for="new-direction">Direction</label>
-                  <select class="input" id="new-direction" name="direction">
-                    ${DIRECTIONS.map(([value, label]) => html`<option value="${value}">${label}</option>`)}
-                  </select>
-                </div>
-                <div class="field new__name">
-                  <label for="new-reference_point">Distance is counted from</label>
-                  <input class="input" id="new-reference_point" name="reference_point" maxlength="200"
-                    list="new-references" autocomplete="off" />
-                  <datalist id="new-references">
-                    ${REFERENCE_POINTS.map((point) => html`<option value="${point}"></option>`)}
-                  </datalist>
-                </div>
+              <h2 id="new-header">${t('new.what')}</h2>
+              <div class="field">
+                <label for="new-name">${t('new.name')}</label>
+                <input class="input" id="new-name" maxlength="200" autocomplete="off" data-part="name"
+                  aria-describedby="new-name-fault" />
+                <span class="fault" id="new-name-fault" data-part="nameFault"></span>
               </div>
+              <header-form data-part="header"></header-form>
             </section>
 
             <section class="panel new__section" aria-labelledby="new-rig">
-              <h2 id="new-rig">Rig</h2>
+              <h2 id="new-rig">${t('new.rig')}</h2>
               <rig-form data-part="rig"></rig-form>
             </section>
 
             <div class="new__foot">
               <p class="fault" role="alert" data-part="fault"></p>
-              <button class="button button--primary" data-part="start">Start tracking</button>
+              <button type="button" class="button" data-part="stop" hidden>${t('page.cancel')}</button>
+              <button class="button button--primary" data-part="start">${t('new.start')}</button>
             </div>
           </form>
         </main>`,
     );
     const { drop, input, pick, pause, cancel, form } = this.parts;
+    this.parts.header.without = NOT_YET;
+    this.listen(this.parts.kinds, 'change', () => this.#showKind());
+    this.listen(this.parts.camera, 'source', () => (this.parts.rig.videoSize = null));
+    this.listen(this.parts.stop, 'click', () => this.#connecting?.abort());
     this.listen(pick, 'click', () => input.click());
     this.listen(input, 'change', () => this.#choose(input.files[0]));
     this.listen(drop, 'dragover', (event) => this.#drag(event, true));
@@ -134,8 +117,25 @@ class NewInspection extends Component {
     });
     // The log-in page is next: the question about leaving would stand in its way.
     this.listen(session, 'signed-out', () => this.#upload?.pause());
+    this.listen(this.parts.rig, 'rig', () => this.#suggestPipe());
     this.#recall();
     this.#showUnfinished();
+  }
+
+  get #isLive() {
+    return this.parts.kinds.querySelector(':checked').value === 'live';
+  }
+
+  #showKind() {
+    const isLive = this.#isLive;
+    const { camera, drop, unfinished, rig, name, videoFault } = this.parts;
+    camera.hidden = !isLive;
+    drop.hidden = unfinished.hidden = isLive;
+    videoFault.textContent = '';
+    if (!isLive && this.#file) this.#measure(this.#file);
+    else rig.videoSize = null;
+    if (isLive && !name.value) name.value = t('new.live_name', { time: date(new Date()) });
+    this.#want(false);
   }
 
   #drag(event, isOver) {
@@ -179,20 +179,20 @@ class NewInspection extends Component {
     const { state, offset, size, speed, etaS, reason } = this.#upload;
     const share = size ? offset / size : 1;
     this.parts.bar.value = share;
-    const percent = `${Math.floor(100 * share)} %`;
+    const percent = Math.floor(100 * share);
     const pace = speed ? ` · ${bytes(speed)}/s` : '';
-    const left = etaS === null ? '' : ` · ${duration(etaS)} left`;
+    const left = etaS === null ? '' : ` · ${t('new.left', { time: duration(etaS) })}`;
     this.parts.state.textContent = {
       IDLE: '',
-      SENDING: `${percent} uploaded${pace}${left}`,
-      WAITING: `${percent} uploaded · ${reason} Trying again…`,
-      PAUSED: `${percent} uploaded · paused`,
-      DONE: 'Uploaded',
+      SENDING: `${t('new.sending', { percent })}${pace}${left}`,
+      WAITING: t('new.waiting', { percent, reason: reason ?? '' }),
+      PAUSED: t('new.paused', { percent }),
+      DONE: t('new.uploaded'),
       FAILED: reason,
       CANCELLED: '',
     }[state];
     const isStopped = state === 'PAUSED' || state === 'FAILED';
-    this.parts.pause.textContent = isStopped ? 'Go on' : 'Pause';
+    this.parts.pause.textContent = isStopped ? t('new.go_on') : t('new.pause');
     this.parts.pause.hidden = state === 'DONE';
     this.parts.state.classList.toggle('drop__state--failed', state === 'FAILED');
     if (state === 'DONE' && this.#isWanted) this.#create();
@@ -219,9 +219,14 @@ class NewInspection extends Component {
 
   #submit() {
     this.parts.fault.textContent = '';
-    this.parts.videoFault.textContent = this.#upload ? '' : 'Choose the video first.';
     const isNamed = this.#checkName();
     const isRigGood = this.parts.rig.check();
+    if (this.#isLive) {
+      if (!isNamed) this.parts.name.focus();
+      if (this.parts.camera.check() && isNamed && isRigGood) this.#connect();
+      return;
+    }
+    this.parts.videoFault.textContent = this.#upload ? '' : t('new.choose_first');
     if (!this.#upload) this.parts.pick.focus();
     else if (!isNamed) this.parts.name.focus();
     if (!this.#upload || !isNamed || !isRigGood) return;
@@ -232,7 +237,7 @@ class NewInspection extends Component {
 
   #checkName() {
     const isNamed = this.parts.name.value.trim() !== '';
-    this.parts.nameFault.textContent = isNamed ? '' : 'Needed: it is what the list shows.';
+    this.parts.nameFault.textContent = isNamed ? '' : t('new.name_needed');
     this.parts.name.setAttribute('aria-invalid', String(!isNamed));
     return isNamed;
   }
@@ -240,46 +245,116 @@ class NewInspection extends Component {
   /** Whether tracking is to start as soon as the upload is complete. */
   #want(isWanted) {
     this.#isWanted = isWanted;
-    this.parts.start.disabled = isWanted;
-    this.parts.start.textContent = isWanted ? 'Starts when the upload is complete…' : 'Start tracking';
+    this.#showStart(isWanted ? t('new.starts_later') : '');
+  }
+
+  /** @param {string} waiting what is waited for; nothing can be started meanwhile */
+  #showStart(waiting) {
+    this.parts.start.disabled = waiting !== '';
+    this.parts.start.textContent = waiting || (this.#isLive ? t('new.record') : t('new.start'));
+  }
+
+  /** @param {object} source where the pictures come from */
+  #post(source) {
+    const header = this.parts.header.value;
+    this.#remember(header);
+    const [name, rig] = [this.parts.name.value.trim(), this.parts.rig.value];
+    return post('/api/inspections', { name, source, rig, header });
+  }
+
+  /** Starts the camera and goes to its page when it gives pictures; otherwise nothing is left of it. */
+  async #connect() {
+    const { camera, stop, fault } = this.parts;
+    this.#connecting = new AbortController();
+    this.#showStart(t('live.connecting'));
+    stop.hidden = false;
+    try {
+      const { id } = await this.#post({ kind: 'live', url: camera.value });
+      const signal = AbortSignal.any([this.#connecting.signal, this.signal]);
+      const refused = await this.#refusal(id, signal);
+      if (!refused && !signal.aborted) {
+        camera.remember();
+        location.assign(`/inspections/${id}`);
+        return;
+      }
+      await remove(`/api/inspections/${id}`);
+      if (refused) this.#tellRefused(refused);
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      if (error.code === 'live_source_refused') camera.fault(errorText(error));
+      else fault.textContent = errorText(error);
+    }
+    this.#connecting = null;
+    stop.hidden = true;
+    this.#showStart('');
+  }
+
+  /** Why the camera gives no pictures, as the API says it; null when it does, or on `signal`. */
+  async #refusal(id, signal) {
+    let refused = null;
+    await poll(
+      async () => {
+        const { status, error, live } = await get(`/api/inspections/${id}`, signal);
+        refused = status === 'failed' ? error : null;
+        return status === 'running' && !live?.connected ? ASK_CAMERA_EVERY_S : null;
+      },
+      signal,
+      (error) => (refused = { code: error.code, detail: error.message }),
+    );
+    return refused;
+  }
+
+  #tellRefused(error) {
+    const { camera, rig } = this.parts;
+    const size = /(\d+)x(\d+) px/.exec(error.detail);
+    if (error.code === 'rig_video_mismatch' && size) {
+      rig.videoSize = [Number(size[1]), Number(size[2])];
+      rig.check();
+    } else camera.fault(errorText(error));
   }
 
   async #create() {
     this.#isWanted = false;
-    const header = this.#header();
-    this.#remember(header);
     try {
-      const { id } = await post('/api/inspections', {
-        name: this.parts.name.value.trim(),
-        source: { kind: 'upload', upload_id: this.#upload.id },
-        rig: this.parts.rig.value,
-        header,
-      });
+      const { id } = await this.#post({ kind: 'upload', upload_id: this.#upload.id });
       this.#upload.forget();
       location.assign(`/inspections/${id}`);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      this.parts.fault.textContent = error.message;
+      this.parts.fault.textContent = errorText(error);
       this.#want(false);
     }
   }
 
-  #header() {
-    const entries = [...new FormData(this.parts.form)].map(([name, value]) => [name, value.trim()]);
-    return Object.fromEntries(entries.filter(([, value]) => value));
-  }
-
   #remember(header) {
-    localStorage.setItem(REMEMBERED, JSON.stringify(header));
+    const kept = Object.entries(header).filter(([name]) => !NOT_REMEMBERED.has(name));
+    localStorage.setItem(REMEMBERED, JSON.stringify(Object.fromEntries(kept)));
     this.parts.rig.remember();
   }
 
+  /** The header of the last inspection, the time of now, and what the rig says of the pipe. */
   #recall() {
-    const header = JSON.parse(localStorage.getItem(REMEMBERED) ?? '{}');
-    for (const [name, value] of Object.entries(header)) {
-      const field = this.parts.form.elements.namedItem(name);
-      if (field) field.value = value;
-    }
+    const { header } = this.parts;
+    const now = new Date();
+    const digits = (number) => String(number).padStart(2, '0');
+    header.value = JSON.parse(localStorage.getItem(REMEMBERED) ?? '{}');
+    header.suggest({
+      ...STANDARD,
+      date: `${now.getFullYear()}-${digits(now.getMonth() + 1)}-${digits(now.getDate())}`,
+      time: `${digits(now.getHours())}:${digits(now.getMinutes())}`,
+      code_pack: preferences.value.pack ?? undefined,
+    });
+    this.#suggestPipe();
+  }
+
+  #suggestPipe() {
+    const { pipe } = this.parts.rig.value;
+    const length = pipe.segment_length_mm;
+    this.parts.header.suggest({
+      shape: pipe.shape === 'circular' ? 'circular' : 'rectangular',
+      height_mm: pipe.shape === 'circular' ? pipe.diameter_mm : undefined,
+      unit_length_m: length ? length / 1000 : undefined,
+    });
   }
 
   /** After a reload: a file can only be opened again by the person, so say which one. */
@@ -288,9 +363,8 @@ class NewInspection extends Component {
     const list = render(
       this.parts.unfinished,
       html`${waiting.map((upload, i) => html`<p class="message new__unfinished">${icon('info')}
-        <span>The upload of <b>${upload.name}</b> (${bytes(upload.size)}) was interrupted. Choose the same file
-          again and it goes on where it stopped.</span>
-        <button type="button" class="button button--small" data-part="discard${i}">Discard</button></p>`)}`,
+        <span>${pieces('new.interrupted', { name: html`<b>${upload.name}</b>`, size: bytes(upload.size) })}</span>
+        <button type="button" class="button button--small" data-part="discard${i}">${t('new.discard')}</button></p>`)}`,
     );
     waiting.forEach((upload, i) => {
       list[`discard${i}`].addEventListener('click', async () => {
@@ -300,5 +374,8 @@ class NewInspection extends Component {
     });
   }
 }
+
+const kind = (value, sign, label, isChosen) => html`<label class="new__kind">
+  <input type="radio" name="kind" value="${value}" ${isChosen && html`checked`} />${icon(sign)}<b>${label}</b></label>`;
 
 customElements.define('new-inspection', NewInspection);

@@ -5,91 +5,93 @@
  * `kind`: 'number' | 'integer' | 'numbers' (a list) | 'choice'. `optional` fields may stay empty.
  */
 
+import { t } from '../../core/words.js';
+
 export const GROUPS = [
   {
     name: 'pipe',
-    title: 'Pipe',
+    title: t('rig.group_pipe'),
     fields: [
       {
-        path: 'pipe.shape', kind: 'choice', label: 'Shape',
-        options: [['circular', 'Circular pipe'], ['flat', 'Flat floor']],
-        help: 'A box culvert is measured on its flat floor.',
+        path: 'pipe.shape', kind: 'choice', label: t('rig.shape'),
+        options: [['circular', t('rig.shape_circular')], ['flat', t('rig.shape_flat')]],
+        help: t('rig.shape_help'),
       },
       {
-        path: 'pipe.diameter_mm', kind: 'number', label: 'Inner diameter', unit: 'mm', min: 50, max: 20000,
-        help: 'Clear width inside, as built.',
+        path: 'pipe.diameter_mm', kind: 'number', label: t('rig.diameter'), unit: 'mm', min: 50, max: 20000,
+        help: t('rig.diameter_help'),
       },
       {
-        path: 'pipe.segment_length_mm', kind: 'number', label: 'Length of a pipe unit', unit: 'mm',
+        path: 'pipe.segment_length_mm', kind: 'number', label: t('rig.segment'), unit: 'mm',
         min: 100, max: 20000, optional: true,
-        help: 'Joint to joint. Draws the joints and numbers them.',
+        help: t('rig.segment_help'),
       },
     ],
   },
   {
     name: 'mount',
-    title: 'Camera on the robot',
+    title: t('rig.group_mount'),
     fields: [
       {
-        path: 'mount.view', kind: 'choice', label: 'Looks',
-        options: [['down', 'Down'], ['forward', 'Forward']],
-        help: 'Down at the invert, or forward along the pipe.',
+        path: 'mount.view', kind: 'choice', label: t('rig.view'),
+        options: [['down', t('rig.view_down')], ['forward', t('rig.view_forward')]],
+        help: t('rig.view_help'),
       },
       {
-        path: 'mount.height_mm', kind: 'number', label: 'Height of the lens', unit: 'mm', above: 0, max: 10000,
-        help: 'Above the invert or the floor. 1 % wrong here is 1 % of the distance.',
+        path: 'mount.height_mm', kind: 'number', label: t('rig.height'), unit: 'mm', above: 0, max: 10000,
+        help: t('rig.height_help'),
       },
       {
-        path: 'mount.rotation_deg', kind: 'number', label: 'Turned by', unit: '°', min: -360, max: 360,
-        help: 'About the optical axis. Looking down, 0 has the right edge of the picture in front.',
+        path: 'mount.rotation_deg', kind: 'number', label: t('rig.rotation'), unit: '°', min: -360, max: 360,
+        help: t('rig.rotation_help'),
       },
     ],
   },
   {
     name: 'camera',
-    title: 'Camera',
+    title: t('rig.group_camera'),
     fields: [
       {
-        path: 'camera.model', kind: 'choice', label: 'Lens',
-        options: [['pinhole', 'Pinhole'], ['fisheye', 'Fisheye']],
-        help: 'Pinhole is the ordinary lens.',
+        path: 'camera.model', kind: 'choice', label: t('rig.model'),
+        options: [['pinhole', t('rig.model_pinhole')], ['fisheye', t('rig.model_fisheye')]],
+        help: t('rig.model_help'),
       },
-      { path: 'camera.width', kind: 'integer', label: 'Picture width', unit: 'px', min: 32, max: 8192 },
-      { path: 'camera.height', kind: 'integer', label: 'Picture height', unit: 'px', min: 32, max: 8192 },
+      { path: 'camera.width', kind: 'integer', label: t('rig.width'), unit: 'px', min: 32, max: 8192 },
+      { path: 'camera.height', kind: 'integer', label: t('rig.picture_height'), unit: 'px', min: 32, max: 8192 },
       {
-        path: 'camera.fx', kind: 'number', label: 'Focal length fx', unit: 'px', above: 1, max: 100000,
-        help: 'From the calibration of the camera.',
+        path: 'camera.fx', kind: 'number', label: t('rig.fx'), unit: 'px', above: 1, max: 100000,
+        help: t('rig.fx_help'),
       },
-      { path: 'camera.fy', kind: 'number', label: 'Focal length fy', unit: 'px', above: 1, max: 100000 },
+      { path: 'camera.fy', kind: 'number', label: t('rig.fy'), unit: 'px', above: 1, max: 100000 },
       {
-        path: 'camera.cx', kind: 'number', label: 'Centre cx', unit: 'px', min: -8192, max: 16384,
-        help: 'Near the middle of the picture.',
+        path: 'camera.cx', kind: 'number', label: t('rig.cx'), unit: 'px', min: -8192, max: 16384,
+        help: t('rig.cx_help'),
       },
-      { path: 'camera.cy', kind: 'number', label: 'Centre cy', unit: 'px', min: -8192, max: 16384 },
+      { path: 'camera.cy', kind: 'number', label: t('rig.cy'), unit: 'px', min: -8192, max: 16384 },
     ],
   },
 ];
 
 export const FINE = {
   name: 'fine',
-  title: 'Lens distortion and fine adjustment',
+  title: t('rig.group_fine'),
   fields: [
     {
-      path: 'camera.distortion', kind: 'numbers', label: 'Distortion', min: -1000, max: 1000, optional: true,
-      help: 'Numbers with commas: k1, k2, p1, p2 and more for pinhole, k1 to k4 for fisheye.',
+      path: 'camera.distortion', kind: 'numbers', label: t('rig.distortion'), min: -1000, max: 1000, optional: true,
+      help: t('rig.distortion_help'),
     },
-    { path: 'camera.skew', kind: 'number', label: 'Skew', unit: 'px', min: -1000, max: 1000, optional: true },
+    { path: 'camera.skew', kind: 'number', label: t('rig.skew'), unit: 'px', min: -1000, max: 1000, optional: true },
     {
-      path: 'mount.lateral_mm', kind: 'number', label: 'Off the axis', unit: 'mm', min: -5000, max: 5000,
-      optional: true, help: 'To the right is positive.',
-    },
-    {
-      path: 'mount.pitch_deg', kind: 'number', label: 'Pitch', unit: '°', min: -80, max: 80, optional: true,
-      help: 'Nose up is positive.',
+      path: 'mount.lateral_mm', kind: 'number', label: t('rig.lateral'), unit: 'mm', min: -5000, max: 5000,
+      optional: true, help: t('rig.lateral_help'),
     },
     {
-      path: 'mount.roll_deg', kind: 'number', label: 'Roll', unit: '°', min: -80, max: 80, optional: true,
-      help: 'Right side down is positive.',
+      path: 'mount.pitch_deg', kind: 'number', label: t('rig.pitch'), unit: '°', min: -80, max: 80, optional: true,
+      help: t('rig.pitch_help'),
+    },
+    {
+      path: 'mount.roll_deg', kind: 'number', label: t('rig.roll'), unit: '°', min: -80, max: 80, optional: true,
+      help: t('rig.roll_help'),
     },
   ],
 };
@@ -109,15 +111,15 @@ export function parse({ kind }, text) {
 
 /** What is wrong with one value, as a sentence, or null. */
 export function fault(field, value) {
-  if (value === undefined) return field.optional ? null : 'Needed.';
+  if (value === undefined) return field.optional ? null : t('page.needed');
   if (field.kind === 'choice') return null;
   const numbers = [value].flat();
-  const unit = field.unit ? ` ${field.unit}` : '';
-  if (numbers.some(Number.isNaN)) return 'Not a number. Use a point for decimals.';
-  if (field.kind === 'integer' && !Number.isInteger(value)) return 'A whole number is needed.';
-  if (numbers.some((number) => number < field.min)) return `At least ${field.min}${unit}.`;
-  if (numbers.some((number) => number <= field.above)) return `More than ${field.above}${unit}.`;
-  if (numbers.some((number) => number > field.max)) return `At most ${field.max}${unit}.`;
+  const withUnit = (limit) => (field.unit ? `${limit} ${field.unit}` : limit);
+  if (numbers.some(Number.isNaN)) return t('rig.fault_number');
+  if (field.kind === 'integer' && !Number.isInteger(value)) return t('rig.fault_integer');
+  if (numbers.some((number) => number < field.min)) return t('rig.fault_min', { limit: withUnit(field.min) });
+  if (numbers.some((number) => number <= field.above)) return t('rig.fault_above', { limit: withUnit(field.above) });
+  if (numbers.some((number) => number > field.max)) return t('rig.fault_max', { limit: withUnit(field.max) });
   return null;
 }
 
@@ -128,13 +130,13 @@ export function jointFaults({ camera, mount, pipe }) {
   if (camera.distortion && !lengths.includes(camera.distortion.length)) {
     faults.push([
       'camera.distortion',
-      `${camera.distortion.length} numbers; this lens takes ${lengths.slice(1).join(', ')}, or none.`,
+      t('rig.fault_distortion', { n: camera.distortion.length, lengths: lengths.slice(1).join(', ') }),
     ]);
   }
   if (pipe.shape === 'circular') {
     const radius = pipe.diameter_mm / 2;
     if (Math.hypot(mount.lateral_mm ?? 0, radius - mount.height_mm) >= radius) {
-      faults.push(['mount.height_mm', `Outside the pipe: its diameter is ${pipe.diameter_mm} mm.`]);
+      faults.push(['mount.height_mm', t('rig.fault_outside', { diameter: pipe.diameter_mm })]);
     }
   }
   return faults;

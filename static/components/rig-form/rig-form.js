@@ -2,11 +2,13 @@
  * The rig: presets, a rig.json, or by hand, checked as it is typed.
  *
  * `value` is the rig as the API takes it, `check()` shows every fault and tells whether there is none.
+ * Event `rig`: a value has changed.
  */
 
 import { get } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { Component } from '../../core/store.js';
+import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 import { ALL_FIELDS, FINE, GROUPS, fault, jointFaults, parse } from './fields.js';
 import { rigSketch } from './rig-sketch.js';
@@ -24,10 +26,10 @@ class RigForm extends Component {
       this,
       html`<div class="rig__source">
           <div class="field">
-            <label for="rig-preset">Start from</label>
-            <select class="input" id="rig-preset" data-part="preset"><option value="">Choose a rig…</option></select>
+            <label for="rig-preset">${t('rig.start_from')}</label>
+            <select class="input" id="rig-preset" data-part="preset"><option value="">${t('rig.choose')}</option></select>
           </div>
-          <button type="button" class="button" data-part="pick">${icon('upload')}Load rig.json</button>
+          <button type="button" class="button" data-part="pick">${icon('upload')}${t('rig.load')}</button>
           <input type="file" accept=".json,application/json" data-part="file" hidden />
         </div>
         <p class="fault" role="alert" data-part="loadFault"></p>
@@ -44,8 +46,7 @@ class RigForm extends Component {
           </div>
           <figure class="rig__sketch">
             <div data-part="sketch"></div>
-            <figcaption class="help">Seen in the direction of travel. The wall inside the fan is what the
-              camera sees.</figcaption>
+            <figcaption class="help">${t('rig.sketch_help')}</figcaption>
           </figure>
         </div>`,
     );
@@ -111,12 +112,15 @@ class RigForm extends Component {
       rig = JSON.parse(await file.text());
     } catch (error) {
       if (!(error instanceof SyntaxError)) throw error;
-      this.parts.loadFault.textContent = `${file.name} is not a JSON file.`;
+      this.parts.loadFault.textContent = t('rig.not_json', { file: file.name });
       return;
     }
     const missing = ['camera', 'mount', 'pipe'].filter((part) => typeof rig?.[part] !== 'object');
     if (missing.length) {
-      this.parts.loadFault.textContent = `${file.name} is not a rig file: it has no ${missing.join(', no ')}.`;
+      this.parts.loadFault.textContent = t('rig.not_a_rig', {
+        file: file.name,
+        missing: missing.join(t('rig.not_a_rig_and')),
+      });
       return;
     }
     this.parts.preset.value = '';
@@ -152,6 +156,7 @@ class RigForm extends Component {
   #changed() {
     this.#showFaults();
     render(this.parts.sketch, rigSketch(this.value));
+    this.dispatchEvent(new Event('rig'));
   }
 
   /** Writes the faults of touched fields beside them; answers the first faulty field or null. */
@@ -178,7 +183,7 @@ class RigForm extends Component {
     if (!this.#videoSize || faults.has('camera.width') || faults.has('camera.height')) return;
     const [videoWidth, videoHeight] = this.#videoSize;
     if (width === videoWidth && height === videoHeight) return;
-    faults.set('camera.width', `The video is ${videoWidth} × ${videoHeight} px.`);
+    faults.set('camera.width', t('rig.video_size', { width: videoWidth, height: videoHeight }));
     this.#touched.add('camera.width');
   }
 
@@ -203,7 +208,7 @@ function fieldMarkup({ path, kind, label, unit, optional, help, options }) {
             inputmode="${kind === 'numbers' ? 'text' : 'decimal'}" />
           ${unit && html`<span class="unit">${unit}</span>`}</span>`;
   return html`<div class="field${kind === 'numbers' && ' field--wide'}">
-    <label for="${id}">${label}${optional && html` <span class="required">(optional)</span>`}</label>
+    <label for="${id}">${label}${optional && html` <span class="required">${t('page.optional')}</span>`}</label>
     ${control}
     <span class="fault" id="${id}-fault"></span>
     ${help && html`<span class="help" id="${id}-help">${help}</span>`}

@@ -1,6 +1,7 @@
 /** The cross-section of the pipe with the camera in it, drawn to scale from the rig. */
 
 import { html } from '../../core/html.js';
+import { t } from '../../core/words.js';
 
 const SIZE = 240;
 const DRAWN = 168;
@@ -35,22 +36,24 @@ export function rigSketch({ camera, mount, pipe }) {
         ? html`<path d="M${toX(eye.x) - 5} ${toY(eye.y) - 2}h10l2.500 5h-15z" />`
         : html`<circle class="sketch__lens" cx="${toX(eye.x)}" cy="${toY(eye.y) - 7.5}" r="3.500" />`}
     </g>
-    <text x="${SIZE / 2}" y="16">${isRound ? `Ø ${pipe.diameter_mm} mm` : 'flat floor'}</text>
-    <text x="${SIZE / 2}" y="${SIZE - 6}">lens ${mount.height_mm} mm above ${isRound ? 'the invert' : 'the floor'}</text>
+    <text x="${SIZE / 2}" y="16">${isRound ? `Ø ${pipe.diameter_mm} mm` : t('rig.sketch_flat')}</text>
+    <text x="${SIZE / 2}" y="${SIZE - 6}">${isRound
+      ? t('rig.sketch_above_invert', { height: mount.height_mm })
+      : t('rig.sketch_above_floor', { height: mount.height_mm })}</text>
   </svg>`;
 }
 
 function blank() {
-  return html`<svg class="sketch" viewBox="0 0 ${SIZE} ${SIZE}" role="img" aria-label="No drawing yet">
+  return html`<svg class="sketch" viewBox="0 0 ${SIZE} ${SIZE}" role="img" aria-label="${t('rig.sketch_none')}">
     <circle class="sketch__pipe sketch__pipe--blank" cx="${SIZE / 2}" cy="${SIZE / 2}" r="${DRAWN / 2}" />
-    <text x="${SIZE / 2}" y="${SIZE / 2}">diameter and height</text>
-    <text x="${SIZE / 2}" y="${SIZE / 2 + 18}">make the drawing</text></svg>`;
+    <text x="${SIZE / 2}" y="${SIZE / 2}">${t('rig.sketch_needs')}</text>
+    <text x="${SIZE / 2}" y="${SIZE / 2 + 18}">${t('rig.sketch_makes')}</text></svg>`;
 }
 
 const describe = (pipe, mount) =>
   pipe.shape === 'circular'
-    ? `Pipe of ${pipe.diameter_mm} mm with the camera ${mount.height_mm} mm above the invert`
-    : `Floor with the camera ${mount.height_mm} mm above it`;
+    ? t('rig.sketch_pipe', { diameter: pipe.diameter_mm, height: mount.height_mm })
+    : t('rig.sketch_floor', { height: mount.height_mm });
 
 function wallBelow(eye, radius, toY) {
   const drop = Math.sqrt(Math.max(radius ** 2 - eye.x ** 2, 0));
@@ -78,6 +81,6 @@ function hit(eye, angle, radius) {
   const b = px * dx + py * dy;
   const inside = b * b - (px * px + py * py - radius * radius);
   if (inside < 0) return null;
-  const t = -b + Math.sqrt(inside);
-  return { x: eye.x + t * dx, y: eye.y + t * dy };
+  const along = -b + Math.sqrt(inside);
+  return { x: eye.x + along * dx, y: eye.y + along * dy };
 }

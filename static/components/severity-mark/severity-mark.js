@@ -1,9 +1,10 @@
 /** Severity 0 to 5 as shape and colour together, the same in lists and on canvases. */
 
 import { html } from '../../core/html.js';
+import { t, wordFor } from '../../core/words.js';
 
-/** What each grade means; ours, not a PACP, MSCC or DWA grade. */
-export const SEVERITIES = ['note', 'as new', 'slight', 'watch', 'plan repair', 'act now'];
+/** The grades; ours, not a PACP, MSCC or DWA grade. */
+export const GRADES = [0, 1, 2, 3, 4, 5];
 
 /** Outlines on a 20 x 20 grid: ring, disc, square, diamond, triangle, octagon with its mark. */
 const OUTLINES = [
@@ -18,8 +19,13 @@ const UNRATED = 'M10 4a6 6 0 1 0 .01 0zM10 6a4 4 0 1 1-.01 0z';
 
 const nameOf = (severity) => (severity === null || severity === undefined ? 'none' : severity);
 
+/** What the grade means: 'plan repair', 'not rated'. */
+export const severityWord = (severity) => wordFor('severity', String(nameOf(severity)));
+
 export const severityText = (severity) =>
-  nameOf(severity) === 'none' ? 'not rated' : `severity ${severity}, ${SEVERITIES[severity]}`;
+  nameOf(severity) === 'none'
+    ? severityWord(severity)
+    : t('severity.label', { grade: severity, word: severityWord(severity) });
 
 export function severityMark(severity) {
   const outline = OUTLINES[severity] ?? UNRATED;

@@ -1,17 +1,12 @@
 /** The state of an inspection in a word and a sign. */
 
 import { html } from '../../core/html.js';
+import { wordFor } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 
-const STATES = {
-  queued: ['wait', 'Queued'],
-  running: ['live', 'Tracking'],
-  done: ['check', 'Done'],
-  failed: ['alert', 'Failed'],
-  cancelled: ['stop', 'Cancelled'],
-};
+const SIGNS = { queued: 'wait', running: 'live', done: 'check', failed: 'alert', cancelled: 'stop' };
 
-export function statusChip(status) {
-  const [sign, word] = STATES[status];
-  return html`<span class="chip chip--${status}">${icon(sign)}${word}</span>`;
-}
+export const STATES = Object.keys(SIGNS);
+
+export const statusChip = (status) =>
+  html`<span class="chip chip--${status}">${icon(SIGNS[status])}${wordFor('status', status)}</span>`;

@@ -1,7 +1,9 @@
 /** Short messages at the foot of the page, with an action where one helps. */
 
+import { ApiError } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { Component } from '../../core/store.js';
+import { errorText, t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 
 const STAYS_MS = 7000;
@@ -22,7 +24,7 @@ class ToastStack extends Component {
       html`${kind === 'error' && icon('alert')}<p>${text}</p>
         ${action && html`<button class="button button--small" data-part="action">${action}</button>`}
         <button class="button button--quiet button--small button--icon" data-part="close"
-          aria-label="Dismiss">${icon('close')}</button>`,
+          aria-label="${t('page.dismiss')}">${icon('close')}</button>`,
     );
     const leave = () => toast.remove();
     parts.close.addEventListener('click', leave);
@@ -56,4 +58,14 @@ export function toast(text, options = {}) {
 }
 
 /** Shows why something failed. */
-export const toastError = (error) => toast(error.message, { kind: 'error' });
+export const toastError = (error) => toast(errorText(error), { kind: 'error' });
+
+/** Carries out a command of the person; what the server refuses is told. */
+export async function orToast(run) {
+  try {
+    await run();
+  } catch (error) {
+    if (!(error instanceof ApiError)) throw error;
+    toastError(error);
+  }
+}

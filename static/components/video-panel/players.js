@@ -9,7 +9,16 @@
 
 import { blob } from '../../core/api.js';
 
-const MISSES_ALLOWED = 3;
+/**
+ * Shares of a frame's interval to seek to, one after the other while another frame is shown.
+ *
+ * Chromium takes the duration of a frame from the order of decoding, which with a variable rate and
+ * B-frames is that of another one (measured with 150): the one before is shown for longer than it
+ * lasts. It also learns the true duration only at the end of a file whose header states less, and
+ * until then stops short of the last frame; another try gets there. What none of them finds is
+ * fetched as a single picture.
+ */
+const SEEK_SHARES = [0.5, 0.5, 0.97];
 
 /** Events: `frame` (a picture was drawn), `state` (`rate` has changed). */
 class Player extends EventTarget {
@@ -89,23 +98,30 @@ class Player extends EventTarget {
  */
 export class FilePlayer extends Player {
   #video;
+  #path;
   #sought = -1;
   #missed = 0;
+  #end = new AbortController();
 
-  constructor(canvas, track, video, url) {
+  /** @param {string} path of the inspection */
+  constructor(canvas, track, video, path) {
     super(canvas, track);
     this.#video = video;
+    this.#path = path;
     video.onseeked = () => {
       if (this.asked !== this.#sought) this.seek(this.asked);
+      // The picture of a seek is presented within the next two.
+      else requestAnimationFrame(() => requestAnimationFrame(() => this.#check()));
     };
     video.onended = () => {
+      if (this.rate <= 0) return; // a seek to the last picture ends a film, too
       this.shuttle(0);
       // A busy machine skips the last pictures without a word.
       this.seek(this.track.length - 1);
     };
     video.onerror = () => this.dispatchEvent(new Event('unplayable'));
     video.requestVideoFrameCallback(this.#presented);
-    video.src = url;
+    video.src = `${path}/video`;
   }
 
   #presented = (now, { mediaTime }) => {
@@ -114,29 +130,35 @@ export class FilePlayer extends Player {
     const frame = this.track.frameAt(timeS);
     if (this.rate > 0) this.asked = frame;
     // A fresh file shows its first picture on the way to the one that is asked for.
-    const isOnTheWay = this.frame < 0 && frame !== this.asked && this.#missed < MISSES_ALLOWED;
+    const mayYetCome = this.#missed < SEEK_SHARES.length - 1;
+    const isOnTheWay = this.frame < 0 && frame !== this.asked && mayYetCome;
     if (!isOnTheWay) this.show(picture, this.#video.videoWidth, this.#video.videoHeight, frame);
     if (picture !== this.#video) picture.close();
     // While tracking runs the file is longer than the track.
     if (this.rate > 0 && frame === this.track.length - 1) this.shuttle(0);
     if (!this.isBusy) this.#missed = 0;
-    else if (!this.#video.seeking) this.#seekAgain();
   };
 
   seek(frame) {
     this.asked = frame;
     if (this.#video.seeking) return;
+    if (frame !== this.#sought) this.#missed = 0;
     this.#sought = frame;
-    this.#video.currentTime = this.track.seekTime(frame);
+    this.#video.currentTime = this.track.seekTime(frame, SEEK_SHARES[this.#missed]);
   }
 
-  /**
-   * Chromium learns the true duration only at the end of a file whose header states less, and until
-   * then stops short of the last frame (measured); the second try gets there.
-   */
-  #seekAgain() {
+  /** After a seek: try again elsewhere if it shows another frame. */
+  #check() {
+    if (!this.isBusy || this.asked !== this.#sought || this.#video.seeking) return;
     this.#missed += 1;
-    if (this.#missed <= MISSES_ALLOWED) this.seek(this.asked);
+    if (this.#missed < SEEK_SHARES.length) this.seek(this.asked);
+    else this.#showStill(this.asked);
+  }
+
+  async #showStill(frame) {
+    const picture = await fetchStill(this.#path, frame, this.#end.signal);
+    if (this.asked === frame && this.isBusy) this.show(picture, picture.width, picture.height, frame);
+    picture.close();
   }
 
   shuttle(rate) {
@@ -154,6 +176,7 @@ export class FilePlayer extends Player {
 
   close() {
     super.close();
+    this.#end.abort();
     this.#video.onseeked = this.#video.onended = this.#video.onerror = null;
     this.#video.removeAttribute('src');
     this.#video.load();
@@ -171,12 +194,18 @@ function snapshot(video, mediaTime) {
   return [picture, picture.timestamp / 1e6];
 }
 
+/** A frame as the server cuts it out of the original. */
+async function fetchStill(path, frame, signal) {
+  return createImageBitmap(await blob(`${path}/frames/${frame}.jpg`, signal));
+}
+
 /** Single pictures made by the server, for files that no browser plays. */
 export class StillPlayer extends Player {
   #path;
   #end = new AbortController();
   #isLoading = false;
 
+  /** @param {string} path of the inspection */
   constructor(canvas, track, path) {
     super(canvas, track);
     this.#path = path;
@@ -197,8 +226,7 @@ export class StillPlayer extends Player {
     try {
       while (this.isBusy && !this.#end.signal.aborted) {
         const frame = this.asked;
-        const jpeg = await blob(`${this.#path}/${frame}.jpg`, this.#end.signal);
-        const picture = await createImageBitmap(jpeg);
+        const picture = await fetchStill(this.#path, frame, this.#end.signal);
         this.show(picture, picture.width, picture.height, frame);
         picture.close();
       }
@@ -211,6 +239,8 @@ export class StillPlayer extends Player {
 /** Pictures of the running tracker, each with the pose of its own frame in `row`. */
 export class LivePlayer extends Player {
   row = null;
+  /** When the camera gave the picture, by `performance.now`; null for a file. */
+  capturedMs = null;
 
   #feed;
   #size;
@@ -227,6 +257,8 @@ export class LivePlayer extends Player {
     super(canvas, null);
     this.#feed = feed;
     this.#size = size;
+    // What came while another player was at work: the server waits for it.
+    feed.acknowledge(feed.seq);
     feed.addEventListener('message', ({ detail }) => this.#receive(detail), {
       signal: this.#end.signal,
     });
@@ -250,11 +282,12 @@ export class LivePlayer extends Player {
     this.#isDrawing = true;
     try {
       while (this.#newest && !this.#end.signal.aborted) {
-        const { header, jpeg } = this.#newest;
+        const { header, jpeg, capturedMs } = this.#newest;
         this.#newest = null;
         const picture = await createImageBitmap(new Blob([jpeg], { type: 'image/jpeg' }));
         if (!this.#end.signal.aborted) {
           this.row = header;
+          this.capturedMs = capturedMs;
           this.asked = header.frame;
           this.show(picture, ...this.#size, header.frame);
         }

@@ -1,12 +1,14 @@
-/** The codes on the digit keys, in the order 1 to 9: main codes of EN 13508-2, labels ours. */
-export const QUICK_CODES = [
-  { code: 'BAB', label: 'Crack' },
-  { code: 'BAC', label: 'Break' },
-  { code: 'BAF', label: 'Surface' },
-  { code: 'BAJ', label: 'Joint' },
-  { code: 'BBA', label: 'Roots' },
-  { code: 'BBB', label: 'Attached' },
-  { code: 'BBC', label: 'Settled' },
-  { code: 'BBF', label: 'Infiltration' },
-  { code: 'BDD', label: 'Water' },
-];
+/** The codes on the digit keys 1 to 9, as the person chose them. */
+
+import { preferences } from '../../core/preferences.js';
+import { wordFor } from '../../core/words.js';
+
+/**
+ * With a label short enough for a button: [{code, char1, char2, label}].
+ * @param {import('../../core/codes.js').Catalogue} catalogue
+ */
+export const quickCodes = (catalogue) =>
+  preferences.value.quick_codes.map(({ code, char1, char2 }) => {
+    const word = wordFor('quick', code) ?? catalogue.label(code, null, null);
+    return { code, char1, char2, label: [word, char1, char2].filter(Boolean).join(' ') };
+  });

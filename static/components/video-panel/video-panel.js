@@ -6,12 +6,14 @@
  */
 
 import { html, render } from '../../core/html.js';
-import { sharpContext, typeScale } from '../../core/screen.js';
+import { onThemeChange, sharpContext, typeScale } from '../../core/screen.js';
 import { Component } from '../../core/store.js';
-import { clockHour, metres, timecode } from '../../core/units.js';
+import { chainage, clockHour, timecode } from '../../core/units.js';
+import { t } from '../../core/words.js';
 import { drawSeverity } from '../severity-mark/severity-mark.js';
 import { icon } from '../icon/icon.js';
-import { QUICK_CODES } from './quick-codes.js';
+import { quickCodes } from './quick-codes.js';
+import './picture-age.js';
 import { FilePlayer, LivePlayer, StillPlayer } from './players.js';
 import { toastError } from '../toast-stack/toast-stack.js';
 
@@ -30,31 +32,33 @@ class VideoPanel extends Component {
   mount() {
     this.desk = this.closest('inspection-page').desk;
     const { video } = this.desk.inspection.value;
+    const quickOnes = quickCodes(this.desk.catalogue);
     this.parts = render(
       this,
       html`<div class="stage" data-part="stage">
           <video data-part="video" muted playsinline preload="auto" tabindex="-1" aria-hidden="true"></video>
-          <canvas data-part="picture" class="stage__picture" role="img" aria-label="Picture of the shown frame"></canvas>
+          <canvas data-part="picture" class="stage__picture" role="img" aria-label="${t('video.picture')}"></canvas>
           <canvas data-part="overlay" class="stage__overlay" aria-hidden="true"></canvas>
-          <p class="stage__badge" data-part="badge" hidden>${icon('live')}Live</p>
+          <p class="stage__badge" data-part="badge" hidden>${icon('live')}${t('video.live')}
+            <picture-age class="stage__age"></picture-age></p>
           <p class="stage__note" data-part="note"></p>
         </div>
         <div class="transport">
           <div class="transport__buttons">
-            ${button('stepBack', 'stepBack', 'Back one frame', '←')}
-            ${button('play', 'play', 'Play', 'Space')}
-            ${button('stepForward', 'stepForward', 'Forward one frame', '→')}
+            ${button('stepBack', 'stepBack', t('video.back'), '←')}
+            ${button('play', 'play', t('video.play'), t('video.space'))}
+            ${button('stepForward', 'stepForward', t('video.forward'), '→')}
           </div>
           <input class="transport__time" type="range" min="0" max="1" step="any" value="0" data-part="time"
-            aria-label="Time in the video" />
+            aria-label="${t('video.time')}" />
           <p class="transport__clock number"><span data-part="clock"></span><span class="transport__frame"
             data-part="frame"></span></p>
           <button class="button button--small" data-part="live" aria-pressed="false"
-            title="Follow the tracker">${icon('live')}Live</button>
+            title="${t('video.follow')}">${icon('live')}${t('video.live')}</button>
         </div>
-        <div class="quick" role="group" aria-label="Tag the middle of the picture">
-          <button class="button quick__code quick__code--plain" data-part="tag"><kbd>T</kbd>Tag</button>
-          ${QUICK_CODES.map(({ code, label }, i) => html`<button class="button quick__code" data-quick="${i}"
+        <div class="quick" role="group" aria-label="${t('video.quick')}" data-needs="operator">
+          <button class="button quick__code quick__code--plain" data-part="tag"><kbd>T</kbd>${t('video.tag')}</button>
+          ${quickOnes.map(({ code, label }, i) => html`<button class="button quick__code" data-quick="${i}"
             title="${code}: ${label}"><kbd>${i + 1}</kbd>${label}</button>`)}
         </div>`,
     );
@@ -75,7 +79,7 @@ class VideoPanel extends Component {
     this.listen(parts.time, 'pointerup', () => parts.time.blur());
     this.listen(parts.tag, 'click', () => desk.tagCentre());
     for (const quick of this.querySelectorAll('[data-quick]')) {
-      this.listen(quick, 'click', () => desk.tagCentre(QUICK_CODES[quick.dataset.quick].code));
+      this.listen(quick, 'click', () => desk.tagCentre(quickOnes[quick.dataset.quick]));
     }
     this.listen(parts.overlay, 'pointermove', (event) => this.#point(event));
     this.listen(parts.overlay, 'pointerleave', () => this.#point(null));
@@ -86,6 +90,7 @@ class VideoPanel extends Component {
     this.listen(desk.track, 'change', () => this.#tracked());
     this.listen(desk.inspection, 'change', () => this.#stateChanged());
     this.listen(desk.live, 'message', ({ detail }) => this.#ended(detail.header));
+    onThemeChange(() => this.repaint(), this.signal);
     const resized = new ResizeObserver(() => this.repaint());
     resized.observe(parts.stage);
     this.signal.addEventListener('abort', () => {
@@ -172,9 +177,13 @@ class VideoPanel extends Component {
     const { video } = desk.inspection.value;
     if (mode === 'LIVE') return new LivePlayer(parts.picture, desk.live, [video.width, video.height]);
     const path = `/api/inspections/${desk.inspection.id}`;
-    return video.playable && !this.isUnplayable
-      ? new FilePlayer(parts.picture, desk.track, parts.video, `${path}/video`)
-      : new StillPlayer(parts.picture, desk.track, `${path}/frames`);
+    return this.#isPlayable
+      ? new FilePlayer(parts.picture, desk.track, parts.video, path)
+      : new StillPlayer(parts.picture, desk.track, path);
+  }
+
+  get #isPlayable() {
+    return this.desk.inspection.value.video.playable && !this.isUnplayable;
   }
 
   #useStills() {
@@ -184,8 +193,10 @@ class VideoPanel extends Component {
 
   #shown() {
     const { frame } = this.#player;
-    const row = this.#mode === 'LIVE' ? this.#player.row : this.desk.track.row(frame);
-    this.desk.playhead.set({ frame, row, isLive: this.#mode === 'LIVE' });
+    const isLive = this.#mode === 'LIVE';
+    const row = isLive ? this.#player.row : this.desk.track.row(frame);
+    const capturedMs = isLive ? this.#player.capturedMs : null;
+    this.desk.playhead.set({ frame, row, isLive, capturedMs });
     this.#showTime();
   }
 
@@ -199,7 +210,9 @@ class VideoPanel extends Component {
   #stateChanged() {
     if (this.desk.inspection.isUnfinished) {
       if (this.#mode === 'REVIEW' && this.desk.track.length === 0) this.#enter('LIVE');
-    } else if (this.#mode === 'LIVE') this.#enter('REVIEW');
+    } else if (this.#mode === 'LIVE' || this.#isPlayable !== this.#player instanceof FilePlayer) {
+      this.#enter('REVIEW'); // what a camera recorded is a film from its end on
+    }
     this.#showTransport();
     this.repaint();
   }
@@ -213,12 +226,12 @@ class VideoPanel extends Component {
     const { parts, desk } = this;
     const isPlaying = this.#player.rate !== 0;
     const isLive = this.#mode === 'LIVE';
-    const label = isPlaying ? 'Pause' : 'Play';
+    const label = isPlaying ? t('video.pause') : t('video.play');
     if (parts.play.dataset.shows !== label) {
       parts.play.dataset.shows = label;
       render(parts.play, icon(isPlaying ? 'pause' : 'play'));
       parts.play.setAttribute('aria-label', label);
-      parts.play.title = `${label} (Space)`;
+      parts.play.title = t('video.with_key', { what: label, key: t('video.space') });
     }
     parts.badge.hidden = !(isLive && desk.inspection.isUnfinished);
     parts.live.setAttribute('aria-pressed', String(isLive));
@@ -239,9 +252,9 @@ class VideoPanel extends Component {
     parts.time.value = now;
     parts.time.disabled = !last;
     const number = frame < 0 ? '–' : frame;
-    parts.time.setAttribute('aria-valuetext', `${timecode(now)}, frame ${number}`);
+    parts.time.setAttribute('aria-valuetext', `${timecode(now)}, ${t('video.frame', { frame: number })}`);
     parts.clock.textContent = `${timecode(now)} / ${timecode(end, 0)}`;
-    parts.frame.textContent = ` · frame ${number}`;
+    parts.frame.textContent = ` · ${t('video.frame', { frame: number })}`;
   }
 
   // The overlay -------------------------------------------------------------------------------
@@ -281,8 +294,10 @@ class VideoPanel extends Component {
   #click(event) {
     const pixel = this.#toPixel(event);
     if (!pixel) return;
+    const { value: pick } = this.desk.picking;
     const mark = this.#markAt(pixel);
-    if (mark) this.desk.selection.set(mark.id);
+    if (pick) pick({ frame: this.desk.playhead.value.frame, pixel });
+    else if (mark) this.desk.selection.set(mark.id);
     else this.desk.tag({ pixel });
   }
 
@@ -343,11 +358,12 @@ class VideoPanel extends Component {
     const { wall, playhead } = this.desk;
     const mark = this.#markAt(this.#cursor);
     const point = wall?.at(...this.#cursor, playhead.value.row);
-    if (mark) paintLabel(context, `${mark.code || 'Tag'}: click to select`, x, y - 26, layout, styles);
+    if (this.desk.picking.value) paintLabel(context, t('corrections.mark_here'), x, y - 26, layout, styles);
+    else if (mark) paintLabel(context, t('video.select', { what: mark.code || t('video.tag') }), x, y - 26, layout, styles);
     else if (point) {
       const clock = point.clock_h === null ? '' : ` · ${clockHour(point.clock_h)}`;
-      paintLabel(context, `${metres(point.distance_m)}${clock}`, x, y - 26, layout, styles);
-    } else paintLabel(context, 'no wall here', x, y - 26, layout, styles);
+      paintLabel(context, `${chainage(point.distance_m)}${clock}`, x, y - 26, layout, styles);
+    } else paintLabel(context, t('video.no_wall'), x, y - 26, layout, styles);
   }
 
   /** Says plainly when the picture is not (yet) the wanted one. */
@@ -358,15 +374,15 @@ class VideoPanel extends Component {
     let note = '';
     if (desk.playhead.value.frame < 0) {
       note = {
-        queued: 'Waits for its turn. The picture comes when tracking begins.',
-        running: 'Waiting for the first picture…',
-        done: desk.track.length ? 'Loading the video…' : '',
-        failed: 'There is no picture: tracking has failed.',
-        cancelled: 'Tracking was cancelled before the first picture.',
+        queued: t('video.note_queued'),
+        running: t('video.note_running'),
+        done: '',
+        failed: t('video.note_failed'),
+        cancelled: t('video.note_cancelled'),
       }[status];
-      if (desk.track.length && status !== 'running') note = 'Loading the video…';
+      if (desk.track.length && status !== 'running') note = t('video.note_loading');
     } else if (this.#mode === 'REVIEW' && this.#player.isBusy && this.#player.rate === 0) {
-      if (isLate) note = `Going to frame ${this.#player.asked}…`;
+      if (isLate) note = t('video.note_going', { frame: this.#player.asked });
       else setTimeout(() => this.isConnected && this.repaint(), BUSY_SHOWN_AFTER_MS);
     }
     if (parts.note.textContent !== note) parts.note.textContent = note;
@@ -374,7 +390,7 @@ class VideoPanel extends Component {
 }
 
 const button = (part, sign, label, key) => html`<button class="button button--icon" data-part="${part}"
-  aria-label="${label}" title="${label} (${key})">${icon(sign)}</button>`;
+  aria-label="${label}" title="${t('video.with_key', { what: label, key })}">${icon(sign)}</button>`;
 
 function paintCentre(context, [x, y]) {
   for (const [width, colour] of [[3, 'rgb(0 0 0 / 55%)'], [1.2, 'rgb(255 255 255 / 85%)']]) {

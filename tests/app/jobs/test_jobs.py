@@ -11,6 +11,7 @@ from builders import HEIGHT, WIDTH, clip_rig, frame_number, make_clip, wait_unti
 
 from app.jobs.messages import (
     Batch,
+    Checkpoint,
     Done,
     Failed,
     FromMedia,
@@ -28,15 +29,17 @@ LIMITS = Limits(768 * 2**20, 600)
 """The least that an operator may set."""
 
 
-def track(video: Path, limits: Limits = LIMITS) -> list[Batch | Done | Failed]:
-    """Everything that a tracker says about a video."""
+def track(video: Path, limits: Limits = LIMITS) -> list[FromTracker]:
+    """Everything that a tracker says about a video, but for its checkpoints."""
     decoder = msgspec.msgpack.Decoder(FromTracker)
     child = Child("app.jobs.tracker")
     try:
         child.send(TrackRequest(str(video), clip_rig(), limits))
-        messages = [decoder.decode(child.receive(30))]
-        while isinstance(messages[-1], Batch):
-            messages.append(decoder.decode(child.receive(30)))
+        messages: list[FromTracker] = []
+        while not messages or isinstance(messages[-1], Batch):
+            message = decoder.decode(child.receive(30))
+            if not isinstance(message, Checkpoint):
+                messages.append(message)
         return messages
     finally:
         child.end()
@@ -68,7 +71,11 @@ def test_previews_are_few(long_clip: Path) -> None:
     decoder = msgspec.msgpack.Decoder(FromTracker)
     child = Child("app.jobs.tracker")
     child.send(TrackRequest(str(long_clip), clip_rig(), LIMITS))
-    times = [decoder.decode(child.receive(30)).rows[-1].time_s for _ in range(10)]
+    times: list[float] = []
+    while len(times) < 10:
+        message = decoder.decode(child.receive(30))
+        if isinstance(message, Batch):
+            times.append(message.rows[-1].time_s)
     child.kill()
     assert (times[-1] - times[0]) * 25 > 18, "several frames a batch"
 

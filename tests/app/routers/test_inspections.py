@@ -120,12 +120,6 @@ def test_a_body_out_of_bounds_is_refused(shared: Client, changes: dict[str, Any]
     assert_error(answer, 422, "invalid_request")
 
 
-def test_a_live_source_is_said_to_come_later(shared: Client) -> None:
-    source = {"kind": "live", "url": "rtsp://192.168.1.9/stream"}
-    answer = shared.post("/api/inspections", json=body("", source=source))
-    assert_error(answer, 501, "live_source_not_available")
-
-
 def test_the_list_has_the_newest_first(server: Client, clip: Path) -> None:
     first, second = server.inspect(clip, name="first"), server.inspect(clip, name="second")
     listed = server.get("/api/inspections").json()["inspections"]

@@ -1,7 +1,10 @@
 import json
+import os
 from pathlib import Path
 from typing import Any
 
+import cv2
+import numpy as np
 import pytest
 from builders import (
     Client,
@@ -12,9 +15,15 @@ from builders import (
 from websockets.exceptions import ConnectionClosedError, InvalidStatus
 from websockets.sync.client import ClientConnection
 
+from app.services.live import Progress
+from vo_core import Estimate
 
-def live(client: Client, inspection_id: str) -> ClientConnection:
-    return client.socket(f"/api/inspections/{inspection_id}/live")
+PICTURES, MOST_KEPT_BYTES = 700, 20 * 2**20
+"""What a reader does not take stays in the buffers of its connection, some MiB at the most."""
+
+
+def live(client: Client, inspection_id: str, **options: Any) -> ClientConnection:
+    return client.socket(f"/api/inspections/{inspection_id}/live", **options)
 
 
 def receive(socket: ClientConnection, timeout_s: float = 20) -> tuple[dict[str, Any], bytes]:
@@ -69,6 +78,29 @@ def test_slow_reader_gets_newest_pose(server: Client, long_clip: Path) -> None:
         newest = receive(socket)[0]
         assert newest["seq"] > second["seq"] + 2, "what came between was left out"
         assert newest["frame"] > second["frame"] + 50
+
+
+def test_who_reads_nothing_holds_up_nobody_and_takes_no_memory(shared: Client, done: str) -> None:
+    published = shared.server.app.state.services.live.publish
+    noise = np.random.default_rng(3).integers(0, 256, (480, 640), np.uint8)
+    jpeg = cv2.imencode(".jpg", noise, [cv2.IMWRITE_JPEG_QUALITY, 95])[1].tobytes()
+    pose = Estimate(39, 1.56, 62.4, 0.0, 0.0, 62.4, 0.1, 1.0, "ok")
+    with live(shared, done, max_queue=1) as deaf, live(shared, done) as reader:
+        acknowledge(reader, receive(reader)[0])
+        before = memory_bytes()
+        for n in range(PICTURES):
+            published(done, "running", Progress(n, None, 20.0, None), (pose,), jpeg)
+            deaf.send(json.dumps({"type": "ack", "seq": 2**53}))
+            header, shown = receive(reader, 5)
+            acknowledge(reader, header)
+            assert (header["progress"]["frames_done"], shown) == (n, jpeg)
+        assert PICTURES * len(jpeg) > 10 * MOST_KEPT_BYTES
+        assert memory_bytes() - before < MOST_KEPT_BYTES
+
+
+def memory_bytes() -> int:
+    """Of this process, in which the server runs too."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
 def test_the_end_is_told_to_those_who_watch(server: Client, clip: Path) -> None:

@@ -148,8 +148,10 @@ def test_the_code_pack_is_complete(shared: Client) -> None:
     assert len({row["code"] for row in codes}) == 36
     assert codes[3] == {
         "code": "BAB", "char1": "A", "char2": "A",
-        "label": "Crack: hairline on the surface, along the pipe", "group": "S",
+        "label": "Crack: hairline on the surface, along the pipe",
+        "label_ms": "Retak: retak rambut pada permukaan, memanjang paip", "group": "S",
         "needs_clock": "yes", "needs_q1": "opt", "needs_q2": "no", "unit_q1": "mm",
-        "unit_q2": None, "continuous_allowed": True,
+        "unit_q2": None, "continuous_allowed": True, "grade_s": None, "grade_o": None,
+        "hotkey": None, "icon": None,
     }  # fmt: skip
     json.dumps(codes, allow_nan=False)

@@ -75,3 +75,55 @@ def test_the_robot_goes_to_the_frame_that_the_player_shows(server: Client, clip:
         until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.016) < 0.001)
         live.send(json.dumps({"type": "show", "frame": None}))
         until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.0624) < 0.001)
+
+
+def test_the_tag_that_is_selected_in_the_list_is_marked(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    tag = server.tag(inspection_id, frame=20, code="BAB").json()
+    with (
+        server.socket(f"/api/inspections/{inspection_id}/live") as live,
+        look(server, inspection_id) as socket,
+    ):
+        live.send(json.dumps({"type": "select", "observation": tag["id"]}))
+        until(socket, says("» BAB"))
+        live.send(json.dumps({"type": "select", "observation": None}))
+        until(socket, lambda m: "'BAB" in str(m))
+
+
+def test_a_stretch_is_a_band_from_its_start_to_its_finish(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    server.tag(inspection_id, frame=5, code="BAB", severity=2, continuous="A1")
+    server.tag(inspection_id, frame=35, code="BAB", severity=2, continuous="B1")
+    with look(server, inspection_id) as socket:
+        until(socket, lambda m: m.get("name") == "/pins/patches/2")
+
+
+def test_a_correction_moves_robot_path_wall_and_tags(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    server.tag(inspection_id, frame=0, code="BAB")
+    stated = {
+        "zero": {"frame": 0, "offset_m": 1.0},
+        "lengths": [],
+        "joints": {"use": False, "marked": [], "left_out": []},
+        "rig_sigma": None,
+        "forced": None,
+        "remark": None,
+    }
+    with look(server, inspection_id) as socket:
+        wall = until(socket, lambda m: m["type"] == "GlbMessage")["name"]
+        raw_m = 0.5 * int(wall.split("/")[2])
+        answer = server.put(f"/api/inspections/{inspection_id}/corrections", json=stated)
+        assert answer.status_code == 200, answer.text
+        waited = {
+            "robot": lambda m: robot_moves(m) and abs(m["position"][0] - 1.0624) < 0.001,
+            "wall": lambda m: (
+                m["type"] == "SetPositionMessage"
+                and m["name"] == wall
+                and abs(m["position"][0] - raw_m - 1.0) < 0.01
+            ),
+            "tag": says("1.00 m ±"),
+            "path": lambda m: m.get("name") == "/trail/0" and m["type"] == "LineSegmentsMessage",
+        }
+        while waited:
+            for message in messages(socket):
+                waited = {what: found for what, found in waited.items() if not found(message)}

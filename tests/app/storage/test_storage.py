@@ -21,7 +21,7 @@ from sqlalchemy.orm import Session
 from app.errors import DataFolderInUse
 from app.storage.database import Database
 from app.storage.files import DataFolder, write_durably
-from app.storage.tables import Base, Event, Token
+from app.storage.tables import Base, Event, LoginSession
 
 
 @pytest.fixture
@@ -44,25 +44,27 @@ def test_commits_are_synced_and_readers_cannot_write(database: Database) -> None
 
     assert database.write(pragma) == ("wal", 2, 1)
     with database.read() as session, pytest.raises(OperationalError, match="readonly"):
-        session.execute(text("DELETE FROM tokens"))
+        session.execute(text("DELETE FROM sessions"))
 
 
-def add_token(session: Session, digest: str) -> None:
-    session.add(Token(digest=digest, name="x", role="viewer", created_at=datetime.now(UTC)))
+def add_login(session: Session, digest: str) -> None:
+    now = datetime.now(UTC)
+    row = LoginSession(digest=digest, token_digest=digest, created_at=now, seen_at=now)
+    session.add(row)
 
 
 def test_a_write_that_fails_leaves_nothing_and_the_next_one_works(database: Database) -> None:
     def fail(session: Session) -> None:
-        add_token(session, "a")
+        add_login(session, "a")
         session.flush()
         raise KeyError("x")
 
     with pytest.raises(KeyError):
         database.write(fail)
-    database.write(lambda session: add_token(session, "b"))
+    database.write(lambda session: add_login(session, "b"))
     with database.read() as session:
-        assert session.get(Token, "a") is None
-        assert session.get(Token, "b") is not None
+        assert session.get(LoginSession, "a") is None
+        assert session.get(LoginSession, "b") is not None
 
 
 def test_writes_from_many_threads_are_done_one_after_the_other(database: Database) -> None:
@@ -70,7 +72,7 @@ def test_writes_from_many_threads_are_done_one_after_the_other(database: Databas
 
     def write(session: Session) -> None:
         writing.append(threading.current_thread().name)
-        add_token(session, uuid.uuid4().hex)
+        add_login(session, uuid.uuid4().hex)
 
     threads = [
         threading.Thread(target=lambda: [database.write(write) for _ in range(10)])
@@ -82,7 +84,7 @@ def test_writes_from_many_threads_are_done_one_after_the_other(database: Databas
         thread.join()
     assert writing == ["database-writer"] * 80
     with database.read() as session:
-        assert session.scalar(text("SELECT count(*) FROM tokens")) == 80
+        assert session.scalar(text("SELECT count(*) FROM sessions")) == 80
 
 
 def test_instants_come_back_aware(database: Database) -> None:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import socket
-import threading
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-import uvicorn
-from viewer_client import LIMIT_S, Served, make_rig
+from viewer_client import Served, make_rig, serving
 
 from app.viewer.scene import CulvertScene
 
@@ -21,25 +19,8 @@ def socket_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def serve() -> Iterator[Callable[[CulvertScene], Served]]:
-    running: list[tuple[uvicorn.Server, threading.Thread]] = []
-
-    def start(scene: CulvertScene) -> Served:
-        served = Served(scene)
-        listener = socket.create_server(("127.0.0.1", 0))
-        served.port = listener.getsockname()[1]
-        config = uvicorn.Config(
-            served.app(), log_level="warning", ws_per_message_deflate=False, lifespan="off"
-        )
-        server = uvicorn.Server(config)
-        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
-        thread.start()
-        running.append((server, thread))
-        return served
-
-    yield start
-    for server, thread in running:
-        server.should_exit = True
-        thread.join(LIMIT_S)
+    with ExitStack() as stack:
+        yield lambda scene: stack.enter_context(serving(scene))
 
 
 @pytest.fixture

@@ -6,14 +6,18 @@ from viewer_client import make_rig
 
 from app.viewer.geometry import (
     Frustum,
+    PinHit,
     Section,
+    dashed,
     octahedron,
     phi_of_clock,
     plank,
     shown_mm,
+    strip,
     torus,
     tube,
 )
+from app.viewer.pins import Pin, pin_under
 from app.viewer.trail import STEP_MM, Thinner
 from app.viewer.views import view_of
 from vo_core import Rig, wall_point
@@ -84,6 +88,7 @@ def test_click_through_the_camera_agrees_with_the_core(shape: str) -> None:
     ("mesh", "away_from"),
     [
         (tube(0.15, 1.5, inward=True), "axis inverted"),
+        (strip(PIPE, -0.4, 0.2)[0], "axis inverted"),
         (tube(0.15, 1.5, inward=False), "axis"),
         (torus(0.15, 0.01), "ring"),
         (octahedron(), "origin"),
@@ -103,10 +108,78 @@ def test_front_sides_face_the_right_way(mesh, away_from: str) -> None:
     assert (facing < 0).all() if away_from == "axis inverted" else (facing > 0).all()
 
 
-def test_floor_faces_up() -> None:
-    corners = plank(1.0, 0.5).vertices[plank(1.0, 0.5).faces]
+@pytest.mark.parametrize("floor", [plank(1.0, 0.5), strip(FLOOR, -0.5, 0.3)[0]])
+def test_floor_faces_up(floor) -> None:
+    corners = floor.vertices[floor.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     assert (normals[:, 2] < 0).all()
+
+
+@given(row=st.floats(0, 1), first_clock=st.floats(0.5, 11.5))
+def test_picture_lies_where_its_rows_belong(row: float, first_clock: float) -> None:
+    """Its rows run to the right along the developed wall, as clock positions fall."""
+    arc_from = 0.15 * phi_of_clock(first_clock)
+    mesh, uv = strip(PIPE, arc_from, arc_from + 0.3)
+
+    x, y, z = (np.interp(row, uv[:65, 1], mesh.vertices[:65, axis]) for axis in range(3))
+
+    clock = (np.degrees(np.arctan2(y, -z)) / 30) % 12
+    expected = (first_clock - 0.3 * row / 0.15 * 6 / np.pi) % 12
+    assert x == 0
+    assert (clock - expected + 6) % 12 - 6 == pytest.approx(0, abs=0.01)  # corners of 64 sides
+
+
+@pytest.mark.parametrize(("mesh", "sides"), [(torus(1.0, 0.1), 64), (tube(1, 1, inward=True), 64)])
+def test_dashes_leave_their_share_and_as_many_pieces(mesh, sides: int) -> None:
+    left = dashed(mesh, sides, dashes=16, share=0.5)
+    angles = np.arctan2(*left.vertices[left.faces].mean(axis=1)[:, 1:].T)
+    gaps = np.diff(np.unique(angles.round(3)))
+
+    assert len(left.faces) == len(mesh.faces) / 2
+    assert (gaps > 1.2 * 2 * np.pi / sides).sum() in (15, 16)
+
+
+def make_pins(section: Section) -> list[Pin]:
+    clocks = (6.0, 3.0, 12.0) if section.radius_m else (None, None, None)
+    return [
+        Pin(name, x, clock, 0.01, 3, "BAB", lateral_m=y)
+        for name, x, clock, y in zip("abc", (1.0, 2.0, 4.0), clocks, (0.0, 0.3, -0.2), strict=True)
+    ]
+
+
+@given(
+    section=st.sampled_from([PIPE, FLOOR]),
+    number=st.integers(0, 2),
+    x=st.floats(0.2, 5.8),
+    y=st.floats(-0.05, 0.05),
+)
+def test_click_on_a_pin_s_head_is_a_click_on_the_pin(
+    section: Section, number: int, x: float, y: float
+) -> None:
+    pins = make_pins(section)
+    origin = np.array([x, y, section.axis_z_m])
+    pin, reach = pins[number], 0.6 * 0.15
+    if section.radius_m is None:
+        head = np.array([pin.distance_m, pin.lateral_m, -0.4 * section.scale_m])
+    else:
+        phi = phi_of_clock(pin.clock)
+        head = np.array([pin.distance_m, reach * np.sin(phi), reach * np.cos(phi)])
+
+    hit = pin_under(pins, "inside", section, origin.tolist(), (head - origin).tolist())
+
+    assert hit is not None
+    assert hit == PinHit(pin.id) or abs(x - pin.distance_m) > 1  # another may stand in the way
+
+
+@pytest.mark.parametrize("section", [PIPE, FLOOR])
+def test_click_beside_a_pin_is_a_click_on_the_wall(section: Section) -> None:
+    pins = make_pins(section)
+    origin = (2.0, 0.0, section.axis_z_m)
+    for beside in ((1.8, 0.0, 0.1), (2.3, 0.14, 0.0), (2.0, -0.14, 0.02)):
+        ray = np.subtract(beside, origin)
+        assert pin_under(pins, "inside", section, origin, ray.tolist()) is None
+    assert pin_under([], "inside", section, origin, (0.0, 1.0, 0.0)) is None
+    assert pin_under(pins, "inside", section, origin, (0.0, 0.0, 0.0)) is None
 
 
 @pytest.mark.parametrize("view", ["down", "forward"])

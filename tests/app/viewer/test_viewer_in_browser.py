@@ -11,13 +11,14 @@ import pytest
 from playwright.sync_api import Browser, Page
 from viewer_client import Served, make_estimate
 
-from app.viewer.scene import Pin
+from app.viewer.scene import Pin, WallLayout, WallTile
+from vo_core.mosaic import UNSEEN_GREY
 
 FIRST_PICTURE_MS = 60_000
 """Software GL takes 5 to 7 s on an idle machine."""
 
-CYAN, YELLOW, RED = (95, 80, 90), (18, 120, 90), (0, 90, 90)
-"""HSV centres of the interval's ring, the robot's body and a pin of severity 5."""
+CYAN, YELLOW, RED, MAGENTA = (95, 80, 90), (18, 120, 90), (0, 90, 90), (150, 60, 60)
+"""HSV centres of the interval's ring, the robot's body, a pin of severity 5 and a made wall."""
 
 
 @pytest.fixture
@@ -59,6 +60,12 @@ def test_scene_is_drawn_and_clicked_in_a_browser(page: Page, served: Served) -> 
     wait_for_pixels(page, RED, 60)
     assert page.locator('[data-testid="floating-panel"]').is_hidden()
 
+    magenta = cv2.imencode(".jpg", np.full((64, 64, 3), (230, 20, 230), np.uint8))[1].tobytes()
+    wall = [WallTile(k, 1, 0.5 * k, 0.5 * k + 0.5) for k in range(8)]
+    assert pixels(page, MAGENTA) < 50
+    served.scene.set_wall(wall, WallLayout(-0.47, 0.0, 64, 64), lambda _: magenta)
+    wait_for_pixels(page, MAGENTA, 5000)
+
     middle = page.locator("canvas").first.bounding_box()
     assert middle is not None
     at = (middle["x"] + 0.35 * middle["width"], middle["y"] + 0.4 * middle["height"])
@@ -70,6 +77,29 @@ def test_scene_is_drawn_and_clicked_in_a_browser(page: Page, served: Served) -> 
     assert 1.0 < hit.distance_m < 3.5
     assert hit.clock_h is not None
     assert served.clicks.empty()
+
+
+def test_wall_that_was_not_seen_is_transparent(page: Page, served: Served) -> None:
+    """A JPEG has no transparency, so the page makes it where there is nothing but one grey."""
+    rng = np.random.default_rng(3)
+    wall = rng.integers(UNSEEN_GREY - 25, UNSEEN_GREY + 25, (80, 120, 3), np.uint8)
+    wall[:, 60:] = UNSEEN_GREY
+    jpeg = cv2.imencode(".jpg", wall, [cv2.IMWRITE_JPEG_QUALITY, 80])[1].tolist()
+    page.goto(served.page_url)
+
+    alphas = page.evaluate(
+        """async (jpeg) => {
+          const blob = new Blob([new Uint8Array(jpeg)], { type: "image/jpeg" });
+          const bitmap = await createImageBitmap(blob, { premultiplyAlpha: "none" });
+          const context = new OffscreenCanvas(120, 80).getContext("2d");
+          context.drawImage(bitmap, 0, 0);
+          return Array.from(context.getImageData(0, 40, 120, 1).data.filter((_, i) => i % 4 === 3));
+        }""",
+        jpeg,
+    )
+
+    assert set(alphas[:30]) == {255}
+    assert set(alphas[66:]) == {0}
 
 
 def test_foreign_server_named_in_the_address_is_not_asked(page: Page, served: Served) -> None:

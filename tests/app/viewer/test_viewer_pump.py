@@ -5,7 +5,8 @@ import viser._viser
 from viewer_client import Client, Served, is_sent, make_estimate
 from websockets.sync.client import unix_connect
 
-from app.viewer.geometry import WallHit
+from app.viewer.geometry import PinHit, WallHit
+from app.viewer.scene import Pin
 
 
 class Tunnels:
@@ -42,6 +43,17 @@ def test_operator_clicks_the_wall(served: Served) -> None:
     assert inside == WallHit(pytest.approx(1.0), pytest.approx(3.0), pytest.approx(0.15))
     # From outside the near wall is not drawn: the far wall is what was clicked.
     assert outside == WallHit(pytest.approx(1.105), pytest.approx(9.0), pytest.approx(-0.15))
+
+
+def test_operator_clicks_a_pin(served: Served) -> None:
+    served.scene.set_pins([Pin("a", 1.0, 3.0, 0.005, 2, "BAB")])
+    with served.client() as client:
+        barrier(served, client)
+        client.click((1.0, -0.1, 0.0), (0.0, 1.0, 0.0))
+        client.click((1.0, -0.1, 0.0), (0.0, -1.0, 0.0))
+        hits = [served.clicks.get(timeout=5) for _ in range(2)]
+
+    assert hits == [PinHit("a"), WallHit(pytest.approx(1.0), pytest.approx(9.0), -0.15)]
 
 
 def test_click_beside_the_culvert_is_nothing(served: Served) -> None:

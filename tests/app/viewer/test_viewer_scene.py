@@ -1,18 +1,23 @@
+import asyncio
 import gc
+import json
 import os
 import stat
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
-from viewer_client import Client, Served, is_sent, make_estimate, make_rig
+from viewer_client import Client, Served, is_sent, make_estimate, make_rig, messages_kept
+from viser._messages import RunJavascriptMessage
+from viser.infra._async_message_buffer import AsyncMessageBuffer
 
 from app.viewer.geometry import Section
 from app.viewer.private_server import START_LIMIT_S, start_private_server
-from app.viewer.scene import CameraMode, CulvertScene, Pin, ViewerUnavailable
+from app.viewer.scene import CameraMode, CulvertScene, Pin, ViewerUnavailable, WallLayout, WallTile
 from app.viewer.views import View, view_of
 
 JPEG = b"\xff\xd8 not decoded on the server \xff\xd9"
@@ -57,7 +62,7 @@ def test_late_joiner_gets_the_whole_scene(served: Served) -> None:
 
     messages = replay(served)
 
-    assert {"/culvert/wall", "/robot/camera/view", "/interval/band", "/trail/0"} <= names_of(
+    assert {"/culvert/wall", "/robot/camera/view", "/interval/ok/band", "/trail/0"} <= names_of(
         messages
     )
     assert {"S2 BAF C\n1.25 m ± 4 mm", "joint 1 · 1.50 m"} <= texts_of(messages)
@@ -118,6 +123,196 @@ def test_path_comes_in_chunks_and_can_be_taken_away(served: Served) -> None:
     }
     assert {"/trail/1", "/trail/2"} <= hidden
     assert "/trail/0" not in hidden
+
+
+def shown_in(messages: list[dict]) -> set[str]:
+    """Names of the nodes that can be seen after these messages."""
+    shown = {}
+    for message in messages:
+        if message["type"] == "SetSceneNodeVisibilityMessage":
+            shown[message["name"]] = message["visible"]
+        elif message["type"] == "RemoveSceneNodeMessage":
+            shown[message["name"]] = False
+        elif message.get("name"):
+            shown.setdefault(message["name"], True)
+    return {name for name, is_shown in shown.items() if is_shown}
+
+
+@pytest.mark.parametrize("shape", ["circular", "flat"])
+def test_trouble_changes_the_shape_of_the_ring(socket_path: Path, serve, shape: str) -> None:
+    scene = CulvertScene(make_rig(shape=shape), socket_path)
+    try:
+        served = serve(scene)
+        rings = {}
+        for mm, status in enumerate(("ok", "weak", "lost"), 9001):
+            with served.client() as client:
+                scene.show_pose(make_estimate(mm, status=status))
+                client.until_robot_says(f"{mm / 1000:.3f} m")
+            with served.client() as client:
+                rings[status] = shown_in(client.replay())
+    finally:
+        scene.close()
+
+    for status, nodes in rings.items():
+        of_ring = {name for name in nodes if name.count("/") == 3 and "/interval/" in name}
+        assert of_ring == {f"/interval/{status}/{part}" for part in ("band", "from", "to")}
+
+
+PICTURES = {index: JPEG + bytes([index]) for index in range(200)}
+LAYOUT = WallLayout(-0.2, 0.2, 500, 1200)
+"""40 such pictures are all that a browser has room for."""
+
+
+def make_tiles(count: int, *, revision: int = 1, shift_m: float = 0.0) -> list[WallTile]:
+    return [WallTile(k, revision, 0.5 * k + shift_m, 0.5 * (k + 1) + shift_m) for k in range(count)]
+
+
+def is_tile(message: dict) -> bool:
+    is_picture = message["type"] == "GlbMessage" or "glb_data" in message.get("updates", {})
+    return is_picture and message["name"].startswith("/wall/")
+
+
+def test_wall_is_put_where_it_was_seen(served: Served) -> None:
+    served.scene.set_wall(make_tiles(3, shift_m=0.25), LAYOUT, PICTURES.get)
+    with served.client() as client:
+        tiles = client.until_all(is_tile, 3)
+        place = client.until(lambda m: m["type"] == "SetPositionMessage" and m["name"] == "/wall/2")
+
+    assert {tile["name"] for tile in tiles} == {"/wall/0", "/wall/1", "/wall/2"}
+    assert tiles[2]["props"]["scale"] == [0.5, 1.0, 1.0]
+    assert not tiles[2]["props"]["cast_shadow"]
+    assert place[-1]["position"] == [1.25, 0.0, 0.0]
+
+
+def test_only_a_changed_picture_is_sent_again(served: Served) -> None:
+    reads: list[int] = []
+
+    def read(index: int) -> bytes:
+        reads.append(index)
+        return PICTURES[index] + bytes([len(reads)])
+
+    served.scene.set_wall(make_tiles(3), LAYOUT, read)
+    replay(served)
+    changed = [*make_tiles(2), WallTile(2, 2, 1.0, 1.5)]
+    with served.client() as client:
+        client.replay()
+        served.scene.set_wall(changed, LAYOUT, read)
+        (sent,) = client.until_all(is_tile, 1)
+    served.scene.set_wall(changed, LAYOUT, read)
+    replay(served)
+
+    assert sent["name"] == "/wall/2"
+    assert sorted(reads) == [0, 1, 2, 2]
+
+
+def test_picture_that_grows_is_sent_once_a_second(served: Served) -> None:
+    growing = iter(range(1, 256))
+
+    def read(_: int) -> bytes:
+        return JPEG + bytes([next(growing)])
+
+    served.scene.set_wall(make_tiles(1), LAYOUT, read)
+    with served.client() as client:
+        client.until_all(is_tile, 1)
+        start = time.monotonic()
+        for revision in range(2, 12):
+            served.scene.set_wall(make_tiles(1, revision=revision), LAYOUT, read)
+        client.until_all(is_tile, 1)
+
+    assert time.monotonic() - start > 0.9
+
+
+def test_corrected_distance_moves_the_wall_without_its_pictures(served: Served) -> None:
+    served.scene.set_wall(make_tiles(2), LAYOUT, PICTURES.get)
+    replay(served)
+    with served.client() as client:
+        client.replay()
+        served.scene.set_wall(make_tiles(2, shift_m=0.1), LAYOUT, PICTURES.get)
+        seen = client.until(lambda m: m["type"] == "SetPositionMessage" and m["name"] == "/wall/1")
+
+    assert seen[-1]["position"] == [0.6, 0.0, 0.0]
+    assert not any(map(is_tile, seen))
+
+
+def test_long_wall_is_shown_around_the_robot(served: Served) -> None:
+    served.scene.set_wall(make_tiles(200), LAYOUT, PICTURES.get)
+    served.scene.show_pose(make_estimate(0.0))
+    with served.client() as client:
+        client.until_all(is_tile, 40)
+        served.scene.show_pose(make_estimate(100_000.0))
+        client.until_all(is_tile, 40)
+    shown = {int(n.split("/")[2]) for n in shown_in(replay(served)) if n.startswith("/wall/")}
+    # replay() has sent the robot back to the start: a few ticks of four pictures may have come.
+    assert len(shown) == 40
+    assert len(shown & set(range(160, 200))) >= 28
+
+
+def test_tile_is_a_glb_that_shows_its_picture(served: Served) -> None:
+    served.scene.set_wall(make_tiles(1), LAYOUT, PICTURES.get)
+    with served.client() as client:
+        (tile,) = client.until_all(is_tile, 1)
+    glb = tile["props"]["glb_data"]
+
+    magic, version, length = (int.from_bytes(glb[i : i + 4], "little") for i in (0, 4, 8))
+    assert (magic, version, length) == (0x46546C67, 2, len(glb))
+    size = int.from_bytes(glb[12:16], "little")
+    document, binary = json.loads(glb[20 : 20 + size]), glb[28 + size :]
+    view = document["bufferViews"][document["images"][0]["bufferView"]]
+    assert binary[view["byteOffset"] :][: view["byteLength"]] == PICTURES[0]
+
+
+def test_selected_pin_is_marked_and_the_others_are_not(served: Served) -> None:
+    pins = [Pin("a", 1, 6, 0.01, 5, "BAB"), Pin("b", 2, 6, 0.02, 1, "BBC")]
+    served.scene.set_pins(pins)
+    served.scene.select("b")
+    marked = texts_of(replay(served))
+    served.scene.select(None)
+    unmarked = texts_of(replay(served))
+
+    assert {"S5 BAB\n1.00 m ± 10 mm", "» S1 BBC\n2.00 m ± 20 mm"} <= marked
+    assert not {text for text in unmarked if "»" in text}
+
+
+def test_stretches_and_sectors_are_patches_of_their_colour(served: Served) -> None:
+    stretch = Pin("a", 1, 6, 0.01, 5, "BAB", finish_m=2.0)
+    sector = Pin("b", 2, 10, 0.02, 1, "BBC", clock_to=2)
+    served.scene.set_pins([stretch, sector, Pin("c", 2, 10, 0.02, 3, "BBC")])
+    drawn = shown_in(replay(served))
+    served.scene.set_pins([sector])
+    left = shown_in(replay(served))
+
+    assert {n for n in drawn if "/pins/patches/" in n} == {"/pins/patches/5", "/pins/patches/1"}
+    assert {n for n in left if "/pins/patches/" in n} == {"/pins/patches/1"}
+
+
+def test_an_hour_of_everything_is_no_more_to_keep_than_a_minute(
+    served: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The short form of `tests/soak_viewer.py`."""
+    monkeypatch.setattr("app.viewer.scene._TICK_S", 0.0)
+
+    def work(client: Client, steps: range) -> int:
+        for step in steps:
+            served.scene.extend_path([100 + 0.1 * (step % 20)], [0.1], [1.0])
+            served.scene.show_preview(JPEG + bytes([step % 250]))
+            served.scene.set_wall(make_tiles(10, revision=step), LAYOUT, PICTURES.get)
+            pins = [
+                Pin(f"{step}-{k}", k, 6, 0.01, k % 6, "BAB", finish_m=k + 0.5)
+                for k in range(step % 7)
+            ]
+            served.scene.set_pins(pins)
+            served.scene.select(f"{step}-1")
+            status = ("ok", "weak", "lost")[step % 3]
+            served.scene.show_pose(make_estimate(100.0 + step, status=status))
+            client.until_robot_says(f"{(100 + step) / 1000:.3f} m")
+        return messages_kept(served.scene)
+
+    with served.client() as client:
+        client.replay()
+        first = work(client, range(42))
+        later = work(client, range(42, 252))
+
+    assert later <= first
 
 
 def test_pins_replace_each_other(served: Served) -> None:
@@ -257,6 +452,28 @@ def test_banner_stays_off_the_terminal(socket_path: Path, capfd: pytest.CaptureF
     CulvertScene(make_rig(), socket_path).close()
 
     assert capfd.readouterr().out == ""
+
+
+def test_writing_from_a_thread_leaves_the_waiters_to_the_loop() -> None:
+    """asyncio's own event would walk through them there: "deque mutated during iteration"."""
+
+    async def wait_and_write() -> list[bool]:
+        loop = asyncio.get_running_loop()
+        buffer = AsyncMessageBuffer(loop, persistent_messages=False)
+        waiting = asyncio.create_task(buffer.message_event.wait())
+        await asyncio.sleep(0)
+        with buffer.sanctioned_dead_writes():
+            buffer.atomic_start()
+            await asyncio.to_thread(buffer.push, RunJavascriptMessage(source=""))
+            await asyncio.sleep(0)
+            woken = [waiting.done(), buffer.message_event.is_set()]
+            await asyncio.to_thread(buffer.atomic_end)
+        return [*woken, await asyncio.wait_for(waiting, 5)]
+
+    # In a thread of its own: Playwright keeps a loop running in the one of the tests.
+    with ThreadPoolExecutor(1) as thread:
+        told = thread.submit(asyncio.run, wait_and_write()).result()
+    assert told == [False, True, True]
 
 
 def test_socket_left_by_a_crash_is_replaced(socket_path: Path) -> None:

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import queue
+import socket
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
 import msgspec
 import textures
+import uvicorn
 import zstandard
 from fastapi import FastAPI, Response, WebSocket
 from websockets.exceptions import ConnectionClosed
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import ClientConnection, connect, unix_connect
 
 from app.viewer import page
-from app.viewer.geometry import WallHit
+from app.viewer.geometry import PinHit, WallHit
 from app.viewer.pump import pump
 from app.viewer.scene import CulvertScene
 from vo_core import Estimate, Rig
@@ -65,7 +68,7 @@ class Served:
     def __init__(self, scene: CulvertScene) -> None:
         self.scene = scene
         self.role = "operator"
-        self.clicks: queue.Queue[WallHit] = queue.Queue()
+        self.clicks: queue.Queue[WallHit | PinHit] = queue.Queue()
         self.port = 0
 
     @property
@@ -81,7 +84,7 @@ class Served:
 
         @app.websocket("/viewer/x")
         async def viewer_socket(ws: WebSocket) -> None:
-            async def on_click(hit: WallHit) -> None:
+            async def on_click(hit: WallHit | PinHit) -> None:
                 self.clicks.put(hit)
 
             await pump(ws, self.scene, self.role, on_click)
@@ -97,6 +100,25 @@ class Served:
             compression=None,
         ) as ws:
             yield Client(ws)
+
+
+@contextmanager
+def serving(scene: CulvertScene) -> Iterator[Served]:
+    """The scene behind its pump in a real server on loopback, until the block ends."""
+    served = Served(scene)
+    listener = socket.create_server(("127.0.0.1", 0))
+    served.port = listener.getsockname()[1]
+    config = uvicorn.Config(
+        served.app(), log_level="warning", ws_per_message_deflate=False, lifespan="off"
+    )
+    server = uvicorn.Server(config)
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
+    thread.start()
+    try:
+        yield served
+    finally:
+        server.should_exit = True
+        thread.join(LIMIT_S)
 
 
 class Client:
@@ -133,6 +155,12 @@ class Client:
             if found(message):
                 return seen
 
+    def until_all(
+        self, wanted: Callable[[dict[str, Any]], bool], count: int
+    ) -> list[dict[str, Any]]:
+        """The next so many messages that `wanted` accepts."""
+        return [self.until(wanted)[-1] for _ in range(count)]
+
     def replay(self) -> list[dict[str, Any]]:
         """The whole scene as a late joiner gets it."""
         return self.until(lambda m: m["type"] == "ReplayDoneMessage")
@@ -159,6 +187,18 @@ def decode(frame: Any) -> list[dict[str, Any]]:
     size = int.from_bytes(frame[8:16], "little")
     packed = zstandard.ZstdDecompressor().decompress(frame[16 : 16 + size])
     return list(msgspec.msgpack.decode(packed)["messages"])
+
+
+def messages_kept(scene: CulvertScene) -> int:
+    """How many messages a late joiner of this scene gets: what its memory is made of."""
+    with unix_connect(
+        str(scene.socket_path),
+        "ws://localhost/",
+        subprotocols=["viser-v1.1.1"],  # type: ignore[list-item]
+        max_size=None,
+        compression=None,
+    ) as ws:
+        return len(Client(ws).replay())
 
 
 def is_sent(message: dict[str, Any]) -> bool:

@@ -57,6 +57,7 @@ export function codeSearch(input, list, catalogue, onPick) {
       event.preventDefault();
       pick(active);
     } else if (key === 'Escape' && !list.hidden) {
+      event.preventDefault(); // a dialog around it stays open
       event.stopPropagation();
       close();
     }

@@ -1,0 +1,262 @@
+"""A table of codes, and the CSV file that it is read from: the built-in pack, and imported ones.
+
+Columns: code, char1, char2 (empty: not used or left open), label, group, needs_clock, needs_q1,
+unit_q1, needs_q2, unit_q2, continuous_allowed; and, if wanted, label_ms, grade_s, grade_o, hotkey
+and icon.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, cast
+
+from app.errors import InvalidPack
+
+MAX_BYTES = 2**20
+MAX_ROWS = 5000
+SHOWN_FAULTS = 20
+
+Need = Literal["yes", "no", "opt"]
+
+NEEDED = (
+    "code", "char1", "char2", "label", "group", "needs_clock", "needs_q1", "unit_q1", "needs_q2",
+    "unit_q2", "continuous_allowed",
+)  # fmt: skip
+OPTIONAL = ("label_ms", "grade_s", "grade_o", "hotkey", "icon")
+UNITS = ("mm", "%", "deg", "ppm", "count")
+MAX_GRADE = 100
+
+_CODE = re.compile(r"[A-Z][A-Z0-9]{1,7}")
+_LETTER = re.compile(r"[A-Z][A-Z0-9]?")
+_TEXT = re.compile(r"[^\x00-\x1f\x7f]{1,200}")
+_HOTKEY = re.compile(r"[!-~]{1,20}")
+_ICON = re.compile(r"[a-z][a-z0-9-]{0,39}")
+
+
+@dataclass(frozen=True)
+class Code:
+    """One row: a main code with its characterisation."""
+
+    code: str
+    char1: str
+    """Empty where the code has none or leaves it open; so is `char2`."""
+    char2: str
+    label: str
+    label_ms: str
+    """In Malay; that of a pack without one is `label`."""
+    group: str
+    """S structure, O operation, C inventory, M other."""
+    needs_clock: Need
+    needs_q1: Need
+    needs_q2: Need
+    unit_q1: str | None
+    """mm, %, deg, ppm or count."""
+    unit_q2: str | None
+    continuous_allowed: bool
+    grade_s: float | None = None
+    """Structural grade, as the owner of the pack has set it; so is `grade_o` for operation."""
+    grade_o: float | None = None
+    hotkey: str | None = None
+    icon: str | None = None
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        """What no other row of a table has."""
+        return self.code, self.char1, self.char2
+
+
+@dataclass(frozen=True)
+class CodeTable:
+    """The codes that an inspection is coded with."""
+
+    name: str
+    rows: tuple[Code, ...]
+    """In the order of the file."""
+
+    def find(self, code: str | None, char1: str | None, char2: str | None) -> Code | None:
+        """The row that fits best: with both characters, else with the first, else the main code."""
+        keys = ((char1 or "", char2 or ""), (char1 or "", ""), ("", ""))
+        found = (self._by_key.get((code or "", *chars)) for chars in keys)
+        return next((row for row in found if row is not None), None)
+
+    @cached_property
+    def _by_key(self) -> Mapping[tuple[str, str, str], Code]:
+        return {row.key: row for row in self.rows}
+
+
+def read_table(name: str, content: bytes) -> CodeTable:
+    """Read a CSV file in UTF-8, separated by commas or semicolons, and check it row by row.
+
+    Raises:
+        InvalidPack: The text lists the first faults with the number of their line.
+    """
+    if len(content) > MAX_BYTES:
+        raise InvalidPack(f"The file has {len(content)} bytes; a pack may have {MAX_BYTES}.")
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise InvalidPack(
+            f"Line {line} is not in UTF-8. Save the table as CSV in UTF-8, then try again."
+        ) from error
+    records = _records(text)
+    header_line, header = next(records, (1, []))
+    columns = [column.strip().lower() for column in header]
+    _refuse([f"line {header_line}: {fault}" for fault in _column_faults(columns)])
+    rows, faults = _rows(columns, records)
+    if not rows and not faults:
+        faults = [f"line {header_line}: there is no row of codes below the names of the columns"]
+    _refuse(faults)
+    return CodeTable(name, tuple(rows))
+
+
+def _records(text: str) -> Iterator[tuple[int, list[str]]]:
+    """The number of its last line and the cells of each record that is not blank."""
+    first_line = text.lstrip().partition("\n")[0]
+    separator = ";" if first_line.count(";") > first_line.count(",") else ","
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
+    try:
+        for cells in reader:
+            if any(cell.strip() for cell in cells):
+                yield reader.line_num, cells
+    except csv.Error as error:
+        raise InvalidPack(
+            f"Line {reader.line_num} cannot be read as CSV: {error}; see to its quotation marks."
+        ) from error
+
+
+def _column_faults(columns: Sequence[str]) -> list[str]:
+    known = (*NEEDED, *OPTIONAL)
+    missing = [name for name in NEEDED if name not in columns]
+    unknown = [repr(name) for name in columns if name not in known]
+    twice = sorted({name for name in columns if columns.count(name) > 1 and name in known})
+    return [
+        f"{fault} {', '.join(names)}"
+        for fault, names in (
+            ("missing columns:", missing),
+            (f"unknown columns (allowed are {', '.join(known)}):", unknown),
+            ("columns that are there twice:", twice),
+        )
+        if names
+    ]
+
+
+def _rows(
+    columns: Sequence[str], records: Iterator[tuple[int, list[str]]]
+) -> tuple[list[Code], list[str]]:
+    """The rows without a fault, and the faults of the others."""
+    rows: list[Code] = []
+    faults: list[str] = []
+    line_of: dict[object, int] = {}
+    for count, (line, cells) in enumerate(records, 1):
+        if count > MAX_ROWS:
+            faults.append(f"line {line}: a pack may have {MAX_ROWS} rows")
+            break
+        if len(cells) != len(columns):
+            faults.append(f"line {line}: {len(cells)} cells for {len(columns)} columns")
+            continue
+        row = dict(zip(columns, (cell.strip() for cell in cells), strict=True))
+        found = _row_faults(row) or _repeated(row, line, line_of)
+        faults += [f"line {line}: {fault}" for fault in found]
+        if not found:
+            rows.append(_code(row))
+    return rows, faults
+
+
+def _row_faults(row: Mapping[str, str]) -> list[str]:
+    """What is wrong with single cells, and with a quantity and its unit."""
+    faults = [
+        f"{name} must be {wanted} (found {row[name]!r:.40})"
+        for name, pattern, may_be_empty, wanted in _RULES
+        if name in row and not (pattern.fullmatch(row[name]) or (may_be_empty and not row[name]))
+    ]
+    faults += [
+        f"{name} must be empty or a number from 0 to {MAX_GRADE} (found {row[name]!r:.40})"
+        for name in ("grade_s", "grade_o")
+        if row.get(name) and _grade(row[name]) is None
+    ]
+    faults += [
+        f"unit_{q} is missing, as needs_{q} is {row[f'needs_{q}']}"
+        for q in ("q1", "q2")
+        if row[f"needs_{q}"].lower() in ("yes", "opt") and not row[f"unit_{q}"]
+    ]
+    return faults
+
+
+def _repeated(row: Mapping[str, str], line: int, line_of: dict[object, int]) -> list[str]:
+    """What an earlier row has already; notes what this one has."""
+    code = (row["code"], row["char1"], row["char2"])
+    hotkey = row.get("hotkey")
+    faults = []
+    for thing, shown in ((code, " ".join(code).strip()), (hotkey, f"the hotkey {hotkey}")):
+        if thing and line_of.setdefault(thing, line) != line:
+            faults.append(f"{shown} is in line {line_of[thing]} already")
+    return faults
+
+
+def _code(row: Mapping[str, str]) -> Code:
+    """Of cells that have been checked."""
+    return Code(
+        code=row["code"],
+        char1=row["char1"],
+        char2=row["char2"],
+        label=row["label"],
+        label_ms=row.get("label_ms") or row["label"],
+        group=row["group"],
+        needs_clock=cast(Need, row["needs_clock"].lower()),
+        needs_q1=cast(Need, row["needs_q1"].lower()),
+        needs_q2=cast(Need, row["needs_q2"].lower()),
+        unit_q1=row["unit_q1"] or None,
+        unit_q2=row["unit_q2"] or None,
+        continuous_allowed=row["continuous_allowed"].lower() == "yes",
+        grade_s=_grade(row.get("grade_s", "")),
+        grade_o=_grade(row.get("grade_o", "")),
+        hotkey=row.get("hotkey") or None,
+        icon=row.get("icon") or None,
+    )
+
+
+def _grade(text: str) -> float | None:
+    """None for text that is no number from 0 to MAX_GRADE."""
+    if not re.fullmatch(r"[0-9]{1,3}([.][0-9]{1,3})?", text, re.ASCII):
+        return None
+    return float(text) if float(text) <= MAX_GRADE else None
+
+
+def _one_of(*words: str) -> re.Pattern[str]:
+    return re.compile("|".join(map(re.escape, words)))
+
+
+_NEED = re.compile("yes|no|opt", re.IGNORECASE)
+_RULES: tuple[tuple[str, re.Pattern[str], bool, str], ...] = (
+    # column, what fits, may it be empty, what is asked for
+    ("code", _CODE, False, "2 to 8 capital letters and digits, a letter first"),
+    ("char1", _LETTER, True, "empty, a capital letter, or one with a letter or digit"),
+    ("char2", _LETTER, True, "empty, a capital letter, or one with a letter or digit"),
+    ("label", _TEXT, False, "a line of 1 to 200 characters"),
+    ("label_ms", _TEXT, True, "empty or a line of at most 200 characters"),
+    ("group", _one_of("S", "O", "C", "M"), False, "S, O, C or M"),
+    ("needs_clock", _NEED, False, "yes, no or opt"),
+    ("needs_q1", _NEED, False, "yes, no or opt"),
+    ("needs_q2", _NEED, False, "yes, no or opt"),
+    ("unit_q1", _one_of(*UNITS), True, f"empty or one of {', '.join(UNITS)}"),
+    ("unit_q2", _one_of(*UNITS), True, f"empty or one of {', '.join(UNITS)}"),
+    ("continuous_allowed", re.compile("yes|no", re.IGNORECASE), False, "yes or no"),
+    ("hotkey", _HOTKEY, True, "empty or a key such as b or Shift+B"),
+    ("icon", _ICON, True, "empty or a name of small letters, digits and dashes"),
+)
+
+
+def _refuse(faults: Sequence[str]) -> None:
+    """Raise InvalidPack if there are any."""
+    if not faults:
+        return
+    more = len(faults) - SHOWN_FAULTS
+    shown = [*faults[:SHOWN_FAULTS], *([f"and {more} more"] if more > 0 else [])]
+    number = "a fault" if len(faults) == 1 else f"{len(faults)} faults"
+    raise InvalidPack(f"The table has {number}: {'; '.join(shown)}.")

@@ -1,0 +1,186 @@
+"""The camera process: captures, records and tracks one live source until it is told to stop.
+
+The only file that it writes is the recording.
+"""
+
+from __future__ import annotations
+
+import time
+from contextlib import suppress
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
+
+import msgspec
+
+from app.jobs import limits
+from app.jobs.confinement import confine
+from app.jobs.failures import failure_of
+from app.jobs.messages import (
+    CameraState,
+    Done,
+    Failed,
+    LiveRequest,
+    Row,
+    StopCapture,
+    ToCamera,
+    encode,
+)
+from app.jobs.process import connection_from_arguments
+
+if TYPE_CHECKING:
+    from app.jobs.capture import Capture
+    from app.jobs.follow import Follower
+
+PREVIEW_WIDTH_PX = 640
+"""Each frame of a camera is shown; a small picture is encoded in half a millisecond."""
+_WAIT_S = 0.1
+_STATE_S = 0.5
+_ROUNDING_S = 5e-4
+"""Recordings count in milliseconds."""
+
+
+def main() -> None:
+    """Do the one request on the pipe, then end."""
+    with connection_from_arguments() as connection:
+        request = _Commands(connection).next()
+        assert isinstance(request, LiveRequest)  # noqa: S101  (the parent's first message)
+        limits.apply(request.limits)
+        _confine(request)
+        try:
+            _run(request, connection)
+        except (ConnectionError, EOFError):
+            return  # the server has gone; the recording is closed and found when it is back
+        except Exception as error:
+            connection.send_bytes(encode(failure_of(error)))
+
+
+def _confine(request: LiveRequest) -> None:
+    """To the camera's device, file or pipe, or the port of its address, and to the recording."""
+    camera, port = request.camera, None
+    writes = [str(Path(request.recording).parent)]
+    if camera.peer is not None:
+        port = urlsplit(camera.location).port
+    elif camera.kind != "file":  # opened to be written, though nothing is
+        writes.append(camera.location)
+    confine(reads=[camera.location.removeprefix("file:")], writes=writes, port=port)
+
+
+class _Commands:
+    """What the parent sends."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._decoder: msgspec.msgpack.Decoder[ToCamera] = msgspec.msgpack.Decoder(ToCamera)
+
+    def next(self) -> ToCamera:
+        """Wait for it."""
+        return self._decoder.decode(self._connection.recv_bytes())
+
+    def is_to_stop(self) -> bool:
+        """Whether it has just said so."""
+        return self._connection.poll() and isinstance(self.next(), StopCapture)
+
+
+def _run(request: LiveRequest, connection: Connection) -> None:
+    # Imported here so that the decoders are loaded under the limits.
+    from app.jobs.capture import Capture
+    from app.jobs.follow import Follower
+    from vo_core import Rig
+
+    rig = Rig.parse(request.rig)
+    path = Path(request.recording)
+    follower = Follower(rig, start=request.last, preview_width_px=PREVIEW_WIDTH_PX)
+    capture = Capture(
+        request.camera,
+        (rig.camera.width, rig.camera.height),
+        path,
+        first_index=_catch_up(follower, path, request.last, connection),
+        zero_s=request.zero_s,
+        reserve_bytes=request.reserve_bytes,
+    )
+    capture.start()
+    try:
+        _follow(capture, follower, connection)
+    finally:
+        capture.stop()
+        capture.waiting.close()
+        capture.join()
+    end = Failed(*capture.failure) if capture.failure else Done(capture.problem)
+    connection.send_bytes(encode(end))
+
+
+def _catch_up(follower: Follower, path: Path, last: Row | None, connection: Connection) -> int:
+    """Track what a process before this one recorded, but whose rows ended with it.
+
+    The track goes on from the last known frame, which is looked at once more.
+
+    Returns:
+        Number of the first frame that is not recorded yet.
+    """
+    from vo_core.errors import UnreadableVideo
+    from vo_core.sources import VideoFile
+
+    index = last.frame if last else 0
+    if not path.exists():
+        return index
+    known_s = last.time_s - _ROUNDING_S if last else 0.0
+    with suppress(UnreadableVideo), VideoFile(path) as video:
+        video.seek(max(known_s, 0.0))
+        for frame in video:
+            if frame.t_s < known_s:
+                continue
+            follower.add(replace(frame, index=index))
+            batch = follower.batch()
+            assert batch is not None  # noqa: S101  (there is a frame)
+            if last is not None and index == last.frame:  # its row is known
+                batch = msgspec.structs.replace(batch, rows=[], health=[])
+            connection.send_bytes(encode(batch))
+            index += 1
+    return index
+
+
+def _follow(capture: Capture, follower: Follower, connection: Connection) -> None:
+    commands = _Commands(connection)
+    told: CameraState | None = None
+    told_s = 0.0
+    while not capture.waiting.is_over:
+        captured = capture.waiting.take(_WAIT_S)
+        if captured is not None:
+            follower.add(captured.frame, captured.skipped)
+            batch = follower.batch()
+            assert batch is not None  # noqa: S101  (there is a frame)
+            connection.send_bytes(
+                encode(msgspec.structs.replace(batch, captured_s=captured.captured_s))
+            )
+        state = _state(capture)
+        if time.monotonic() - told_s >= _STATE_S or _has_news(state, told):
+            connection.send_bytes(encode(state))
+            told, told_s = state, time.monotonic()
+        if commands.is_to_stop():
+            capture.stop()
+    follower.finish()
+    rest = follower.batch()
+    if rest is not None:
+        connection.send_bytes(encode(rest))
+
+
+def _state(capture: Capture) -> CameraState:
+    return CameraState(
+        capture.is_connected,
+        capture.reconnects,
+        capture.waiting.dropped,
+        capture.recorded_s,
+        capture.zero_s,
+        capture.detail,
+    )
+
+
+def _has_news(state: CameraState, told: CameraState | None) -> bool:
+    return told is None or (state.connected, state.detail) != (told.connected, told.detail)
+
+
+if __name__ == "__main__":
+    main()

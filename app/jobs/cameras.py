@@ -1,0 +1,177 @@
+"""Opens a live source with bounds on what it may do, and says in words why it gives no picture."""
+
+from __future__ import annotations
+
+import os
+import select
+import socket
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import av
+from av.container import InputContainer
+from av.error import (
+    EOFError as EndOfStream,
+)
+from av.error import (
+    ExitError,
+    FFmpegError,
+    HTTPClientError,
+    HTTPForbiddenError,
+    HTTPNotFoundError,
+    HTTPUnauthorizedError,
+    InvalidDataError,
+)
+from av.video.stream import VideoStream
+
+from app.jobs.messages import CameraInput
+from app.jobs.recording import CODECS
+from vo_core.errors import UnreadableVideo
+from vo_core.sources import checked_stream
+
+QUIET_S = 3.0
+"""A file that has not grown, or a pipe that has been silent, for so long has ended."""
+_TIMEOUTS_S = {
+    "rtsp": (5.0, 2.0),
+    "mjpeg": (5.0, 2.0),
+    "usb": (5.0, 2.0),
+    "file": (2.0, QUIET_S),
+    "pipe": (QUIET_S, QUIET_S),
+}
+"""To open, to read.  A file that does not grow just now is opened with what it holds."""
+_FORMATS = {"rtsp": "rtsp", "mjpeg": "mpjpeg", "usb": "v4l2"}
+_QUICK = {"fpsprobesize": "0", "analyzeduration": "1", "probesize": "32"}
+"""FFmpeg as it comes reads for seconds to guess a frame rate that is not used."""
+_THOROUGH = {"fpsprobesize": "0", "analyzeduration": "2000000", "probesize": "5000000"}
+_NAME = "The camera's video"
+
+
+class CameraFault(Exception):
+    """Why there is no picture, in a sentence; it is worth another try."""
+
+
+class WrongPictures(CameraFault):
+    """It gives pictures, but not such as can be used; `code` is that of the API."""
+
+    def __init__(self, code: str, detail: str) -> None:
+        super().__init__(detail)
+        self.code = code
+
+
+@contextmanager
+def opened(camera: CameraInput) -> Iterator[tuple[InputContainer, VideoStream]]:
+    """The source and its video.
+
+    Raises:
+        CameraFault: It cannot be opened.
+        WrongPictures: It has no video of a codec and a size that are taken.
+    """
+    with _place(camera) as (location, options):
+        options = {**camera.options, **options}
+        with _container(camera, location, options) as container:
+            try:
+                stream = checked_stream(container, _NAME)
+            except UnreadableVideo as error:
+                raise WrongPictures("unreadable_video", str(error)) from error
+            if stream.codec_context.name not in CODECS:
+                raise WrongPictures(
+                    "unreadable_video",
+                    f"{_NAME} is coded as {stream.codec_context.name}, which is not recorded.",
+                )
+            yield container, stream
+
+
+def _container(camera: CameraInput, location: str, options: dict[str, str]) -> InputContainer:
+    """Opened with the least of looking ahead that tells the size of its pictures."""
+    probes = [_THOROUGH] if camera.kind in ("file", "pipe") else [_QUICK, _THOROUGH]
+    for probe in probes:
+        with told_plainly():
+            container = av.open(
+                location,
+                format=_FORMATS.get(camera.kind),
+                timeout=_TIMEOUTS_S[camera.kind],
+                container_options={**options, **probe},
+            )
+        try:
+            if camera.peer is not None:
+                _require_peer(camera.peer)
+        except BaseException:
+            container.close()
+            raise
+        if probe is probes[-1] or _says_its_size(container):
+            break
+        container.close()
+    return container
+
+
+def _says_its_size(container: InputContainer) -> bool:
+    return any(stream.codec_context.width for stream in container.streams.video)
+
+
+@contextmanager
+def told_plainly() -> Iterator[None]:
+    """Turn FFmpeg's errors, which may hold the address with its password, into sentences."""
+    try:
+        yield
+    except FFmpegError as error:
+        raise CameraFault(_reason(error)) from None
+
+
+@contextmanager
+def _place(camera: CameraInput) -> Iterator[tuple[str, dict[str, str]]]:
+    if camera.kind != "pipe":
+        yield camera.location, {}
+        return
+    # Opened for writing too, so that opening does not wait for a writer and no writer's end is
+    # taken for the end; without blocking, so that reading can be given up.
+    try:
+        pipe = os.open(camera.location, os.O_RDWR | os.O_NONBLOCK | os.O_NOFOLLOW)
+    except OSError as error:
+        raise CameraFault("The pipe cannot be opened.") from error
+    try:
+        if not stat.S_ISFIFO(os.fstat(pipe).st_mode):
+            raise CameraFault("It is not a pipe any more.")
+        if not select.select([pipe], [], [], QUIET_S)[0]:
+            raise CameraFault("Nothing is written into the pipe.")
+        yield "fd:", {"fd": str(pipe)}
+    finally:
+        os.close(pipe)
+
+
+def _require_peer(address: str) -> None:
+    """FFmpeg follows where an RTSP server sends it; whoever it has got to must be the camera.
+
+    Raises:
+        CameraFault: A connection leads elsewhere.
+    """
+    for name in Path("/proc/self/fd").iterdir():
+        with suppress(OSError), socket.socket(fileno=os.dup(int(name.name))) as connection:
+            if connection.family in (socket.AF_INET, socket.AF_INET6):
+                peer = connection.getpeername()[0]
+                if peer != address:
+                    raise CameraFault("It sends one on to another address, which is refused.")
+
+
+def _reason(error: FFmpegError) -> str:
+    match error:
+        case HTTPUnauthorizedError() | HTTPForbiddenError():
+            return "It refuses the user name or the password."
+        case HTTPNotFoundError():
+            return "It has nothing at this address."
+        case HTTPClientError():
+            return "It refuses the request."
+        case ConnectionRefusedError():
+            return "It refuses the connection."
+        case ExitError() | TimeoutError():
+            return "It does not answer in time."
+        case PermissionError():
+            return "It may not be opened, or sends one on to somewhere that may not."
+        case EndOfStream():
+            return "It ended the connection."
+        case FileNotFoundError():
+            return "It is not there."
+        case InvalidDataError():
+            return "What it sends is not a video that can be read, or it has stopped sending."
+    return f"It cannot be read ({error.strerror})."

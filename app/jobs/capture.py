@@ -1,0 +1,369 @@
+"""From a camera to frames: every packet is recorded as it came and decoded for the tracker.
+
+One thread reads the camera for as long as it is wanted, through all its drop-outs, into one file.
+The tracker hears what it missed, so that every frame of the recording gets a row in the track.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from fractions import Fraction
+from itertools import chain, islice
+from pathlib import Path
+
+from av.bitstream import BitStreamFilterContext
+from av.codec.context import CodecContext
+from av.error import FFmpegError
+from av.packet import Packet
+from av.video.codeccontext import VideoCodecContext
+from av.video.frame import VideoFrame
+from av.video.stream import VideoStream
+
+from app.jobs import nal
+from app.jobs.cameras import CameraFault, WrongPictures, opened, told_plainly
+from app.jobs.clocks import FileClock, StreamClock
+from app.jobs.messages import CameraInput
+from app.jobs.recording import Coding, Recording
+from app.jobs.waiting import Captured, Waiting
+from vo_core.sources import MAX_FRAMES, MAX_PIXELS, frame_of
+
+UNREACHABLE_AFTER_S = 15.0
+"""A camera that gives no picture for so long at the beginning is not there."""
+_FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.2, 2.0
+_SYNC_S = 1.0
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_MILLISECOND = Fraction(1, 1000)
+_MOST_DAMAGED = 100
+"""Packets in a row."""
+_AT_ONCE_S, _MOST_WAITED = 0.004, 200
+"""Packets closer than that had waited; so many do at the most."""
+_DISK_FULL = "The disk is full, so the recording ended before the inspection."
+_TOO_LONG = f"The recording ended after {MAX_FRAMES} pictures, the most that one may have."
+
+
+Arrival = tuple["Packet[VideoStream]", float]
+"""A packet and when it came, by `time.monotonic`."""
+
+
+class Capture:
+    """Reads a camera in a thread of its own until `stop`, or until its file or pipe has ended."""
+
+    def __init__(
+        self,
+        camera: CameraInput,
+        size_wh: tuple[int, int],
+        path: Path,
+        *,
+        first_index: int,
+        zero_s: float | None,
+        reserve_bytes: int,
+    ) -> None:
+        """What to capture, and where to.
+
+        Args:
+            camera: What to open.
+            size_wh: Of the pictures, as the rig states it.
+            path: The recording; if it exists it is gone on with.
+            first_index: Number of the next frame.
+            zero_s: Time 0 of a recording that exists, by `time.monotonic`.
+            reserve_bytes: Disk space to leave free.
+        Raises:
+            UnreadableVideo: The recording that exists is not one.
+        """
+        self.waiting = Waiting(is_patient=camera.kind == "file")
+        self.is_connected = False
+        self.reconnects = 0
+        self.detail: str | None = None
+        self.zero_s = zero_s
+        self.problem: str | None = None
+        """Why it ended by itself, if that was too early."""
+        self.failure: tuple[str, str] | None = None
+        """Code and sentence, if it never began."""
+        self._camera = camera
+        self._size_wh = size_wh
+        self._path = path
+        self._reserve_bytes = reserve_bytes
+        self._next_index = first_index
+        self._last_t_s = float("-inf")
+        self._damaged = 0
+        self._recording = Recording.reopen(path) if path.exists() else None
+        self._decoder = _decoder(self._recording.coding) if self._recording else None
+        self._ending, self._ended = threading.Event(), threading.Event()
+        self._fault: Exception | None = None
+        self._reader = threading.Thread(target=self._run, name="capture", daemon=True)
+        self._disk = threading.Thread(target=self._look_after_disk, name="disk", daemon=True)
+
+    def start(self) -> None:
+        """Begin."""
+        self._disk.start()
+        self._reader.start()
+
+    def stop(self) -> None:
+        """Ask it to end; it does so within the time that one read may take."""
+        self._ending.set()
+
+    def join(self) -> None:
+        """Wait until the recording is closed; raises what nobody has foreseen."""
+        self._reader.join()
+        if self._fault is not None:
+            raise self._fault
+
+    @property
+    def recorded_s(self) -> float:
+        """Length of the recording."""
+        last_ms = self._recording.last_ms if self._recording else None
+        return (last_ms or 0) / 1000
+
+    def _run(self) -> None:
+        try:
+            try:
+                self._keep_reading()
+            except OSError as error:
+                if error.errno not in _NO_ROOM:
+                    raise
+                self.problem = _DISK_FULL
+            self._close()
+        except Exception as error:  # raised again by `join`, where somebody listens
+            self._fault = error
+        finally:
+            self._ended.set()
+            self.waiting.close()
+
+    def _close(self) -> None:
+        if self._decoder is not None:
+            with suppress(FFmpegError):  # pictures that waited for later ones, unless damaged
+                self._hand_on(self._decoder.decode(None), time.monotonic())
+        self.is_connected = False
+        self._ended.set()
+        self._disk.join()
+        if self._recording is not None:
+            with self._recording:
+                self._recording.finish()
+
+    def _look_after_disk(self) -> None:
+        """Bring to the disk what was recorded, and end in time before it is full."""
+        while not self._ended.wait(_SYNC_S):
+            room = os.statvfs(self._path.parent)
+            if room.f_bavail * room.f_frsize < self._reserve_bytes:
+                self.problem = _DISK_FULL
+                self._ending.set()
+            if self._recording is not None:
+                self._recording.sync()
+
+    def _keep_reading(self) -> None:
+        began_s, pause_s = time.monotonic(), _FIRST_PAUSE_S
+        while not self._ending.is_set():
+            try:
+                self._read_one_connection()
+                self.detail = None if self._ending.is_set() else "It ended the connection."
+            except CameraFault as fault:
+                self.detail = str(fault)
+                if self._recording is None and self._is_hopeless(fault, began_s):
+                    return
+            if self._recording is not None and self._camera.kind in ("file", "pipe"):
+                return  # what an odd recorder writes ends once
+            if self.is_connected:
+                self.is_connected = False
+                pause_s = _FIRST_PAUSE_S
+            self._ending.wait(pause_s)
+            pause_s = min(2 * pause_s, _LONGEST_PAUSE_S)
+
+    def _is_hopeless(self, fault: CameraFault, began_s: float) -> bool:
+        if isinstance(fault, WrongPictures):
+            self.failure = (fault.code, str(fault))
+        elif time.monotonic() - began_s > UNREACHABLE_AFTER_S:
+            self.failure = ("camera_unreachable", f"The camera gives no picture. {fault}")
+        return self.failure is not None
+
+    def _read_one_connection(self) -> None:
+        with opened(self._camera) as (container, stream):
+            self._require_same(stream)
+            arrivals = _from_key_frame(container.demux(stream))
+            form = _Form(stream)
+            clock: StreamClock | FileClock = FileClock()
+            waited: list[Arrival] = []
+            if self._camera.kind != "file":
+                waited = _waited(arrivals)
+                if not waited:
+                    return
+                clock = self._clock(waited)
+            for packet, arrived_s in chain(waited, arrivals):
+                if self._ending.is_set():
+                    return
+                time_ms = clock.time_ms(arrived_s, self._stated_s(packet))
+                is_key = packet.is_keyframe  # a filter empties the packet that it takes
+                with told_plainly():
+                    contents = form.applied(packet)
+                for content in contents:
+                    self._take(content, time_ms, is_key, arrived_s)
+                if not self.is_connected:
+                    self.is_connected, self.detail = True, None
+
+    def _require_same(self, stream: VideoStream) -> None:
+        """Raise WrongPictures unless they fit the rig and the recording, which now begins."""
+        codec = stream.codec_context
+        if (codec.width, codec.height) != self._size_wh:
+            raise WrongPictures(
+                "rig_video_mismatch",
+                f"The camera's pictures have {codec.width}x{codec.height} px, "
+                f"the rig is made for {self._size_wh[0]}x{self._size_wh[1]}.",
+            )
+        if self._recording is None:
+            coding = Coding(codec.name, codec.width, codec.height, _extradata(stream))
+            self._recording, self._decoder = Recording(self._path, coding), _decoder(coding)
+        elif codec.name != self._recording.coding.codec:
+            raise WrongPictures(
+                "unreadable_video",
+                f"The camera now sends {codec.name} where it sent {self._recording.coding.codec}.",
+            )
+        else:
+            self.reconnects += 1
+
+    def _clock(self, waited: list[Arrival]) -> StreamClock:
+        """Of a connection that begins with these packets."""
+        assert self._recording is not None  # noqa: S101  (begun by _require_same)
+        last_ms = self._recording.last_ms
+        last_ms = -1 if last_ms is None else last_ms
+        first, first_s = waited[0]
+        delay_s = min(
+            (
+                at_s - pts_s
+                for packet, at_s in waited
+                if (pts_s := self._stated_s(packet)) is not None
+            ),
+            default=None,
+        )
+        stated_s = self._stated_s(first)
+        if self.zero_s is None:
+            shown_s = first_s if stated_s is None or delay_s is None else stated_s + delay_s
+            self.zero_s = shown_s - (last_ms + 1) / 1000
+        return StreamClock(self.zero_s, last_ms, delay_s)
+
+    def _stated_s(self, packet: Packet[VideoStream]) -> float | None:
+        """Presentation time of a packet; MJPEG has none, FFmpeg makes up 25 a second."""
+        if self._camera.kind == "mjpeg" or packet.pts is None or packet.time_base is None:
+            return None
+        return float(packet.pts * packet.time_base)
+
+    def _take(self, content: bytes, time_ms: int, is_key: bool, arrived_s: float) -> None:
+        """Record a packet that can be decoded, and hand on what it shows."""
+        assert self._recording is not None  # noqa: S101  (begun by _require_same)
+        pictures = self._decoded(content, time_ms)
+        if pictures is None:
+            return
+        self._recording.append(time_ms, is_key, content)
+        self._hand_on(pictures, arrived_s)
+
+    def _hand_on(self, pictures: list[VideoFrame], arrived_s: float) -> None:
+        for picture in pictures:
+            t_s = (picture.pts or 0) / 1000
+            # What `VideoFile` passes over when it reads the recording gets no number here.
+            if picture.pts is None or t_s <= self._last_t_s:
+                continue
+            self._last_t_s = t_s
+            self.waiting.put(Captured(frame_of(picture, self._next_index, t_s), arrived_s))
+            self._next_index += 1
+        if self._next_index >= MAX_FRAMES:
+            self.problem = _TOO_LONG
+            self._ending.set()
+
+    def _decoded(self, content: bytes, time_ms: int) -> list[VideoFrame] | None:
+        """Pictures that are ready; None if the packet is damaged."""
+        assert self._decoder is not None  # noqa: S101  (begun by _require_same)
+        packet = Packet(content)
+        packet.pts = time_ms
+        packet.time_base = _MILLISECOND
+        try:
+            pictures = self._decoder.decode(packet)
+        except FFmpegError:
+            self._damaged += 1
+            if self._damaged > _MOST_DAMAGED:
+                self._damaged = 0
+                raise CameraFault("What it sends is damaged.") from None
+            return None
+        self._damaged = 0
+        if (self._decoder.width, self._decoder.height) != self._size_wh:
+            raise CameraFault(
+                f"Its pictures have changed to {self._decoder.width}x{self._decoder.height} px."
+            )
+        return pictures
+
+
+def _decoder(coding: Coding) -> VideoCodecContext:
+    """As `VideoFile` will decode the recording: packet by packet, through all connections."""
+    decoder = CodecContext.create(coding.codec, "r")
+    assert isinstance(decoder, VideoCodecContext)  # noqa: S101  (all codecs of a Coding are)
+    decoder.extradata = coding.extradata or None
+    decoder.width, decoder.height = coding.width, coding.height
+    decoder.options = {"max_pixels": str(MAX_PIXELS)}
+    decoder.thread_count = 1
+    return decoder
+
+
+def _from_key_frame(packets: Iterator[Packet[VideoStream]]) -> Iterator[Arrival]:
+    """Packets as they come, from the first one where decoding may begin."""
+    has_begun = False
+    while True:
+        with told_plainly():
+            packet = next(packets, None)
+        if packet is None:
+            return
+        has_begun = has_begun or packet.is_keyframe
+        if has_begun and packet.size:
+            yield packet, time.monotonic()
+
+
+def _waited(arrivals: Iterator[Arrival]) -> list[Arrival]:
+    """The packets that had piled up while the connection was made, and the first that had not.
+
+    Only what did not wait tells how long the way from the camera takes.
+    """
+    waited: list[Arrival] = []
+    for packet, arrived_s in islice(arrivals, _MOST_WAITED):
+        waited.append((packet, arrived_s))
+        if len(waited) > 1 and arrived_s - waited[-2][1] > _AT_ONCE_S:
+            break
+    return waited
+
+
+class _Form:
+    """Packets in the form in which files hold them.
+
+    What a camera may say once only, when a connection begins, is put before each key frame: after a
+    drop-out it may say something else, and the recording has one beginning only.
+    """
+
+    def __init__(self, stream: VideoStream) -> None:
+        codec = stream.codec_context
+        is_stream_form = nal.is_stream_form(codec.extradata or b"")
+        self._to_lengths = codec.name == "h264" and is_stream_form
+        self._parameters: BitStreamFilterContext | None = None
+        if codec.name in ("h264", "hevc") and is_stream_form:
+            self._parameters = BitStreamFilterContext("dump_extra=freq=keyframe", stream)
+
+    def applied(self, packet: Packet[VideoStream]) -> list[bytes]:
+        """What is to be recorded of a packet, which is used up."""
+        whole = self._parameters.filter(packet) if self._parameters else [packet]
+        contents = [bytes(each) for each in whole]
+        return [nal.file_form(each) for each in contents] if self._to_lengths else contents
+
+
+def _extradata(stream: VideoStream) -> bytes:
+    """What a decoder of the recording is to know beforehand, or WrongPictures.
+
+    H.265 stays as cameras send it, which FFmpeg and what is built on it read.
+    """
+    codec = stream.codec_context
+    extradata = bytes(codec.extradata or b"")
+    if codec.name != "h264":
+        return extradata
+    if nal.is_stream_form(extradata):
+        extradata = nal.configuration(extradata) or b""
+    if not extradata:
+        raise CameraFault("It does not say how its video is coded.")
+    return extradata

@@ -1,0 +1,164 @@
+"""What is made of every frame while it is tracked, whether it comes from a file or a camera."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from dataclasses import astuple, replace
+from typing import TYPE_CHECKING, Self
+
+import cv2
+import msgspec
+
+from app.jobs.gaps import between
+from app.jobs.messages import Batch, Gauged, Row, Seen, WallTile
+from vo_core import Odometry, Rig
+from vo_core.joints import JointFinder
+from vo_core.mosaic import Mosaic
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from vo_core.health import Health
+    from vo_core.mosaic import Tile
+    from vo_core.sources import Frame
+    from vo_core.track import Estimate
+
+PREVIEW_WIDTH_PX = 960
+PREVIEW_JPEG_QUALITY = 72
+WALL_JPEG_QUALITY = 85
+
+
+class Follower:
+    """Takes the frames of one run in order and gathers what the server is to know of them."""
+
+    def __init__(
+        self, rig: Rig, *, start: Row | None = None, preview_width_px: int = PREVIEW_WIDTH_PX
+    ) -> None:
+        """A run that goes on after another one begins where `start` was; else at (0, 0, 0)."""
+        self._odometry = Odometry(rig)
+        self._joints = JointFinder(rig)
+        self._wall = Mosaic(rig)
+        self._start = start
+        self._preview_width_px = preview_width_px
+        self._last_row: Row | None = None
+        self._rows: list[Row] = []
+        self._health: list[Gauged] = []
+        self._last: Frame | None = None
+        self._is_finished = False
+
+    def add(self, frame: Frame, skipped: Sequence[tuple[int, float]] = ()) -> None:
+        """Track the next frame; `skipped` are number and time of those left out before it."""
+        estimate = self._odometry.step(frame.image, frame.t_s)
+        row = _row(estimate, frame.index)
+        if self._start is not None:
+            row = _placed(row, self._start)
+        self._look(frame, _along(estimate, row))
+        if self._last_row is not None:
+            self._rows.extend(between(self._last_row, row, skipped))
+        self._rows.append(row)
+        self._last, self._last_row = frame, row
+
+    def finish(self) -> None:
+        """The run has ended: the next batch holds what was still held back, perhaps no frame."""
+        self._is_finished = True
+
+    def batch(self) -> Batch | None:
+        """All since the last batch, with the picture of the newest frame; None if there is none."""
+        if self._last is None and not self._is_finished:
+            return None
+        tiles = self._wall.finish() if self._is_finished else self._wall.changed()
+        if self._is_finished:
+            self._joints.finish()
+        jpeg = b"" if self._last is None else _preview(self._last, self._preview_width_px)
+        batch = Batch(
+            self._rows,
+            jpeg,
+            health=self._health,
+            tiles=[_wall_tile(tile) for tile in tiles],
+            sightings=[Seen(*astuple(sighting)) for sighting in self._joints.take()],
+        )
+        self._rows, self._health, self._last = [], [], None
+        return batch
+
+    def state(self) -> bytes:
+        """All that is needed to go on, once `batch` has told what was found."""
+        return pickle.dumps(self, pickle.HIGHEST_PROTOCOL)
+
+    @classmethod
+    def from_state(cls, state: bytes) -> Self:
+        """Goes on as the follower would have whose state it is; only for a tracker to call.
+
+        To the bit: arrays and numbers are kept exactly.  See `Checkpoint` for what a state may do.
+        """
+        follower = pickle.loads(state)  # noqa: S301  (in a process that decodes hostile media)
+        assert isinstance(follower, cls)  # noqa: S101  (the stamp fits: the same program made it)
+        return follower
+
+    def _look(self, frame: Frame, estimate: Estimate) -> None:
+        """What else a tracked frame shows."""
+        self._health.append(_gauged(estimate.frame, self._odometry.health))
+        patch = self._odometry.patch
+        if patch is not None and self._joints.wants(estimate):
+            self._joints.spread(patch, estimate)
+        if self._wall.wants(estimate):
+            self._wall.add(frame.to_bgr(), estimate)
+
+
+def _row(estimate: Estimate, index: int) -> Row:
+    # Plain Python numbers: an odometry may compute in numpy scalars, which msgpack does not know.
+    # An odometry counts the frames that it gets; a camera's may have left some out.
+    return Row(
+        index,
+        float(estimate.time_s),
+        float(estimate.x_mm),
+        float(estimate.y_mm),
+        float(estimate.yaw_deg),
+        float(estimate.distance_mm),
+        float(estimate.sigma_distance_mm),
+        float(estimate.quality),
+        estimate.status,
+    )
+
+
+def _along(estimate: Estimate, row: Row) -> Estimate:
+    """The pose in which the odometry has the camera, at the place along the pipe of its row."""
+    return replace(
+        estimate,
+        frame=row.frame,
+        x_mm=row.x_mm,
+        distance_mm=row.distance_mm,
+        sigma_distance_mm=row.sigma_distance_mm,
+    )
+
+
+def _gauged(frame: int, health: Health) -> Gauged:
+    return Gauged(frame, *(round(value, 4) for value in astuple(health)))
+
+
+def _wall_tile(tile: Tile) -> WallTile:
+    quality = [cv2.IMWRITE_JPEG_QUALITY, WALL_JPEG_QUALITY]
+    _, jpeg = cv2.imencode(".jpg", tile.picture, quality)
+    return WallTile(tile.index, jpeg.tobytes())
+
+
+def _placed(row: Row, start: Row) -> Row:
+    """A pose since the first frame of this run as one of the run before, which `start` ends."""
+    return msgspec.structs.replace(
+        row,
+        x_mm=start.x_mm + row.x_mm,
+        y_mm=start.y_mm + row.y_mm,
+        yaw_deg=start.yaw_deg + row.yaw_deg,
+        distance_mm=start.distance_mm + row.distance_mm,
+        sigma_distance_mm=math.hypot(start.sigma_distance_mm, row.sigma_distance_mm),
+    )
+
+
+def _preview(frame: Frame, width_px: int) -> bytes:
+    picture = frame.to_bgr()
+    height, width = picture.shape[:2]
+    scale = min(1.0, width_px / width)
+    size_wh = (round(width * scale), round(height * scale))
+    small = cv2.resize(picture, size_wh, interpolation=cv2.INTER_AREA)
+    _, jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, PREVIEW_JPEG_QUALITY])
+    return jpeg.tobytes()

@@ -1,0 +1,305 @@
+"""The recording of a camera: a Matroska file that can be read at any moment, also after a crash.
+
+Every packet is one cluster, appended by one write as soon as it is there.  What a killed process
+leaves behind is therefore whole but for its last cluster, and another process can go on behind it.
+Places to seek to (the cues) are kept in room that is set aside in front, so the file never has to
+be read from its beginning, neither while it grows nor afterwards.  FFmpeg's own Matroska writer
+holds each cluster back until the next one begins and writes its cues at the very end.
+
+Element names and ids: RFC 9559 (Matroska), RFC 8794 (EBML).
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from vo_core.errors import UnreadableVideo
+
+_EBML, _SEGMENT, _SEEK_HEAD, _INFO, _TRACKS, _CUES, _CLUSTER = (
+    "1A45DFA3", "18538067", "114D9B74", "1549A966", "1654AE6B", "1C53BB6B", "1F43B675",
+)  # fmt: skip
+_UNKNOWN_SIZE = b"\x01" + 7 * b"\xff"
+_TICKS_A_SECOND = 1000
+_CUE_ROOM = 128 * 1024
+"""Bytes set aside for cues: some 1900, half an hour at one a second."""
+_CODEC_IDS = {
+    "h264": "V_MPEG4/ISO/AVC",
+    "hevc": "V_MPEGH/ISO/HEVC",
+    "mjpeg": "V_MJPEG",
+    "mpeg4": "V_MPEG4/ISO/ASP",
+    "mpeg1video": "V_MPEG1",
+    "mpeg2video": "V_MPEG2",
+    "vp8": "V_VP8",
+    "vp9": "V_VP9",
+}
+CODECS = frozenset(_CODEC_IDS)
+"""FFmpeg's names of the codecs that can be recorded as they come."""
+
+
+@dataclass(frozen=True)
+class Coding:
+    """What a decoder must know before the first packet."""
+
+    codec: str
+    width: int
+    height: int
+    extradata: bytes
+
+
+class Recording:
+    """One video stream, growing; packets in the order in which they came.
+
+    Raises:
+        OSError: The disk takes no more; what was written before stays readable.
+    """
+
+    def __init__(self, path: Path, coding: Coding) -> None:
+        """Begin a new file."""
+        self.coding = coding
+        self._cues = _Cues()
+        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
+        try:
+            self._write(_head(coding), 0)
+        except BaseException:
+            os.close(self._file)
+            raise
+        self._end = len(_head(coding))
+
+    @classmethod
+    def reopen(cls, path: Path) -> Self:
+        """Go on behind the last whole packet of a file that was left behind.
+
+        Raises:
+            UnreadableVideo: It is not a recording of ours, or not even its head was written.
+        """
+        self = cls.__new__(cls)
+        self._file = os.open(path, os.O_RDWR)
+        try:
+            self._read_back(path.name)
+        except BaseException:
+            os.close(self._file)
+            raise
+        return self
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        os.close(self._file)
+
+    @property
+    def size(self) -> int:
+        """Bytes so far."""
+        return self._end
+
+    @property
+    def packets(self) -> int:
+        """How many there are."""
+        return self._cues.packets
+
+    @property
+    def last_ms(self) -> int | None:
+        """Latest time of a packet, None before the first."""
+        return self._cues.last_ms
+
+    def append(self, time_ms: int, is_key: bool, packet: bytes) -> None:
+        """Write a packet; when this returns, a reader sees it.
+
+        Args:
+            time_ms: Presentation time since the beginning of the recording.
+            is_key: Decoding may begin here.
+            packet: As it came from the camera.
+        """
+        cluster = _cluster(time_ms, is_key, packet)
+        try:
+            self._write(cluster, self._end)
+        except OSError:
+            os.ftruncate(self._file, self._end)  # half a packet helps nobody
+            raise
+        if self._cues.note(time_ms, is_key, self._end - _segment_start()):
+            self._write(self._cues.element(), _cues_at(self.coding))
+        self._end += len(cluster)
+
+    def finish(self) -> None:
+        """State the duration; nothing is appended after that."""
+        self._write(struct.pack(">d", float(self.last_ms or 0)), _duration_at())
+        os.fsync(self._file)
+
+    def sync(self) -> None:
+        """Bring it from the page cache to the disk."""
+        os.fdatasync(self._file)
+
+    def _write(self, content: bytes, at: int) -> None:
+        view = memoryview(content)
+        while view:
+            written = os.pwrite(self._file, view, at)
+            view, at = view[written:], at + written
+
+    def _read_back(self, name: str) -> None:
+        size = os.fstat(self._file).st_size
+        self.coding = _coding_of(os.pread(self._file, _LONGEST_HEAD, 0), name)
+        self._cues = _Cues()
+        self._end = len(_head(self.coding))
+        while (found := _cluster_at(self._file, self._end)) is not None:
+            length, time_ms, is_key = found
+            if self._end + length > size:
+                break
+            self._cues.note(time_ms, is_key, self._end - _segment_start())
+            self._end += length
+        os.ftruncate(self._file, self._end)
+        self._write(self._cues.element(), _cues_at(self.coding))
+
+
+class _Cues:
+    """Places of key frames, as many as the room in front of the packets holds."""
+
+    _BYTES_EACH = 69
+    _MOST = (_CUE_ROOM - 32) // _BYTES_EACH
+
+    def __init__(self) -> None:
+        self._points: list[bytes] = []
+        self._newest_ms = 0
+        self._interval_ms = 1000
+        self.packets = 0
+        self.last_ms: int | None = None
+
+    def note(self, time_ms: int, is_key: bool, position: int) -> bool:
+        """Take in a packet; whether it became a cue."""
+        self.packets += 1
+        self.last_ms = time_ms if self.last_ms is None else max(self.last_ms, time_ms)
+        if not is_key or (self._points and time_ms < self._newest_ms + self._interval_ms):
+            return False
+        if len(self._points) == self._MOST:  # a long drive: keep every second one from here on
+            del self._points[1::2]
+            self._interval_ms *= 2
+        place = _element("B7", _number("F7", 1), _number("F1", position))
+        self._points.append(_element("BB", _number("B3", time_ms), place))
+        self._newest_ms = time_ms
+        return True
+
+    def element(self) -> bytes:
+        """Cues, and a void that fills the rest of the room."""
+        cues = _element(_CUES, *self._points)
+        void = _CUE_ROOM - len(cues) - 9
+        return cues + bytes.fromhex("EC01") + void.to_bytes(7, "big") + bytes(void)
+
+
+def _head(coding: Coding) -> bytes:
+    """Everything before the first cluster, the same for equal codings."""
+    front = _ebml_header() + bytes.fromhex(_SEGMENT) + _UNKNOWN_SIZE + _front(coding)
+    return front + _Cues().element()
+
+
+def _cues_at(coding: Coding) -> int:
+    return len(_head(coding)) - _CUE_ROOM
+
+
+def _ebml_header() -> bytes:
+    return _element(
+        _EBML,
+        _number("4286", 1),
+        _number("42F7", 1),
+        _number("42F2", 4),
+        _number("42F3", 8),
+        _element("4282", b"matroska"),
+        _number("4287", 4),
+        _number("4285", 2),
+    )
+
+
+def _front(coding: Coding) -> bytes:
+    info = _element(
+        _INFO,
+        _element("4489", struct.pack(">d", 0.0)),  # the duration, stated at the end
+        _number("2AD7B1", 10**9 // _TICKS_A_SECOND),
+        _element("4D80", b"Chainage"),
+        _element("5741", b"Chainage"),
+    )
+    track = _element(
+        "AE",
+        _number("D7", 1),
+        _number("73C5", 1),
+        _number("83", 1),
+        _number("9C", 0),
+        _element("86", _CODEC_IDS[coding.codec].encode()),
+        _element("63A2", coding.extradata),
+        _element("E0", _number("B0", coding.width), _number("BA", coding.height)),
+    )
+    body = info + _element(_TRACKS, track)
+    return _seek_head(len(_seek_head(0)) + len(body)) + body
+
+
+def _seek_head(cues_at: int) -> bytes:
+    seek = _element("4DBB", _element("53AB", bytes.fromhex(_CUES)), _number("53AC", cues_at))
+    return _element(_SEEK_HEAD, seek)
+
+
+def _duration_at() -> int:
+    """Of the number in the first element of the info."""
+    return _segment_start() + len(_seek_head(0)) + 12 + 2 + 8
+
+
+def _segment_start() -> int:
+    """What positions in the file are counted from."""
+    return len(_ebml_header()) + 4 + len(_UNKNOWN_SIZE)
+
+
+_LONGEST_HEAD = 2**20
+
+
+def _coding_of(head: bytes, name: str) -> Coding:
+    """Read back what `_head` wrote, by writing it again."""
+    for codec, codec_id in _CODEC_IDS.items():
+        front = _element("86", codec_id.encode()) + bytes.fromhex("63A2")
+        start = head.find(front)
+        if start < 0:
+            continue
+        extradata_at = start + len(front) + 8
+        end = extradata_at + int.from_bytes(head[extradata_at - 7 : extradata_at], "big")
+        # Behind it the element of the picture's size: 9 bytes, then two numbers, each after 9.
+        width, height = (int.from_bytes(head[end + at : end + at + 8], "big") for at in (18, 35))
+        coding = Coding(codec, width, height, head[extradata_at:end])
+        track = slice(start, end + 43)
+        if len(head) >= len(_head(coding)) and head[track] == _head(coding)[track]:
+            return coding
+    raise UnreadableVideo(f"{name} is not a recording that can be gone on with.")
+
+
+def _cluster(time_ms: int, is_key: bool, packet: bytes) -> bytes:
+    flags = 0x80 if is_key else 0
+    # Of track 1, at its cluster's time.
+    block = _element("A3", b"\x81\x00\x00", bytes((flags,)), packet)
+    return _element(_CLUSTER, _number("E7", time_ms), block)
+
+
+_CLUSTER_HEAD = 4 + 8 + (1 + 8 + 8) + (1 + 8) + 4
+"""Bytes of a cluster before its packet."""
+
+
+def _cluster_at(file: int, at: int) -> tuple[int, int, bool] | None:
+    """Length in bytes, time and kind of the cluster that begins there; None if none does."""
+    head = os.pread(file, _CLUSTER_HEAD, at)
+    if len(head) < _CLUSTER_HEAD or head[:4] != bytes.fromhex(_CLUSTER):
+        return None
+    length = 12 + int.from_bytes(head[5:12], "big")
+    return length, int.from_bytes(head[21:29], "big"), bool(head[-1] & 0x80)
+
+
+def _element(id_hex: str, *parts: bytes) -> bytes:
+    """An EBML element; its size always takes eight bytes."""
+    body = b"".join(parts)
+    return bytes.fromhex(id_hex) + b"\x01" + len(body).to_bytes(7, "big") + body
+
+
+def _number(id_hex: str, value: int) -> bytes:
+    return _element(id_hex, value.to_bytes(8, "big"))

@@ -1,0 +1,580 @@
+"""What a person states about distances, and the track that follows from it.
+
+The raw track is left as it is; from it, the rig, the joints that were seen and what was stated the
+corrected one is worked out anew, by least squares (see `vo_core.scale`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Literal, cast
+
+import msgspec
+import numpy as np
+
+from app.services.tracks import estimate_at
+from vo_core import Rig, Track, wall_point
+from vo_core.drift import row_of
+from vo_core.errors import InvalidCorrection
+from vo_core.height import Height, implied_height, scale_sigma
+from vo_core.joints import Sighting
+from vo_core.lattice import SCALE_SIGMA, Joint
+from vo_core.scale import (
+    Correction,
+    Evidence,
+    JointSpacing,
+    KnownLength,
+    Residual,
+    StatedScale,
+    correct,
+    joint_spacing,
+    zeroed,
+)
+from vo_core.track import Estimate
+from vo_core.types import Matrix
+
+U95 = 1.96
+"""Standard deviations in the half-width of a 95 % interval."""
+NEAR_JOINT_MM = 200.0
+"""At a joint means this near to one: the rule of one coding family, 8 inches."""
+CLOSURE_LIMIT = 3.0
+"""Standard deviations beyond which a known length is not that of the run."""
+CLICK_PX = 3.0
+"""Standard deviation of a person's click on a joint, along either side of the picture."""
+UNCALIBRATED = SCALE_SIGMA
+"""Relative standard uncertainty of the scale of a rig, unless it is stated."""
+CLASSES_PERCENT = (0.5, 1.0, 5.0)
+CLASS_FLOOR_MM = 300.0
+"""Contracts ask for a per cent of the length, but for no more than a foot."""
+
+Source = Literal["odometry", "joint", "closure"]
+
+
+class Zero(msgspec.Struct, frozen=True):
+    """The frame whose camera is `offset_m` past the zero point."""
+
+    frame: int
+    offset_m: float
+
+
+class Length(msgspec.Struct, frozen=True):
+    """A length between the camera's places in two frames."""
+
+    first_frame: int
+    last_frame: int
+    length_m: float
+    sigma_mm: float
+    kind: Literal["tape", "known"]
+    """known: of the whole asset, so that what is left of it is the closure."""
+
+
+class Mark(msgspec.Struct, frozen=True):
+    """A joint that a person has clicked on."""
+
+    frame: int
+    pixel: tuple[float, float]
+
+
+class LeftOut(msgspec.Struct, frozen=True):
+    """Sightings in this frame are no joints."""
+
+    frame: int
+
+
+class Joints(msgspec.Struct, frozen=True):
+    """Whether joints count, and which."""
+
+    use: bool = False
+    marked: tuple[Mark, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
+
+
+class RigSigma(msgspec.Struct, frozen=True):
+    """How well the rig is known, one sigma."""
+
+    height_mm: float
+    focal_px: float
+
+
+class Stated(msgspec.Struct, frozen=True):
+    """All that was stated about the distances of an inspection."""
+
+    zero: Zero | None = None
+    lengths: tuple[Length, ...] = ()
+    joints: Joints = Joints()
+    rig_sigma: RigSigma | None = None
+    forced: str | None = None
+    """Why a known length holds although the track contradicts it."""
+
+    @classmethod
+    def from_json(cls, fields: Mapping[str, Any]) -> Stated:
+        """As it is stored and sent; what is left out is not stated."""
+        return msgspec.convert(fields, cls)
+
+    def to_json(self) -> dict[str, Any]:
+        """As it is stored and sent."""
+        return cast(dict[str, Any], msgspec.json.decode(msgspec.json.encode(self)))
+
+    def within(self, rows: int) -> Stated:
+        """What of it can be used while the track has only so many rows yet."""
+        return msgspec.structs.replace(
+            self,
+            zero=self.zero if self.zero and self.zero.frame < rows else None,
+            lengths=tuple(
+                length
+                for length in self.lengths
+                if max(length.first_frame, length.last_frame) < rows
+            ),
+            joints=msgspec.structs.replace(
+                self.joints, marked=tuple(m for m in self.joints.marked if m.frame < rows)
+            ),
+        )
+
+    def unadjusted(self) -> Stated:
+        """Only what cannot contradict the track."""
+        return Stated(zero=self.zero, rig_sigma=self.rig_sigma)
+
+
+@dataclass(frozen=True)
+class FittedJoint:
+    """A joint where it was seen, in corrected distance."""
+
+    number: int | None
+    """From the zero, the first one after it is 1; None where the segments cannot be counted."""
+    distance_mm: float
+    sigma_mm: float
+    residual_mm: float
+    """Known less measured when the track is scaled and nothing else."""
+    frame: int
+    is_marked: bool
+
+
+@dataclass(frozen=True)
+class NearJoint:
+    """A joint beside a place."""
+
+    number: int | None
+    """From the zero; None where the segments cannot be counted."""
+
+
+@dataclass(frozen=True)
+class Closure:
+    """A known length against what is measured without it."""
+
+    known_mm: float
+    measured_mm: float
+    sigma_mm: float
+    """Of the residual."""
+
+    @property
+    def residual_mm(self) -> float:
+        """Measured less known."""
+        return self.measured_mm - self.known_mm
+
+    @property
+    def residual_percent(self) -> float:
+        """Of the known length."""
+        return 100 * self.residual_mm / self.known_mm
+
+    @property
+    def is_plausible(self) -> bool:
+        """Whether chance explains the residual."""
+        return abs(self.residual_mm) <= CLOSURE_LIMIT * self.sigma_mm
+
+    def refusal(self) -> str:
+        """Why a length that is not plausible is not used."""
+        return (
+            f"The known length of {self.known_mm / 1000:.3f} m does not fit: "
+            f"{self.measured_mm / 1000:.3f} m were measured, {self.residual_mm:+.0f} mm "
+            f"({self.residual_percent:+.2f} %), where {CLOSURE_LIMIT * self.sigma_mm:.0f} mm can "
+            "be explained. Likely causes are the wrong asset, the wrong end, or a stretch where "
+            "the wall was lost. If the length is right all the same, force it with a remark."
+        )
+
+
+@dataclass(frozen=True)
+class DistanceClass:
+    """The per cent of the length within which distances are known."""
+
+    percent: float | None
+    """0.5, 1 or 5; None if even 5 is not met."""
+    half_width_mm: float
+    """95 %, at the far end."""
+    residual_mm: float | None
+    """Of the closure; None if the length is not known."""
+    length_mm: float
+
+
+@dataclass(frozen=True)
+class Adjusted:
+    """A track by all that was stated, and how it came about."""
+
+    raw: Track
+    track: Track
+    """Corrected; a row for each of `raw`."""
+    rig: Rig
+    zero: Zero | None = None
+    scale: float = 1.0
+    """True length over that of the raw track."""
+    scale_sigma: float | None = None
+    """None if nothing was said about it."""
+    correction: Correction | None = None
+    joints: tuple[FittedJoint, ...] = ()
+    closures: tuple[Closure, ...] = ()
+    refused: Closure | None = None
+    """A known length that is not plausible and was not forced; the track is without it."""
+    source: Source = "odometry"
+
+    def extended(self, raw: Track) -> Track:
+        """The corrected track of a run that has gone on since."""
+        rows = len(self.track)
+        if len(raw) <= rows:
+            return self.track
+        new = slice(rows, None)
+        way_mm, variance = raw.distance_mm[new], np.square(raw.sigma_distance_mm[new])
+        distance_mm = self._onward_mm(way_mm)
+        sigma_mm = np.sqrt(self._onward_variance(way_mm, variance))
+        own = self.track
+        return replace(
+            raw,
+            x_mm=np.concatenate([own.x_mm, distance_mm]),
+            y_mm=self.scale * raw.y_mm,
+            distance_mm=np.concatenate([own.distance_mm, distance_mm]),
+            sigma_distance_mm=np.concatenate([own.sigma_distance_mm, sigma_mm]),
+        )
+
+    def estimate(self, raw: Estimate) -> Estimate:
+        """The corrected estimate of a frame, also of one that came since."""
+        found = estimate_at(self.track, raw.frame)
+        if found is not None:
+            return found
+        way_mm = np.array([raw.distance_mm])
+        distance_mm = float(self._onward_mm(way_mm)[0])
+        variance = self._onward_variance(way_mm, np.array([raw.sigma_distance_mm**2]))
+        return replace(
+            raw,
+            x_mm=distance_mm,
+            y_mm=self.scale * raw.y_mm,
+            distance_mm=distance_mm,
+            sigma_distance_mm=math.sqrt(variance[0]),
+        )
+
+    def chainage_mm(self, raw_mm: float) -> float:
+        """The corrected distance of a raw one; the mean where the robot passed several times."""
+        raw, corrected = self._by_distance
+        if not len(raw):
+            return raw_mm
+        nearest = min(max(raw_mm, float(raw[0])), float(raw[-1]))
+        return float(np.interp(nearest, raw, corrected)) + self.scale * (raw_mm - nearest)
+
+    @cached_property
+    def _by_distance(self) -> tuple[Matrix, Matrix]:
+        """Raw distances, rising, and the mean of the corrected ones there; to a millimetre."""
+        millimetre = np.rint(self.raw.distance_mm)
+        _, place, count = np.unique(millimetre, return_inverse=True, return_counts=True)
+        raw = np.bincount(place, self.raw.distance_mm) / count
+        return raw, np.bincount(place, self.track.distance_mm) / count
+
+    def _onward_mm(self, way_mm: Matrix) -> Matrix:
+        """Corrected from raw distances behind the last row."""
+        if not len(self.track):
+            return way_mm
+        last_mm, raw_mm = float(self.track.distance_mm[-1]), float(self.raw.distance_mm[-1])
+        return last_mm + self.scale * (way_mm - raw_mm)
+
+    def _onward_variance(self, way_mm: Matrix, variance: Matrix) -> Matrix:
+        """As certain as the last row, with what was added since by registration and by scale."""
+        scale_variance = (self.scale_sigma or 0.0) ** 2
+        if not len(self.track):
+            return variance + scale_variance * way_mm**2
+        zero_mm = float(self.raw.distance_mm[self.zero.frame]) if self.zero else 0.0
+        last_mm, last = float(self.raw.distance_mm[-1]), float(self.raw.sigma_distance_mm[-1] ** 2)
+        by_scale = scale_variance * ((way_mm - zero_mm) ** 2 - (last_mm - zero_mm) ** 2)
+        known = float(self.track.sigma_distance_mm[-1] ** 2)
+        # Where the raw variance falls again (a lock after a loss), what was doubted comes back.
+        drift = np.maximum(known + variance - last, np.minimum(known, variance))
+        return np.asarray(np.maximum(drift + by_scale, 0.0))
+
+    def joint_near(self, distance_mm: float) -> NearJoint | None:
+        """The joint within 200 mm of a corrected distance.
+
+        Beside the joints that were fitted stand those that were not seen, whole segments from the
+        nearest one; where none were fitted, joints lie whole segments from the zero.  The zero
+        itself is no joint.
+        """
+        segment_mm = self.rig.pipe.segment_length_mm
+        if segment_mm is None:
+            return None
+        if not self.joints:
+            number = round(distance_mm / segment_mm)
+            is_near = abs(distance_mm - number * segment_mm) <= NEAR_JOINT_MM
+            return NearJoint(number) if number >= 1 and is_near else None
+        fitted = min(self.joints, key=lambda joint: abs(joint.distance_mm - distance_mm))
+        further = round((distance_mm - fitted.distance_mm) / segment_mm)
+        if abs(distance_mm - fitted.distance_mm - further * segment_mm) > NEAR_JOINT_MM:
+            return None
+        if fitted.number is None:
+            return NearJoint(None)
+        number = fitted.number + further
+        return NearJoint(number) if number >= 1 else None
+
+    @cached_property
+    def height(self) -> Height | None:
+        """That explains the scale; None if there is no other evidence for it than the rig."""
+        done = self.correction
+        if done is None or all(isinstance(found.evidence, StatedScale) for found in done.findings):
+            return None
+        return implied_height(self.rig, done.scale, done.sigma)
+
+    @property
+    def closure(self) -> Closure | None:
+        """Of the longest known length."""
+        return max(self.closures, key=lambda closure: closure.known_mm, default=None)
+
+    def distance_class(self) -> DistanceClass | None:
+        """What may be promised of the distances; None without a track."""
+        if not len(self.track):
+            return None
+        far = int(self.track.distance_mm.argmax())
+        length_mm = float(self.track.distance_mm[far])
+        doubt = UNCALIBRATED if self.scale_sigma is None else 0.0
+        half_width_mm = U95 * math.hypot(
+            float(self.track.sigma_distance_mm[far]), doubt * length_mm
+        )
+        residual_mm = self.closure.residual_mm if self.closure else None
+        error_mm = max(half_width_mm, abs(residual_mm or 0.0))
+        met = (p for p in CLASSES_PERCENT if error_mm <= max(p / 100 * length_mm, CLASS_FLOOR_MM))
+        return DistanceClass(next(met, None), half_width_mm, residual_mm, length_mm)
+
+    def residuals(self) -> list[Residual]:
+        """Of lengths, then of joints, which are called by their number from the zero."""
+        if self.correction is None:
+            return []
+        left = self.correction.residuals
+        lengths = len(left) - len(self.joints)
+        return [*left[:lengths], *map(_renamed, left[lengths:], self.joints)]
+
+    def metadata(self) -> dict[str, str]:
+        """For the head of a track file: what was corrected by what."""
+        lines = {}
+        if self.zero is not None:
+            lines["zero"] = f"frame {self.zero.frame} at {self.zero.offset_m:.3f} m"
+        return lines | (self.correction.metadata() if self.correction else {})
+
+
+def adjust(raw: Track, rig: Rig, stated: Stated, sightings: Sequence[Sighting]) -> Adjusted:
+    """The track by all that was stated.
+
+    A known length that is not plausible is left out, unless it is forced; then the rig's own scale
+    is left out, as that is what the length contradicts.
+
+    Args:
+        raw: As it was measured; row i is frame i.
+        rig: With which it was measured.
+        stated: By a person.
+        sightings: Of joints, made with `raw`.
+    Raises:
+        InvalidCorrection: A frame that the track has not, or evidence that cannot be used or that
+            contradicts other evidence.
+    """
+    tapes = [_known_length(length) for length in stated.lengths if length.kind == "tape"]
+    known = [_known_length(length) for length in stated.lengths if length.kind == "known"]
+    by_rig = _by_rig(rig, stated.rig_sigma)
+    marked = _marked(raw, rig, stated.joints)
+    seen = _chosen(stated.joints, marked, sightings, len(raw))
+    by_joints = _by_joints(raw, rig, stated.joints, seen, [*tapes, *by_rig], known)
+    closures = tuple(_closure(raw, length, [*tapes, *by_joints, *by_rig]) for length in known)
+    implausible = next((closure for closure in closures if not closure.is_plausible), None)
+    lengths, own = [*tapes, *known], by_rig
+    if implausible is not None and stated.forced:
+        own = []
+    elif implausible is not None:
+        lengths = tapes
+    evidence: list[Evidence] = [*lengths, *by_joints, *own]
+    zero_frame = stated.zero.frame if stated.zero else None
+    done = correct(raw, evidence, zero_frame=zero_frame) if evidence and len(raw) else None
+    track = done.track if done else _counted_from(raw, zero_frame)
+    if stated.zero is not None:
+        track = _shifted(track, 1000 * stated.zero.offset_m)
+    scale = done.scale if done else 1.0
+    return Adjusted(
+        raw=raw,
+        track=track,
+        rig=rig,
+        zero=stated.zero,
+        scale=scale,
+        scale_sigma=done.sigma if done else by_rig[0].sigma if by_rig else None,
+        correction=done,
+        joints=_fitted(track, scale, by_joints, done, marked),
+        closures=closures,
+        refused=None if stated.forced else implausible,
+        source="joint" if by_joints else "closure" if len(lengths) > len(tapes) else "odometry",
+    )
+
+
+def _known_length(length: Length) -> KnownLength:
+    return KnownLength(
+        length.first_frame, length.last_frame, 1000 * length.length_m, length.sigma_mm
+    )
+
+
+def _by_rig(rig: Rig, sigma: RigSigma | None) -> list[StatedScale]:
+    """None or one."""
+    if sigma is None:
+        return []
+    relative = scale_sigma(rig, height_sigma_mm=sigma.height_mm, focal_sigma_px=sigma.focal_px)
+    return [StatedScale(relative)] if relative > 0 else []
+
+
+def _marked(raw: Track, rig: Rig, joints: Joints) -> list[Sighting]:
+    return [_sighted(raw, rig, mark) for mark in joints.marked] if joints.use else []
+
+
+def _sighted(raw: Track, rig: Rig, mark: Mark) -> Sighting:
+    """Where a click is on the wall, as if a joint had been found there."""
+    estimate = estimate_at(raw, mark.frame)
+    if estimate is None:
+        raise InvalidCorrection(f"A joint was marked in frame {mark.frame}, which is not tracked.")
+    if estimate.status == "lost":
+        raise InvalidCorrection(
+            f"The wall was not recognised in frame {mark.frame}; mark the joint in one beside it."
+        )
+    u, v = mark.pixel
+    ahead_mm, right_mm, below_mm = (
+        _ahead_mm(rig, estimate, pixel) for pixel in ((u, v), (u + 1, v), (u, v + 1))
+    )
+    sigma_mm = CLICK_PX * math.hypot(right_mm - ahead_mm, below_mm - ahead_mm)
+    return Sighting(mark.frame, ahead_mm, sigma_mm, 0.0)
+
+
+def _ahead_mm(rig: Rig, estimate: Estimate, pixel: tuple[float, float]) -> float:
+    point = wall_point(rig, pixel, estimate.x_mm, estimate.y_mm, estimate.yaw_deg)
+    if point is None:
+        raise InvalidCorrection(
+            f"No wall is seen in frame {estimate.frame} at the pixel ({pixel[0]:g}, {pixel[1]:g})."
+        )
+    return point.distance_mm - estimate.x_mm
+
+
+def _chosen(
+    joints: Joints, marked: Sequence[Sighting], sightings: Sequence[Sighting], rows: int
+) -> list[Sighting]:
+    left_out = {sighting.frame for sighting in joints.left_out}
+    found = [s for s in sightings if s.frame < rows and s.frame not in left_out]
+    return [*marked, *found]
+
+
+def _by_joints(
+    raw: Track,
+    rig: Rig,
+    joints: Joints,
+    seen: Sequence[Sighting],
+    firm: Sequence[Evidence],
+    known: Sequence[KnownLength],
+) -> list[JointSpacing]:
+    """None or one.
+
+    Known lengths help to count the joints only where they cannot be counted without, so that a
+    wrong one is found out by the joints.
+    """
+    if not joints.use:
+        return []
+    segment_mm = rig.pipe.segment_length_mm
+    if segment_mm is None:
+        raise InvalidCorrection(
+            "The rig does not say how long a segment is; joints need pipe.segment_length_mm."
+        )
+    try:
+        return [joint_spacing(raw, seen, segment_mm, firm)]
+    except InvalidCorrection:
+        if not known:
+            raise
+    return [joint_spacing(raw, seen, segment_mm, [*firm, *known])]
+
+
+def _closure(raw: Track, length: KnownLength, others: Sequence[Evidence]) -> Closure:
+    told = correct(raw, others or [StatedScale(UNCALIBRATED)], zero_frame=length.first_frame).track
+    row = row_of(told, length.last_frame)
+    sigma_mm = math.hypot(float(told.sigma_distance_mm[row]), length.sigma_mm)
+    return Closure(length.length_mm, abs(float(told.distance_mm[row])), sigma_mm)
+
+
+def _counted_from(raw: Track, frame: int | None) -> Track:
+    return raw if frame is None else zeroed(raw, frame)
+
+
+def _shifted(track: Track, offset_mm: float) -> Track:
+    return replace(track, x_mm=track.x_mm + offset_mm, distance_mm=track.distance_mm + offset_mm)
+
+
+def _fitted(
+    track: Track,
+    scale: float,
+    by_joints: Sequence[JointSpacing],
+    done: Correction | None,
+    marked: Sequence[Sighting],
+) -> tuple[FittedJoint, ...]:
+    """The joints in the corrected track."""
+    if not by_joints or done is None:
+        return ()
+    joints, segment_mm = by_joints[0].joints, by_joints[0].segment_mm
+    rows = [row_of(track, joint.sighting.frame) for joint in joints]
+    at_mm = [
+        float(track.distance_mm[row]) + scale * joint.sighting.ahead_mm
+        for row, joint in zip(rows, joints, strict=True)
+    ]
+    sigma_mm = [
+        math.hypot(float(track.sigma_distance_mm[row]), scale * joint.sighting.sigma_mm)
+        for row, joint in zip(rows, joints, strict=True)
+    ]
+    numbers = _numbers(joints, at_mm, sigma_mm, segment_mm)
+    return tuple(
+        FittedJoint(
+            number=number,
+            distance_mm=distance_mm,
+            sigma_mm=sigma,
+            residual_mm=left.residual_mm,
+            frame=joint.sighting.frame,
+            is_marked=joint.sighting in marked,
+        )
+        # Residuals are in the order of the evidence, and joints are the last that have any.
+        for joint, number, distance_mm, sigma, left in zip(
+            joints, numbers, at_mm, sigma_mm, done.residuals[-len(joints) :], strict=True
+        )
+    )
+
+
+def _renamed(left: Residual, joint: FittedJoint) -> Residual:
+    number = "" if joint.number is None else f" {joint.number}"
+    return replace(left, name=f"joint{number} in frame {joint.frame}")
+
+
+def _numbers(
+    joints: Sequence[Joint], at_mm: Sequence[float], sigma_mm: Sequence[float], segment_mm: float
+) -> list[int | None]:
+    """Numbers from the zero; None in a count whose first joint cannot be told from its neighbours.
+
+    A seam at the zero itself is where the pipe begins and no joint.
+    """
+    begin_mm = min(NEAR_JOINT_MM, segment_mm / 2)
+    first: dict[int, int | None] = {}
+    """Number from the zero of what its count calls 0."""
+    reference: tuple[float, int] | None = None
+    for joint, at, sigma in zip(joints, at_mm, sigma_mm, strict=True):
+        if joint.count in first:
+            continue
+        if CLOSURE_LIMIT * sigma > segment_mm / 2:
+            first[joint.count] = None
+            continue
+        if reference is None:
+            number = math.ceil((at - begin_mm) / segment_mm)
+        else:
+            number = reference[1] + round((at - reference[0]) / segment_mm)
+        reference = (at, number)
+        first[joint.count] = number - joint.number
+    return [
+        None if (base := first[joint.count]) is None else base + joint.number for joint in joints
+    ]

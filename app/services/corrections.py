@@ -1,0 +1,332 @@
+"""Corrected distances: what was stated is kept, the track that follows from it is worked out.
+
+The raw track never changes.  A corrected one is kept in memory as long as neither what was stated
+nor the run has changed; while a run goes on, its newest frames are carried on from the last
+solution, and least squares are solved again every few seconds at most.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import OrderedDict
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from app.errors import DiskFull, body_of
+from app.services.adjustment import U95, Adjusted, Stated, adjust
+from app.services.live import Live
+from app.services.tracks import Tracks
+from app.storage.inspections import InspectionStore
+from app.storage.tables import ENDED, Inspection
+from vo_core import Rig, Track
+from vo_core.errors import InvalidCorrection
+from vo_core.track import Estimate
+
+logger = logging.getLogger(__name__)
+
+_SOLVED_KEPT = 8
+_STATED_KEPT = 512
+_SOLVE_EVERY_S = 5.0
+"""While a run goes on; solving takes some 10 ms for a minute of video with joints."""
+
+Value = TypeVar("Value")
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """What was stated, what follows, and what is wrong with it."""
+
+    stated: Stated
+    adjusted: Adjusted | None
+    """None if it cannot be applied; by a part of what was stated if it once could."""
+    error: dict[str, str] | None
+    """Code and detail."""
+
+
+@dataclass(frozen=True)
+class _Statement:
+    revision: int
+    stated: Stated
+    rig: Rig
+
+
+@dataclass(frozen=True)
+class _Solution:
+    revision: int
+    run: tuple[int, bool]
+    """Which run of tracking, and whether it went on."""
+    solved_s: float
+    corrected: Corrected
+    adjusted: Adjusted
+
+    @property
+    def is_growing(self) -> bool:
+        """Whether the run went on when it was solved."""
+        return self.run[1]
+
+
+class Corrections:
+    """State, preview, and use in place of the raw track."""
+
+    def __init__(self, inspections: InspectionStore, tracks: Tracks, live: Live) -> None:
+        self._inspections = inspections
+        self._tracks = tracks
+        self._live = live
+        self._lock = threading.Lock()
+        """Guards the two below."""
+        self._statements: OrderedDict[str, _Statement] = OrderedDict()
+        self._solutions: OrderedDict[str, _Solution] = OrderedDict()
+
+    def get(self, inspection_id: str) -> Corrected:
+        """What holds now.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        return self._solution(inspection_id).corrected
+
+    def preview(self, inspection_id: str, stated: Stated) -> Corrected:
+        """What would hold; a known length that would be refused is shown with its closure.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        rig = self._statement(inspection_id).rig
+        try:
+            adjusted = adjust(
+                self._tracks.get(inspection_id), rig, stated, self._tracks.sightings(inspection_id)
+            )
+        except InvalidCorrection as error:
+            return Corrected(stated, None, body_of(error)[1])
+        return Corrected(stated, adjusted, _refusal(adjusted))
+
+    def put(self, inspection_id: str, stated: Stated, remark: str | None, who: str) -> Corrected:
+        """State it in place of what was stated before; it is committed and synced on return.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+            InvalidCorrection: It cannot be applied to the track as it is; nothing was stored.
+        """
+        statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
+        adjusted = adjust(
+            self._tracks.get(inspection_id),
+            statement.rig,
+            stated,
+            self._tracks.sightings(inspection_id),
+        )
+        if adjusted.refused is not None:
+            raise InvalidCorrection(adjusted.refused.refusal())
+        revision = self._inspections.correct(
+            inspection_id, who, stated.to_json(), remark, unstated=Stated().to_json()
+        )
+        corrected = Corrected(stated, adjusted, None)
+        self._keep(inspection_id, _Statement(revision, stated, statement.rig))
+        self._keep_solution(
+            inspection_id, _Solution(revision, run, time.monotonic(), corrected, adjusted)
+        )
+        if revision != statement.revision:
+            logger.info("Inspection %s corrected by %s.", inspection_id, who)
+            self._live.corrected(inspection_id)
+        return corrected
+
+    def adjusted(self, inspection_id: str) -> Adjusted:
+        """The newest solution; the last frames of a run that goes on may not be in it."""
+        return self._solution(inspection_id).adjusted
+
+    def forget(self, inspection_id: str) -> None:
+        """Drop what is held in memory."""
+        with self._lock:
+            self._statements.pop(inspection_id, None)
+            self._solutions.pop(inspection_id, None)
+
+    def track(self, inspection_id: str) -> Track:
+        """The corrected track as far as it is, perhaps empty."""
+        adjusted = self.adjusted(inspection_id)
+        _, is_growing = self._tracks.run(inspection_id)
+        return adjusted.extended(self._tracks.get(inspection_id)) if is_growing else adjusted.track
+
+    def estimate(self, inspection_id: str, raw: Estimate) -> Estimate:
+        """The corrected estimate of a frame that was just tracked; cheap."""
+        return self._last_solution(inspection_id).adjusted.estimate(raw)
+
+    def chainage_mm(self, inspection_id: str, raw_mm: float) -> float:
+        """The corrected distance of a raw one; cheap."""
+        return self._last_solution(inspection_id).adjusted.chainage_mm(raw_mm)
+
+    def revision(self, inspection_id: str) -> int:
+        """Rises with every correction.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        return self._statement(inspection_id).revision
+
+    def is_stated(self, inspection: Inspection) -> bool:
+        """Whether anything is stated."""
+        return Stated.from_json(inspection.corrections) != Stated()
+
+    def end(self, inspection: Inspection) -> tuple[float, float] | None:
+        """Distance and its sigma, mm, in the last frame of an ended inspection; None without."""
+        if inspection.distance_mm is None or inspection.sigma_distance_mm is None:
+            return None
+        if not self.is_stated(inspection):
+            return inspection.distance_mm, inspection.sigma_distance_mm
+        if inspection.corrected_mm is not None and inspection.sigma_corrected_mm is not None:
+            return inspection.corrected_mm, inspection.sigma_corrected_mm
+        track = self.track(inspection.id)
+        if not len(track):
+            return None
+        distance_mm = float(track.distance_mm[-1])
+        sigma_mm = float(track.sigma_distance_mm[-1])
+        if inspection.status in ENDED:
+            self._keep_end(inspection, distance_mm, sigma_mm)
+        return distance_mm, sigma_mm
+
+    def _keep_end(self, inspection: Inspection, distance_mm: float, sigma_mm: float) -> None:
+        try:
+            self._inspections.record_corrected_end(
+                inspection.id, inspection.revision, distance_mm, sigma_mm
+            )
+        except DiskFull as full:  # it is worked out again the next time
+            logger.warning("The corrected end of %s could not be kept: %s", inspection.id, full)
+
+    def _last_solution(self, inspection_id: str) -> _Solution:
+        """Of this revision and run, of any age."""
+        statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
+        with self._lock:
+            known = self._solutions.get(inspection_id)
+        if known is not None and (known.revision, known.run) == (statement.revision, run):
+            return known
+        return self._solve(inspection_id)
+
+    def _solution(self, inspection_id: str) -> _Solution:
+        """Not older than some seconds while the run goes on."""
+        known = self._last_solution(inspection_id)
+        is_settled = not known.is_growing or known.corrected.stated == Stated()
+        if is_settled or time.monotonic() < known.solved_s + _SOLVE_EVERY_S:
+            return known
+        return self._solve(inspection_id)
+
+    def _solve(self, inspection_id: str) -> _Solution:
+        """What was stated could be applied once; what cannot be now is left out and told."""
+        statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
+        raw = self._tracks.get(inspection_id)
+        stated = statement.stated.within(len(raw)) if run[1] else statement.stated
+        sightings = self._tracks.sightings(inspection_id) if stated.joints.use else []
+        try:
+            adjusted = adjust(raw, statement.rig, stated, sightings)
+            error = _refusal(adjusted)
+        except InvalidCorrection as failure:
+            adjusted = adjust(raw, statement.rig, stated.within(len(raw)).unadjusted(), [])
+            error = body_of(failure)[1]
+        corrected = Corrected(statement.stated, adjusted, error)
+        solution = _Solution(statement.revision, run, time.monotonic(), corrected, adjusted)
+        self._keep_solution(inspection_id, solution)
+        return solution
+
+    def _statement(self, inspection_id: str) -> _Statement:
+        with self._lock:
+            known = self._statements.get(inspection_id)
+        if known is not None:
+            return known
+        row = self._inspections.get(inspection_id)
+        stated = Stated.from_json(row.corrections)
+        statement = _Statement(row.revision, stated, Rig.model_validate(row.rig))
+        return self._keep(inspection_id, statement)
+
+    def _keep(self, inspection_id: str, statement: _Statement) -> _Statement:
+        """The newest of two threads' statements holds."""
+        with self._lock:
+            known = self._statements.get(inspection_id)
+            if known is None or known.revision <= statement.revision:
+                _remember(self._statements, inspection_id, statement, _STATED_KEPT)
+            return self._statements[inspection_id]
+
+    def _keep_solution(self, inspection_id: str, solution: _Solution) -> None:
+        with self._lock:
+            known = self._solutions.get(inspection_id)
+            if known is None or known.revision <= solution.revision:
+                _remember(self._solutions, inspection_id, solution, _SOLVED_KEPT)
+
+
+def result_of(adjusted: Adjusted) -> dict[str, Any] | None:
+    """What came out, in figures for people: metres of distance, mm of what is left."""
+    met = adjusted.distance_class()
+    if met is None:
+        return None
+    done, closure, height = adjusted.correction, adjusted.closure, adjusted.height
+    return {
+        "scale": _rounded(adjusted.scale, 6),
+        "scale_sigma": _rounded(adjusted.scale_sigma, 6),
+        "findings": [
+            {
+                "evidence": str(found.evidence),
+                "scale": _rounded(found.scale, 6),
+                "sigma": _rounded(found.sigma, 6),
+            }
+            for found in (done.findings if done else ())
+        ],
+        "residuals": [
+            {
+                "name": left.name,
+                "measured_m": _metres(left.measured_mm),
+                "residual_mm": _rounded(left.residual_mm, 2),
+            }
+            for left in adjusted.residuals()
+        ],
+        "joints": [
+            {
+                "number": joint.number,
+                "distance_m": _metres(joint.distance_mm),
+                "u95_m": _metres(U95 * joint.sigma_mm),
+                "residual_mm": _rounded(joint.residual_mm, 2),
+                "frame": joint.frame,
+                "is_marked": joint.is_marked,
+            }
+            for joint in adjusted.joints
+        ],
+        "closure": None
+        if closure is None
+        else {
+            "known_length_m": _metres(closure.known_mm),
+            "measured_m": _metres(closure.measured_mm),
+            "residual_mm": _rounded(closure.residual_mm, 1),
+            "residual_percent": _rounded(closure.residual_percent, 3),
+            "sigma_mm": _rounded(closure.sigma_mm, 1),
+        },
+        "height": None
+        if height is None
+        else {
+            "height_mm": _rounded(height.height_mm, 2),
+            "sigma_mm": _rounded(height.sigma_mm, 2),
+        },
+        "distance_class": {
+            "percent": met.percent,
+            "half_width_m": _metres(met.half_width_mm),
+            "residual_m": _metres(met.residual_mm),
+            "length_m": _metres(met.length_mm),
+        },
+    }
+
+
+def _metres(mm: float | None) -> float | None:
+    return None if mm is None else _rounded(mm / 1000, 4)
+
+
+def _rounded(value: float | None, digits: int) -> float | None:
+    return None if value is None else round(float(value), digits)
+
+
+def _refusal(adjusted: Adjusted) -> dict[str, str] | None:
+    if adjusted.refused is None:
+        return None
+    return body_of(InvalidCorrection(adjusted.refused.refusal()))[1]
+
+
+def _remember(kept: OrderedDict[str, Value], inspection_id: str, value: Value, most: int) -> None:
+    kept[inspection_id] = value
+    kept.move_to_end(inspection_id)
+    while len(kept) > most:
+        kept.popitem(last=False)

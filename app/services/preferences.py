@@ -1,0 +1,37 @@
+"""What a person has chosen for the page; people are told apart by the names of their tokens."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from app.storage.preferences import PreferenceStore
+
+_QUICK_CODES = ("BAB", "BAC", "BAF", "BAJ", "BBA", "BBB", "BBC", "BBF", "BDD")
+"""On the digit keys 1 to 9: what is tagged most, from cracks to the water level."""
+
+DEFAULTS: Mapping[str, Any] = {
+    "language": None,
+    "units": "m",
+    "quick_codes": [{"code": code, "char1": None, "char2": None} for code in _QUICK_CODES],
+    "pack": None,
+}
+
+
+class Preferences:
+    """Get and replace."""
+
+    def __init__(self, store: PreferenceStore) -> None:
+        self._store = store
+
+    def of(self, who: str) -> dict[str, Any]:
+        """All of them; what was never chosen is as in DEFAULTS."""
+        return {**DEFAULTS, **self._store.get(who)}
+
+    def replace(self, who: str, chosen: Mapping[str, Any]) -> None:
+        """Choose anew.
+
+        Raises:
+            PackNotFound: The chosen pack does not exist.
+        """
+        self._store.put(who, chosen)

@@ -1,0 +1,65 @@
+"""What is kept of a video file: a name of ours, and what a browser may do with it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+
+from app.jobs.messages import Probed
+
+_KINDS = {
+    # FFmpeg's name of the container: suffix of our file, type that we serve it as
+    "mp4": (".mp4", "video/mp4"),
+    "webm": (".webm", "video/webm"),
+    "matroska": (".mkv", "video/x-matroska"),
+    "avi": (".avi", "video/x-msvideo"),
+    "mpegts": (".ts", "video/mp2t"),
+    "mpeg": (".mpg", "video/mpeg"),
+}
+_WEBM_CODECS = {"vp8", "vp9", "av1", "libdav1d"}
+_BROWSERS_PLAY = {"mp4": {"h264", *_WEBM_CODECS}, "webm": _WEBM_CODECS}
+_BROWSERS_SHOW = {"yuv420p", "yuvj420p"}
+
+
+def file_name(probed: Probed) -> str:
+    """Its name within the inspection's folder."""
+    return f"video{_KINDS[_kind_of(probed)][0]}"
+
+
+def video_columns(probed: Probed) -> dict[str, Any]:
+    """The column `video` of an inspection."""
+    kind = _kind_of(probed)
+    return msgspec.structs.asdict(probed) | {
+        "media_type": _KINDS[kind][1],
+        "playable": _is_playable(kind, probed),
+    }
+
+
+def unrecorded_columns(width: int, height: int) -> dict[str, Any]:
+    """The same of a recording that has not ended."""
+    return {
+        "width": width,
+        "height": height,
+        "codec": "",
+        "container": "matroska",
+        "pixel_format": None,
+        "frames": None,
+        "duration_s": None,
+        "rate_hz": None,
+        "media_type": _KINDS["matroska"][1],
+        "playable": False,
+    }
+
+
+def _kind_of(probed: Probed) -> str:
+    """Which of our kinds FFmpeg's demuxer stands for; its names are lists such as `mov,mp4,m4a`."""
+    names = set(probed.container.split(","))
+    if "webm" in names:  # FFmpeg has one demuxer for both
+        return "webm" if probed.codec in _WEBM_CODECS else "matroska"
+    return next(kind for kind in _KINDS if kind in names)
+
+
+def _is_playable(kind: str, probed: Probed) -> bool:
+    """Whether browsers play the original; otherwise single frames are shown."""
+    return probed.codec in _BROWSERS_PLAY.get(kind, ()) and probed.pixel_format in _BROWSERS_SHOW

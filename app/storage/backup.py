@@ -1,0 +1,372 @@
+"""A data folder as one archive, taken while a server uses it, and the way back.
+
+The archive is a ZIP without compression: pictures and videos hardly shrink, and what is stored
+plainly cannot swell when it is read.  `manifest.json` in it has the size and the SHA-256 of every
+file.  The database is copied first, as it is at one moment; then come the files of its inspections,
+which are only ever added to, replaced whole or deleted.  Left out are the server's own token and
+uploads of which no inspection was made.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import secrets
+import shutil
+import sqlite3
+import stat
+import tempfile
+import zipfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import IO
+
+import msgspec
+
+from app.errors import UnusableBackup
+from app.storage.database import copy_database, revision_of
+from app.storage.files import DataFolder, raise_if_full, sync_folder
+from app.storage.tables import ENDED
+
+OnProgress = Callable[[int, int], None]
+"""Called with bytes done and bytes in all."""
+
+_FORMAT = 1
+_MANIFEST = "manifest.json"
+_DATABASE = "chainage.db"
+_TOKENS = "tokens.json"
+_NAME = re.compile(
+    r"chainage\.db|tokens\.json|inspections/[0-9a-f]{32}(?:/[A-Za-z0-9_-][A-Za-z0-9._-]*){1,2}"
+)
+"""All that an archive may hold: no path leads out of the folder, or to its lock."""
+_BLOCK = 2**20
+_MOST_MANIFEST_BYTES = 256 * 2**20
+_TRIES = 5
+
+
+class Entry(msgspec.Struct, frozen=True):
+    """One file of an archive."""
+
+    size: int
+    sha256: str
+
+
+class Manifest(msgspec.Struct, frozen=True):
+    """What an archive holds."""
+
+    format: int
+    version: str
+    """Of Chainage."""
+    made_at: datetime
+    files: dict[str, Entry]
+    missing: list[str]
+    """Files that the database names and that were gone before the backup."""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What was backed up or restored."""
+
+    inspections: int
+    observations: int
+    files: int
+    size_bytes: int
+    missing: tuple[str, ...]
+
+
+_MALFORMED = (
+    zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError,
+    sqlite3.DatabaseError,
+)  # fmt: skip
+"""What damaged, encrypted and foreign archives lead to, which has no common base."""
+
+
+class _Changed(Exception):
+    """A file went away while it was copied: its inspection was deleted or is tracked again."""
+
+
+def back_up(data: Path, target: Path, on_progress: OnProgress) -> Summary:
+    """Write everything that is acknowledged by now into the archive `target`.
+
+    Args:
+        data: The data folder; a server may be using it.
+        target: Replaced whole, or left as it is when something fails.
+        on_progress: Told how far it is.
+    Raises:
+        UnusableBackup: There is no database to back up, or inspections are deleted all the time.
+        UnusableDatabase: The database is damaged or of a newer version.
+        DiskFull: There is no room for the archive.
+    """
+    if not (data / _DATABASE).is_file():
+        raise UnusableBackup(f"There is no database in the folder {data}; name it with --data.")
+    missing: list[str] = []
+    with tempfile.TemporaryDirectory(prefix=".chainage-backup-", dir=target.parent) as folder:
+        part = Path(folder) / "part"
+        for _ in range(_TRIES):
+            try:
+                snapshot = Path(folder) / _DATABASE
+                copy_database(data / _DATABASE, snapshot)
+                revision_of(snapshot)
+                found = _members(data, snapshot)
+                gone = sorted(_named_by(snapshot) - found.keys())
+                if gone != missing:  # deleted meanwhile; what is gone twice was lost before
+                    missing = gone
+                    continue
+                manifest = _written(part, found, missing, on_progress)
+            except _Changed:
+                continue
+            except OSError as error:
+                raise_if_full(error)
+                raise
+            part.replace(target)
+            sync_folder(target.parent)
+            return _summary(snapshot, manifest)
+    raise UnusableBackup("The inspections are changing all the time; try again when it is calmer.")
+
+
+def restore(archive: Path, data: Path, on_progress: OnProgress) -> Summary:
+    """Make the data folder of an archive; after a failure it is as it was before.
+
+    Args:
+        archive: What `back_up` wrote.
+        data: A folder that is empty or does not exist.
+        on_progress: Told how far it is.
+    Raises:
+        UnusableBackup: The archive is damaged or none of ours, or the folder is not empty.
+        UnusableDatabase: It was made by a newer version.
+        DiskFull: There is no room for it.
+    """
+    if data.exists() and any(data.iterdir()):
+        raise UnusableBackup(
+            f"The folder {data} is not empty, and a server may be using it; name a new one."
+        )
+    with _held(data) as folder, _opened(archive) as source:
+        manifest = _manifest_of(source, archive)
+        folder.require_room(sum(entry.size for entry in manifest.files.values()))
+        part = folder.root / ".restoring"
+        part.mkdir()
+        _extract(source, manifest, part, on_progress)
+        summary = _checked(part, manifest)
+        _settle(part, folder.root)
+    return summary
+
+
+def _members(data: Path, snapshot: Path) -> dict[str, Path]:
+    """Every file to be copied, by its name in the archive."""
+    members = {_DATABASE: snapshot}
+    if (data / _TOKENS).is_file():
+        members[_TOKENS] = data / _TOKENS
+    with closing(sqlite3.connect(snapshot)) as connection:
+        ids = [str(row[0]) for row in connection.execute("SELECT id FROM inspections ORDER BY id")]
+    for inspection_id in ids:
+        # By name: a checkpoint comes before the journal, which may be longer than it says.
+        for path in sorted((data / "inspections" / inspection_id).rglob("*")):
+            name = path.relative_to(data).as_posix()
+            if _NAME.fullmatch(name) and path.is_file() and not path.is_symlink():
+                members[name] = path
+    return members
+
+
+def _named_by(database: Path) -> set[str]:
+    """Files that must be there for what the database says."""
+    with closing(sqlite3.connect(database)) as connection:
+        inspections = connection.execute(
+            "SELECT id, video_file, status, frames_done, source_sha256 FROM inspections"
+        ).fetchall()
+        photos = connection.execute(
+            "SELECT inspection_id, id, photo_frame FROM observations WHERE photo_frame IS NOT NULL"
+        ).fetchall()
+    names = {f"inspections/{id_}/photos/{photo}-{frame}.jpg" for id_, photo, frame in photos}
+    for id_, video_file, status, frames_done, sha256 in inspections:
+        if sha256:  # without one it is a recording, perhaps not begun
+            names.add(f"inspections/{id_}/{video_file}")
+        if status in ENDED and frames_done:
+            names.add(f"inspections/{id_}/track.csv")
+    return names
+
+
+def _written(
+    part: Path, members: Mapping[str, Path], missing: list[str], on_progress: OnProgress
+) -> Manifest:
+    """Write an archive of the members, and bring it to the disk.
+
+    Raises:
+        _Changed: One of them went away; the name of a tile or a checkpoint counts as well.
+    """
+    files: dict[str, Entry] = {}
+    done = 0
+    try:
+        total = sum(path.stat().st_size for path in members.values())
+        with part.open("wb") as out:
+            with zipfile.ZipFile(out, "w") as archive:
+                for name, path in members.items():
+                    files[name] = _stored(archive, name, path)
+                    done += files[name].size
+                    on_progress(done, max(done, total))
+                manifest = Manifest(_FORMAT, version("chainage"), datetime.now(UTC), files, missing)
+                archive.writestr(_MANIFEST, msgspec.json.encode(manifest))
+            out.flush()
+            os.fsync(out.fileno())
+    except FileNotFoundError as error:
+        raise _Changed from error
+    return manifest
+
+
+def _stored(archive: zipfile.ZipFile, name: str, path: Path) -> Entry:
+    """Copy a file as long as it is now; what is added meanwhile belongs to the next backup."""
+    info = zipfile.ZipInfo(name)
+    info.external_attr = (stat.S_IFREG | 0o600) << 16
+    with path.open("rb") as source, archive.open(info, "w", force_zip64=True) as target:
+        size = os.fstat(source.fileno()).st_size
+        return Entry(size, _copied(source, target, size))
+
+
+def _copied(source: IO[bytes], target: IO[bytes], size: int) -> str:
+    """Copy `size` bytes; their SHA-256.
+
+    Raises:
+        _Changed: There are fewer.
+    """
+    digest = hashlib.sha256()
+    while size:
+        block = source.read(min(size, _BLOCK))
+        if not block:
+            raise _Changed
+        digest.update(block)
+        target.write(block)
+        size -= len(block)
+    return digest.hexdigest()
+
+
+@contextmanager
+def _held(data: Path) -> Iterator[DataFolder]:
+    """The new folder, held against servers; when the block fails, nothing of it is left."""
+    is_new = not data.exists()
+    folder = DataFolder(data, reserve_bytes=0)
+    try:
+        yield folder
+    except BaseException:
+        for path in folder.root.iterdir():
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+        if is_new:
+            folder.root.rmdir()
+        raise
+    finally:
+        folder.close()
+
+
+@contextmanager
+def _opened(archive: Path) -> Iterator[zipfile.ZipFile]:
+    """The archive; whatever does not fit in it is one error."""
+    try:
+        with zipfile.ZipFile(archive) as opened:
+            yield opened
+    except _MALFORMED as error:
+        raise UnusableBackup(f"{archive} is damaged or no backup of Chainage: {error}.") from error
+
+
+def _manifest_of(source: zipfile.ZipFile, archive: Path) -> Manifest:
+    """The manifest, when the archive is what it says.
+
+    Raises:
+        UnusableBackup: It is not.
+    """
+    infos = {info.filename: info for info in source.infolist()}
+    stated = infos.pop(_MANIFEST, None)
+    if stated is None or stated.file_size > _MOST_MANIFEST_BYTES:
+        raise UnusableBackup(f"{archive} is no backup of Chainage: it has no manifest.")
+    _require_plain(stated, archive)
+    try:
+        manifest = msgspec.json.decode(source.read(stated), type=Manifest)
+    except msgspec.MsgspecError as error:
+        raise UnusableBackup(f"The manifest of {archive} cannot be read: {error}.") from error
+    if manifest.format != _FORMAT:
+        raise UnusableBackup(
+            f"{archive} was made by Chainage {manifest.version} in a form that this version does "
+            "not know."
+        )
+    if len(source.infolist()) != len(infos) + 1 or infos.keys() != manifest.files.keys():
+        raise UnusableBackup(f"{archive} does not hold the files that its manifest names.")
+    for name, info in infos.items():
+        _require_plain(info, archive)
+        if not _NAME.fullmatch(name) or info.file_size != manifest.files[name].size:
+            raise UnusableBackup(f"{archive} holds {name!r}, which is not of a backup.")
+    if _DATABASE not in infos or sum(map(_size, infos.values())) > archive.stat().st_size:
+        raise UnusableBackup(
+            f"{archive} is damaged: its files overlap, or the database is missing."
+        )
+    return manifest
+
+
+def _size(info: zipfile.ZipInfo) -> int:
+    return info.file_size
+
+
+def _require_plain(info: zipfile.ZipInfo, archive: Path) -> None:
+    """A file as `back_up` stores it: no link or device, neither packed nor encrypted."""
+    kind = stat.S_IFMT(info.external_attr >> 16)
+    is_stored = info.compress_type == zipfile.ZIP_STORED and info.file_size == info.compress_size
+    if kind not in (0, stat.S_IFREG) or not is_stored or info.flag_bits & 1:
+        raise UnusableBackup(f"{archive} holds {info.filename!r} in a form that no backup has.")
+
+
+def _extract(
+    source: zipfile.ZipFile, manifest: Manifest, part: Path, on_progress: OnProgress
+) -> None:
+    total = sum(entry.size for entry in manifest.files.values())
+    done = 0
+    for name, entry in manifest.files.items():
+        path = part / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            with source.open(name) as packed, path.open("xb") as out:
+                digest = _copied(packed, out, entry.size)
+                out.flush()
+                os.fsync(out.fileno())
+        except _Changed:
+            digest = ""
+        except OSError as error:
+            raise_if_full(error)
+            raise
+        if not secrets.compare_digest(digest, entry.sha256):
+            raise UnusableBackup(f"The backup is damaged: {name} is not what it was.")
+        done += entry.size
+        on_progress(done, total)
+
+
+def _checked(part: Path, manifest: Manifest) -> Summary:
+    """Look at what was extracted as a whole."""
+    database = part / _DATABASE
+    revision_of(database)
+    with closing(sqlite3.connect(database)) as connection:
+        answer = connection.execute("PRAGMA integrity_check").fetchone()[0]
+    lost = _named_by(database) - manifest.files.keys() - set(manifest.missing)
+    if answer != "ok" or lost:
+        what = f"the database says {answer}" if answer != "ok" else f"{min(lost)} is missing"
+        raise UnusableBackup(f"The backup is damaged: {what}.")
+    return _summary(database, manifest)
+
+
+def _settle(part: Path, root: Path) -> None:
+    """Bring what was extracted to its place, the database last: without it the rest is nothing."""
+    for folder in sorted((path for path in part.rglob("*") if path.is_dir()), reverse=True):
+        sync_folder(folder)
+    for path in sorted(part.iterdir(), key=lambda path: path.name == _DATABASE):
+        path.replace(root / path.name)  # `inspections` replaces the empty one
+    part.rmdir()
+    sync_folder(root)
+
+
+def _summary(database: Path, manifest: Manifest) -> Summary:
+    with closing(sqlite3.connect(database)) as connection:
+        (inspections,) = connection.execute("SELECT count(*) FROM inspections").fetchone()
+        (observations,) = connection.execute(
+            "SELECT count(*) FROM observations WHERE deleted_at IS NULL"
+        ).fetchone()
+    size = sum(entry.size for entry in manifest.files.values())
+    return Summary(inspections, observations, len(manifest.files), size, tuple(manifest.missing))

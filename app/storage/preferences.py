@@ -1,0 +1,43 @@
+"""What each person has chosen for the page, in the database."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from app.storage.database import Database
+from app.storage.packs import existing
+from app.storage.tables import CodePack, Preference
+
+
+class PreferenceStore:
+    """One row a person, by the name of the token."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    def get(self, who: str) -> dict[str, Any]:
+        """What was chosen; empty before the first choice, and without a pack that is gone."""
+        with self._database.read() as session:
+            row = session.get(Preference, who)
+            chosen = {} if row is None else dict(row.chosen)
+            pack_id = chosen.get("pack")
+            if pack_id and session.get(CodePack, pack_id) is None:
+                chosen["pack"] = None
+            return chosen
+
+    def put(self, who: str, chosen: Mapping[str, Any]) -> None:
+        """Replace all.
+
+        Raises:
+            PackNotFound: The chosen pack does not exist.
+        """
+
+        def replace(session: Session) -> None:
+            if chosen["pack"]:
+                existing(session, chosen["pack"])
+            session.merge(Preference(who=who, chosen=dict(chosen)))
+
+        self._database.write(replace)

@@ -1,0 +1,171 @@
+"""The wall as far as it was seen: pictures of the developed wall, put back where they belong.
+
+Every picture is sent once and again only when it has changed; a corrected distance moves its node.
+A browser holds each as a texture (4/3 of 4 bytes a pixel), so that of a long culvert only the part
+around the robot is shown in pictures.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import viser
+
+from app.viewer.geometry import Section, strip
+from app.viewer.glb import textured_glb
+
+MAX_PIXELS = 24_000_000
+"""Of all pictures together: 128 MB of textures, and 360 MB of Chromium where it draws without a
+graphics card."""
+
+_MAX_PER_TICK = 4
+"""So that pose and picture never wait long behind a culvert that is opened."""
+_PERIOD_S = 2.0
+"""A picture that still grows is sent at most so often."""
+
+
+@dataclass(frozen=True, slots=True)
+class WallTile:
+    """A picture of a piece of the wall, and where it belongs now."""
+
+    index: int
+    revision: int
+    """Another one means another picture."""
+    from_m: float
+    to_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class WallLayout:
+    """What all pictures have in common; rows run around the wall to the right, columns along it."""
+
+    arc_from_m: float
+    """Of the first row; 0 at the invert, or the axis of a floor."""
+    arc_to_m: float
+    width_px: int
+    height_px: int
+
+
+ReadPicture = Callable[[int], bytes | None]
+"""The JPEG of a tile by its index; None if it has just gone."""
+
+
+@dataclass(frozen=True, slots=True)
+class WallPictures:
+    """All tiles of a wall, and the way to their pictures."""
+
+    tiles: tuple[WallTile, ...]
+    layout: WallLayout
+    read: ReadPicture
+
+
+@dataclass(slots=True)
+class _Drawn:
+    handle: viser.GlbHandle
+    revision: int
+    sent_at_s: float
+    """time.monotonic"""
+    place_m: tuple[float, float]
+
+
+class TexturedWall:
+    """Shows the pictures nearest the robot; used by one thread."""
+
+    def __init__(self, scene: viser.SceneApi, section: Section) -> None:
+        self._scene = scene
+        self._section = section
+        self._layout: WallLayout | None = None
+        self._read: ReadPicture = lambda _: None
+        self._tiles: dict[int, WallTile] = {}
+        self._drawn: dict[int, _Drawn] = {}
+        self._due_s: float | None = None
+
+    def set(self, pictures: WallPictures) -> None:
+        """From now on these tiles and no others; `update` draws them."""
+        if pictures.layout != self._layout:
+            self._remove(list(self._drawn))
+        self._layout, self._read = pictures.layout, pictures.read
+        self._tiles = {tile.index: tile for tile in pictures.tiles}
+        self._remove([index for index in self._drawn if index not in self._tiles])
+        for index, drawn in self._drawn.items():
+            _move(drawn, self._tiles[index])
+
+    def due_in_s(self) -> float | None:
+        """How long until `update` has something to do; None if not before the next change."""
+        return None if self._due_s is None else max(0.0, self._due_s - time.monotonic())
+
+    def update(self, robot_x_m: float) -> None:
+        """Send the next few pictures, the nearest to the robot first."""
+        self._due_s = None
+        if self._layout is None:
+            return
+        room = max(1, MAX_PIXELS // (self._layout.width_px * self._layout.height_px))
+        by_distance = sorted(
+            self._tiles.values(), key=lambda tile: abs((tile.from_m + tile.to_m) / 2 - robot_x_m)
+        )
+        sent = 0
+        for tile in by_distance[:room]:
+            wait_s = self._wait_s(tile)
+            if wait_s is None:
+                continue
+            if wait_s == 0.0 and sent < _MAX_PER_TICK:
+                self._send(tile, self._layout)
+                sent += 1
+            else:
+                self._due_s = min(self._due_s or float("inf"), time.monotonic() + wait_s)
+        # What is far stays until something near needs its room.
+        kept = [tile.index for tile in by_distance if tile.index in self._drawn]
+        self._remove(kept[room:])
+
+    def _wait_s(self, tile: WallTile) -> float | None:
+        """Until its picture may be sent; None if it need not be."""
+        drawn = self._drawn.get(tile.index)
+        if drawn is None:
+            return 0.0
+        if drawn.revision == tile.revision:
+            return None
+        return max(0.0, drawn.sent_at_s + _PERIOD_S - time.monotonic())
+
+    def _send(self, tile: WallTile, layout: WallLayout) -> None:
+        jpeg = self._read(tile.index)
+        if jpeg is None:
+            return
+        mesh, uv = strip(self._section, layout.arc_from_m, layout.arc_to_m)
+        glb = textured_glb(mesh, uv, jpeg)
+        drawn = self._drawn.get(tile.index)
+        if drawn is not None:
+            drawn.handle.glb_data = glb
+            drawn.revision, drawn.sent_at_s = tile.revision, time.monotonic()
+            return
+        handle = self._scene.add_glb(
+            f"/wall/{tile.index}",
+            glb,
+            cast_shadow=False,
+            receive_shadow=False,
+            position=_position(tile),
+            scale=_scale(tile),
+        )
+        self._drawn[tile.index] = _Drawn(
+            handle, tile.revision, time.monotonic(), (tile.from_m, tile.to_m)
+        )
+
+    def _remove(self, indices: Sequence[int]) -> None:
+        for index in indices:
+            self._drawn.pop(index).handle.remove()
+
+
+def _move(drawn: _Drawn, tile: WallTile) -> None:
+    place_m = (tile.from_m, tile.to_m)
+    if place_m != drawn.place_m:
+        drawn.handle.position, drawn.handle.scale = _position(tile), _scale(tile)
+        drawn.place_m = place_m
+
+
+def _position(tile: WallTile) -> tuple[float, float, float]:
+    return (tile.from_m, 0.0, 0.0)
+
+
+def _scale(tile: WallTile) -> tuple[float, float, float]:
+    return (tile.to_m - tile.from_m, 1.0, 1.0)

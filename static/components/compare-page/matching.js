@@ -1,0 +1,88 @@
+/** Which defects of two runs are the same one, and which of them have grown. */
+
+/** Two people do not click the same spot of a defect. */
+const SPOT_MM = 100;
+/** Clock positions that are told in whole hours may differ by one. */
+const HOURS = 1;
+
+/**
+ * @typedef {object} Pair
+ * @property {'both'|'grown'|'only_a'|'only_b'} kind
+ * @property {object|null} a observation of run A
+ * @property {object|null} b
+ * @property {number} mm where it is, in run A
+ */
+
+/**
+ * @param {object[]} a observations of run A
+ * @param {object[]} b
+ * @param {import('./alignment.js').Alignment} alignment
+ * @param {boolean} isReversed
+ * @returns {Pair[]} along the culvert
+ */
+export function match(a, b, alignment, isReversed) {
+  const placed = (items, toA) =>
+    items
+      .filter(({ distance_m: m }) => m !== null)
+      .map((item) => ({ item, mm: toA(1000 * item.distance_m) }));
+  const here = placed(a, (mm) => mm);
+  const there = placed(b, alignment.toA);
+  const candidates = here
+    .flatMap((one) => there.map((other) => ({ one, other, apart: Math.abs(one.mm - other.mm) })))
+    .filter(({ one, other, apart }) => apart <= reach(one.item, other.item) && isSame(one.item, other.item, isReversed))
+    .sort((first, second) => first.apart - second.apart);
+  const taken = new Set();
+  const pairs = [];
+  for (const { one, other } of candidates) {
+    if (taken.has(one) || taken.has(other)) continue;
+    taken.add(one).add(other);
+    const kind = growth(one.item, other.item) ? 'grown' : 'both';
+    pairs.push({ kind, a: one.item, b: other.item, mm: one.mm });
+  }
+  for (const one of here) if (!taken.has(one)) pairs.push({ kind: 'only_a', a: one.item, b: null, mm: one.mm });
+  for (const one of there) if (!taken.has(one)) pairs.push({ kind: 'only_b', a: null, b: one.item, mm: one.mm });
+  return pairs.sort((one, other) => one.mm - other.mm);
+}
+
+/** What has grown from A to B: {name, from, to}, or null. */
+export function growth(a, b) {
+  for (const name of ['severity', 'quant1', 'quant2']) {
+    const [from, to] = [a[name] ?? null, b[name] ?? null];
+    if (from !== null && to !== null && to > from) return { name, from, to };
+  }
+  return null;
+}
+
+/** Within both intervals, and the spot that was clicked. */
+const reach = (a, b) => SPOT_MM + 1000 * Math.hypot(a.distance_u95_m ?? 0, b.distance_u95_m ?? 0);
+
+function isSame(a, b, isReversed) {
+  if (a.code !== b.code || roleOf(a) !== roleOf(b, isReversed)) return false;
+  const [one, other] = [sectorOf(a), mirrored(sectorOf(b), isReversed)];
+  return one === null || other === null || hoursApart(one, other) <= HOURS;
+}
+
+/** Start, change or finish of a stretch; from the other end a start is a finish. */
+function roleOf({ continuous }, isReversed = false) {
+  const role = continuous?.[0] ?? null;
+  return isReversed ? ({ A: 'B', B: 'A' }[role] ?? role) : role;
+}
+
+/** Hours from and to, clockwise; null where none is told. */
+export function sectorOf({ clock_from: from, clock_to: to, clock }) {
+  const first = from ?? clock ?? null;
+  return first === null ? null : [first, to ?? first];
+}
+
+/** From the other end right is left: 3 o'clock is 9 o'clock. */
+export const mirrored = (sector, isReversed) =>
+  sector && isReversed ? [12 - sector[1], 12 - sector[0]] : sector;
+
+/** Hours between two sectors, 0 where they overlap. */
+function hoursApart([from, to], [start, end]) {
+  const within = (hour, first, last) => turn(hour - first) <= turn(last - first);
+  if (within(start, from, to) || within(from, start, end)) return 0;
+  return Math.min(turn(start - to), turn(from - end));
+}
+
+const turn = (hours) => ((hours % 12) + 12) % 12;

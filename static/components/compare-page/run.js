@@ -1,0 +1,84 @@
+/** One of the two runs that are compared, with all that is drawn of it. */
+
+import { get } from '../../core/api.js';
+import { Catalogue } from '../../core/codes.js';
+import { Corrections } from '../../core/corrections.js';
+import { Track } from '../../core/track.js';
+import { WallGrid } from '../../core/wall.js';
+
+export class Run {
+  /**
+   * @param {string} id
+   * @param {AbortSignal} signal
+   */
+  static async load(id, signal) {
+    const path = `/api/inspections/${id}`;
+    const track = new Track(id);
+    const corrections = new Corrections(id, signal);
+    const [inspection, { observations }, wall] = await Promise.all([
+      get(path, signal),
+      get(`${path}/observations`, signal),
+      WallGrid.load(id, signal),
+      track.extend(signal),
+      corrections.load(),
+    ]);
+    const [catalogue, joints] = await Promise.all([
+      Catalogue.load(signal, inspection.header.code_pack),
+      seenJoints(inspection, corrections),
+    ]);
+    return new Run({ inspection, track, observations, catalogue, joints, wall });
+  }
+
+  constructor({ inspection, track, observations, catalogue, joints, wall }) {
+    this.id = inspection.id;
+    this.path = `/api/inspections/${inspection.id}`;
+    this.inspection = inspection;
+    this.track = track;
+    this.observations = observations;
+    this.catalogue = catalogue;
+    /** @type {import('./alignment.js').Mark[]} */
+    this.joints = joints;
+    this.wall = wall;
+    const distances = track.column('distance_mm');
+    this.low = distances.reduce((least, mm) => Math.min(least, mm), Infinity);
+    this.high = distances.reduce((most, mm) => Math.max(most, mm), -Infinity);
+  }
+
+  /**
+   * The defects that a frame shows: [{severity, pixel}].
+   * @param {import('../../core/track.js').Row} row
+   */
+  marksIn(row) {
+    if (!this.wall) return [];
+    return this.observations.flatMap(({ frame, pixel, severity }) => {
+      const tagged = pixel && this.track.row(frame);
+      const point = tagged && this.wall.at(...pixel, tagged);
+      const seen = frame === row.frame ? pixel : point && this.wall.pixel(1000 * point.distance_m, point.right_mm, row);
+      return seen ? [{ severity, pixel: seen }] : [];
+    });
+  }
+}
+
+/**
+ * The joints that the run has seen, also where they are not used to correct it: then they are where a
+ * preview with them puts them, brought back to the scale of the distances as they are told.
+ */
+async function seenJoints({ rig }, corrections) {
+  const { stated, result } = corrections.value;
+  if (!rig.pipe.segment_length_mm || !result) return [];
+  if (stated.joints.use) return counted(result.joints, (joint) => 1000 * joint.distance_m);
+  const preview = await corrections.ask({ ...stated, joints: { ...stated.joints, use: true } });
+  if (!preview.result) return []; // too few of them, or they contradict what is stated
+  const offset = 1000 * (stated.zero?.offset_m ?? 0);
+  const ratio = result.scale / preview.result.scale;
+  return counted(
+    preview.result.joints,
+    (joint) => offset + (1000 * joint.distance_m - joint.residual_mm - offset) * ratio,
+  );
+}
+
+/** Each number once, where it was seen on the mean. */
+const counted = (joints, place) =>
+  [...Map.groupBy(joints.filter(({ number }) => number !== null), ({ number }) => number)].map(
+    ([number, seen]) => ({ number, mm: seen.reduce((sum, joint) => sum + place(joint), 0) / seen.length }),
+  );

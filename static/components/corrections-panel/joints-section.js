@@ -1,0 +1,128 @@
+/** Joints as marks on a tape: whether they count, which of them, and what each leaves over. */
+
+import { html, patchList, render } from '../../core/html.js';
+import { Component } from '../../core/store.js';
+import { chainage, plusMinus } from '../../core/units.js';
+import { t } from '../../core/words.js';
+import { icon } from '../icon/icon.js';
+import { withSign } from './known-length.js';
+
+class JointsSection extends Component {
+  /** As they were seen last: too few that count give no result, and must be there to be put back. */
+  #seen = [];
+
+  mount() {
+    this.desk = this.closest('inspection-page').desk;
+    this.parts = render(
+      this,
+      html`<h3>${t('corrections.joints')}</h3>
+        <label class="switch"><input type="checkbox" data-part="use" /><span data-part="useText"></span></label>
+        <div class="fix__buttons">
+          <button class="button button--small" data-part="mark" aria-pressed="false">${icon('plus')}${t('corrections.mark_joint')}</button>
+        </div>
+        <p class="help" data-part="marking" hidden>${t('corrections.marking')}</p>
+        <table class="joints number" data-part="table" hidden>
+          <caption class="visually-hidden">${t('corrections.joints')}</caption>
+          <thead><tr><th scope="col">${t('corrections.joint_no')}</th><th scope="col">${t('corrections.distance')}</th>
+            <th scope="col">${t('corrections.residual')}</th><th scope="col">${t('corrections.seen_in')}</th>
+            <td></td></tr></thead>
+          <tbody data-part="rows"></tbody>
+        </table>`,
+    );
+    const { parts, desk } = this;
+    this.listen(parts.use, 'change', () => this.#edit({ use: parts.use.checked }));
+    this.listen(parts.mark, 'click', () => this.#togglePicking());
+    this.listen(desk.picking, 'change', () => this.#showPicking());
+    this.listen(desk.corrections.draft, 'change', () => this.#show());
+    this.listen(desk.corrections.preview, 'change', () => this.#show());
+    this.listen(desk.inspection, 'change', () => this.#show());
+    this.signal.addEventListener('abort', () => desk.picking.set(null));
+    this.#show();
+  }
+
+  get #joints() {
+    return this.desk.corrections.draft.value.joints;
+  }
+
+  #edit(changes) {
+    this.desk.corrections.edit({ joints: { ...this.#joints, ...changes } });
+  }
+
+  /** While it is on, a click on the picture marks a joint. */
+  #togglePicking() {
+    const { picking } = this.desk;
+    picking.set(picking.value ? null : (mark) => this.#mark(mark));
+  }
+
+  #mark({ frame, pixel }) {
+    const rounded = pixel.map((coordinate) => Math.round(coordinate * 10) / 10);
+    this.#edit({ use: true, marked: [...this.#joints.marked, { frame, pixel: rounded }] });
+  }
+
+  #showPicking() {
+    const isOn = this.desk.picking.value !== null;
+    this.parts.mark.setAttribute('aria-pressed', String(isOn));
+    this.parts.marking.hidden = !isOn;
+  }
+
+  #show() {
+    const { parts, desk } = this;
+    const length = desk.inspection.value.rig.pipe.segment_length_mm;
+    const { use, marked, left_out: leftOut } = this.#joints;
+    parts.use.checked = use;
+    parts.use.disabled = parts.mark.disabled = !length;
+    parts.useText.textContent = length
+      ? t('corrections.use_joints', { length: chainage(length / 1000) })
+      : t('corrections.no_segment');
+    // What was last known stays while a new preview is on its way.
+    const { preview } = desk.corrections;
+    if (preview.value === null) return;
+    if (preview.value.result?.joints.length) this.#seen = preview.value.result.joints;
+    const counts = this.#seen.filter((joint) => !leftOut.some(({ frame }) => frame === joint.frame));
+    const rows = [
+      ...counts.map((joint, i) => ({ key: `joint-${i}-${joint.frame}`, joint, frame: joint.frame })),
+      ...marked
+        .filter(({ frame }) => !counts.some((joint) => joint.is_marked && joint.frame === frame))
+        .map(({ frame }) => ({ key: `mark-${frame}`, joint: null, frame, isMark: true })),
+      ...leftOut.map(({ frame }) => ({ key: `out-${frame}`, joint: null, frame })),
+    ].sort((a, b) => a.frame - b.frame);
+    parts.table.hidden = !use || rows.length === 0;
+    patchList(parts.rows, rows, ({ key }) => key, (row) => this.#createRow(row), updateRow);
+  }
+
+  #createRow({ joint, frame, isMark = joint?.is_marked }) {
+    const row = document.createElement('tr');
+    const isOut = joint === null && !isMark;
+    row.classList.toggle('joints__out', joint === null);
+    row.parts = render(
+      row,
+      html`<th scope="row" data-part="number"></th><td data-part="distance"></td><td data-part="residual"></td>
+        <td><button class="link" data-part="go">${t('corrections.frame', { frame })}</button></td>
+        <td><button class="button button--quiet button--small" data-part="toggle">${isOut
+          ? t('corrections.put_back')
+          : t('corrections.leave_out')}</button></td>`,
+    );
+    row.parts.toggle.setAttribute(
+      'aria-label',
+      isOut ? t('corrections.put_back_of', { frame }) : t('corrections.leave_out_of', { frame }),
+    );
+    row.parts.go.addEventListener('click', () => this.desk.seek(frame));
+    row.parts.toggle.addEventListener('click', () => {
+      if (isOut) this.#edit({ left_out: this.#joints.left_out.filter((other) => other.frame !== frame) });
+      else if (isMark) this.#edit({ marked: this.#joints.marked.filter((other) => other.frame !== frame) });
+      else this.#edit({ left_out: [...this.#joints.left_out, { frame }] });
+    });
+    return row;
+  }
+}
+
+function updateRow({ parts }, { joint, isMark }) {
+  parts.number.textContent = joint ? (joint.number ?? '–') : '–';
+  parts.distance.textContent = joint
+    ? `${chainage(joint.distance_m)} ${plusMinus(joint.u95_m)}`
+    : isMark ? t('corrections.is_not_counted') : t('corrections.is_left_out');
+  parts.residual.textContent = joint ? `${withSign(joint.residual_mm, 1)} mm` : '';
+  if (joint?.is_marked) parts.number.title = t('corrections.marked_by_hand');
+}
+
+customElements.define('joints-section', JointsSection);

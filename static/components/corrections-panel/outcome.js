@@ -1,0 +1,149 @@
+/** What follows from all that is stated: the far end, its class, the scale and what each evidence says. */
+
+import { UNSTATED } from '../../core/corrections.js';
+import { html, render } from '../../core/html.js';
+import { Component } from '../../core/store.js';
+import { ApiError } from '../../core/api.js';
+import { chainage, plusMinus } from '../../core/units.js';
+import { t } from '../../core/words.js';
+import { icon } from '../icon/icon.js';
+import { withSign } from './known-length.js';
+
+/** What contracts allow however short a culvert is, as the server reckons. */
+const CLASS_FLOOR_M = 0.3;
+
+const U95 = 1.96;
+/** Below that two lengths are told the same. */
+const SAME_M = 0.00005;
+
+class CorrectionOutcome extends Component {
+  /** Far end as it was measured. */
+  #rawM = null;
+  #measuredRows = -1;
+
+  mount() {
+    this.desk = this.closest('inspection-page').desk;
+    this.parts = render(
+      this,
+      html`<dl class="ends-of-run number">
+          <div><dt>${t('corrections.as_measured')}</dt><dd data-part="raw"></dd></div>
+          <div><dt data-part="nowTerm">${t('corrections.now')}</dt><dd data-part="now"></dd></div>
+          <div data-part="thenBox" class="ends-of-run__then"><dt>${t('corrections.then')}</dt><dd data-part="then"></dd></div>
+        </dl>
+        <div data-part="class"></div>
+        <details class="evidence" data-part="details" hidden><summary>${t('corrections.how')}</summary>
+          <div data-part="evidence"></div></details>`,
+    );
+    const { desk } = this;
+    this.listen(desk.corrections, 'change', () => this.#show());
+    this.listen(desk.corrections.preview, 'change', () => this.#show());
+    this.listen(desk.inspection, 'change', () => this.#measure());
+    this.listen(desk.track, 'change', () => this.#measure());
+    this.#measure();
+    this.#show();
+  }
+
+  /** The far end without anything stated; asked for once while the track stays as long as it is. */
+  async #measure() {
+    const { desk } = this;
+    const rows = desk.track.length;
+    if (desk.inspection.isUnfinished || rows === this.#measuredRows || rows === 0) return;
+    this.#measuredRows = rows;
+    try {
+      const { result } = await desk.corrections.ask(UNSTATED, this.signal);
+      this.#rawM = result?.distance_class.length_m ?? null;
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      if (!(error instanceof ApiError)) throw error;
+    }
+    this.#show();
+  }
+
+  #show() {
+    const { parts } = this;
+    const { corrections } = this.desk;
+    const { preview, isEdited, value: held } = corrections;
+    this.classList.toggle('outcome--waiting', preview.value === null);
+    parts.raw.textContent = chainage(this.#rawM);
+    showEnd(parts.now, held?.result);
+    parts.thenBox.hidden = !isEdited;
+    if (isEdited) showEnd(parts.then, preview.value?.result);
+    if (preview.value === null) return; // the figures of before stay until the new ones are there
+    const { result } = preview.value;
+    render(parts.class, result ? classMarkup(result.distance_class) : html``);
+    parts.details.hidden = !result?.findings.length;
+    if (!parts.details.hidden) render(parts.evidence, this.#evidence(result));
+  }
+
+  #evidence({ findings, residuals, joints, scale, scale_sigma: sigma, height }) {
+    const { height_mm: stated } = this.desk.inspection.value.rig.mount;
+    const left = new Map(residuals.map(({ name, residual_mm: mm }) => [name, mm]));
+    return html`<table class="findings number">
+        <thead><tr><th scope="col">${t('corrections.evidence_of')}</th><th scope="col">${t('corrections.scale')}</th>
+          <th scope="col">${t('corrections.residual')}</th></tr></thead>
+        <tbody>${findings.map((found) => html`<tr><th scope="row">${evidenceText(found.evidence)}</th>
+          <td>${scaleText(found)}</td><td>${leftText(found.evidence, left, joints)}</td></tr>`)}</tbody>
+        <tfoot><tr><th scope="row">${t('corrections.together')}</th><td>${scaleText({ scale, sigma })}</td><td></td></tr></tfoot>
+      </table>
+      ${height && html`<p class="number">${t('corrections.height', {
+        implied: height.height_mm.toFixed(1),
+        u95: (U95 * height.sigma_mm).toFixed(1),
+        stated: stated.toFixed(1),
+      })}</p>`}`;
+  }
+}
+
+function showEnd(element, result) {
+  const end = result?.distance_class;
+  render(
+    element,
+    end
+      ? html`${chainage(end.length_m)} <span class="dim">${plusMinus(end.half_width_m)}</span>`
+      : html`${chainage(null)}`,
+  );
+}
+
+function classMarkup({ percent, half_width_m: halfWidth, residual_m: residual, length_m: length }) {
+  const isMet = percent !== null;
+  const text = isMet
+    ? t('corrections.class_met', { percent, floor: chainage(CLASS_FLOOR_M) })
+    : t('corrections.class_not_met');
+  const rests =
+    residual === null
+      ? t('corrections.class_rests_open', { half: plusMinus(halfWidth) })
+      : t('corrections.class_rests', { half: plusMinus(halfWidth), residual: `${withSign(1000 * residual, 0)} mm` });
+  return html`<div class="class ${isMet ? 'class--met' : 'class--not'}">${icon(isMet ? 'check' : 'alert')}
+    <div><p><b>${text}</b></p><p class="dim number">${rests} ${t('corrections.class_length', { length: chainage(length) })}</p></div></div>`;
+}
+
+const scaleText = ({ scale, sigma }) =>
+  sigma === null
+    ? scale.toFixed(4)
+    : t('corrections.scale_value', { scale: scale.toFixed(4), sigma: sigma < SAME_M ? '0.0001' : sigma.toFixed(4) });
+
+/** The server tells evidence in English, in three forms. */
+const FORMS = [
+  [/^([\d.]+) m ± ([\d.]+) mm between frames (\d+) and (\d+)$/, ([, metres, sigma, first, last]) =>
+    t('corrections.by_length', { length: chainage(Number(metres)), sigma, first, last })],
+  [/^(\d+) joints ([\d.]+) mm apart$/, ([, n, mm]) =>
+    t('corrections.by_joints', { n: Number(n), length: chainage(Number(mm) / 1000) })],
+  [/^the rig, to ([\d.e-]+) %$/, ([, percent]) => t('corrections.by_rig', { percent })],
+];
+
+function evidenceText(evidence) {
+  for (const [pattern, words] of FORMS) {
+    const match = pattern.exec(evidence);
+    if (match) return words(match);
+  }
+  return evidence;
+}
+
+/** What a length leaves over; of joints their root mean square. */
+function leftText(evidence, left, joints) {
+  if (left.has(evidence)) return `${withSign(left.get(evidence), 1)} mm`;
+  if (!FORMS[1][0].test(evidence) || joints.length === 0) return '';
+  const squares = joints.reduce((sum, { residual_mm: mm }) => sum + mm * mm, 0);
+  return t('corrections.rms', { mm: Math.sqrt(squares / joints.length).toFixed(1) });
+}
+
+customElements.define('correction-outcome', CorrectionOutcome);

@@ -1,0 +1,8 @@
+/** What an observation is called. */
+
+import { chainage } from '../../core/units.js';
+import { t } from '../../core/words.js';
+
+/** 'BAB at 3.42 m' */
+export const nameOf = ({ code, distance_m }) =>
+  t('desk.at', { what: code || t('desk.tag'), where: chainage(distance_m) });

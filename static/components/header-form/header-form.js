@@ -1,0 +1,247 @@
+/**
+ * What was inspected, where, by whom: the fields that the server lists, in the three groups of the
+ * work: required for a report, filled in by itself, and more. An empty required field stops nothing
+ * here; it is counted and named.
+ *
+ * Events: `field` (detail {name, value}) when a field was left with another value that can be used.
+ */
+
+import { ApiError, get } from '../../core/api.js';
+import { html, render } from '../../core/html.js';
+import { Component } from '../../core/store.js';
+import { lengthUnit, parseDistance, toShown } from '../../core/units.js';
+import { errorText, t, wordFor } from '../../core/words.js';
+import { icon } from '../icon/icon.js';
+
+const REFERENCE_POINTS = [
+  t('header.reference_headwall'),
+  t('header.reference_manhole'),
+  t('header.reference_wall'),
+  t('header.reference_pipe_end'),
+];
+
+/** Fields that are needed only where another one says so; the rule is the server's. */
+const NEEDED_IF = {
+  width_mm: ({ shape }) => Boolean(shape) && shape !== 'circular',
+  abandon_reason: ({ end_condition: end }) => end === 'abandoned',
+};
+
+/** Not one line but a few. */
+const LONG = new Set(['remarks', 'abandon_reason', 'location_text']);
+
+/** Decimals of a length in the field: a tenth of a millimetre is what the API keeps. */
+const LENGTH_DECIMALS = lengthUnit === 'ft' ? 2 : 3;
+
+/**
+ * @typedef {object} Field
+ * @property {string} name
+ * @property {'required'|'auto'|'more'} group
+ * @property {'text'|'number'|'choice'|'date'|'time'|'bool'} kind
+ * @property {string[]} choices
+ * @property {string|null} unit
+ */
+
+class HeaderForm extends Component {
+  /** Names that are left out here. */
+  without = new Set();
+
+  #fields = [];
+  #built = Promise.resolve();
+  #values = {};
+  /** What `suggest` wrote, so that a later suggestion may replace it and a person's word stays. */
+  #suggested = {};
+
+  mount() {
+    render(this, html`<p class="dim" role="status">${t('page.loading')}</p>`);
+    this.#built = this.#build();
+  }
+
+  /** The header as the API takes it, without the empty fields. */
+  get value() {
+    return Object.fromEntries(
+      Object.entries(this.#values).filter(([, value]) => value !== null && value !== ''),
+    );
+  }
+
+  /** Fills the fields, but not the one that is being typed in. */
+  set value(header) {
+    this.#values = { ...header };
+    for (const field of this.#fields) this.#write(field);
+    this.#count();
+  }
+
+  /** Fills fields that are empty or hold an earlier suggestion. */
+  suggest(values) {
+    for (const [name, value] of Object.entries(values)) {
+      const now = this.#values[name] ?? null;
+      const isOurs = now === null || now === '' || now === this.#suggested[name];
+      if (!isOurs || value === undefined) continue;
+      this.#suggested[name] = value;
+      this.#values[name] = value;
+      const field = this.#fields.find((other) => other.name === name);
+      if (field) this.#write(field);
+    }
+    this.#count();
+  }
+
+  /** Tells a fault beside a field; null takes it back. */
+  fault(name, sentence) {
+    const input = this.#input(name);
+    if (!input) return;
+    input.setAttribute('aria-invalid', String(sentence !== null));
+    input.closest('.field').querySelector('.fault').textContent = sentence ?? '';
+  }
+
+  /** Brings a field into sight and the keys to it. */
+  async goTo(name) {
+    await this.#built;
+    const input = this.#input(name);
+    if (!input) return;
+    const group = input.closest('details');
+    if (group) group.open = true;
+    input.focus();
+  }
+
+  async #build() {
+    let packs = [];
+    try {
+      const [{ fields }, known] = await Promise.all([
+        get('/api/header-fields', this.signal),
+        get('/api/packs', this.signal),
+      ]);
+      packs = known.packs;
+      this.#fields = fields.filter(({ name }) => !this.without.has(name));
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      if (!(error instanceof ApiError)) throw error;
+      render(this, html`<p class="message message--error" role="alert">${icon('alert')}<span>${errorText(error)}</span></p>`);
+      return;
+    }
+    const group = (name) =>
+      html`<div class="header-form__grid">${this.#fields
+        .filter((field) => field.group === name)
+        .map((field) => fieldMarkup(field, packs))}</div>`;
+    this.parts = render(
+      this,
+      html`<fieldset class="header-form__group">
+          <legend>${t('header.required')}</legend>
+          <p class="help header-form__missing" role="status" data-part="missing"></p>
+          ${group('required')}
+        </fieldset>
+        <details class="header-form__group"><summary>${t('header.auto')}</summary>${group('auto')}</details>
+        <details class="header-form__group"><summary>${t('header.more')}</summary>${group('more')}</details>
+        <datalist id="header-references">
+          ${REFERENCE_POINTS.map((point) => html`<option value="${point}"></option>`)}
+        </datalist>`,
+    );
+    this.listen(this, 'change', ({ target }) => this.#left(target));
+    for (const field of this.#fields) this.#write(field);
+    this.#count();
+  }
+
+  #input(name) {
+    return this.querySelector(`[data-field="${name}"]`);
+  }
+
+  #write(field) {
+    const input = this.#input(field.name);
+    if (!input || input === document.activeElement) return;
+    input.value = written(field, this.#values[field.name] ?? null);
+  }
+
+  #left(input) {
+    const field = this.#fields.find(({ name }) => name === input.dataset.field);
+    if (!field) return;
+    const value = read(field, input.value);
+    if (value === undefined) {
+      this.fault(field.name, t('header.fault_number'));
+      return;
+    }
+    this.fault(field.name, null);
+    this.#values[field.name] = value;
+    delete this.#suggested[field.name];
+    this.#count();
+    this.dispatchEvent(new CustomEvent('field', { detail: { name: field.name, value } }));
+  }
+
+  #isNeeded({ name, group }) {
+    return NEEDED_IF[name]?.(this.#values) ?? group === 'required';
+  }
+
+  /** Marks the needed fields and says which of them are empty. */
+  #count() {
+    if (!this.parts) return;
+    const missing = [];
+    for (const field of this.#fields) {
+      const isNeeded = this.#isNeeded(field);
+      const value = this.#values[field.name] ?? '';
+      const isMissing = isNeeded && value === '';
+      if (isMissing) missing.push(wordFor('header', field.name) ?? field.name);
+      const input = this.#input(field.name);
+      input.setAttribute('aria-required', String(isNeeded));
+      const box = input.closest('.field');
+      box.classList.toggle('header-form__field--missing', isMissing);
+      box.querySelector('.required').hidden = !isNeeded;
+    }
+    const text = missing.length
+      ? `${t('header.missing', { n: missing.length })}. ${t('header.missing_which', { names: missing.join(', ') })}`
+      : t('header.complete');
+    if (this.parts.missing.textContent !== text) this.parts.missing.textContent = text;
+  }
+}
+
+/** What the field shows for a value. */
+function written({ kind, unit }, value) {
+  if (value === null) return '';
+  if (kind === 'number' && unit === 'm') {
+    return String(Number(toShown(value).toFixed(LENGTH_DECIMALS)));
+  }
+  return String(value);
+}
+
+/** The value of what is written: null when it is empty, undefined when it is no number. */
+function read({ kind, unit }, text) {
+  const trimmed = text.trim();
+  if (trimmed === '') return null;
+  if (kind === 'bool') return trimmed === 'true';
+  if (kind !== 'number') return trimmed;
+  const number = unit === 'm' ? parseDistance(trimmed) : Number(trimmed.replace(',', '.').replace('−', '-'));
+  if (number === null || !Number.isFinite(number)) return undefined;
+  return unit === 'm' ? Math.round(number * 10000) / 10000 : number;
+}
+
+function fieldMarkup(field, packs) {
+  const { name, unit } = field;
+  const id = `header-${name}`;
+  const label = wordFor('header', name) ?? name;
+  const control = controlMarkup(field, id, packs);
+  return html`<div class="field${LONG.has(name) && ' header-form__field--long'}">
+    <label for="${id}">${label} <span class="required" aria-hidden="true" hidden>*</span></label>
+    ${unit ? html`<span class="input-with-unit">${control}<span class="unit">${unit === 'm' ? lengthUnit : unit}</span></span>` : control}
+    <span class="fault" id="${id}-fault"></span></div>`;
+}
+
+function controlMarkup({ name, kind, choices }, id, packs) {
+  if (name === 'code_pack') return selectMarkup(name, id, packs.map((pack) => [pack.id, pack.name]), t('settings.pack_built_in'));
+  if (kind === 'choice') {
+    return selectMarkup(name, id, choices.map((value) => [value, wordFor('header.choice', value) ?? value]), t('header.choose'));
+  }
+  if (kind === 'bool') {
+    return selectMarkup(name, id, [['true', t('page.yes')], ['false', t('page.no')]], t('page.not_stated'));
+  }
+  if (LONG.has(name)) {
+    return html`<textarea class="input" id="${id}" data-field="${name}" rows="2" maxlength="2000"
+      aria-describedby="${id}-fault"></textarea>`;
+  }
+  const type = kind === 'date' || kind === 'time' ? kind : 'text';
+  return html`<input class="input" id="${id}" data-field="${name}" type="${type}" maxlength="2000" autocomplete="off"
+    inputmode="${kind === 'number' ? 'decimal' : 'text'}" aria-describedby="${id}-fault"
+    ${name === 'reference_point' && html`list="header-references"`} />`;
+}
+
+const selectMarkup = (name, id, options, none) =>
+  html`<select class="input" id="${id}" data-field="${name}" aria-describedby="${id}-fault">
+    <option value="">${none}</option>
+    ${options.map(([value, text]) => html`<option value="${value}">${text}</option>`)}</select>`;
+
+customElements.define('header-form', HeaderForm);

@@ -1,0 +1,79 @@
+/** The header of the inspection: each field is saved when it is left, and again until it is safe. */
+
+import { ApiError, pause } from '../../core/api.js';
+import { html, render } from '../../core/html.js';
+import { may } from '../../core/rights.js';
+import { Component } from '../../core/store.js';
+import { errorText, t } from '../../core/words.js';
+import '../header-form/header-form.js';
+
+const PAUSE_S = 3;
+
+class HeaderPanel extends Component {
+  /** Values by name that are not on the server yet. */
+  #waiting = new Map();
+  /** Values by name that the server does not take. */
+  #refused = new Map();
+  #isSending = false;
+
+  mount() {
+    this.desk = this.closest('inspection-page').desk;
+    this.parts = render(
+      this,
+      html`<p class="header-panel__state number" role="status" data-part="state"></p>
+        <fieldset class="locked" ${!may('operator') && 'disabled'}><header-form data-part="form"></header-form></fieldset>`,
+    );
+    const { form } = this.parts;
+    form.value = this.desk.inspection.value.header;
+    this.listen(form, 'field', ({ detail: { name, value } }) => {
+      this.#refused.delete(name);
+      this.#waiting.set(name, value);
+      this.#send();
+    });
+    this.listen(this.desk.inspection, 'change', () => this.#refresh());
+  }
+
+  /** What the server has, under what was typed and is not safe yet. */
+  #refresh() {
+    const typed = [...this.#refused, ...this.#waiting];
+    this.parts.form.value = { ...this.desk.inspection.value.header, ...Object.fromEntries(typed) };
+  }
+
+  /** One at a time: the server takes the header as a whole. */
+  async #send() {
+    if (this.#isSending) return;
+    this.#isSending = true;
+    while (this.#waiting.size && !this.signal.aborted) {
+      const [[name, value]] = this.#waiting;
+      this.parts.state.textContent = t('header.saving');
+      try {
+        const { header } = this.desk.inspection.value;
+        await this.desk.inspection.change({ header: withField(header, name, value) });
+        this.#settle(name, value);
+      } catch (error) {
+        if (!(error instanceof ApiError)) throw error;
+        this.parts.state.textContent = errorText(error);
+        if (error.isTemporary) {
+          await pause(PAUSE_S, this.signal);
+        } else {
+          this.#refused.set(name, value);
+          this.parts.form.fault(name, errorText(error));
+          this.#settle(name, value);
+        }
+      }
+    }
+    this.#isSending = false;
+    if (!this.signal.aborted && this.#refused.size === 0) this.parts.state.textContent = t('header.saved');
+  }
+
+  /** Done with this value, unless the person has entered another one meanwhile. */
+  #settle(name, value) {
+    if (this.#waiting.get(name) === value) this.#waiting.delete(name);
+  }
+}
+
+/** The header with another value, or without it. */
+const withField = (header, name, value) =>
+  Object.fromEntries(Object.entries({ ...header, [name]: value }).filter(([, kept]) => kept !== null));
+
+customElements.define('header-panel', HeaderPanel);

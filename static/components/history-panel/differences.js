@@ -1,0 +1,48 @@
+/** What a change changed, field by field, in words. */
+
+import { chainage } from '../../core/units.js';
+import { t, wordFor } from '../../core/words.js';
+
+/** Where what was stated about the distances is told. */
+const STATED = {
+  zero: (zero) => t('history.zero_text', { frame: zero.frame, offset: chainage(zero.offset_m) }),
+  lengths: (lengths) =>
+    lengths
+      .map(({ length_m, sigma_mm, first_frame: first, last_frame: last }) =>
+        t('history.length_text', { length: chainage(length_m), sigma: sigma_mm, first, last }))
+      .join('; ') || t('history.nothing_stated'),
+  joints: ({ use, marked, left_out: out }) =>
+    use ? t('history.joints_text', { marked: marked.length, out: out.length }) : t('history.joints_off'),
+  rig_sigma: ({ height_mm: height, focal_px: focal }) => t('history.rig_text', { height, focal }),
+};
+
+/** 'Severity', 'Known length'. */
+export const labelOf = (name) => wordFor('history.field', name) ?? wordFor('header', name) ?? name;
+
+/**
+ * @param {{action: string, before: object|null, after: object|null}} event
+ * @returns {{name: string, before: string|null, after: string|null}[]}
+ */
+export function differences({ action, before, after }) {
+  if (action === 'deleted' || action === 'restored') return [];
+  const [was, is] = [flat(before), flat(after)];
+  return [...new Set([...Object.keys(was), ...Object.keys(is)])]
+    .filter((name) => JSON.stringify(was[name] ?? null) !== JSON.stringify(is[name] ?? null))
+    .map((name) => ({ name, before: told(name, was[name]), after: told(name, is[name]) }));
+}
+
+/** An inspection's name and header side by side. */
+const flat = (fields) => {
+  const { header, ...others } = fields ?? {};
+  return { ...others, ...header };
+};
+
+function told(name, value) {
+  if (value === null || value === undefined || value === '') return null;
+  if (STATED[name]) return STATED[name](value);
+  if (name.endsWith('_m') && typeof value === 'number') return chainage(value);
+  if (value === true) return t('page.yes');
+  if (value === false) return t('page.no');
+  if (Array.isArray(value)) return value.map((part) => Math.round(part)).join(', ');
+  return wordFor('header.choice', String(value)) ?? String(value);
+}

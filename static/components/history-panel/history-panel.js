@@ -1,0 +1,130 @@
+/** Who changed what, the newest first: every change of the inspection and its defects, before and after. */
+
+import { ApiError, get } from '../../core/api.js';
+import { html, render } from '../../core/html.js';
+import { Component } from '../../core/store.js';
+import { date } from '../../core/units.js';
+import { errorText, pieces, t } from '../../core/words.js';
+import { nameOf } from '../defect-list/names.js';
+import { icon } from '../icon/icon.js';
+import { differences, labelOf } from './differences.js';
+
+/** Rows that are made at once. */
+const PAGE = 40;
+
+const OF_INSPECTION = {
+  created: ['plus', t('history.inspection_created')],
+  changed: ['edit', t('history.inspection_changed')],
+  corrected: ['settings', t('history.inspection_corrected')],
+  finished: ['check', t('history.inspection_finished')],
+  deleted: ['trash', t('history.inspection_deleted')],
+};
+const OF_OBSERVATION = {
+  created: ['plus', (name) => t('history.observation_created', { name })],
+  changed: ['edit', (name) => t('history.observation_changed', { name })],
+  deleted: ['trash', (name) => t('history.observation_deleted', { name })],
+  restored: ['undo', (name) => t('history.observation_restored', { name })],
+};
+
+class HistoryPanel extends Component {
+  #events = [];
+  #shown = PAGE;
+  #round = 0;
+
+  mount() {
+    this.desk = this.closest('inspection-page').desk;
+    this.parts = render(
+      this,
+      html`<div class="history__head">
+          <label class="switch"><input type="checkbox" data-part="only" />${t('history.selected')}</label>
+          <p class="dim history__hint">${pieces('history.undo_hint', { key: html`<kbd>U</kbd>` })}</p>
+        </div>
+        <p class="history__empty dim" role="status" data-part="note"></p>
+        <ol data-part="rows" aria-label="${t('history.label')}"></ol>
+        <div class="history__more"><button class="button button--small" data-part="more" hidden></button></div>`,
+    );
+    const { parts, desk } = this;
+    this.listen(parts.only, 'change', () => this.#load());
+    this.listen(parts.more, 'click', () => {
+      this.#shown += PAGE;
+      this.#show();
+    });
+    this.listen(parts.rows, 'click', ({ target }) => {
+      const link = target.closest('[data-observation]');
+      if (link && desk.observations.find(link.dataset.observation)) desk.goTo(link.dataset.observation);
+    });
+    this.listen(desk.selection, 'change', () => parts.only.checked && this.#load());
+    // Every change goes through one of these, and is safe when they tell of it.
+    this.listen(desk.outbox, 'answered', () => this.#load());
+    this.listen(desk.inspection, 'change', () => this.#changed());
+    this.listen(desk.tab, 'change', () => this.#load());
+    this.#load();
+  }
+
+  #changed() {
+    const { revision, header, name, status } = this.desk.inspection.value;
+    const seen = JSON.stringify([revision, header, name, status]);
+    if (seen === this.seen) return;
+    this.seen = seen;
+    this.#load();
+  }
+
+  /** Only while it is seen. */
+  async #load() {
+    if (this.desk.tab.value !== 'history') return;
+    const { parts, desk } = this;
+    const { value: selected } = desk.selection;
+    parts.only.disabled = !selected && !parts.only.checked;
+    const query = parts.only.checked && selected ? `?observation=${selected}` : '';
+    this.#round += 1;
+    const round = this.#round;
+    try {
+      const { events } = await get(`/api/inspections/${desk.inspection.id}/events${query}`, this.signal);
+      if (round !== this.#round) return;
+      this.#events = events;
+      this.#shown = PAGE;
+      parts.note.textContent = events.length ? '' : t('history.empty');
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      if (!(error instanceof ApiError)) throw error;
+      parts.note.textContent = errorText(error);
+    }
+    this.#show();
+  }
+
+  #show() {
+    const { parts } = this;
+    const rest = this.#events.length - this.#shown;
+    parts.more.hidden = rest <= 0;
+    parts.more.textContent = t('history.more', { n: Math.min(rest, PAGE) });
+    render(parts.rows, html`${this.#events.slice(0, this.#shown).map((event) => this.#row(event))}`);
+  }
+
+  #row(event) {
+    const { at, who, remark, observation_id: id } = event;
+    const [sign, title] = this.#titleOf(event);
+    const changes = differences(event);
+    return html`<li class="event">${icon(sign)}
+      <div class="event__what">
+        <p class="event__title">${id && this.desk.observations.find(id)
+          ? html`<button class="link" data-observation="${id}">${title}</button>`
+          : html`<b>${title}</b>`}</p>
+        ${changes.length > 0 && html`<dl class="event__changes">${changes.map(
+          ({ name, before, after }) => html`<div><dt>${labelOf(name)}</dt><dd>${before !== null && html`<del>${before}</del> `}<ins>${after ?? '–'}</ins></dd></div>`,
+        )}</dl>`}
+        ${remark && html`<p class="event__remark">“${remark}”</p>`}
+      </div>
+      <p class="event__who dim"><time datetime="${at}">${date(at)}</time><span>${who}</span></p></li>`;
+  }
+
+  #titleOf({ action, observation_id: id, before, after }) {
+    if (id === null) return OF_INSPECTION[action] ?? ['info', action];
+    const known = this.desk.observations.find(id);
+    const code = (after ?? before)?.code;
+    const name = known ? nameOf(known) : [t('history.deleted_defect'), code].filter(Boolean).join(' ');
+    const [sign, words] = OF_OBSERVATION[action] ?? ['info', () => action];
+    return [sign, words(name)];
+  }
+}
+
+customElements.define('history-panel', HistoryPanel);

@@ -1,0 +1,40 @@
+/** What a step of the history did, in words: 'severity 3 → 4 of BAB at 3.42 m'. */
+
+import { t, wordFor } from '../../core/words.js';
+import { nameOf } from '../defect-list/names.js';
+import { labelOf } from '../history-panel/differences.js';
+
+/** @param {import('../../core/history.js').Step} step */
+export const stepName = ({ what, item, changes }) => NAMES[what](item, changes);
+
+const NAMES = {
+  tag: (item) => t('step.tag', { name: nameOf(item) }),
+  delete: (item) => t('step.delete', { name: nameOf(item) }),
+  edit: (item, [{ before, after }]) => {
+    if ('frame' in after) return t('step.move', { name: nameOf(item) });
+    return t('step.edit', { name: nameOf(item), ...told(before, after) });
+  },
+  stretch: (item, changes) => t('step.stretch', { name: nameOf(item), n: changes.length }),
+  header: (item, changes) => {
+    const [{ name, before, after }] = changes;
+    return t('step.header', { ...told({ [name]: before }, { [name]: after }) });
+  },
+  correction: () => t('step.correction'),
+};
+
+/** The first of the fields that differ, before and after; a code is told with its characters. */
+function told(before, after) {
+  if ('code' in after) {
+    const whole = ({ code, char1, char2 }) => [code, char1, char2].filter(Boolean).join(' ') || '–';
+    return { field: labelOf('code').toLowerCase(), before: whole(before), after: whole(after) };
+  }
+  const name = Object.keys(after).find((key) => (before[key] ?? null) !== (after[key] ?? null));
+  return { field: labelOf(name).toLowerCase(), before: text(before[name]), after: text(after[name]) };
+}
+
+/** Long remarks are cut: it is a tooltip. */
+const text = (value) => {
+  if (value === null || value === undefined || value === '') return '–';
+  const words = wordFor('header.choice', String(value)) ?? String(value);
+  return words.length > 24 ? `${words.slice(0, 23)}…` : words;
+};

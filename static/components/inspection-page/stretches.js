@@ -1,0 +1,81 @@
+/** Starting, changing and finishing a defect that goes on along the pipe. */
+
+import { openStretches, partsOf, stretchNumber } from '../../core/stretches.js';
+import { t } from '../../core/words.js';
+import { toast } from '../toast-stack/toast-stack.js';
+
+/** Distances are told to a centimetre: what is shorter is a point. */
+const POINT_M = 0.01;
+/** Two points of the same code that are farther apart may be the ends of a stretch. */
+const OFFERED_FROM_M = 1;
+
+/**
+ * The selected tag starts a new stretch, if it belongs to none; without one a new tag does.
+ * @param {import('./desk.js').Desk} desk
+ */
+export function startStretch(desk) {
+  const { observations, selection } = desk;
+  const continuous = `A${observations.nextStretch}`;
+  const item = selection.value && observations.find(selection.value);
+  if (item && !item.continuous) observations.edit(item.id, { continuous });
+  else desk.tagCentre({ continuous });
+}
+
+/** Tags the end of an open stretch at the shown frame, the newest if none is named. */
+export function finishStretch(desk, number = newest(desk)) {
+  const finish = number && goOn(desk, number, 'B');
+  if (!finish) return;
+  const [start] = partsOf(desk.observations.value, finish);
+  if (Math.abs(finish.distance_m - start.distance_m) >= POINT_M) return;
+  toast(t('stretch.no_length', { stretch: number }), {
+    kind: 'error',
+    action: t('stretch.as_point'),
+    run: () => {
+      desk.observations.makePoint(number);
+      desk.selection.set(start.id);
+    },
+  });
+}
+
+/** Tags where an open stretch goes on in another way. */
+export function changeStretch(desk, number = newest(desk)) {
+  if (number) goOn(desk, number, 'C');
+}
+
+/** Takes the selected stretch apart: its tags become points. */
+export function dissolveStretch(desk, item) {
+  const parts = partsOf(desk.observations.value, item);
+  desk.observations.editTogether(parts.map(({ id }) => [id, { continuous: null }]));
+}
+
+/** The nearest point before this one that may be the other end of a stretch, or null. */
+export function otherEnd(desk, item) {
+  const { code, char1, char2, distance_m: end } = item;
+  const rules = code && desk.catalogue.row(code, char1, char2);
+  if (!rules?.continuous_allowed || item.continuous || end === null) return null;
+  const isLike = (other) =>
+    !other.continuous &&
+    ['code', 'char1', 'char2'].every((name) => (other[name] ?? null) === (item[name] ?? null)) &&
+    end - other.distance_m > OFFERED_FROM_M;
+  return desk.observations.value.findLast((other) => other.distance_m !== null && isLike(other)) ?? null;
+}
+
+/** Makes a stretch of two points, in one step. */
+export function joinPoints(desk, start, finish) {
+  const number = desk.observations.nextStretch;
+  desk.observations.editTogether([
+    [start.id, { continuous: `A${number}` }],
+    [finish.id, { continuous: `B${number}` }],
+  ]);
+}
+
+function newest(desk) {
+  const [stretch] = openStretches(desk.observations.value);
+  if (!stretch) desk.fault(t('stretch.none_open'));
+  return stretch ? stretchNumber(stretch.start) : null;
+}
+
+function goOn(desk, number, role) {
+  const [{ code, char1, char2 }] = partsOf(desk.observations.value, { continuous: `A${number}` });
+  return desk.tagCentre({ code, char1, char2, continuous: `${role}${number}` });
+}

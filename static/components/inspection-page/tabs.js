@@ -1,0 +1,18 @@
+/** The tabs beside the film, in their order: [name, element]. A panel finds the desk as the page's. */
+
+import { wordFor } from '../../core/words.js';
+import '../checks-panel/checks-panel.js';
+import '../corrections-panel/corrections-panel.js';
+import '../defect-list/defect-list.js';
+import '../header-panel/header-panel.js';
+import '../history-panel/history-panel.js';
+
+const PANELS = [
+  ['defects', 'defect-list'],
+  ['header', 'header-panel'],
+  ['corrections', 'corrections-panel'],
+  ['checks', 'checks-panel'],
+  ['history', 'history-panel'],
+];
+
+export const TABS = PANELS.map(([name, element]) => ({ name, element, title: wordFor('tab', name) }));

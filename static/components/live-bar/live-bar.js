@@ -1,0 +1,88 @@
+/** How the camera of a live inspection does, and what ends the recording; gone when it has ended. */
+
+import { html, render, setText } from '../../core/html.js';
+import { Component } from '../../core/store.js';
+import { bytes, timecode } from '../../core/units.js';
+import { t } from '../../core/words.js';
+import { icon } from '../icon/icon.js';
+
+const TICK_MS = 500;
+const LITTLE_ROOM_BYTES = 2e9;
+
+class LiveBar extends Component {
+  /** When the camera, and the server, were last seen to be there, by `performance.now`. */
+  #cameraMs = performance.now();
+  #serverMs = performance.now();
+  #wasConnected = false;
+
+  mount() {
+    this.page = this.closest('inspection-page');
+    this.desk = this.page.desk;
+    this.setAttribute('role', 'region');
+    this.setAttribute('aria-label', t('live.label'));
+    this.parts = render(
+      this,
+      html`<p class="live__state" data-part="state"><span data-part="sign"></span><span class="number" data-part="text"></span></p>
+        <p class="live__fact number" data-part="recorded"></p>
+        <p class="live__fact number" title="${t('live.skipped_help')}" data-part="skipped"></p>
+        <p class="live__fact number" data-part="room"></p>
+        <span class="spacer"></span>
+        <button class="button" data-part="zero" data-needs="operator"><kbd>Z</kbd>${t('corrections.zero_here')}</button>
+        <button class="button button--primary" data-part="finish" data-needs="operator">${icon('flag')}${t('finish.open')}</button>
+        <p class="visually-hidden" role="status" data-part="told"></p>`,
+    );
+    this.listen(this.parts.zero, 'click', () => this.page.setZero());
+    this.listen(this.parts.finish, 'click', () => this.page.finish());
+    // After a click the keys belong to the film again, not to the button.
+    this.listen(this, 'mousedown', (event) => event.target.closest('button') && event.preventDefault());
+    this.listen(this.desk.inspection, 'change', () => this.#told());
+    this.listen(this.desk.live, 'state', () => this.#show());
+    // What a hidden page does not ask for is not missed.
+    this.listen(document, 'visibilitychange', () => (this.#serverMs = performance.now()));
+    const timer = setInterval(() => this.#show(), TICK_MS);
+    this.signal.addEventListener('abort', () => clearInterval(timer));
+    this.#told();
+  }
+
+  /** The server has told how the camera does. */
+  #told() {
+    const { live } = this.desk.inspection.value;
+    this.hidden = live === null;
+    if (live?.connected) {
+      this.#cameraMs = performance.now();
+      this.#wasConnected = true;
+    }
+    this.#show();
+  }
+
+  #show() {
+    if (this.hidden) return;
+    const { parts, desk } = this;
+    const { live } = desk.inspection.value;
+    const now = performance.now();
+    if (desk.live.state === 'OPEN' || document.hidden) this.#serverMs = now;
+    const seconds = (since) => ({ s: Math.round((now - since) / 1000) });
+    if (desk.live.state !== 'OPEN' && now - this.#serverMs > TICK_MS) {
+      this.#state('no-server', t('live.no_server', seconds(this.#serverMs)));
+    } else if (live.connected) this.#state('connected', t('live.connected'));
+    else if (this.#wasConnected || live.recorded_s > 0) {
+      const text = t('live.reconnecting', seconds(this.#cameraMs));
+      this.#state('reconnecting', [text, live.detail].filter(Boolean).join(' '));
+    } else this.#state('connecting', [t('live.connecting'), live.detail].filter(Boolean).join(' '));
+    setText(parts.recorded, t('live.recorded', { time: timecode(live.recorded_s, 0) }));
+    setText(parts.skipped, live.dropped ? t('live.skipped', { n: live.dropped }) : '');
+    setText(parts.room, t('live.room', { room: bytes(live.free_bytes) }));
+    parts.room.classList.toggle('live__fact--warning', live.free_bytes < LITTLE_ROOM_BYTES);
+  }
+
+  /** Read out when it becomes another one, not at every second of it. */
+  #state(name, text) {
+    setText(this.parts.text, text);
+    if (this.dataset.state === name) return;
+    this.dataset.state = name;
+    render(this.parts.sign, icon({ connected: 'live', connecting: 'wait' }[name] ?? 'alert'));
+    this.parts.told.textContent = text;
+  }
+}
+
+customElements.define('live-bar', LiveBar);

@@ -1,0 +1,27 @@
+/** A `details` element that behaves as a menu: it closes by Escape and by a click elsewhere. */
+
+/**
+ * @param {HTMLDetailsElement} menu its items have the class `menu__item`
+ * @param {AbortSignal} signal
+ */
+export function closesElsewhere(menu, signal) {
+  const close = () => (menu.open = false);
+  document.addEventListener(
+    'click',
+    (event) => {
+      if (!menu.contains(event.target) || event.target.closest('.menu__item')) close();
+    },
+    { signal },
+  );
+  addEventListener('blur', close, { signal });
+  menu.addEventListener(
+    'keydown',
+    (event) => {
+      if (event.key !== 'Escape' || !menu.open) return;
+      event.stopPropagation();
+      close();
+      menu.querySelector('summary').focus();
+    },
+    { signal },
+  );
+}

@@ -1,0 +1,186 @@
+/** Language, units, the codes on the digit keys and the code pack; kept on the server for each person. */
+
+import { ApiError, get, remove, send } from '../../core/api.js';
+import { Catalogue } from '../../core/codes.js';
+import { html, render } from '../../core/html.js';
+import { USUAL_CODES, preferences } from '../../core/preferences.js';
+import { may } from '../../core/rights.js';
+import { LANGUAGES, errorText, t } from '../../core/words.js';
+import { codeSearch } from '../code-search/code-search.js';
+import { openDialog } from '../dialog/dialog.js';
+import { icon } from '../icon/icon.js';
+import { toastError } from '../toast-stack/toast-stack.js';
+
+/**
+ * Saves a choice and draws the page anew with it: every word and number of it may change.
+ * @param {Partial<import('../../core/preferences.js').Chosen>} changes
+ */
+export async function redrawWith(changes) {
+  try {
+    await preferences.save(changes);
+  } catch (error) {
+    if (!(error instanceof ApiError)) throw error;
+    toastError(error);
+    return;
+  }
+  location.reload();
+}
+
+/** Opens the settings; a changed code takes effect when they are closed. */
+export async function openSettings() {
+  const before = JSON.stringify(preferences.value);
+  const { parts, closed } = openDialog({ title: t('settings.title'), content: content(), size: 'wide' });
+  const tell = (text, isFault = false) => {
+    parts.told.textContent = text;
+    parts.told.classList.toggle('fault', isFault);
+  };
+  const save = (changes) => attempt(() => preferences.save(changes), tell);
+
+  parts.language.value = preferences.value.language ?? '';
+  parts.units.value = preferences.value.units;
+  parts.language.addEventListener('change', () => redrawWith({ language: parts.language.value || null }));
+  parts.units.addEventListener('change', () => redrawWith({ units: parts.units.value }));
+  parts.usual.addEventListener('click', async () => {
+    await save({ quick_codes: USUAL_CODES });
+    await showQuickCodes(parts, save);
+  });
+  parts.pack.addEventListener('change', async () => {
+    await save({ pack: parts.pack.value || null });
+    showPackButtons(parts);
+    await attempt(() => showQuickCodes(parts, save), tell);
+  });
+  parts.pick.disabled = !may('admin');
+  parts.pick.addEventListener('click', () => parts.file.click());
+  parts.file.addEventListener('change', () => attempt(() => importPack(parts, tell), tell));
+  parts.remove.addEventListener('click', () => attempt(() => deletePack(parts, tell), tell));
+  await attempt(async () => {
+    await showPacks(parts);
+    await showQuickCodes(parts, save);
+  }, tell);
+  await closed;
+  if (JSON.stringify(preferences.value) !== before) location.reload();
+}
+
+const content = () => html`<section class="settings" aria-labelledby="settings-display">
+    <h3 id="settings-display">${t('settings.display')}</h3>
+    <div class="settings__pair">
+      <div class="field"><label for="settings-language">${t('settings.language')}</label>
+        <select class="input" id="settings-language" data-part="language">
+          <option value="">${t('settings.language_auto')}</option>
+          ${LANGUAGES.map(([code, name]) => html`<option value="${code}" lang="${code}">${name}</option>`)}
+        </select></div>
+      <div class="field"><label for="settings-units">${t('settings.units')}</label>
+        <select class="input" id="settings-units" data-part="units">
+          <option value="m">${t('settings.metres')}</option><option value="ft">${t('settings.feet')}</option>
+        </select></div>
+    </div>
+    <p class="help">${t('settings.theme_help')}</p>
+  </section>
+  <section class="settings" aria-labelledby="settings-quick">
+    <div class="settings__head">
+      <h3 id="settings-quick">${t('settings.quick')}</h3>
+      <button type="button" class="button button--small" data-part="usual">${t('settings.quick_reset')}</button>
+    </div>
+    <p class="help">${t('settings.quick_help')}</p>
+    <ol class="settings__codes" data-part="codes"></ol>
+  </section>
+  <section class="settings" aria-labelledby="settings-packs">
+    <h3 id="settings-packs">${t('settings.packs')}</h3>
+    <div class="settings__pair">
+      <div class="field"><label for="settings-pack">${t('settings.pack')}</label>
+        <select class="input" id="settings-pack" data-part="pack"></select></div>
+      <div class="settings__buttons">
+        <button type="button" class="button" data-part="pick">${icon('upload')}${t('settings.pack_import')}</button>
+        <button type="button" class="button" data-part="remove">${icon('trash')}${t('settings.pack_delete')}</button>
+        <input type="file" accept=".csv,text/csv" data-part="file" hidden />
+      </div>
+    </div>
+    <p class="help">${may('admin') ? t('settings.packs_help') : t('rights.admin')}</p>
+  </section>
+  <p class="settings__told" role="status" data-part="told"></p>`;
+
+/** Runs what asks the server and tells in the dialog why it failed: a toast would be behind it. */
+async function attempt(run, tell) {
+  tell('');
+  try {
+    await run();
+  } catch (error) {
+    if (!(error instanceof ApiError)) throw error;
+    tell(errorText(error), true);
+  }
+}
+
+async function showPacks({ pack, ...parts }) {
+  const { packs } = await get('/api/packs');
+  render(
+    pack,
+    html`<option value="">${t('settings.pack_built_in')}</option>
+      ${packs.map(({ id, name }) => html`<option value="${id}">${name}</option>`)}`,
+  );
+  pack.value = preferences.value.pack ?? '';
+  showPackButtons({ pack, ...parts });
+}
+
+function showPackButtons({ pack, remove: button }) {
+  button.disabled = pack.value === '' || !may('admin');
+}
+
+async function importPack(parts, tell) {
+  const [file] = parts.file.files;
+  parts.file.value = '';
+  if (!file) return;
+  const name = file.name.replace(/\.[^.]+$/, '');
+  await send('POST', `/api/packs?name=${encodeURIComponent(name)}`, {
+    headers: { 'Content-Type': 'text/csv' },
+    body: file,
+  });
+  await showPacks(parts);
+  tell(t('settings.pack_imported', { name }));
+}
+
+async function deletePack(parts, tell) {
+  const { value: id, selectedOptions } = parts.pack;
+  const name = selectedOptions[0].text;
+  await remove(`/api/packs/${id}`);
+  if (preferences.value.pack === id) await preferences.save({ pack: null });
+  await showPacks(parts);
+  parts.pack.focus();
+  tell(t('settings.pack_deleted', { name }));
+}
+
+/** A row for each digit key: the code, found by its letters or by a word, and what it means. */
+async function showQuickCodes({ codes }, save) {
+  const catalogue = await Catalogue.load(undefined, preferences.value.pack);
+  const rows = render(codes, html`${USUAL_CODES.map((_, i) => quickRow(i))}`);
+  USUAL_CODES.forEach((usual, i) => {
+    const [input, list, label] = ['input', 'list', 'label'].map((part) => rows[`${part}${i}`]);
+    const show = () => {
+      const { code, char1, char2 } = preferences.value.quick_codes[i] ?? usual;
+      input.value = [code, char1, char2].filter(Boolean).join(' ');
+      label.textContent = catalogue.has(code)
+        ? catalogue.label(code, char1, char2)
+        : t('settings.quick_unknown');
+    };
+    codeSearch(input, list, catalogue, async ({ code, char1, char2 }) => {
+      const chosen = USUAL_CODES.map((other, k) => preferences.value.quick_codes[k] ?? other);
+      chosen[i] = { code, char1: char1 || null, char2: char2 || null };
+      await save({ quick_codes: chosen });
+      show();
+    });
+    input.addEventListener('blur', show);
+    show();
+  });
+}
+
+function quickRow(i) {
+  const key = i + 1;
+  return html`<li class="settings__code code-search">
+    <label for="quick-${key}"><kbd>${key}</kbd><span class="visually-hidden">${t('settings.quick_key', { key })}</span></label>
+    <input class="input" id="quick-${key}" role="combobox" aria-autocomplete="list" aria-expanded="false"
+      aria-controls="quick-${key}-codes" aria-describedby="quick-${key}-label" autocomplete="off" spellcheck="false"
+      data-part="input${i}" />
+    <ul class="code-search__list panel" id="quick-${key}-codes" role="listbox"
+      aria-label="${t('settings.quick_codes', { key })}" data-part="list${i}" hidden></ul>
+    <span class="help" id="quick-${key}-label" data-part="label${i}"></span>
+  </li>`;
+}

@@ -1,0 +1,325 @@
+/** The lanes of the strip log: how tall each is, how it is drawn, what it says under the cursor. */
+
+import { namesOf } from '../../core/health.js';
+import { chainage, plusMinus, signed, speed, toShown } from '../../core/units.js';
+import { t, wordFor } from '../../core/words.js';
+import { drawSeverity } from '../severity-mark/severity-mark.js';
+import { EMPTY } from './columns.js';
+import { drawComplaint } from './complaint-signs.js';
+
+/** What crews are asked not to exceed; 30 ft/min in the specifications. */
+export const USUAL_LIMIT_M_PER_MIN = 9;
+export const MARK_PX = 18;
+
+const MARK_ROW = 13;
+const STRETCH_ROW = 27;
+const COMPLAINT_ROW = 15;
+const NUMBER_EVERY_PX = 26;
+const STATUS_COLOURS = ['--ok', '--weak', '--lost'];
+
+/**
+ * @typedef {object} Scene what the lanes draw from; lengths of the drawing are units of 1/16 rem
+ * @property {CanvasRenderingContext2D} context
+ * @property {(name: string) => string} colour
+ * @property {CSSStyleDeclaration} styles
+ * @property {import('../../core/axis.js').Plot} plot
+ * @property {number} pixels of the screen a unit
+ * @property {import('./columns.js').Columns} columns
+ * @property {object} scales {speed, lateral_mm, yaw_deg}: the largest value of the lane
+ * @property {object[]} observations
+ * @property {import('../../core/stretches.js').Stretch[]} stretches
+ * @property {string|null} selected
+ * @property {import('../../core/joints.js').Joint[]} joints
+ * @property {string[]} complaints the kinds that occur
+ *
+ * @typedef {object} Lane
+ * @property {string} name
+ * @property {(complaints: string[], isLow: boolean) => number} height isLow: room is scarce
+ * @property {(scene: Scene, top: number, height: number) => void} paint
+ * @property {(scales: object) => string} [scale] its range, for the margin
+ * @property {(values: object) => string|null} [read] its value at a frame
+ */
+
+const valueHeight = (_, isLow) => (isLow ? 20 : 28);
+
+/** @type {Lane[]} */
+export const LANES = [
+  { name: 'defects', height: (_, isLow) => (isLow ? 33 : 36), paint: paintDefects },
+  {
+    name: 'joints',
+    height: (_, isLow) => (isLow ? 15 : 17),
+    paint: paintJoints,
+    read: ({ joint }) => joint && jointText(joint),
+  },
+  {
+    name: 'quality',
+    height: valueHeight,
+    paint: paintQuality,
+    read: ({ row }) => `${Math.round(100 * row.quality)} %, ${wordFor('strip', row.status)}`,
+  },
+  {
+    name: 'speed',
+    height: valueHeight,
+    paint: paintSpeed,
+    scale: ({ speed: most }) => speedScale(most),
+    read: (values) => speed(values.speed),
+  },
+  {
+    name: 'lateral',
+    height: valueHeight,
+    paint: (scene, top, height) =>
+      paintBand(scene, top, height, scene.columns.leftmost, scene.columns.rightmost, scene.scales.lateral_mm),
+    scale: ({ lateral_mm: most }) => `± ${most} mm`,
+    read: ({ row }) => `${signed(row.y_mm, 1)} mm`,
+  },
+  {
+    name: 'yaw',
+    height: valueHeight,
+    paint: (scene, top, height) =>
+      paintBand(scene, top, height, scene.columns.leastYaw, scene.columns.mostYaw, scene.scales.yaw_deg),
+    scale: ({ yaw_deg: most }) => `± ${most}°`,
+    read: ({ row }) => `${signed(row.yaw_deg, 2)}°`,
+  },
+  {
+    name: 'health',
+    height: (complaints) => COMPLAINT_ROW * Math.max(1, complaints.length) + 2,
+    paint: paintHealth,
+    read: ({ complaints }) => complaintText(complaints),
+  },
+];
+
+export const laneWord = (name) => wordFor('strip_lane', name);
+
+const speedScale = (most) => `0–${Math.round(toShown(most))} ${speed(0).split(' ')[1]}`;
+
+export const jointText = ({ number, distance_m: distanceM, u95_m: u95M }) =>
+  t('strip.joint', { number, where: `${chainage(distanceM)} ${plusMinus(u95M)}`.trim() });
+
+const complaintText = (bits) =>
+  bits ? namesOf(bits).map((name) => wordFor('complaint', name)).join(', ') : t('strip.no_complaint');
+
+/** Fills a lane's ground. */
+export function paintGround({ context, colour, plot }, top, height) {
+  context.fillStyle = colour('--raised');
+  context.fillRect(plot.left, top, plot.width, height);
+}
+
+/** Runs `paint` in whole pixels of the screen: fractions would leave seams between the columns. */
+function inPixels({ context, plot, pixels }, top, height, paint) {
+  const [left, from, to] = [plot.left, top, top + height].map((value) => Math.round(value * pixels));
+  context.save();
+  context.resetTransform();
+  context.beginPath();
+  context.rect(left, from, Math.round(plot.width * pixels), to - from);
+  context.clip();
+  paint(left, from, to - from);
+  context.restore();
+}
+
+function paintDefects(scene, top) {
+  const { context, colour, plot, observations, stretches, selected, styles } = scene;
+  const inSight = (from, to = from) => to >= plot.left - MARK_PX && from <= plot.right + MARK_PX;
+  clipTo(context, plot.left, top, plot.width, 60);
+  for (const { from_m: fromM, to_m: toM, isOpen, severity } of stretches) {
+    const [from, to] = [fromM, toM].map((m) => plot.toX(m * 1000));
+    if (!inSight(from, to)) continue;
+    context.fillStyle = colour(`--severity-${severity ?? 'none'}`);
+    context.globalAlpha = 0.75;
+    const width = Math.max(2, to - from);
+    context.beginPath();
+    context.roundRect(from, top + STRETCH_ROW, width, 5, 2.5);
+    context.fill();
+    if (isOpen) {
+      // An open end is frayed: seen without colour too.
+      context.fillStyle = colour('--raised');
+      context.globalAlpha = 1;
+      for (let x = to - 3; x > Math.max(from, to - 20); x -= 6) context.fillRect(x, top + STRETCH_ROW, 2.5, 5);
+    }
+  }
+  context.restore();
+  clipTo(context, plot.left - MARK_PX, top - 6, plot.width + 2 * MARK_PX, 60);
+  context.font = `600 11px ${colour('--sans')}`;
+  context.textAlign = 'left';
+  context.textBaseline = 'middle';
+  const shown = observations.filter(({ distance_m: m }) => m !== null && inSight(plot.toX(m * 1000)));
+  const xs = shown.map(({ distance_m: m }) => plot.toX(m * 1000));
+  shown.forEach((item, i) => {
+    const [x, y] = [xs[i], top + MARK_ROW];
+    paintInterval(context, colour, plot, item, x, top + MARK_ROW + 11);
+    if (item.id === selected) {
+      context.strokeStyle = colour('--accent');
+      context.lineWidth = 2;
+      context.beginPath();
+      context.arc(x, y, MARK_PX / 2 + 3, 0, 2 * Math.PI);
+      context.stroke();
+    }
+    drawSeverity(context, item.severity, x, y, MARK_PX, styles);
+    if (!item.code) return;
+    const room = Math.min(xs[i + 1] ?? plot.right + 20, plot.right + 20) - x - MARK_PX - 3;
+    if (context.measureText(item.code).width > room) return;
+    context.fillStyle = colour('--text-dim');
+    context.fillText(item.code, x + MARK_PX / 2 + 3, y + 0.5);
+  });
+  context.restore();
+}
+
+function clipTo(context, left, top, width, height) {
+  context.save();
+  context.beginPath();
+  context.rect(left, top, width, height);
+  context.clip();
+}
+
+/** The 95 % interval as a thin line with ends, where it is wider than the mark's own stem. */
+function paintInterval(context, colour, plot, { distance_u95_m: u95M }, x, y) {
+  const half = u95M === null ? 0 : (u95M * 1000) / plot.mmPerUnit;
+  context.strokeStyle = colour('--text-dim');
+  context.lineWidth = 1;
+  context.beginPath();
+  context.moveTo(x, y - 4);
+  context.lineTo(x, y + 4);
+  if (half >= 1) {
+    context.moveTo(x - half, y);
+    context.lineTo(x + half, y);
+    for (const end of [x - half, x + half]) {
+      context.moveTo(end, y - 2.5);
+      context.lineTo(end, y + 2.5);
+    }
+  }
+  context.stroke();
+}
+
+/** So many joints apart stand the numbers that have room, `atLeast` units of the drawing. */
+export function numberEvery(joints, plot, atLeast) {
+  if (joints.length < 2) return 1;
+  const unitM = (joints.at(-1).distance_m - joints[0].distance_m) / (joints.length - 1);
+  const apart = (unitM * 1000) / plot.mmPerUnit;
+  return [1, 2, 5, 10, 20, 50, 100, 200, 500].find((step) => step * apart >= atLeast) ?? 1000;
+}
+
+function paintJoints({ context, colour, plot, joints }, top, height) {
+  context.textBaseline = 'middle';
+  context.textAlign = 'left';
+  context.font = `600 11px ${colour('--sans')}`;
+  const every = numberEvery(joints, plot, NUMBER_EVERY_PX);
+  for (const { number, distance_m: m, u95_m: u95M } of joints) {
+    const x = plot.toX(m * 1000);
+    if (x < plot.left || x > plot.right) continue;
+    const isFound = u95M !== null;
+    context.fillStyle = colour(isFound ? '--text' : '--line-strong');
+    if (isFound) {
+      context.globalAlpha = 0.25;
+      const half = Math.max(1, (u95M * 1000) / plot.mmPerUnit);
+      context.fillRect(x - half, top + 2, 2 * half, height - 4);
+      context.globalAlpha = 1;
+    }
+    context.fillRect(Math.round(x) - 0.5, top + 2, isFound ? 1.5 : 1, height - 4);
+    if (number % every) continue;
+    context.fillStyle = colour(isFound ? '--text' : '--text-dim');
+    context.fillText(String(number), x + 4, top + height / 2 + 0.5);
+  }
+}
+
+function paintQuality(scene, top, height) {
+  const { context, colour, columns, pixels } = scene;
+  inPixels(scene, top, height, (left, from, tall) => {
+    const bar = Math.round(2 * pixels);
+    STATUS_COLOURS.forEach((name, rank) => {
+      context.fillStyle = colour(name);
+      context.globalAlpha = rank === 0 ? 0.55 : 0.9;
+      for (let i = 0; i < columns.count; i += 1) {
+        if (columns.rank[i] !== rank) continue;
+        const size = Math.round(Math.max(3 * pixels, columns.quality[i] * tall));
+        context.fillRect(left + i, from + tall - size, 1, size);
+      }
+    });
+    // Lost is barred over the whole height: seen without colour too.
+    for (let i = 0; i < columns.count; i += 1) {
+      if (columns.rank[i] !== 2) continue;
+      context.globalAlpha = Math.floor(i / bar) % 2 ? 0.75 : 0.25;
+      context.fillRect(left + i, from, 1, tall);
+    }
+  });
+}
+
+function paintSpeed(scene, top, height) {
+  const { context, colour, columns, plot, scales, pixels } = scene;
+  inPixels(scene, top, height, (left, from, tall) => {
+    const isFast = (i) => columns.speed[i] > USUAL_LIMIT_M_PER_MIN;
+    for (const fast of [false, true]) {
+      context.fillStyle = colour(fast ? '--weak' : '--accent');
+      for (let i = 0; i < columns.count; i += 1) {
+        if (columns.rank[i] === EMPTY || isFast(i) !== fast) continue;
+        const size = Math.round((Math.min(columns.speed[i] / scales.speed, 1)) * tall);
+        context.globalAlpha = 0.3;
+        context.fillRect(left + i, from + tall - size, 1, size);
+        context.globalAlpha = 1;
+        const line = Math.round(1.5 * pixels);
+        context.fillRect(left + i, from + tall - Math.max(size, line), 1, line);
+      }
+    }
+  });
+  const y = Math.round(top + height * (1 - USUAL_LIMIT_M_PER_MIN / scales.speed)) + 0.5;
+  context.strokeStyle = colour('--text-dim');
+  context.lineWidth = 1;
+  context.setLineDash([5, 4]);
+  context.beginPath();
+  context.moveTo(plot.left, y);
+  context.lineTo(plot.right, y);
+  context.stroke();
+  context.setLineDash([]);
+}
+
+/**
+ * Values to either side of a middle line, from the least to the greatest of each column. As on the
+ * unrolled wall, right of the axis is below it.
+ */
+function paintBand(scene, top, height, least, greatest, most) {
+  const { context, colour, columns, pixels, plot } = scene;
+  context.fillStyle = colour('--line-strong');
+  context.globalAlpha = 0.5;
+  context.fillRect(plot.left, Math.round(top + height / 2), plot.width, 1);
+  context.globalAlpha = 1;
+  inPixels(scene, top, height, (left, from, tall) => {
+    const toY = (value) => from + tall * (0.5 + (0.5 * value) / most);
+    const line = 1.5 * pixels;
+    context.fillStyle = colour('--accent');
+    for (let i = 0; i < columns.count; i += 1) {
+      if (columns.rank[i] === EMPTY) continue;
+      const upper = toY(least[i]);
+      const size = Math.max(line, toY(greatest[i]) - upper);
+      context.fillRect(left + i, Math.round(upper - line / 2), 1, Math.round(size));
+    }
+  });
+}
+
+/** A row for each kind that occurs: a bar along the stretch, its sign at the start of it. */
+function paintHealth(scene, top) {
+  const { context, colour, columns, complaints, plot, pixels } = scene;
+  complaints.forEach((name, row) => {
+    const y = top + 1 + row * COMPLAINT_ROW;
+    for (const [from, to] of runsOf(columns, name)) {
+      const [left, right] = [from, to].map((column) => plot.left + column / pixels);
+      context.fillStyle = colour('--weak');
+      context.globalAlpha = 0.35;
+      context.beginPath();
+      context.roundRect(left, y + 1, Math.max(2, right - left), COMPLAINT_ROW - 2, 3);
+      context.fill();
+      context.globalAlpha = 1;
+      drawComplaint(context, name, Math.min(left, plot.right - 13) + 1, y + 1, 13, colour('--text'));
+    }
+  });
+}
+
+/** Columns that complain, with gaps that would not be seen closed: [from, to) in columns. */
+function runsOf({ complaints, count }, name) {
+  const runs = [];
+  const gap = 14;
+  for (let i = 0; i < count; i += 1) {
+    if (!namesOf(complaints[i]).includes(name)) continue;
+    const last = runs.at(-1);
+    if (last && i - last[1] <= gap) last[1] = i + 1;
+    else runs.push([i, i + 1]);
+  }
+  return runs;
+}

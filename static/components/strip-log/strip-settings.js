@@ -1,0 +1,29 @@
+/** What a person has switched on in the strips, remembered by this browser. */
+
+import { Store } from '../../core/store.js';
+
+const KEY = 'chainage.strips';
+const USUAL = {
+  lanes: ['defects', 'joints', 'quality', 'speed', 'health', 'wall'],
+  /** What a click on the unrolled wall does: 'tag' or 'seek'. */
+  click: 'tag',
+};
+
+/** A store of {lanes, click}, shared by all strips. */
+class StripSettings extends Store {
+  constructor() {
+    super({ ...USUAL, ...JSON.parse(localStorage.getItem(KEY) ?? '{}') });
+  }
+
+  has(lane) {
+    return this.value.lanes.includes(lane);
+  }
+
+  keep(changes) {
+    const value = { ...this.value, ...changes };
+    localStorage.setItem(KEY, JSON.stringify(value));
+    this.set(value);
+  }
+}
+
+export const stripSettings = new StripSettings();

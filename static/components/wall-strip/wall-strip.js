@@ -1,0 +1,469 @@
+/**
+ * The unrolled wall along the same axis as the strip log: what the run has shown, with joints, defects
+ * and what the camera sees now. A click tags the place, or goes to the frame that shows it.
+ */
+
+import { ApiError, poll } from '../../core/api.js';
+import { html, render } from '../../core/html.js';
+import { may } from '../../core/rights.js';
+import { sharpContext, typeScale } from '../../core/screen.js';
+import { stretchesOf } from '../../core/stretches.js';
+import { chainage, clockHour, u95FromSigma } from '../../core/units.js';
+import { TilePictures } from '../../core/unrolled.js';
+import { frameShowing } from '../../core/wall.js';
+import { errorText, t } from '../../core/words.js';
+import { drawSeverity } from '../severity-mark/severity-mark.js';
+import { numberEvery } from '../strip-log/lanes.js';
+import { paintHair, paintPlate, paintPlayhead } from '../strip-log/paint.js';
+import { Strip } from '../strip-log/strip.js';
+import { stripSettings } from '../strip-log/strip-settings.js';
+import { Rows, arcAt, clockAt, rowMarks } from './rows.js';
+
+/** The grey of the tiles where no frame has shown the wall. */
+const UNSEEN = '#2c2c2c';
+const MARK_PX = 20;
+const LABEL_PX = 15;
+const PLATE_AWAY_PX = 24;
+/** Joints nearer than this are left out, and plates with their numbers. */
+const JOINT_LINE_PX = 18;
+const JOINT_PLATE_PX = 76;
+const REFRESH_S = 1;
+/** A wide lens sees farther along the pipe, but too flat to be of use. */
+const SEEN_RADII = 4;
+/** Of the length that is seen, and of the arc: a step of the cursor. */
+const CURSOR_STEP = 0.01;
+const CURSOR_STEP_ARC = 0.04;
+const FAR = 10;
+const TOLD_AFTER_MS = 400;
+
+class WallStrip extends Strip {
+  #isStale = true;
+  #middle = 0;
+  /** {mm, arc} of the keyboard's cursor, or null while it is not used */
+  #cursor = null;
+  #isFollowing = false;
+  #loaded = null;
+  #tellTimer = 0;
+  /** How long the wall last took to paint, in ms. */
+  paintMs = 0;
+
+  mount() {
+    this.desk = this.closest('inspection-page').desk;
+    const { desk } = this;
+    const { diameter_mm: diameter } = desk.inspection.value.rig.pipe;
+    this.radius = diameter ? diameter / 2 : null;
+    this.pictures = new TilePictures(desk.unrolled, this.signal);
+    this.parts = render(
+      this,
+      html`<div class="wall__modes" role="group" data-needs="operator" aria-label="${t('wall.click')}">
+          <button class="button" data-part="tag" title="${t('wall.tag_help')}">${t('wall.tag')}</button>
+          <button class="button" data-part="seek" title="${t('wall.seek_help')}">${t('wall.seek')}</button>
+        </div>
+        <div class="wall__track" data-part="track" tabindex="0" role="application" aria-label="${t('wall.label')}"
+          aria-describedby="wall-keys"><canvas data-part="wall"></canvas><canvas data-part="above"></canvas></div>
+        <p class="wall__empty" data-part="empty" hidden></p>
+        <p class="visually-hidden" id="wall-keys">${t('wall.keys')}</p>
+        <p class="visually-hidden" role="status" data-part="told"></p>`,
+    );
+    const { parts } = this;
+    for (const mode of ['tag', 'seek']) {
+      this.listen(parts[mode], 'click', () => stripSettings.keep({ click: mode }));
+      this.listen(parts[mode], 'mousedown', (event) => event.preventDefault());
+    }
+    this.listen(parts.track, 'keydown', (event) => this.#key(event));
+    this.listen(parts.track, 'blur', () => this.#moveCursor(null));
+    this.follow((by) => this.#panRows(by));
+
+    this.listen(desk.inspection, 'change', () => this.#keepUp());
+    this.listen(stripSettings, 'change', () => this.#showSettings());
+    for (const store of [
+      desk.unrolled, desk.axis, desk.observations, desk.selection, desk.corrections, this.pictures, desk.track,
+    ]) {
+      this.listen(store, 'change', () => this.stale());
+    }
+    this.listen(desk.playhead, 'change', () => this.repaint());
+    this.signal.addEventListener('abort', () => clearTimeout(this.#tellTimer));
+    this.#showSettings();
+  }
+
+  // What happens elsewhere ------------------------------------------------------------------
+
+  #showSettings() {
+    this.hidden = !stripSettings.has('wall');
+    for (const mode of ['tag', 'seek']) {
+      this.parts[mode].setAttribute('aria-pressed', String(stripSettings.value.click === mode));
+    }
+    this.#keepUp();
+    this.stale();
+  }
+
+  /** Reads the layout now and then while it grows, and anew when distances were corrected. */
+  async #keepUp() {
+    const { desk } = this;
+    const stateOf = ({ revision, status }) => `${revision} ${status}`;
+    if (this.hidden || this.#isFollowing || stateOf(desk.inspection.value) === this.#loaded) return;
+    this.#isFollowing = true;
+    await poll(
+      async () => {
+        if (this.hidden) return null;
+        const state = stateOf(desk.inspection.value);
+        await desk.unrolled.load();
+        this.#loaded = state;
+        const isCurrent = state === stateOf(desk.inspection.value) && !desk.inspection.isUnfinished;
+        return isCurrent ? null : REFRESH_S;
+      },
+      this.signal,
+      () => {}, // the page itself says that the server is away
+    );
+    this.#isFollowing = false;
+  }
+
+  stale() {
+    this.#isStale = true;
+    this.repaint();
+  }
+
+  // Pointer and keys ------------------------------------------------------------------------
+
+  #panRows(by) {
+    const { rows } = this;
+    if (!rows?.isCut) return;
+    this.#middle = rows.middle - by * rows.mmPerUnit;
+    this.stale();
+  }
+
+  tap(x, y) {
+    const mark = this.#markAt(x, y);
+    if (mark) this.desk.goTo(mark.id);
+    else if (this.rows) this.#act(this.plot.toMm(x), this.rows.toArc(y));
+  }
+
+  /** Tags the place, or shows the frame that shows it best. */
+  async #act(mm, arc) {
+    const { desk, parts } = this;
+    parts.track.classList.add('wall__track--busy');
+    try {
+      const near = desk.playhead.value.frame;
+      const found = await frameShowing(desk.inspection.id, this.#placeOf(mm, arc), near, this.signal);
+      const { value: pick } = desk.picking;
+      if (pick) pick(found);
+      else if (stripSettings.value.click === 'tag' && may('operator')) desk.tag(found);
+      else desk.seek(found.frame);
+    } catch (error) {
+      if (!(error instanceof ApiError)) {
+        if (error.name === 'AbortError') return;
+        throw error;
+      }
+      desk.fault(errorText(error));
+    } finally {
+      parts.track.classList.remove('wall__track--busy');
+    }
+  }
+
+  #placeOf(mm, arc) {
+    return {
+      distance_m: mm / 1000,
+      right_mm: this.radius === null ? arc : this.radius * Math.sin(arc / this.radius),
+      clock_h: this.radius === null ? null : clockAt(arc, this.radius),
+    };
+  }
+
+  #key(event) {
+    const { axis, playhead } = this.desk;
+    if (!this.rows || event.ctrlKey || event.metaKey || event.altKey) return;
+    const here = this.#cursor ?? {
+      mm: this.inSight(playhead.value.row?.distance_mm ?? axis.value.low),
+      arc: this.rows.middle,
+    };
+    if (event.key === 'Enter' && this.#cursor) {
+      event.stopPropagation();
+      event.preventDefault();
+      this.#act(here.mm, here.arc);
+      return;
+    }
+    const [along, around] = {
+      ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowDown: [0, 1], ArrowUp: [0, -1],
+    }[event.key] ?? [0, 0];
+    if (!along && !around) return;
+    // Elsewhere the arrows step through the film.
+    event.stopPropagation();
+    event.preventDefault();
+    const times = event.shiftKey ? FAR : 1;
+    const { arc_from_mm: from, arc_to_mm: to } = this.desk.unrolled.value;
+    this.#moveCursor({
+      mm: Math.min(Math.max(here.mm + along * times * CURSOR_STEP * axis.span, axis.whole.low), axis.whole.high),
+      arc: Math.min(Math.max(here.arc + around * times * CURSOR_STEP_ARC * (this.rows.to - this.rows.from), from), to),
+    });
+  }
+
+  #moveCursor(cursor) {
+    if (cursor === this.#cursor) return;
+    this.#cursor = cursor;
+    clearTimeout(this.#tellTimer);
+    if (cursor) {
+      this.desk.axis.reveal(cursor.mm);
+      if (cursor.arc < this.rows.from || cursor.arc > this.rows.to) {
+        this.#middle = cursor.arc;
+        this.stale();
+      }
+      // A held key would be read out at every step.
+      this.#tellTimer = setTimeout(() => (this.parts.told.textContent = this.#textOf(cursor)), TOLD_AFTER_MS);
+    }
+    this.repaint();
+  }
+
+  #textOf({ mm, arc }) {
+    const where = chainage(mm / 1000);
+    if (this.radius !== null) return `${where} · ${clockHour(clockAt(arc, this.radius))}`;
+    const beside = Math.abs(Math.round(arc));
+    return `${where} · ${arc < 0 ? t('wall.left', { mm: beside }) : t('wall.right', { mm: beside })}`;
+  }
+
+  #markAt(x, y) {
+    const reach = MARK_PX / 2 + 3;
+    return this.marks?.find((mark) => Math.hypot(mark.x - x, mark.y - y) <= reach)?.item ?? null;
+  }
+
+  // Drawing ---------------------------------------------------------------------------------
+
+  paint() {
+    const { parts, desk } = this;
+    if (this.hidden || parts.track.clientWidth === 0) return;
+    this.scale = typeScale();
+    const plot = this.plot;
+    const height = parts.track.clientHeight / this.scale;
+    const layout = desk.unrolled.value;
+    this.#showEmpty(layout);
+    this.rows = layout && new Rows(layout, height, plot.mmPerUnit, this.#middle);
+    parts.track.classList.toggle('wall__track--cut', Boolean(this.rows?.isCut));
+    const styles = getComputedStyle(this);
+    if (this.#isStale) {
+      const begun = performance.now();
+      this.#isStale = false;
+      this.#paintWall(styles, plot, layout, height);
+      this.paintMs = performance.now() - begun;
+    }
+    const context = sharpContext(parts.above, this.scale);
+    const { row } = desk.playhead.value;
+    if (row) this.#paintNow(context, styles, plot, row, height);
+    if (layout) this.#paintPointer(context, styles, plot, height);
+  }
+
+  #showEmpty(layout) {
+    const { empty } = this.parts;
+    empty.hidden = Boolean(layout?.tiles.length);
+    const text = this.desk.inspection.isUnfinished ? t('wall.coming') : t('wall.none');
+    if (empty.textContent !== text) empty.textContent = text;
+  }
+
+  #paintWall(styles, plot, layout, height) {
+    const context = sharpContext(this.parts.wall, this.scale);
+    const colour = (name) => styles.getPropertyValue(name);
+    this.marks = [];
+    if (!layout) return;
+    context.fillStyle = UNSEEN;
+    context.fillRect(plot.left, 0, plot.width, height);
+    context.save();
+    context.beginPath();
+    context.rect(plot.left, 0, plot.width, height);
+    context.clip();
+    this.#paintTiles(context, plot, layout);
+    this.#paintRowLines(context, plot);
+    this.#paintJoints(context, styles, plot, height);
+    this.#paintStretches(context, styles, plot);
+    context.restore();
+    this.#paintRowLabels(context, colour, plot, height);
+    this.#paintMarks(context, styles, plot, height);
+  }
+
+  #paintTiles(context, plot, layout) {
+    const { low, high } = this.desk.axis.value;
+    const inSight = layout.tiles.filter(({ from_m: from, to_m: to }) => to * 1000 > low && from * 1000 < high);
+    const pixels = devicePixelRatio * this.scale;
+    const middle = (low + high) / 2000;
+    const away = ({ from_m: from, to_m: to }) => Math.abs((from + to) / 2 - middle);
+    const { arc_from_mm: arcFrom, arc_to_mm: arcTo } = layout;
+    const tall = (arcTo - arcFrom) / this.rows.mmPerUnit;
+    if (inSight.length) {
+      const [{ from_m: from, to_m: to }] = inSight;
+      const wide = ((to - from) * 1000) / plot.mmPerUnit;
+      this.pictures.want(inSight.toSorted((a, b) => away(a) - away(b)), wide * pixels, tall * pixels);
+    }
+    // In whole pixels of the screen: fractions would leave seams between the tiles.
+    const [top, bottom] = [arcFrom, arcTo].map((arc) => Math.round(this.rows.toY(arc) * pixels));
+    context.save();
+    // The clip stays: only the units change.
+    context.scale(1 / pixels, 1 / pixels);
+    for (const tile of inSight) {
+      const picture = this.pictures.get(tile);
+      if (!picture) continue;
+      const [left, right] = [tile.from_m, tile.to_m].map((m) => Math.round(plot.toX(m * 1000) * pixels));
+      context.drawImage(picture, left, top, right - left, bottom - top);
+    }
+    context.restore();
+  }
+
+  #paintRowLines(context, plot) {
+    context.fillStyle = 'rgb(255 255 255 / 14%)';
+    for (const { arc } of rowMarks(this.rows, this.radius, LABEL_PX)) {
+      context.fillRect(plot.left, Math.round(this.rows.toY(arc)), plot.width, 1);
+    }
+  }
+
+  #paintRowLabels(context, colour, plot, height) {
+    context.textAlign = 'right';
+    context.textBaseline = 'middle';
+    context.font = `500 11px ${colour('--sans')}`;
+    for (const { arc, text } of rowMarks(this.rows, this.radius, LABEL_PX)) {
+      const y = this.rows.toY(arc);
+      if (y < 6 || y > height - 6) continue;
+      context.fillStyle = colour(arc === 0 ? '--text' : '--text-dim');
+      context.fillText(text, plot.left - 6, y + 0.5);
+    }
+    if (plot.isNarrow) return;
+    context.textAlign = 'left';
+    context.fillStyle = colour('--text-dim');
+    const what = this.radius === null ? [t('wall.left_side'), t('wall.right_side')] : [t('wall.clock')];
+    context.font = `500 10px ${colour('--sans')}`;
+    what.forEach((word, i) => context.fillText(word, 8, i === 0 ? 12 : height - 12));
+  }
+
+  #paintJoints(context, styles, plot, height) {
+    const { axis } = this.desk;
+    const { joints } = this;
+    const lineEvery = numberEvery(joints, plot, JOINT_LINE_PX);
+    const plateEvery = numberEvery(joints, plot, JOINT_PLATE_PX);
+    context.setLineDash([4, 4]);
+    for (const { number, distance_m: m, u95_m: u95M } of joints) {
+      if (number % lineEvery || !axis.holds(m * 1000)) continue;
+      const x = Math.round(plot.toX(m * 1000)) + 0.5;
+      context.strokeStyle = u95M === null ? 'rgb(255 255 255 / 45%)' : 'rgb(255 255 255 / 85%)';
+      context.beginPath();
+      context.moveTo(x, 0);
+      context.lineTo(x, height);
+      context.stroke();
+      if (number % plateEvery) continue;
+      paintPlate(context, styles, t('wall.joint', { number }), x, height - 12, [plot.left, plot.right]);
+    }
+    context.setLineDash([]);
+  }
+
+  /** A bar from start to finish, at the clock position of the start. */
+  #paintStretches(context, styles, plot) {
+    const { observations, track } = this.desk;
+    for (const stretch of stretchesOf(observations.value, track.range.high / 1000)) {
+      const y = this.#rowOf(stretch.start);
+      const [from, to] = [stretch.from_m, stretch.to_m].map((m) => plot.toX(m * 1000));
+      context.fillStyle = styles.getPropertyValue(`--severity-${stretch.severity ?? 'none'}`);
+      context.strokeStyle = 'rgb(8 10 12 / 70%)';
+      context.beginPath();
+      context.roundRect(from, y - 3.5, Math.max(2, to - from), 7, 3.5);
+      context.fill();
+      context.stroke();
+    }
+  }
+
+  #paintMarks(context, styles, plot, height) {
+    const { observations, selection, axis } = this.desk;
+    for (const item of observations.value) {
+      if (item.distance_m === null || !axis.holds(item.distance_m * 1000)) continue;
+      const x = plot.toX(item.distance_m * 1000);
+      const y = Math.min(Math.max(this.#rowOf(item), MARK_PX / 2), height - MARK_PX / 2);
+      this.marks.push({ item, x, y });
+      if (item.id === selection.value) {
+        context.strokeStyle = styles.getPropertyValue('--accent');
+        context.lineWidth = 2.5;
+        context.beginPath();
+        context.arc(x, y, MARK_PX / 2 + 4, 0, 2 * Math.PI);
+        context.stroke();
+        context.lineWidth = 1;
+      }
+      drawSeverity(context, item.severity, x, y, MARK_PX, styles);
+    }
+  }
+
+  /** The row of an observation: of its pixel, else of its clock position, else of the invert. */
+  #rowOf({ frame, pixel, clock_from: from, clock }) {
+    const row = pixel && this.desk.track.row(frame);
+    const point = row && this.desk.wall?.at(...pixel, row);
+    if (point) return this.rows.toY(this.#arcOf(point));
+    const hour = from ?? clock;
+    return this.rows.toY(this.radius !== null && typeof hour === 'number' ? arcAt(hour, this.radius) : 0);
+  }
+
+  #arcOf({ right_mm: right, clock_h: clock }) {
+    return this.radius === null || clock === null ? right : arcAt(clock, this.radius);
+  }
+
+  /** What the camera sees now, and how sure its place is. */
+  #paintNow(context, styles, plot, row, height) {
+    const half = (u95FromSigma(row.sigma_distance_mm) * 1000) / plot.mmPerUnit;
+    const x = plot.toX(row.distance_mm);
+    context.save();
+    context.beginPath();
+    context.rect(plot.left, 0, plot.width, height);
+    context.clip();
+    if (this.rows) this.#paintView(context, plot, row);
+    if (half > 1.5) {
+      context.fillStyle = styles.getPropertyValue('--accent');
+      context.globalAlpha = 0.28;
+      context.fillRect(x - half, 0, 2 * half, height);
+      context.globalAlpha = 1;
+    }
+    context.restore();
+    paintPlayhead(context, '#ffffff', 'rgb(0 0 0 / 60%)', plot, row.distance_mm, 0, height);
+  }
+
+  #paintView(context, plot, row) {
+    const points = this.desk.wall?.outline(row) ?? [];
+    if (points.length < 3) return;
+    const reach = this.radius === null ? Infinity : SEEN_RADII * this.radius;
+    context.beginPath();
+    for (const point of points) {
+      const x = Math.min(Math.max(point.x_mm, row.x_mm - reach), row.x_mm + reach);
+      context.lineTo(plot.toX(x), this.rows.toY(this.#turned(point)));
+    }
+    context.closePath();
+    for (const [width, colour] of [[3.5, 'rgb(0 0 0 / 60%)'], [1.5, '#ffd54a']]) {
+      context.lineWidth = width;
+      context.strokeStyle = colour;
+      context.stroke();
+    }
+    context.lineWidth = 1;
+  }
+
+  /** A robot that has moved aside sees the wall turned: the depth stays, the side changes. */
+  #turned({ right_mm: right, clock_h: clock }) {
+    if (this.radius === null || clock === null) return right;
+    const depth = this.radius * Math.cos(arcAt(clock, this.radius) / this.radius);
+    return this.radius * Math.atan2(right, depth);
+  }
+
+  #paintPointer(context, styles, plot, height) {
+    if (this.#cursor) {
+      const { mm, arc } = this.#cursor;
+      this.#paintCross(context, styles, plot, { x: plot.toX(mm), y: this.rows.toY(arc) }, height);
+      return;
+    }
+    const { axis } = this.desk;
+    if (axis.pointer.value === null || !axis.holds(axis.pointer.value)) return;
+    if (this.hover) this.#paintCross(context, styles, plot, this.hover, height);
+    else paintHair(context, styles, plot.toX(axis.pointer.value), 0, height);
+  }
+
+  #paintCross(context, styles, plot, { x, y }, height) {
+    paintHair(context, styles, x, 0, height);
+    context.beginPath();
+    context.moveTo(x - 9, Math.round(y) + 0.5);
+    context.lineTo(x + 9, Math.round(y) + 0.5);
+    context.stroke();
+    const mark = this.#markAt(x, y);
+    const text = mark
+      ? `${mark.code ?? t('desk.tag')} · ${chainage(mark.distance_m)}`
+      : this.#textOf({ mm: plot.toMm(x), arc: this.rows.toArc(y) });
+    const above = y - PLATE_AWAY_PX;
+    paintPlate(context, styles, text, x, above < 12 ? y + PLATE_AWAY_PX : above, [plot.left, plot.right]);
+  }
+}
+
+customElements.define('wall-strip', WallStrip);

@@ -1,0 +1,57 @@
+/** What stands against a report of one inspection. */
+
+import { ApiError, get } from './api.js';
+import { Store } from './store.js';
+
+/** Many changes at once are looked at once. */
+const PAUSE_MS = 700;
+
+/**
+ * @typedef {object} Issue
+ * @property {'block'|'warn'} level
+ * @property {string} code
+ * @property {string} detail
+ * @property {string|null} observation_id
+ * @property {Record<string, string|number>} params
+ */
+
+/** A store of issues, blocking ones first; null until they are known. */
+export class Checks extends Store {
+  #path;
+  #signal;
+  #timer = 0;
+  #round = 0;
+
+  /**
+   * @param {string} inspection
+   * @param {AbortSignal} signal
+   */
+  constructor(inspection, signal) {
+    super(null);
+    this.#path = `/api/inspections/${inspection}/checks`;
+    this.#signal = signal;
+    signal.addEventListener('abort', () => clearTimeout(this.#timer));
+  }
+
+  async load() {
+    this.#round += 1;
+    const round = this.#round;
+    const { checks } = await get(this.#path, this.#signal);
+    if (round === this.#round) this.set(checks);
+  }
+
+  /** Looks again soon: something that they rest on has changed. */
+  loadSoon() {
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => this.#loadPatiently(), PAUSE_MS);
+  }
+
+  /** What could not be looked at now is looked at with the next change. */
+  async #loadPatiently() {
+    try {
+      await this.load();
+    } catch (error) {
+      if (error.name !== 'AbortError' && !(error instanceof ApiError)) throw error;
+    }
+  }
+}

@@ -1,0 +1,131 @@
+/**
+ * What is stated about the distances of one inspection and what follows from it: what holds, and a
+ * draft with its preview, so that the residuals are seen before anything is changed.
+ */
+
+import { ApiError, get, post, put } from './api.js';
+import { Store } from './store.js';
+
+/**
+ * @typedef {object} Length
+ * @property {number} first_frame
+ * @property {number} last_frame
+ * @property {number} length_m
+ * @property {number} sigma_mm
+ * @property {'tape'|'known'} kind
+ *
+ * @typedef {object} Stated
+ * @property {{frame: number, offset_m: number}|null} zero
+ * @property {Length[]} lengths
+ * @property {{use: boolean, marked: {frame: number, pixel: [number, number]}[], left_out: {frame: number}[]}} joints
+ * @property {{height_mm: number, focal_px: number}|null} rig_sigma
+ * @property {string|null} forced why a known length holds although the track contradicts it
+ *
+ * @typedef {object} Answer
+ * @property {Stated} stated
+ * @property {object|null} result
+ * @property {{code: string, detail: string}|null} error
+ */
+
+/** @type {Stated} */
+export const UNSTATED = {
+  zero: null,
+  lengths: [],
+  joints: { use: false, marked: [], left_out: [] },
+  rig_sigma: null,
+  forced: null,
+};
+
+/** The known length of a statement, or undefined. */
+export const knownLength = ({ lengths }) => lengths.find(({ kind }) => kind === 'known');
+
+/** A store of the answer that holds; null until it is loaded. */
+export class Corrections extends Store {
+  /** @type {{value: Stated}} what a person is about to state */
+  draft = new Store(UNSTATED);
+  /** @type {{value: Answer|null}} what would follow from the draft; null while it is asked for */
+  preview = new Store(null);
+
+  #path;
+  #signal;
+  #asking = null;
+
+  /**
+   * @param {string} inspection
+   * @param {AbortSignal} signal
+   */
+  constructor(inspection, signal) {
+    super(null);
+    this.#path = `/api/inspections/${inspection}/corrections`;
+    this.#signal = signal;
+  }
+
+  /** Whether the draft differs from what holds. */
+  get isEdited() {
+    return this.value !== null && !isSame(this.draft.value, this.value.stated);
+  }
+
+  /** Reads what holds; a draft that was begun is kept and seen against it. */
+  async load() {
+    const wasEdited = this.isEdited;
+    this.set(await get(this.#path, this.#signal));
+    if (!wasEdited) this.draft.set(this.value.stated);
+    this.#ask();
+  }
+
+  /** @param {Partial<Stated>} changes */
+  edit(changes) {
+    this.draft.set({ ...this.draft.value, ...changes });
+    this.#ask();
+  }
+
+  discard() {
+    this.draft.set(this.value.stated);
+    this.#ask();
+  }
+
+  /** What would follow from a statement; nothing is kept. */
+  ask(stated, signal = this.#signal) {
+    return post(`${this.#path}/preview`, stated, signal);
+  }
+
+  /**
+   * States it in place of what was stated before; applying the earlier one takes it back.
+   * @param {Stated} stated
+   * @param {string|null} remark why, for the history
+   */
+  async apply(stated, remark) {
+    this.set(await put(this.#path, { ...stated, remark }));
+    this.draft.set(this.value.stated);
+    this.#ask();
+  }
+
+  /** Previews the draft; a newer draft takes the place of one that is still asked for. */
+  async #ask() {
+    this.#asking?.abort();
+    if (!this.isEdited) {
+      this.preview.set(this.value);
+      return;
+    }
+    this.#asking = new AbortController();
+    const { signal } = this.#asking;
+    this.preview.set(null);
+    const stated = this.draft.value;
+    try {
+      const answer = await this.ask(stated, AbortSignal.any([signal, this.#signal]));
+      if (!signal.aborted) this.preview.set(answer);
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      if (!(error instanceof ApiError)) throw error;
+      this.preview.set({ stated, result: null, error: { code: error.code, detail: error.message } });
+    }
+  }
+}
+
+/** Whether two JSON values say the same, in whatever order. */
+function isSame(a, b) {
+  if (a === b) return true;
+  if (typeof a !== 'object' || typeof b !== 'object' || a === null || b === null) return false;
+  const [names, others] = [Object.keys(a), Object.keys(b)];
+  return names.length === others.length && names.every((name) => isSame(a[name], b[name]));
+}

@@ -1,0 +1,70 @@
+/**
+ * What a person has chosen for the page. The server keeps it; this browser keeps a copy, so that the
+ * first paint has the right language and the page works while the server is away.
+ */
+
+import { ApiError, get, put } from './api.js';
+import { Store } from './store.js';
+
+const COPY = 'chainage.preferences';
+
+/** Main codes of EN 13508-2 for the digit keys 1 to 9, as the server has them for who has not chosen. */
+export const USUAL_CODES = ['BAB', 'BAC', 'BAF', 'BAJ', 'BBA', 'BBB', 'BBC', 'BBF', 'BDD'].map(
+  (code) => ({ code, char1: null, char2: null }),
+);
+
+/**
+ * @typedef {object} Chosen
+ * @property {'en'|'ms'|null} language null: the one of the browser
+ * @property {'m'|'ft'} units
+ * @property {{code: string, char1: string|null, char2: string|null}[]} quick_codes at most nine
+ * @property {string|null} pack id of the code pack for new inspections, null: the built-in one
+ */
+const UNSET = { language: null, units: 'm', quick_codes: USUAL_CODES, pack: null };
+
+class Preferences extends Store {
+  /** {name, role} of who is logged in, or null before the server has told. */
+  person = null;
+
+  constructor() {
+    super({ ...UNSET, ...JSON.parse(localStorage.getItem(COPY) ?? '{}') });
+  }
+
+  /**
+   * Fetches the server's; answers whether the page was drawn with others and has to be drawn anew.
+   * A server that is away changes nothing.
+   * @param {AbortSignal} [signal]
+   */
+  async load(signal) {
+    const asked = this.value;
+    let me;
+    try {
+      me = await get('/api/me', signal);
+    } catch (error) {
+      if (error instanceof ApiError) return false;
+      throw error;
+    }
+    this.person = { name: me.name, role: me.role };
+    if (this.value !== asked) return false; // chosen anew meanwhile
+    this.keep(me.preferences);
+    return JSON.stringify(this.value) !== JSON.stringify(asked);
+  }
+
+  /**
+   * Changes some of them here at once and then on the server; throws an ApiError when it refuses.
+   * @param {Partial<Chosen>} changes
+   */
+  async save(changes) {
+    this.keep(changes);
+    await put('/api/me/preferences', this.value);
+  }
+
+  /** Changes some of them in this browser only. */
+  keep(changes) {
+    const value = { ...this.value, ...changes };
+    localStorage.setItem(COPY, JSON.stringify(value));
+    this.set(value);
+  }
+}
+
+export const preferences = new Preferences();

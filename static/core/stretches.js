@@ -1,0 +1,77 @@
+/** Defects that go on along the pipe: A1 starts, C1 changes, B1 finishes stretch number 1. */
+
+/**
+ * @typedef {object} Stretch
+ * @property {string} number
+ * @property {object} start its first observation
+ * @property {number} from_m
+ * @property {number} to_m
+ * @property {boolean} isOpen whether it has no finish yet
+ * @property {number|null} severity the worst of its observations
+ */
+
+/**
+ * The stretches among some observations.
+ * @param {object[]} observations
+ * @param {number} endM how far an open one goes
+ * @returns {Stretch[]}
+ */
+export function stretchesOf(observations, endM) {
+  const byNumber = Map.groupBy(
+    observations.filter(({ continuous, distance_m: m }) => continuous && m !== null),
+    ({ continuous }) => continuous.slice(1),
+  );
+  return [...byNumber].flatMap(([number, parts]) => {
+    const of = (role) => parts.find(({ continuous }) => continuous.startsWith(role));
+    const [start, finish] = [of('A'), of('B')];
+    if (!start) return [];
+    const ends = [start.distance_m, finish ? finish.distance_m : Math.max(endM, start.distance_m)];
+    const severities = parts.map(({ severity }) => severity ?? -1);
+    const worst = Math.max(...severities);
+    return [{
+      number,
+      start,
+      from_m: Math.min(...ends),
+      to_m: Math.max(...ends),
+      isOpen: !finish,
+      severity: worst < 0 ? null : worst,
+    }];
+  });
+}
+
+/** Number of the stretch that an observation belongs to, or null. */
+export const stretchNumber = ({ continuous }) => (continuous ? Number(continuous.slice(1)) : null);
+
+/** What an observation is of its stretch: 'A' start, 'B' finish, 'C' change, or null. */
+export const stretchRole = ({ continuous }) => continuous?.[0] ?? null;
+
+/** All observations of the stretch that one of them belongs to, its start first; none without a stretch. */
+export function partsOf(observations, item) {
+  const number = stretchNumber(item);
+  if (number === null) return [];
+  return observations
+    .filter((other) => stretchNumber(other) === number)
+    .sort((a, b) => a.continuous.localeCompare(b.continuous));
+}
+
+/** Stretches without a finish, the newest first. */
+export const openStretches = (observations) =>
+  stretchesOf(observations, 0)
+    .filter(({ isOpen }) => isOpen)
+    .sort((a, b) => Number(b.number) - Number(a.number));
+
+/**
+ * The share of a length that stretches cover; where they overlap it counts once.
+ * @param {Stretch[]} stretches
+ * @param {number} lengthM
+ */
+export function coveredShare(stretches, lengthM) {
+  if (lengthM <= 0) return 0;
+  let covered = 0;
+  let end = -Infinity;
+  for (const { from_m: from, to_m: to } of stretches.toSorted((a, b) => a.from_m - b.from_m)) {
+    covered += Math.max(0, to - Math.max(from, end));
+    end = Math.max(end, to);
+  }
+  return Math.min(1, covered / lengthM);
+}

@@ -1,0 +1,197 @@
+/** The unrolled wall: which tiles of it there are, and their pictures, decoded as large as needed. */
+
+import { ApiError, blob, get } from './api.js';
+import { Store } from './store.js';
+
+/** Decoded pictures may hold so many pixels as this many whole tiles. */
+const WHOLE_TILES_KEPT = 40;
+const LOADS_AT_ONCE = 6;
+
+/**
+ * @typedef {object} Tile
+ * @property {number} index
+ * @property {number} revision rises whenever its picture changes
+ * @property {number} from_m
+ * @property {number} to_m
+ *
+ * @typedef {object} Layout
+ * @property {number} mm_per_px
+ * @property {number} arc_from_mm of the upper edge
+ * @property {number} arc_to_mm
+ * @property {number} width_px of a tile
+ * @property {number} height_px
+ * @property {Tile[]} tiles
+ */
+
+/** A store of the Layout, null until there is one. */
+export class Unrolled extends Store {
+  #path;
+  #signal;
+
+  /**
+   * @param {string} inspection
+   * @param {AbortSignal} signal
+   */
+  constructor(inspection, signal) {
+    super(null);
+    this.#path = `/api/inspections/${inspection}/unrolled`;
+    this.#signal = signal;
+  }
+
+  async load() {
+    const layout = await this.#ask();
+    if (JSON.stringify(layout) !== JSON.stringify(this.value)) this.set(layout);
+  }
+
+  /** @param {Tile} tile */
+  pathOf({ index, revision }) {
+    return `${this.#path}/${index}.jpg?v=${revision}`;
+  }
+
+  /** Nothing yet, or a rig that sees no wall: there is nothing to show, which is no fault. */
+  async #ask() {
+    try {
+      return await get(this.#path, this.#signal);
+    } catch (error) {
+      if (error instanceof ApiError && (error.status === 404 || error.status === 422)) return null;
+      throw error;
+    }
+  }
+}
+
+/**
+ * Decoded pictures of the tiles that were asked for last. Far away a tile is decoded small, so that
+ * a whole run is no larger in memory than what is seen of it. Fires `change` when one has arrived.
+ */
+export class TilePictures extends EventTarget {
+  #unrolled;
+  #signal;
+  /** By index, the one that was drawn longest ago first. */
+  #kept = new Map();
+  #wanted = [];
+  #loading = new Set();
+  /** Addresses that failed; a tile gets another address when it changes. */
+  #failed = new Set();
+
+  /**
+   * @param {Unrolled} unrolled
+   * @param {AbortSignal} signal
+   */
+  constructor(unrolled, signal) {
+    super();
+    this.#unrolled = unrolled;
+    this.#signal = signal;
+    signal.addEventListener('abort', () => this.clear());
+  }
+
+  /** Pixels that are decoded, of all pictures together. */
+  get pixels() {
+    let sum = 0;
+    for (const { bitmap } of this.#kept.values()) sum += bitmap.width * bitmap.height;
+    return sum;
+  }
+
+  get count() {
+    return this.#kept.size;
+  }
+
+  clear() {
+    for (const { bitmap } of this.#kept.values()) bitmap.close();
+    this.#kept.clear();
+    this.#wanted = [];
+  }
+
+  /**
+   * Asks for the tiles in sight, the most wanted first; those that are no longer wanted are not loaded.
+   * @param {Tile[]} tiles
+   * @param {number} widthPx how large they are drawn
+   * @param {number} heightPx
+   */
+  want(tiles, widthPx, heightPx) {
+    const { width_px: width, height_px: height } = this.#unrolled.value;
+    const size = [enough(widthPx, width), enough(heightPx, height)];
+    this.#wanted = tiles.filter((tile) => !this.#isGood(tile, size)).map((tile) => ({ tile, size }));
+    this.#loadNext();
+  }
+
+  /**
+   * The newest picture of a tile that has arrived, of whatever size, or null.
+   * @param {Tile} tile
+   */
+  get(tile) {
+    const entry = this.#kept.get(tile.index);
+    if (!entry) return null;
+    this.#kept.delete(tile.index);
+    this.#kept.set(tile.index, entry);
+    return entry.bitmap;
+  }
+
+  #isGood(tile, [width, height]) {
+    const kept = this.#kept.get(tile.index);
+    const isSharp = kept && kept.bitmap.width >= width && kept.bitmap.height >= height;
+    return isSharp && kept.revision === tile.revision;
+  }
+
+  #loadNext() {
+    while (this.#loading.size < LOADS_AT_ONCE) {
+      const next = this.#wanted.findIndex((wish) => this.#isOpen(wish));
+      if (next < 0) return;
+      const [{ tile, size }] = this.#wanted.splice(next, 1);
+      this.#load(tile, size);
+    }
+  }
+
+  #isOpen({ tile, size }) {
+    if (this.#loading.has(tile.index) || this.#failed.has(this.#unrolled.pathOf(tile))) return false;
+    // It may have arrived since it was asked for.
+    return !this.#isGood(tile, size);
+  }
+
+  async #load(tile, [resizeWidth, resizeHeight]) {
+    this.#loading.add(tile.index);
+    const path = this.#unrolled.pathOf(tile);
+    try {
+      const picture = await blob(path, this.#signal);
+      const options = { resizeWidth, resizeHeight, resizeQuality: 'medium' };
+      this.#keep(tile, await createImageBitmap(picture, options));
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      // Not there (any more), or not readable: the strip shows a gap, and tries again elsewhere.
+      if (!(error instanceof ApiError || error.name === 'InvalidStateError')) throw error;
+      if (!error.isTemporary) this.#failed.add(path);
+    } finally {
+      this.#loading.delete(tile.index);
+    }
+    this.#loadNext();
+  }
+
+  #keep({ index, revision }, bitmap) {
+    if (this.#signal.aborted) {
+      bitmap.close();
+      return;
+    }
+    this.#kept.get(index)?.bitmap.close();
+    this.#kept.delete(index);
+    this.#kept.set(index, { revision, bitmap });
+    this.#drop();
+    this.dispatchEvent(new Event('change'));
+  }
+
+  #drop() {
+    const { width_px: width, height_px: height } = this.#unrolled.value;
+    let excess = this.pixels - WHOLE_TILES_KEPT * width * height;
+    for (const [index, { bitmap }] of this.#kept) {
+      if (excess <= 0) return;
+      excess -= bitmap.width * bitmap.height;
+      bitmap.close();
+      this.#kept.delete(index);
+    }
+  }
+}
+
+/** The smallest halving of `full` that is not smaller than what is drawn. */
+function enough(drawn, full) {
+  let size = full;
+  while (size / 2 >= drawn && size > 2) size /= 2;
+  return Math.ceil(size);
+}

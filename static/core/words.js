@@ -1,0 +1,83 @@
+/**
+ * The words of the page, from one catalogue a language: `words/en.json`, `words/ms.json`, with the
+ * same keys in both. A value is a sentence with {placeholders}, or {one, other} where the count `n`
+ * decides. Other modules run after the catalogue is there: the first paint has the right language.
+ */
+
+import { preferences } from './preferences.js';
+
+/** [code, own name] */
+export const LANGUAGES = [
+  ['en', 'English'],
+  ['ms', 'Bahasa Malaysia'],
+];
+
+/** @type {'en'|'ms'} */
+export const language =
+  preferences.value.language ?? (navigator.language.toLowerCase().startsWith('ms') ? 'ms' : 'en');
+
+const { default: catalogue } = await import(`../words/${language}.json`, {
+  with: { type: 'json' },
+});
+const plurals = new Intl.PluralRules(language);
+
+document.documentElement.lang = language;
+
+/** The value at 'area.name', or undefined. */
+const entry = (key) => key.split('.').reduce((area, name) => area?.[name], catalogue);
+
+function sentence(key, values) {
+  const found = entry(key);
+  const text = found?.other ? (found[plurals.select(values.n)] ?? found.other) : found;
+  if (typeof text !== 'string') throw new Error(`No words for ${key}.`);
+  return text;
+}
+
+/**
+ * A sentence as a list for html`...`, where a value may be markup: pieces('x', {key: html`<kbd>T</kbd>`}).
+ * @param {string} key
+ * @param {Record<string, unknown>} [values]
+ */
+export function pieces(key, values = {}) {
+  return sentence(key, values)
+    .split(/\{(\w+)\}/)
+    .map((piece, i) => {
+      if (i % 2 === 0) return piece;
+      if (values[piece] === undefined) throw new Error(`${key} needs {${piece}}.`);
+      return values[piece];
+    });
+}
+
+/**
+ * A sentence: t('desk.waiting', {n: 3}). Keys stand in the source as they are, so that a test can
+ * compare them with the catalogues.
+ * @param {string} key
+ * @param {Record<string, string|number>} [values]
+ */
+export const t = (key, values) => pieces(key, values).join('');
+
+/**
+ * The word for a name that the server gave, wordFor('status', 'done'), or null where there is none.
+ * @param {string} area
+ * @param {string} name
+ */
+export function wordFor(area, name) {
+  const found = entry(area)?.[name];
+  return typeof found === 'string' ? found : null;
+}
+
+/** Here the server's own sentence says more than any of ours: it names the field, the file, the number. */
+const TOLD_BY_THE_SERVER = new Set([
+  'invalid_request', 'invalid_rig', 'rig_video_mismatch', 'unreadable_video', 'invalid_pack',
+  'invalid_correction', 'invalid_message', 'shape_mismatch', 'open_stretches', 'live_source_refused',
+  'not_ready', 'unknown_host', 'sample_failed', 'camera_unreachable',
+]);
+
+/**
+ * Why something failed, in the language of the page where it is known there.
+ * @param {{code: string, message?: string, detail?: string}} error an ApiError, or an error of the API
+ */
+export function errorText({ code, message, detail }) {
+  const told = detail ?? message;
+  return (TOLD_BY_THE_SERVER.has(code) ? null : wordFor('error', code ?? '')) ?? told;
+}

@@ -1,0 +1,131 @@
+"""A tracker that goes on from a checkpoint of another one, as their parent sees them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import accumulate
+from pathlib import Path
+
+import av
+import cv2
+import msgspec
+import numpy as np
+from builders import HEIGHT, RATE, WIDTH, clip_rig, make_clip
+
+from app.jobs.follow import Follower
+from app.jobs.messages import (
+    Batch,
+    Checkpoint,
+    Done,
+    FromTracker,
+    Gauged,
+    KeptCheckpoint,
+    Limits,
+    Row,
+    Seen,
+    TrackRequest,
+    encode,
+)
+from app.jobs.process import Child
+from vo_core import Rig
+from vo_core.sources import Frame, frame_of
+
+LIMITS = Limits(1536 * 2**20, 600)
+FRAMES = 300
+
+
+class Found:
+    """What a tracker said of a video, in the order in which it said it."""
+
+    def __init__(self) -> None:
+        self.rows: list[Row] = []
+        self.health: list[Gauged] = []
+        self.sightings: list[Seen] = []
+        self.tiles: dict[int, bytes] = {}
+
+    def take(self, batch: Batch) -> None:
+        self.rows += batch.rows
+        self.health += batch.health
+        self.sightings += batch.sightings
+        self.tiles |= {tile.index: tile.jpeg for tile in batch.tiles}
+
+
+def follow(request: TrackRequest, found: Found, *, leave_at: int | None = None) -> Checkpoint:
+    """Take in all that a tracker says; with `leave_at` only until a checkpoint behind it."""
+    decoder = msgspec.msgpack.Decoder(FromTracker)
+    newest = Checkpoint(0, 0.0, b"")
+    child = Child("app.jobs.tracker")
+    try:
+        child.send(request)
+        while True:
+            match decoder.decode(child.receive(30)):
+                case Batch() as batch:
+                    found.take(batch)
+                case Checkpoint() as newest:
+                    if leave_at is not None and newest.frames >= leave_at:
+                        return newest
+                case Done(problem):
+                    assert problem is None
+                    assert leave_at is None, "The video ended before there was such a checkpoint."
+                    return newest
+    finally:
+        child.kill()
+
+
+def uneven_clip(path: Path) -> Path:
+    """With frames that are shown before others that come first in the file, at uneven times."""
+    steps_s = (1.5 / RATE if n % 7 == 0 else 0.9 / RATE for n in range(FRAMES - 1))
+    return make_clip(path, FRAMES, times_s=list(accumulate(steps_s, initial=0.0)), bf="3")
+
+
+def test_what_goes_on_from_a_checkpoint_finds_the_same_to_the_bit(tmp_path: Path) -> None:
+    request = TrackRequest(str(uneven_clip(tmp_path / "clip.ts")), clip_rig(), LIMITS)
+    whole, parts = Found(), Found()
+    follow(request, whole)
+    slowly = msgspec.structs.replace(request, pace=8.0)  # there is time for a checkpoint
+    checkpoint = follow(slowly, parts, leave_at=2)
+    assert [row.frame for row in parts.rows] == list(range(checkpoint.frames))
+    kept = tmp_path / "checkpoint"
+    kept.write_bytes(encode(KeptCheckpoint("", 0, checkpoint)))
+    goes_on = msgspec.structs.replace(request, checkpoint=str(kept))
+    later = follow(goes_on, parts)
+    assert [row.frame for row in whole.rows] == list(range(FRAMES))
+    assert vars(parts) == vars(whole)
+    assert later.frames == 0 or later.cpu_s > checkpoint.cpu_s
+
+
+def barred_frames(count: int) -> Iterator[Frame]:
+    """A floor with a dark joint every 500 px that passes by, 8 px a frame."""
+    rng = np.random.default_rng(3)
+    noise = rng.integers(0, 256, (HEIGHT, WIDTH + 8 * count), np.uint8)
+    floor = cv2.normalize(cv2.GaussianBlur(noise, (0, 0), 2), None, 60, 225, cv2.NORM_MINMAX)
+    for left in range(300, floor.shape[1], 500):
+        floor[:, left : left + 6] //= 4
+    for n in range(count):
+        grey = np.ascontiguousarray(floor[:, 8 * n : 8 * n + WIDTH], np.uint8)
+        picture = av.VideoFrame.from_ndarray(grey, format="gray")
+        yield frame_of(picture, n, n / RATE)
+
+
+def test_a_follower_made_of_a_state_sees_joints_and_wall_as_the_one_before() -> None:
+    before, after = (Follower(Rig.parse(clip_rig())) for _ in range(2))
+    whole, parts = Found(), Found()
+    for frame in barred_frames(220):
+        if frame.index % 9 == 0 and frame.index > 0:  # joints and tiles are under way each time
+            take(before, whole)
+            take(after, parts)
+            after = Follower.from_state(after.state())
+        before.add(frame)
+        after.add(frame)
+    for follower, found in ((before, whole), (after, parts)):
+        follower.finish()
+        take(follower, found)
+    assert len(whole.sightings) >= 2
+    assert len(whole.tiles) >= 2
+    assert vars(parts) == vars(whole)
+
+
+def take(follower: Follower, found: Found) -> None:
+    batch = follower.batch()
+    assert batch is not None
+    found.take(batch)

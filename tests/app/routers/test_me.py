@@ -1,0 +1,58 @@
+"""Who is logged in, and what he has chosen."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from builders import Client, assert_error, serving
+
+CHOSEN: dict[str, Any] = {
+    "language": "ms",
+    "units": "ft",
+    "quick_codes": [{"code": "BAB", "char1": "C", "char2": None}],
+    "pack": None,
+}
+
+
+def test_before_the_first_choice_there_are_defaults(server: Client) -> None:
+    me = server.get("/api/me").json()
+    assert (me["name"], me["role"]) == ("server", "admin")
+    chosen = me["preferences"]
+    assert (chosen["language"], chosen["units"], chosen["pack"]) == (None, "m", None)
+    assert [quick["code"] for quick in chosen["quick_codes"]] == [
+        "BAB", "BAC", "BAF", "BAJ", "BBA", "BBB", "BBC", "BBF", "BDD",
+    ]  # fmt: skip
+
+
+def test_choices_outlive_the_server(tmp_path: Path) -> None:
+    with serving(tmp_path) as client:
+        assert client.put("/api/me/preferences", json=CHOSEN).json() == CHOSEN
+    with serving(tmp_path) as client:
+        assert client.get("/api/me").json()["preferences"] == CHOSEN
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"language": "de"},
+        {"units": "furlong"},
+        {"units": None},
+        {"quick_codes": [{"code": "BAB", "char1": None, "char2": None}] * 10},
+        {"quick_codes": [{"code": "<b>", "char1": None, "char2": None}]},
+        {"quick_codes": ["BAB"]},
+        {"pack": "../x"},
+        {"theme": "pink"},
+    ],
+)
+def test_a_choice_out_of_bounds_is_refused(shared: Client, change: dict[str, Any]) -> None:
+    answer = shared.put("/api/me/preferences", json=CHOSEN | change)
+    assert_error(answer, 422, "invalid_request")
+
+
+def test_a_pack_that_is_not_there_cannot_be_chosen(shared: Client) -> None:
+    answer = shared.put("/api/me/preferences", json=CHOSEN | {"pack": "0" * 32})
+    assert_error(answer, 404, "pack_not_found")
+
+
+def test_nobody_has_preferences_without_logging_in(shared: Client) -> None:
+    assert_error(shared.anonymous().get("/api/me"), 401, "unauthenticated")

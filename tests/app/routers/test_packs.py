@@ -1,0 +1,107 @@
+"""Code packs over HTTP: imported, used by an inspection, deleted."""
+
+import csv
+import io
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from builders import Client, assert_error
+
+TABLE = (
+    "code,char1,char2,label,group,needs_clock,needs_q1,unit_q1,needs_q2,unit_q2,"
+    "continuous_allowed,grade_s\n"
+    "SCR,,,Scour at the outlet,S,no,opt,mm,no,,no,3\n"
+    "BAB,,,Our crack,S,yes,no,,no,,yes,2\n"
+)
+
+
+def add(client: Client, name: str, table: str = TABLE) -> httpx.Response:
+    return client.post(
+        "/api/packs", params={"name": name}, content=table, headers={"Content-Type": "text/csv"}
+    )
+
+
+@pytest.fixture
+def pack(server: Client) -> dict[str, Any]:
+    """An imported pack."""
+    added = add(server, "Road agency")
+    assert added.status_code == 201, added.text
+    return dict(added.json())
+
+
+def test_a_pack_is_listed_and_its_codes_are_told(server: Client, pack: dict[str, Any]) -> None:
+    assert server.get("/api/packs").json() == {"packs": [pack]}
+    assert (pack["name"], pack["codes"], pack["created_by"]) == ("Road agency", 2, "server")
+    scour, crack = server.get("/api/codes", params={"pack": pack["id"]}).json()
+    assert (scour["code"], scour["label"], scour["unit_q1"]) == ("SCR", "Scour at the outlet", "mm")
+    assert (crack["label_ms"], crack["grade_s"], crack["hotkey"]) == ("Our crack", 2.0, None)
+
+
+def test_without_a_pack_the_codes_are_those_of_the_standard(shared: Client) -> None:
+    codes = shared.get("/api/codes").json()
+    assert len(codes) == 459
+    assert codes[3]["label_ms"] == "Retak: retak rambut pada permukaan, memanjang paip"
+
+
+def test_faults_are_told_and_nothing_is_kept(shared: Client) -> None:
+    answer = add(shared, "Faulty", TABLE.replace("opt", "perhaps").replace("BAB", "bab"))
+    detail = assert_error(answer, 422, "invalid_pack")
+    assert "line 2: needs_q1 must be yes, no or opt (found 'perhaps')" in detail
+    assert "line 3: code must be" in detail
+    assert shared.get("/api/packs").json() == {"packs": []}
+
+
+@pytest.mark.parametrize("name", ["", "  ", "a\nb", "x" * 101])
+def test_a_name_out_of_bounds_is_refused(shared: Client, name: str) -> None:
+    assert_error(add(shared, name), 422, "invalid_request")
+
+
+def test_a_name_can_be_had_once(server: Client, pack: dict[str, Any]) -> None:
+    assert_error(add(server, " Road agency "), 409, "pack_name_taken")
+
+
+def test_an_inspection_is_coded_with_its_pack_in_exports(
+    server: Client, pack: dict[str, Any], clip: Path
+) -> None:
+    inspection_id = server.inspect(clip, header={"code_pack": pack["id"]})
+    server.wait(inspection_id)
+    server.tag(inspection_id, code="BAB", char1="C")
+    content = server.get(f"/api/inspections/{inspection_id}/exports/csv").content
+    (row,) = csv.DictReader(io.StringIO(content.decode("utf-8-sig")))
+    assert (row["label"], row["code_pack"]) == ("Our crack", "Road agency")
+
+
+def test_a_pack_in_use_stays_until_nobody_uses_it(
+    server: Client, pack: dict[str, Any], clip: Path
+) -> None:
+    inspection_id = server.inspect(clip)
+    path, header = f"/api/inspections/{inspection_id}", {"code_pack": pack["id"]}
+    assert server.patch(path, json={"header": header}).json()["header"] == header
+    answer = server.delete(f"/api/packs/{pack['id']}")
+    assert "'Road agency'" in assert_error(answer, 409, "pack_in_use")
+    server.patch(path, json={"header": {}})
+    assert server.delete(f"/api/packs/{pack['id']}").status_code == 204
+    assert_error(server.delete(f"/api/packs/{pack['id']}"), 404, "pack_not_found")
+    assert_error(server.get("/api/codes", params={"pack": pack["id"]}), 404, "pack_not_found")
+
+
+def test_a_chosen_pack_that_was_deleted_is_the_built_in_one_again(
+    server: Client, pack: dict[str, Any]
+) -> None:
+    chosen = server.get("/api/me").json()["preferences"] | {"pack": pack["id"]}
+    assert server.put("/api/me/preferences", json=chosen).json()["pack"] == pack["id"]
+    server.delete(f"/api/packs/{pack['id']}")
+    assert server.get("/api/me").json()["preferences"]["pack"] is None
+
+
+def test_an_inspection_with_a_pack_that_is_not_there_is_refused_and_the_upload_stays(
+    server: Client, clip: Path
+) -> None:
+    header = {"code_pack": "0" * 32}
+    assert_error(server.create(clip, header=header), 404, "pack_not_found")
+    assert list((server.data / "uploads").glob("*.bin"))
+    inspection_id = server.inspect(clip)
+    answer = server.patch(f"/api/inspections/{inspection_id}", json={"header": header})
+    assert_error(answer, 404, "pack_not_found")

@@ -1,0 +1,347 @@
+"""Live inspections through the server: from a camera on loopback to a video fit for review."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+from builders import (
+    TOKEN,
+    Client,
+    assert_error,
+    children,
+    clip_rig,
+    frame_number,
+    send_signal,
+    serving,
+    wait_until,
+)
+from cameras import Camera, MjpegCamera, RtspCamera
+from websockets.sync.client import ClientConnection
+
+from vo_core.sources import VideoFile
+
+CAMERA = "app.jobs.camera"
+LOOPBACK = ("127.0.0.0/8",)
+
+
+@pytest.fixture(scope="module")
+def field(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+    """A server that may open cameras on loopback."""
+    with serving(tmp_path_factory.mktemp("field"), camera_networks=LOOPBACK) as client:
+        yield client
+
+
+def body(url: str, **more: Any) -> dict[str, Any]:
+    source = {"kind": "live", "url": url}
+    return {"name": "Culvert 7", "source": source, "rig": clip_rig(), "header": {}} | more
+
+
+def begin(client: httpx.Client, camera: Camera) -> str:
+    answer = client.post("/api/inspections", json=body(camera.url))
+    assert answer.status_code == 201, answer.text
+    assert answer.json()["status"] == "running"
+    return str(answer.json()["id"])
+
+
+def frames_done(client: Client, inspection_id: str) -> int:
+    return int(client.inspection(inspection_id)["progress"]["frames_done"])
+
+
+def recorded(client: Client, camera: Camera, frames: int = 15) -> str:
+    """A live inspection that has so many frames."""
+    inspection_id = begin(client, camera)
+    wait_until(lambda: frames_done(client, inspection_id) >= frames)
+    return inspection_id
+
+
+def finish(client: Client, inspection_id: str, **fields: Any) -> httpx.Response:
+    return client.post(
+        f"/api/inspections/{inspection_id}/finish", json={"end_condition": "complete"} | fields
+    )
+
+
+def assert_track_is_recording(client: Client, inspection_id: str) -> list[float]:
+    """Row i is frame i of the video; the times."""
+    answer = client.get(f"/api/inspections/{inspection_id}/track?format=json&raw=true")
+    columns = answer.json()["columns"]
+    folder = client.data / "inspections" / inspection_id
+    (video_file,) = [*folder.glob("video.*"), *folder.glob("recording.mkv")]
+    with VideoFile(video_file) as video:
+        times = [frame.t_s for frame in video]
+    assert columns["frame"] == list(range(len(times)))
+    assert np.allclose(columns["time_s"], times, atol=1e-6)
+    return times
+
+
+def receive(socket: ClientConnection) -> tuple[dict[str, Any], bytes]:
+    message = socket.recv(30)
+    assert isinstance(message, bytes)
+    length = int.from_bytes(message[:4], "big")
+    header = json.loads(message[4 : 4 + length])
+    socket.send(json.dumps({"type": "ack", "seq": header["seq"]}))
+    return header, message[4 + length :]
+
+
+@pytest.mark.parametrize(
+    ("kind", "codec", "playable"), [(MjpegCamera, "mjpeg", False), (RtspCamera, "h264", True)]
+)
+def test_a_camera_that_drops_out_twice_becomes_one_inspection(
+    field: Client, kind: type[Camera], codec: str, playable: bool
+) -> None:
+    with kind() as camera:
+        inspection_id = recorded(field, camera)
+        assert field.inspection(inspection_id)["live"]["connected"]
+        for _ in range(2):
+            camera.drop_out()
+            wait_until(lambda: not field.inspection(inspection_id)["live"]["connected"])
+            assert field.inspection(inspection_id)["live"]["detail"]
+            camera.come_back()
+            before = frames_done(field, inspection_id)
+            wait_until(lambda: frames_done(field, inspection_id) >= before + 15)  # noqa: B023
+        live = field.inspection(inspection_id)["live"]
+        assert live["reconnects"] == 2
+        assert live["recorded_s"] > 1.0
+        done = finish(field, inspection_id, known_length_m=12.5).json()
+    assert (done["status"], done["error"], done["live"]) == ("done", None, None)
+    assert done["header"] == {"end_condition": "complete", "known_length_m": 12.5}
+    assert (done["video"]["codec"], done["video"]["playable"]) == (codec, playable)
+    assert done["source"]["kind"] == "live"
+    assert done["source"]["size"] > 10_000
+    assert len(done["source"]["sha256"]) == 64
+    times = assert_track_is_recording(field, inspection_id)
+    assert done["progress"]["frames_done"] == len(times)
+    assert done["video"]["duration_s"] == pytest.approx(times[-1], abs=0.1)
+    picture = field.get(f"/api/inspections/{inspection_id}/frames/20.jpg")
+    numbers = [
+        frame_number(field.get(f"/api/inspections/{inspection_id}/frames/{n}.jpg").content)
+        for n in (20, 21)
+    ]
+    assert picture.status_code == 200
+    assert numbers[0] < numbers[1]
+    video = field.get(f"/api/inspections/{inspection_id}/video")
+    assert len(video.content) == done["source"]["size"]
+    assert not children(CAMERA)
+
+
+def test_each_message_shows_one_frame_with_its_age_and_a_tag_has_its_photo_at_once(
+    field: Client,
+) -> None:
+    with MjpegCamera() as camera:
+        inspection_id = begin(field, camera)
+        shown = {}
+        with field.socket(f"/api/inspections/{inspection_id}/live") as socket:
+            while len(shown) < 20:
+                header, jpeg = receive(socket)
+                if jpeg:
+                    shown[header["frame"]] = frame_number(jpeg)
+                    assert header["camera"] == "connected"
+                    assert 0 <= header["age_ms"] < 5000
+                    assert header["dropped"] >= 0
+                    assert header["revision"] == 0
+                    assert header["distance_raw_mm"] == header["distance_mm"]
+            tag = field.tag(inspection_id, frame=header["frame"]).json()
+            assert tag["photo"], tag["photo_error"]
+            assert frame_number(field.get(tag["photo"]).content) == shown[header["frame"]]
+            camera.drop_out()
+            while header["camera"] == "connected":
+                header, jpeg = receive(socket)
+            assert (header["camera"], jpeg) == ("reconnecting", b"")
+            assert header["frame"] is not None, "the last pose stays"
+            field.post(f"/api/inspections/{inspection_id}/cancel")
+            while header["state"] == "running":
+                header, _ = receive(socket)
+    assert header["state"] == "cancelled"
+    cancelled = field.inspection(inspection_id)
+    assert (cancelled["status"], cancelled["live"]) == ("cancelled", None)
+    assert len(assert_track_is_recording(field, inspection_id)) >= 20
+
+
+def test_a_ping_is_answered(field: Client, clip: Path) -> None:
+    inspection_id = field.tracked(clip)
+    with field.socket(f"/api/inspections/{inspection_id}/live") as socket:
+        header, _ = receive(socket)
+        assert (header["age_ms"], header["camera"], header["dropped"]) == (None, None, 0)
+        socket.send(json.dumps({"type": "ping", "t": 12.5}))
+        assert json.loads(socket.recv(10)) == {"type": "pong", "t": 12.5}
+
+
+def test_a_camera_process_that_is_killed_is_followed_by_another(field: Client) -> None:
+    with RtspCamera() as camera:
+        inspection_id = recorded(field, camera)
+        (first,) = children(CAMERA)
+        send_signal(CAMERA, signal.SIGKILL)
+        before = frames_done(field, inspection_id)
+        wait_until(lambda: frames_done(field, inspection_id) >= before + 15)
+        assert children(CAMERA) != [first]
+        assert field.inspection(inspection_id)["live"]["reconnects"] == 1
+        done = finish(field, inspection_id).json()
+    assert (done["status"], done["error"]) == ("done", None)
+    assert_track_is_recording(field, inspection_id)
+
+
+def test_a_stopped_server_leaves_a_recording_that_the_next_one_tracks(tmp_path: Path) -> None:
+    with MjpegCamera() as camera:
+        with serving(tmp_path, camera_networks=LOOPBACK) as client:
+            inspection_id = recorded(client, camera)
+        assert not children(CAMERA)
+        with serving(tmp_path) as client:
+            done = client.wait(inspection_id)
+            assert done["status"] == "done"
+            assert "server ended during the recording" in done["warning"]
+            assert_track_is_recording(client, inspection_id)
+            again = client.post(f"/api/inspections/{inspection_id}/retry")
+            assert again.status_code == 200
+            assert client.wait(inspection_id)["warning"] is None
+
+
+_SERVER = """
+import signal
+import sys
+from pathlib import Path
+from builders import LiveServer
+from app.main import create_app
+from app.settings import Settings
+
+settings = Settings(data=Path(sys.argv[1]), token=sys.argv[2], disk_reserve_bytes=0,
+                    camera_networks="127.0.0.0/8")
+print(LiveServer(create_app(settings)).url, flush=True)
+signal.pause()
+"""
+
+
+def test_a_killed_server_leaves_a_recording_that_the_next_one_tracks(tmp_path: Path) -> None:
+    tests = Path(__file__).parents[2]
+    with RtspCamera() as camera:
+        server = subprocess.Popen(
+            [sys.executable, "-c", _SERVER, str(tmp_path), TOKEN],
+            stdout=subprocess.PIPE,
+            text=True,
+            env=os.environ | {"PYTHONPATH": f"{tests}{os.pathsep}{tests.parent}"},
+        )
+        assert server.stdout is not None
+        url = server.stdout.readline().strip()
+        headers = {"Authorization": f"Bearer {TOKEN}"}
+        with httpx.Client(base_url=url, headers=headers, timeout=30) as client:
+            inspection_id = begin(client, camera)
+            path = f"/api/inspections/{inspection_id}"
+            wait_until(lambda: client.get(path).json()["progress"]["frames_done"] > 20)
+            client.put(
+                f"{path}/observations/6f1c2a34-0000-4000-8000-000000000001", json={"frame": 18}
+            )
+        server.kill()
+        server.wait()
+        server.stdout.close()
+    with serving(tmp_path) as client:
+        done = client.wait(inspection_id)
+        assert done["status"] == "done", done
+        assert "server ended during the recording" in done["warning"]
+        assert done["video"]["playable"]
+        assert len(assert_track_is_recording(client, inspection_id)) > 20
+        (tag,) = client.get(f"/api/inspections/{inspection_id}/observations").json()["observations"]
+        assert tag["frame"] == 18
+        assert tag["distance_m"] > 0
+
+
+def test_an_open_stretch_is_named_before_the_end(field: Client) -> None:
+    with MjpegCamera() as camera:
+        inspection_id = recorded(field, camera)
+        start = field.tag(inspection_id, frame=3, code="BAF", continuous="A2")
+        assert start.status_code == 200
+        detail = assert_error(finish(field, inspection_id), 409, "open_stretches")
+        assert "A2" in detail
+        assert field.inspection(inspection_id)["status"] == "running"
+        field.tag(inspection_id, frame=9, code="BAF", continuous="B2")
+        abandoned = finish(
+            field, inspection_id, end_condition="abandoned", abandon_reason="Blocked by roots."
+        ).json()
+    assert abandoned["status"] == "done"
+    assert abandoned["header"]["abandon_reason"] == "Blocked by roots."
+
+
+def test_an_end_is_stated_for_a_past_video_too_and_is_in_the_audit(
+    field: Client, clip: Path
+) -> None:
+    inspection_id = field.tracked(clip)
+    refused = finish(field, inspection_id, end_condition="abandoned")
+    assert "reason" in assert_error(refused, 422, "invalid_request")
+    assert finish(field, inspection_id).json()["header"]["end_condition"] == "complete"
+    events = field.get(f"/api/inspections/{inspection_id}/events").json()["events"]
+    assert events[0]["action"] == "finished"
+    assert events[0]["after"]["header"]["end_condition"] == "complete"
+
+
+def test_a_source_that_is_refused_makes_no_inspection(field: Client) -> None:
+    before = len(field.get("/api/inspections").json()["inspections"])
+    answer = field.post("/api/inspections", json=body("rtsp://user:s3cret@8.8.8.8/x"))
+    detail = assert_error(answer, 422, "live_source_refused")
+    assert "s3cret" not in detail
+    assert len(field.get("/api/inspections").json()["inspections"]) == before
+
+
+def test_a_camera_of_another_size_fails_at_once_and_has_nothing_to_retry(field: Client) -> None:
+    with MjpegCamera(size_wh=(320, 240)) as camera:
+        failed = field.wait(begin(field, camera))
+    assert (failed["status"], failed["error"]["code"]) == ("failed", "rig_video_mismatch")
+    retry = field.post(f"/api/inspections/{failed['id']}/retry")
+    assert_error(retry, 409, "nothing_recorded")
+
+
+def test_an_end_before_the_first_picture_is_no_inspection(field: Client) -> None:
+    with MjpegCamera() as camera:
+        camera.drop_out()
+        inspection_id = begin(field, camera)
+        wait_until(lambda: field.inspection(inspection_id)["live"]["detail"])
+        ended = finish(field, inspection_id).json()
+    assert (ended["status"], ended["error"]["code"]) == ("failed", "nothing_recorded")
+
+
+def test_a_recorders_file_is_offered_and_ends_by_itself(tmp_path: Path, clip: Path) -> None:
+    watch = tmp_path / "watch"
+    watch.mkdir()
+    with serving(tmp_path / "data", watch_folder=watch) as client:
+        assert client.get("/api/sources").json()["sources"] == []
+        (watch / "run 4.mkv").write_bytes(_as_mkv(clip, tmp_path / "run.mkv"))
+        (offered,) = client.get("/api/sources").json()["sources"]
+        assert offered == {"url": "file:run 4.mkv", "kind": "folder", "name": "run 4.mkv"}
+        created = client.post("/api/inspections", json=body(offered["url"])).json()
+        assert created["source"]["filename"] == "run 4.mkv"
+        done = client.wait(created["id"])
+        assert (done["status"], done["progress"]["frames_done"]) == ("done", 40)
+        assert done["live"] is None
+        assert_track_is_recording(client, created["id"])
+
+
+def _as_mkv(clip: Path, path: Path) -> bytes:
+    import av
+
+    with av.open(str(clip)) as source, av.open(str(path), "w") as sink:
+        stream = source.streams.video[0]
+        copy = sink.add_stream_from_template(stream)
+        for packet in source.demux(stream):
+            if packet.size:
+                packet.stream = copy
+                sink.mux(packet)
+    return path.read_bytes()
+
+
+def test_deleting_a_live_inspection_ends_its_recording(field: Client) -> None:
+    with MjpegCamera() as camera:
+        inspection_id = recorded(field, camera)
+        assert field.delete(f"/api/inspections/{inspection_id}").status_code == 204
+    assert not children(CAMERA)
+    assert not (field.data / "inspections" / inspection_id).exists()
+    deadline = time.monotonic() + 1
+    while time.monotonic() < deadline and camera.connections < 2:
+        time.sleep(0.05)
+    assert camera.connections == 1

@@ -1,0 +1,236 @@
+"""A data folder of every version before this one is taken over whole; a newer one is left alone."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sqlite3
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import alembic.command
+import alembic.config
+import pytest
+from alembic.script import ScriptDirectory
+from builders import TOKEN, clip_rig, make_clip, serving
+from sqlalchemy import create_engine
+
+import app.storage
+from app.errors import UnusableDatabase
+from app.storage.database import Database, revision_of
+
+Command = Callable[..., Any]
+
+INSPECTION, TAG, PACK = 32 * "a", "11111111-2222-4333-8444-555555555555", 32 * "c"
+COOKIE = "a-cookie-of-a-browser"
+FRAMES, STEP_MM = 40, 1.6
+NOW = "2026-10-01 08:00:00.000000"
+PACK_TABLE = (
+    "code,char1,char2,label,group,needs_clock,needs_q1,unit_q1,needs_q2,unit_q2,"
+    "continuous_allowed,grade_s\nSCR,,,Scour at the outlet,S,no,opt,mm,no,,no,3\n"
+)
+
+
+def config() -> alembic.config.Config:
+    made = alembic.config.Config()
+    folder = Path(app.storage.__file__).parent / "migrations"
+    made.set_main_option("script_location", str(folder))
+    return made
+
+
+NEWEST, *OLDER = [
+    script.revision for script in ScriptDirectory.from_config(config()).walk_revisions()
+]
+"""Newest first."""
+
+
+def sha256(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+ROWS_0001: dict[str, dict[str, Any]] = {
+    "tokens": {"digest": sha256(TOKEN), "name": "server", "role": "admin", "created_at": NOW},
+    "sessions": {
+        "digest": sha256(COOKIE),
+        "token_digest": sha256(TOKEN),
+        "created_at": "{now}",
+        "seen_at": "{now}",
+    },
+    "inspections": {
+        "id": INSPECTION,
+        "name": "An old run",
+        "status": "done",
+        "rig": json.dumps(clip_rig()),
+        "header": json.dumps({"asset_id": "CUL-0041"}),
+        "source_kind": "upload",
+        "source_filename": "old.mp4",
+        "source_size": 1,
+        "source_sha256": 64 * "0",
+        "video_file": "video.mp4",
+        "video": json.dumps(
+            {
+                "width": 256,
+                "height": 160,
+                "duration_s": 1.6,
+                "frames": FRAMES,
+                "codec": "h264",
+                "playable": True,
+                "media_type": "video/mp4",
+            }
+        ),
+        "frames_done": FRAMES,
+        "fps": 80.0,
+        "distance_mm": (FRAMES - 1) * STEP_MM,
+        "sigma_distance_mm": 0.5,
+        "created_at": NOW,
+        "queued_at": NOW,
+        "finished_at": NOW,
+    },
+    "observations": {
+        "inspection_id": INSPECTION,
+        "id": TAG,
+        "seq": 1,
+        "frame": 10,
+        "fields": json.dumps({"frame": 10, "code": "BAB", "remark": "kept"}),
+        "photo_frame": 10,
+        "photo_sha256": 64 * "1",
+        "created_at": NOW,
+        "created_by": "server",
+    },
+    "events": {
+        "inspection_id": INSPECTION,
+        "observation_id": TAG,
+        "action": "created",
+        "who": "server",
+        "at": NOW,
+        "after": json.dumps({"frame": 10, "code": "BAB"}),
+    },
+    "heartbeat": {"id": 1, "at": NOW},
+}
+ROWS_0002 = ROWS_0001 | {
+    "inspections": ROWS_0001["inspections"]
+    | {
+        "corrections": json.dumps({"zero": {"frame": 0, "offset_m": 1.0}}),
+        "revision": 3,
+    },
+    "events": ROWS_0001["events"] | {"remark": "why"},
+    "preferences": {"who": "server", "chosen": json.dumps({"language": "ms", "pack": PACK})},
+    "code_packs": {
+        "id": PACK,
+        "name": "Road agency",
+        "table": PACK_TABLE,
+        "created_at": NOW,
+        "created_by": "server",
+    },
+}
+ROWS = {"0001": ROWS_0001, "0002": ROWS_0002}
+"""What a database of each version may hold: a row of every table."""
+
+
+def of_version(data: Path, revision: str) -> None:
+    """A data folder as that version left it."""
+    data.mkdir()
+    path = data / "chainage.db"
+    engine = create_engine(f"sqlite:///{path}")
+    with engine.connect() as connection:
+        settings = config()
+        settings.attributes["connection"] = connection
+        alembic.command.upgrade(settings, revision)
+        connection.commit()
+    engine.dispose()
+    with sqlite3.connect(path) as database:
+        (now,) = database.execute("SELECT strftime('%Y-%m-%d %H:%M:%f000', 'now')").fetchone()
+        for table, row in ROWS[revision].items():
+            names, marks = ", ".join(f'"{name}"' for name in row), ", ".join("?" * len(row))
+            values = [value.replace("{now}", now) if isinstance(value, str) else value
+                      for value in row.values()]  # fmt: skip
+            database.execute(f"INSERT INTO {table} ({names}) VALUES ({marks})", values)  # noqa: S608
+        tables = database.execute(
+            "SELECT name FROM sqlite_schema WHERE type = 'table' AND name NOT LIKE 'sqlite_%'"
+        )
+        assert {name for (name,) in tables} - {"alembic_version"} == ROWS[revision].keys()
+    place = data / "inspections" / INSPECTION
+    (place / "photos").mkdir(parents=True)
+    make_clip(place / "video.mp4", FRAMES)
+    (place / "rig.json").write_text(json.dumps(clip_rig()))
+    (place / "track.csv").write_text(track())
+    (place / "photos" / f"{TAG}-10.jpg").write_bytes(b"\xff\xd8 a photo")
+
+
+def track() -> str:
+    head = "frame,time_s,x_mm,y_mm,yaw_deg,distance_mm,sigma_distance_mm,quality,status\n"
+    return head + "".join(
+        f"{n},{n / 25},{n * STEP_MM},0.0,0.0,{n * STEP_MM},0.5,0.9,ok\n" for n in range(FRAMES)
+    )
+
+
+@pytest.mark.parametrize("revision", OLDER)
+def test_everything_of_an_older_version_is_there(tmp_path: Path, revision: str) -> None:
+    of_version(tmp_path / "data", revision)
+    offset_m = 1.0 if revision >= "0002" else 0.0
+    with serving(tmp_path / "data") as client:
+        path = f"/api/inspections/{INSPECTION}"
+        inspection = client.inspection(INSPECTION)
+        assert (inspection["name"], inspection["status"]) == ("An old run", "done")
+        assert inspection["header"]["asset_id"] == "CUL-0041"
+        assert inspection["distance_m"] == pytest.approx(offset_m + 39 * STEP_MM / 1000, abs=1e-3)
+        (tag,) = client.get(f"{path}/observations").json()["observations"]
+        assert (tag["id"], tag["code"], tag["remark"]) == (TAG, "BAB", "kept")
+        assert tag["distance_m"] == pytest.approx(offset_m + 10 * STEP_MM / 1000, abs=1e-3)
+        assert client.get(f"{path}/observations/{TAG}/photo").content == b"\xff\xd8 a photo"
+        (event,) = client.get(f"{path}/events").json()["events"]
+        assert (event["action"], event["who"]) == ("created", "server")
+        assert client.get(f"{path}/exports/csv").text.count("BAB") == 1
+        assert client.get(f"{path}/video").status_code == 200
+        if revision >= "0002":
+            assert client.get("/api/me").json()["preferences"]["language"] == "ms"
+            assert [pack["name"] for pack in client.get("/api/packs").json()["packs"]] == [
+                "Road agency"
+            ]
+        with client.anonymous() as browser:
+            browser.cookies["chainage_session"] = COOKIE
+            assert browser.get(path).status_code == 200
+        assert client.tag(INSPECTION).status_code == 200
+    copy = tmp_path / "data" / f"chainage.db.before-{NEWEST}"
+    assert (revision_of(copy), revision_of(tmp_path / "data" / "chainage.db")) == (revision, NEWEST)
+
+
+def test_a_migration_that_fails_leaves_the_database_as_it_was(tmp_path: Path) -> None:
+    of_version(tmp_path / "data", "0001")
+    path = tmp_path / "data" / "chainage.db"
+    with sqlite3.connect(path) as database:
+        database.execute("CREATE TABLE code_packs (x)")  # 0002 makes one, after other changes
+    before = dump(path)
+    with pytest.raises(Exception, match="code_packs already exists"):
+        Database(path)
+    assert dump(path) == before
+
+
+def dump(path: Path) -> list[str]:
+    with sqlite3.connect(path) as database:
+        return list(database.iterdump())
+
+
+def test_a_database_of_a_newer_version_is_refused_in_a_sentence(
+    tmp_path: Path, chainage: Command
+) -> None:
+    Database(tmp_path / "chainage.db").close()
+    with sqlite3.connect(tmp_path / "chainage.db") as database:
+        database.execute("UPDATE alembic_version SET version_num = '9999'")
+    before = dump(tmp_path / "chainage.db")
+    with pytest.raises(UnusableDatabase):
+        Database(tmp_path / "chainage.db")
+    refused = chainage("serve", "--port", "0", "--data", tmp_path)
+    assert refused.code == 1
+    assert "newer version of Chainage" in refused.err
+    assert "Traceback" not in refused.err
+    assert dump(tmp_path / "chainage.db") == before
+
+
+def test_what_is_no_database_is_refused_in_a_sentence(tmp_path: Path, chainage: Command) -> None:
+    (tmp_path / "chainage.db").write_bytes(b"something else" * 1000)
+    refused = chainage("serve", "--port", "0", "--data", tmp_path)
+    assert refused.code == 1
+    assert "cannot be read" in refused.err
+    assert "Traceback" not in refused.err

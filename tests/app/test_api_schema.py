@@ -1,0 +1,249 @@
+"""The API does what its OpenAPI document says, whatever is sent to it.
+
+pytest tests/app/test_api_schema.py --hypothesis-profile=long     # some minutes
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from copy import deepcopy
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+import schemathesis
+from builders import TOKEN, Client, assert_error, clip_rig, serving
+from cameras import MjpegCamera
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+from schemathesis import BaseSchema, Case, GenerationMode
+from schemathesis.specs.openapi.checks import positive_data_acceptance
+
+from app.main import create_app
+from app.settings import Settings
+
+EXAMPLES = settings().max_examples // 10
+Way = tuple[str | int, ...]
+OBSERVATION, NO_OBSERVATION = (f"00000000-0000-4000-8000-00000000000{n}" for n in (1, 2))
+NO_INSPECTION = "0" * 32
+ENDINGS = ("/cancel", "/retry", "/finish")
+
+
+@dataclass(frozen=True)
+class Inspections:
+    """Their ids, by what has become of them."""
+
+    done: str
+    running: str
+    failed: str
+
+    def for_operation(self, method: str, path: str) -> list[str]:
+        """Which to try: none is deleted, and only one that has failed is ended or tracked again."""
+        if method == "delete" and path.endswith("{inspection_id}"):
+            return [NO_INSPECTION]
+        if path.endswith(ENDINGS):
+            return [self.failed, NO_INSPECTION]
+        return [self.done, self.running, self.failed, NO_INSPECTION]
+
+
+@dataclass(frozen=True)
+class Api:
+    """A server with something in it, and the operations that it states."""
+
+    client: Client
+    ids: Inspections
+    schema: BaseSchema
+
+
+@pytest.fixture(scope="module")
+def api(tmp_path_factory: pytest.TempPathFactory, clip: Path) -> Iterator[Api]:
+    with (
+        MjpegCamera(rate_hz=5) as camera,
+        MjpegCamera(rate_hz=5, size_wh=(320, 200)) as other,
+        serving(tmp_path_factory.mktemp("data"), camera_networks=("127.0.0.0/8",)) as client,
+    ):
+        ids = Inspections(client.tracked(clip), live(client, camera), live(client, other))
+        client.wait(ids.running, "running")
+        client.wait(ids.failed, "failed")
+        for inspection_id in (ids.done, ids.running, ids.failed):
+            assert client.tag(inspection_id, OBSERVATION).status_code == 200
+        described = client.get("/api/openapi.json").json()
+        schema = schemathesis.openapi.from_dict(narrowed(described, ids))
+        schema.config.update(
+            base_url=client.server.url, headers={"Authorization": f"Bearer {TOKEN}"}
+        )
+        # 501 is how the API says that an export is not built yet.
+        schema.config.checks.not_a_server_error.expected_statuses += ["501"]
+        yield Api(client, ids, schema)
+
+
+def live(client: Client, camera: MjpegCamera) -> str:
+    source = {"kind": "live", "url": camera.url}
+    made = client.post("/api/inspections", json={"name": "L", "source": source, "rig": clip_rig()})
+    assert made.status_code == 201, made.text
+    return str(made.json()["id"])
+
+
+def narrowed(described: dict[str, Any], ids: Inspections) -> dict[str, Any]:
+    """An OpenAPI document whose ids exist, most of them."""
+    for path, methods in described["paths"].items():
+        for method, operation in methods.items():
+            for parameter in operation.get("parameters", ()):
+                if parameter["name"] == "inspection_id":
+                    parameter["schema"] = {"enum": ids.for_operation(method, path)}
+                elif parameter["name"] == "observation_id":
+                    parameter["schema"] = {"enum": [OBSERVATION, NO_OBSERVATION]}
+    return described
+
+
+def operations() -> list[tuple[str, str]]:
+    """Method and path of all but the one that renders a sample for minutes."""
+    described = create_app(Settings(data=Path("unused"), token=TOKEN)).openapi()
+    return [
+        (method.upper(), path)
+        for path, methods in described["paths"].items()
+        for method in methods
+        if (method, path) != ("post", "/api/samples")
+    ]
+
+
+@pytest.mark.parametrize(("method", "path"), operations())
+def test_an_operation_answers_as_its_schema_says(api: Api, method: str, path: str) -> None:
+    operation = api.schema[path][method]
+    fitting = operation.as_strategy(generation_mode=GenerationMode.POSITIVE)
+    unfit = operation.as_strategy(generation_mode=GenerationMode.NEGATIVE)
+
+    @settings(
+        max_examples=EXAMPLES, deadline=None, database=None,
+        suppress_health_check=list(HealthCheck), phases=(Phase.generate, Phase.shrink),
+    )  # fmt: skip
+    @given(st.one_of(fitting, unfit))
+    def check(case: Case) -> None:
+        # What fits the schema may still be refused: a frame that the video does not have.
+        case.call_and_validate(excluded_checks=[positive_data_acceptance])
+
+    check()
+
+
+NO_NUMBER = (
+    "false", "true", '"1"', '""', "NaN", "Infinity", "-Infinity", "1e999", "9" * 5000,
+    "1" + 400 * "0", "18446744073709551616", "-1e308", "[]", "{}", "[1]",
+)  # fmt: skip
+"""JSON that is no number, or none that any field takes."""
+NO_TEXT = (
+    "false", "1", r'"\ud800"', r'"\u0000"', r'"\u001b[2J"', r'"\u009b2J"', "[]", "{}",
+    json.dumps("x" * 100_000),
+)  # fmt: skip
+"""JSON that is no text, or none that any field takes."""
+NO_BODY = (
+    b"", b"{", b"NaN", b"[]", b"null", b"\xff", b"9" * 100_000, b"[" * 100_000,
+    b'{"a":' * 100_000, rb'{"\ud800": 1}', rb'{"\u0000": 1}',
+)  # fmt: skip
+
+TAG = {
+    "frame": 3, "pixel": [10.5, 20.5], "code": "BAB", "char1": "A", "quant1": 1.5, "quant2": 2.5,
+    "clock_from": 3, "clock_to": 4, "severity": 2, "remark": "wet",
+}  # fmt: skip
+STATED = {
+    "zero": {"frame": 2, "offset_m": 0.1},
+    "lengths": [{"first_frame": 0, "last_frame": 9, "length_m": 0.0144, "sigma_mm": 5.0}],
+    "joints": {"marked": [{"frame": 3, "pixel": [10.5, 20.5]}], "left_out": [{"frame": 4}]},
+    "rig_sigma": {"height_mm": 1.0, "focal_px": 1.0},
+}
+ENDED = {"end_condition": "abandoned", "abandon_reason": "wall", "known_length_m": 1.5}
+BODIES = (
+    ("PUT", "/observations/" + OBSERVATION, TAG),
+    ("PUT", "/corrections", STATED),
+    ("POST", "/corrections/preview", STATED),
+    ("POST", "/finish", ENDED),
+    ("PATCH", "", {"name": "Culvert 7"}),
+)
+bodies = pytest.mark.parametrize(("method", "place", "body"), BODIES)
+
+
+def places(value: Any, path: Way = ()) -> Iterator[tuple[Way, Any]]:
+    """Every value within a body, with the way to it."""
+    yield path, value
+    if isinstance(value, dict | list):
+        children = value.items() if isinstance(value, dict) else enumerate(value)
+        for key, child in children:
+            yield from places(child, (*path, key))
+
+
+def wrong_for(value: Any) -> tuple[str, ...]:
+    """JSON that must not be taken in place of a value."""
+    if isinstance(value, str):
+        return NO_TEXT
+    if isinstance(value, dict):
+        return ("[]", "1", '"{}"', json.dumps({**value, "own": 1}))
+    if isinstance(value, list):
+        return ("{}", "1", '"[]"', "true")
+    return NO_NUMBER
+
+
+def with_json(body: Any, way: Way, text: str) -> str:
+    """A body as JSON, with other JSON in one place of it."""
+    mark = "here"
+    changed = deepcopy({"root": body})
+    holder: Any = changed
+    *steps, last = ("root", *way)
+    for step in steps:
+        holder = holder[step]
+    holder[last] = mark
+    return json.dumps(changed["root"]).replace(json.dumps(mark), text)
+
+
+def send(api: Api, method: str, place: str, content: str | bytes) -> httpx.Response:
+    return api.client.request(
+        method, f"/api/inspections/{api.ids.done}{place}", content=content,
+        headers={"Content-Type": "application/json"},
+    )  # fmt: skip
+
+
+@bodies
+def test_models_are_strict(api: Api, method: str, place: str, body: dict[str, Any]) -> None:
+    assert send(api, method, place, json.dumps(body)).status_code == 200
+    accepted = [
+        (way, text[:40], answer.text)
+        for way, value in places(body)
+        for text in wrong_for(value)
+        if (answer := send(api, method, place, with_json(body, way, text))).status_code
+        not in (400, 422)
+    ]
+    assert accepted == []
+
+
+@bodies
+@pytest.mark.parametrize("content", NO_BODY, ids=lambda content: repr(content[:12]))
+def test_what_is_no_body_is_refused(
+    api: Api, method: str, place: str, body: dict[str, Any], content: bytes
+) -> None:
+    answer = send(api, method, place, content)
+    code = "bad_request" if answer.status_code == 400 else "invalid_request"
+    assert_error(answer, 400 if code == "bad_request" else 422, code)
+
+
+@pytest.mark.parametrize("value", [2**53 + 1, -(2**64), 10**400], ids=["2^53", "2^64", "10^400"])
+def test_a_header_holds_no_number_that_readers_of_json_round(api: Api, value: int) -> None:
+    answer = send(api, "PATCH", "", json.dumps({"header": {"own": value}}))
+    assert "header.own" in assert_error(answer, 422, "invalid_request")
+
+
+def test_what_a_client_made_up_is_told_legibly_and_in_short(api: Api) -> None:
+    name = "\x1b[2J" + 100_000 * "x"
+    detail = assert_error(
+        send(api, "PATCH", "", json.dumps({name: 1, "name": 1})), 422, "invalid_request"
+    )
+    assert detail.isprintable()
+    assert len(detail) < 1000
+    source = {"kind": 100_000 * "x"}
+    answer = api.client.post("/api/inspections", json={"name": "x", "source": source, "rig": {}})
+    assert len(assert_error(answer, 422, "invalid_request")) < 10_000
+
+
+def test_there_is_no_video_of_a_camera_that_gave_no_picture(api: Api) -> None:
+    answer = api.client.get(f"/api/inspections/{api.ids.failed}/video")
+    assert_error(answer, 409, "nothing_recorded")

@@ -1,0 +1,161 @@
+"""A disk without a free page: 507 and a sentence, nothing acknowledged is lost, and on it goes."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from builders import TOKEN, TUS, Client, assert_error, clip_rig, make_clip, serving, wait_until
+from cameras import MjpegCamera
+from small_disk import SmallDisk, small_disk
+
+PACK = (
+    "code,char1,char2,label,group,needs_clock,needs_q1,unit_q1,needs_q2,unit_q2,"
+    "continuous_allowed,grade_s\nSCR,,,Scour at the outlet,S,no,opt,mm,no,,no,3\n"
+)
+CSV = {"Content-Type": "text/csv"}
+
+
+@pytest.fixture
+def disk(tmp_path: Path) -> Iterator[SmallDisk]:
+    with small_disk(tmp_path / "disk") as disk:
+        yield disk
+
+
+def test_what_writes_is_refused_and_goes_on_when_there_is_room(disk: SmallDisk, clip: Path) -> None:
+    content = clip.read_bytes()
+    with serving(disk.place / "data") as client, client.anonymous() as browser:
+        assert browser.post("/api/login", json={"token": TOKEN}).is_success
+        done, kept = client.tracked(clip), str(uuid.uuid4())
+        path, tags = f"/api/inspections/{done}", f"/api/inspections/{done}/observations"
+        assert client.tag(done, kept).status_code == 200
+        photo = wait_until(lambda: photo_of(client, tags, kept))
+        upload_id = client.upload(content)
+        begun = client.post("/api/uploads", headers={**TUS, "Upload-Length": str(len(content))})
+        place, half = begun.headers["Location"], len(content) // 2
+        assert client.patch_upload(place, 0, content[:half]).status_code == 204
+        new = str(uuid.uuid4())
+        preferences = client.get("/api/me").json()["preferences"]
+
+        def writes() -> Iterator[httpx.Response]:
+            yield client.patch_upload(place, half, content[half:])
+            yield client.post("/api/uploads", headers={**TUS, "Upload-Length": "10"})
+            yield client.tag(done, new)
+            yield client.delete(f"{tags}/{kept}")
+            yield client.post(f"{tags}/{kept}/restore")
+            source = {"kind": "upload", "upload_id": upload_id}
+            body: dict[str, Any] = {"name": "Next", "source": source, "rig": clip_rig()}
+            yield client.post("/api/inspections", json=body)
+            yield client.patch(path, json={"name": "Another"})
+            yield client.put("/api/me/preferences", json=preferences | {"units": "ft"})
+            yield client.put(f"{path}/corrections", json={"zero": {"frame": 5, "offset_m": 1}})
+            yield client.post("/api/packs?name=Ours", content=PACK, headers=CSV)
+            yield client.post("/api/login", json={"token": TOKEN})
+
+        disk.fill()
+        for number, answer in enumerate(writes()):
+            if number != 4:  # nothing was deleted, so nothing is to be restored
+                assert "disk" in assert_error(answer, 507, "disk_full"), answer.request.url
+        for reader in (client, browser):
+            for read in ("/api/inspections", tags, f"{path}/track", f"{tags}/{kept}/photo"):
+                assert reader.get(read).status_code == 200, read
+        assert client.get(f"{tags}/{kept}/photo").content == photo
+        wait_until(lambda: client.get("/readyz").status_code == 503)
+
+        disk.make_room()
+        answers = list(writes())
+        assert [answer.request.url.path for answer in answers if not answer.is_success] == []
+        for inspection_id in (done, answers[5].json()["id"]):
+            assert client.wait(inspection_id)["status"] == "done"
+        assert [tag["id"] for tag in client.get(tags).json()["observations"]] == [kept, new]
+        assert client.inspection(done)["name"] == "Another"
+        wait_until(lambda: photo_of(client, tags, new))
+        wait_until(lambda: client.get("/readyz").status_code == 200)
+
+
+def test_a_start_without_room_is_refused_in_a_sentence(
+    disk: SmallDisk, chainage: Callable[..., Any]
+) -> None:
+    with serving(disk.place / "data"):
+        pass
+    disk.fill()
+    refused = chainage("serve", "--port", "0", "--data", disk.place / "data")
+    assert refused.code == 1
+    assert "disk is full" in refused.err
+    assert "Traceback" not in refused.err
+    disk.make_room()
+    with serving(disk.place / "data") as client:
+        assert client.get("/readyz").status_code == 200
+
+
+def photo_of(client: Client, tags: str, observation_id: str) -> bytes | None:
+    answer = client.get(f"{tags}/{observation_id}/photo")
+    return answer.content if answer.is_success else None
+
+
+@pytest.mark.parametrize("is_restarted", [False, True])
+def test_a_track_is_kept_when_there_is_room_again(
+    disk: SmallDisk, tmp_path: Path, is_restarted: bool
+) -> None:
+    video = make_clip(tmp_path / "clip.mp4", 150)
+    with serving(disk.place / "data") as client:
+        inspection_id = client.inspect(video)
+        client.wait(inspection_id, "running")
+        disk.fill()
+        waiting = wait_until(lambda: held_up(client, inspection_id))
+        assert "disk is full" in waiting["warning"]
+        assert (waiting["status"], waiting["progress"]["frames_done"]) == ("running", 150)
+        if not is_restarted:
+            disk.make_room()
+            assert_done(client, inspection_id)
+    if is_restarted:
+        disk.make_room()
+        with serving(disk.place / "data") as client:
+            assert_done(client, inspection_id)
+
+
+def held_up(client: Client, inspection_id: str) -> dict[str, Any] | None:
+    inspection = client.inspection(inspection_id)
+    assert inspection["status"] in ("queued", "running")
+    return inspection if inspection["warning"] else None
+
+
+def assert_done(client: Client, inspection_id: str) -> None:
+    done = client.wait(inspection_id)
+    assert (done["status"], done["warning"], done["error"]) == ("done", None, None)
+    track = client.get(f"/api/inspections/{inspection_id}/track?format=json").json()
+    assert track["columns"]["frame"] == list(range(150))
+
+
+def test_a_recording_needs_room_to_begin_with(disk: SmallDisk) -> None:
+    networks = ("127.0.0.0/8",)
+    with MjpegCamera() as camera, serving(disk.place / "data", camera_networks=networks) as client:
+        source = {"kind": "live", "url": camera.url}
+        body = {"name": "Live", "source": source, "rig": clip_rig(), "header": {}}
+        answer = client.post("/api/inspections", json=body)
+        assert_error(answer, 507, "disk_full")  # 64 MiB
+
+
+def test_a_recording_that_fills_the_disk_is_kept(tmp_path: Path) -> None:
+    networks = ("127.0.0.0/8",)
+    with (
+        small_disk(tmp_path / "disk", megabytes=80) as disk,
+        MjpegCamera() as camera,
+        serving(disk.place / "data", camera_networks=networks) as client,
+    ):
+        source = {"kind": "live", "url": camera.url}
+        body = {"name": "Live", "source": source, "rig": clip_rig(), "header": {}}
+        inspection_id = client.post("/api/inspections", json=body).json()["id"]
+        wait_until(lambda: client.inspection(inspection_id)["progress"]["frames_done"] > 15)
+        disk.fill()
+        waiting = wait_until(lambda: held_up(client, inspection_id))
+        assert "disk is full" in waiting["warning"]
+        disk.make_room()
+        done = client.wait(inspection_id)
+        assert done["status"] == "done"
+        assert "disk is full" in done["warning"]
+        assert done["progress"]["frames_done"] > 15

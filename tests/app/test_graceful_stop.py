@@ -1,0 +1,66 @@
+"""SIGTERM: the server ends soon and cleanly whatever it is doing, and goes on at its next start."""
+
+from __future__ import annotations
+
+import sqlite3
+import time
+from pathlib import Path
+
+import pytest
+from builders import Client, clip_rig, wait_until
+from cameras import MjpegCamera
+from processes import process
+from websockets.exceptions import ConnectionClosedError
+
+SOON_S = 20.0
+"""Open sockets get 3 s, the rest takes about one; other tests may have both cores."""
+
+
+def test_a_server_at_work_ends_soon_and_goes_on_at_its_next_start(
+    tmp_path: Path, clip: Path, long_clip: Path
+) -> None:
+    data = tmp_path / "data"
+    with MjpegCamera() as camera:
+        settings = {"CAMERA_NETWORKS": "127.0.0.0/8", "PACE": "4"}
+        with process(data, **settings) as client:
+            done, running = client.tracked(clip), client.inspect(long_clip)
+            source = {"kind": "live", "url": camera.url}
+            body = {"name": "Live", "source": source, "rig": clip_rig(), "header": {}}
+            live = client.post("/api/inspections", json=body).json()["id"]
+            wait_until(lambda: all(frames(client, each) > 20 for each in (running, live)))
+            tag = client.tag(done).json()["id"]
+            pid = client.server.pid  # type: ignore[attr-defined]
+            started = descendants(pid)
+            assert len(started) >= 3
+            with client.socket(f"/api/inspections/{live}/live") as socket:
+                socket.recv(30)
+                began_s = time.monotonic()
+                code = client.server.terminate()  # type: ignore[attr-defined]
+                assert time.monotonic() - began_s < SOON_S
+                with pytest.raises(ConnectionClosedError, match="1012"):
+                    list(socket)  # what was under way comes first
+            log = client.server.log.read_text()  # type: ignore[attr-defined]
+        assert (code, "Traceback" in log) == (0, False), log
+        assert [pid for pid in started if Path(f"/proc/{pid}").exists()] == []
+        assert not (data / "chainage.db-wal").exists(), "what was written is in the database"
+        with sqlite3.connect(data / "chainage.db") as database:
+            assert database.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+        with process(data, **settings) as client:
+            listed = client.get(f"/api/inspections/{done}/observations").json()["observations"]
+            assert [each["id"] for each in listed] == [tag]
+            wait_until(lambda: frames(client, running) > 20)
+            client.post(f"/api/inspections/{running}/cancel")  # there is one slot
+            recovered = client.wait(live)
+            assert (recovered["status"], frames(client, live) > 20) == ("done", True)
+
+
+def frames(client: Client, inspection_id: str) -> int:
+    return int(client.inspection(inspection_id)["progress"]["frames_done"])
+
+
+def descendants(pid: int) -> list[int]:
+    return [
+        int(child)
+        for task in Path(f"/proc/{pid}/task").iterdir()
+        for child in (task / "children").read_text().split()
+    ]

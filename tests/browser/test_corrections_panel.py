@@ -1,0 +1,257 @@
+"""Distances are brought to scale in front of a person, who then closes the survey."""
+
+from __future__ import annotations
+
+import csv
+import json
+import uuid
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from builders import half_size
+from playwright.sync_api import Page, expect
+from steps import Server, log_in
+from test_accessible import expect_no_fault
+
+from app.simulation import SCENARIOS, SimulatedRun, simulate
+from vo_core.rig import Rig
+
+LENGTH_M = 0.9
+WRONG_HEIGHT = 0.99
+TOLERANCE_M = 0.002
+"""The scale comes from the length alone; what is left is the unevenness of the wall."""
+JOINTS = 4
+
+
+@pytest.fixture(scope="module")
+def culvert(tmp_path_factory: pytest.TempPathFactory) -> SimulatedRun:
+    """Of units of 225 mm, 0.9 m driven, and a rig file whose camera is 1 % too low."""
+    nominal = SCENARIOS["nominal"]
+    fields = half_size(nominal.rig)
+    fields["pipe"]["segment_length_mm"] = 225.0
+    scenario = replace(
+        nominal, rig=Rig.parse(fields), length_mm=1000 * LENGTH_M, first_joint_mm=100.0
+    )
+    run = simulate(scenario, tmp_path_factory.mktemp("culvert"))
+    fields["mount"]["height_mm"] *= WRONG_HEIGHT
+    run.rig.write_text(json.dumps(fields))
+    return run
+
+
+@pytest.fixture(scope="module")
+def tracked(server: Server, culvert: SimulatedRun) -> str:
+    return server.track(culvert.video, culvert.rig)
+
+
+@pytest.fixture
+def inspection(server: Server, tracked: str) -> str:
+    """As it was tracked: nothing stated, nothing tagged, not finished."""
+    unstated = {"zero": None, "lengths": [], "rig_sigma": None, "forced": None, "remark": None}
+    _put(server, tracked, "corrections", unstated | {"joints": {"use": False}})
+    for item in _get(server, tracked, "observations")["observations"]:
+        server.ask("DELETE", f"/api/inspections/{tracked}/observations/{item['id']}")
+    server.ask("PATCH", f"/api/inspections/{tracked}", {"header": {}})
+    return tracked
+
+
+def test_a_known_length_moves_every_distance(
+    page: Page, server: Server, inspection: str, culvert: SimulatedRun
+) -> None:
+    true_m = _true_distances_m(culvert.truth)
+    frame = len(true_m) // 2
+    _tag(server, inspection, {"frame": frame, "code": "BAB"})
+    measured_m = _distance_m(server, inspection)
+    assert abs(measured_m - true_m[frame]) > TOLERANCE_M
+    _open(page, server, inspection, "Corrections")
+
+    page.get_by_label("Length", exact=True).fill(str(LENGTH_M))
+    page.get_by_role("button", name="Tape ± 5").click()
+    expect(page.get_by_text("It fits")).to_be_visible()
+    expect(page.locator(".closure__residual")).to_contain_text("mm")
+    assert _distance_m(server, inspection) == measured_m  # shown, not used yet
+    page.get_by_label("Why (for the history)").fill("Taped from headwall to headwall")
+    page.get_by_role("button", name="Apply").click()
+
+    expect(page.get_by_text("Distances corrected").first).to_be_visible()
+    assert _distance_m(server, inspection) == pytest.approx(true_m[frame], abs=TOLERANCE_M)
+    page.get_by_role("tab", name="Defects").click()
+    expect(page.locator(".defect__where")).to_have_text(f"{true_m[frame]:.2f} m")
+    page.keyboard.press("End")
+    expect(page.locator(".readout__distance")).to_contain_text(f"{LENGTH_M:.2f}")
+    page.get_by_role("tab", name="History").click()
+    expect(page.locator(".event").first).to_contain_text("Taped from headwall to headwall")
+
+    page.get_by_role("status").get_by_role("button", name="Undo").click()
+    expect(page.locator(".event").first).to_contain_text("Taken back")
+    assert _distance_m(server, inspection) == measured_m
+
+
+def test_a_length_that_does_not_fit_needs_a_reason(
+    page: Page, server: Server, inspection: str
+) -> None:
+    _open(page, server, inspection, "Corrections")
+    page.get_by_label("Length", exact=True).fill("1.3")
+    page.keyboard.press("Enter")
+    expect(page.locator(".fix__bar")).to_contain_text("does not fit")
+    apply = page.get_by_role("button", name="Apply")
+    expect(apply).to_be_disabled()
+    page.get_by_label("Use it all the same, because").fill("Both headwalls were surveyed")
+    expect(apply).to_be_enabled()
+    apply.click()
+
+    expect(page.locator(".fix__bar")).to_be_hidden()
+    page.keyboard.press("End")
+    expect(page.locator(".readout__distance")).to_contain_text("1.30")
+    stated = _get(server, inspection, "corrections")["stated"]
+    assert stated["forced"] == "Both headwalls were surveyed"
+    page.get_by_role("tab", name="Checks").click()
+    expect(page.locator("checks-panel")).to_contain_text("The known length was forced")
+
+
+def test_zero_is_set_at_the_shown_frame_by_a_key(
+    page: Page, server: Server, inspection: str
+) -> None:
+    _open(page, server, inspection, "Corrections")
+    for _ in range(3):
+        page.keyboard.press("ArrowRight")
+    expect(page.locator(".transport__clock")).to_contain_text("frame 3")
+    page.keyboard.press("z")
+    expect(page.get_by_text("Zero set at frame 3")).to_be_visible()
+    expect(page.locator(".zero__evidence img")).to_have_attribute(
+        "src", f"/api/inspections/{inspection}/frames/3.jpg"
+    )
+    page.get_by_label("Camera ahead of the zero by").fill("0.35")
+    page.keyboard.press("Enter")
+    page.get_by_role("button", name="Apply").click()
+    expect(page.locator(".readout__distance")).to_contain_text("0.35")
+    zero = _get(server, inspection, "corrections")["stated"]["zero"]
+    assert zero == {"frame": 3, "offset_m": 0.35}
+
+
+def test_a_joint_can_be_left_out_and_put_back(page: Page, server: Server, inspection: str) -> None:
+    _open(page, server, inspection, "Corrections")
+    page.get_by_label("Use the joints").check()
+    rows = page.locator(".joints tbody tr")
+    expect(rows).to_have_count(JOINTS)
+    rows.nth(1).get_by_role("button", name="Leave out").click()
+    expect(rows.nth(1)).to_contain_text("left out")
+    rows.nth(1).get_by_role("button", name="Put back").click()
+    expect(rows.nth(1)).to_contain_text("mm")
+
+
+def test_a_check_leads_to_what_it_is_about(page: Page, server: Server, inspection: str) -> None:
+    _open(page, server, inspection, "Defects")
+    page.keyboard.press("t")
+    tab = page.get_by_role("tab", name="Checks")
+    tab.click()
+    check = page.locator(".check", has_text="has no code yet")
+    check.get_by_role("button", name="Complete it").click()
+    expect(page.get_by_role("tab", name="Defects")).to_have_attribute("aria-selected", "true")
+    page.get_by_label("Code", exact=True).fill("BAB")
+    page.keyboard.press("Enter")
+    page.keyboard.press("Escape")
+    tab.click()
+    expect(check).to_have_count(0)
+    page.locator(".check", has_text="Operator is empty").get_by_role("button").click()
+    expect(page.get_by_role("textbox", name="Operator", exact=True)).to_be_focused()
+
+
+def test_a_survey_is_not_finished_over_an_open_stretch(
+    page: Page, server: Server, inspection: str
+) -> None:
+    _tag(server, inspection, {"frame": 5, "code": "BBB", "char1": "A", "continuous": "A1"})
+    _open(page, server, inspection, "Defects")
+    expect(page.locator(".defect")).to_have_count(1)
+    page.keyboard.press("End")
+    expect(page.locator(".readout__distance")).to_contain_text("0.8")
+    page.get_by_role("button", name="Finish", exact=True).click()
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_label("The end was reached").check()
+    submit = dialog.get_by_role("button", name="Finish", exact=True)
+    submit.click()
+    expect(dialog.get_by_role("alert").last).to_contain_text("A1")
+    assert "end_condition" not in _inspection(server, inspection)["header"]
+
+    dialog.get_by_role("button", name="Finish A1").click()
+    expect(dialog.get_by_text("Open stretches")).to_be_hidden()
+    submit.click()
+    expect(dialog).to_be_hidden()
+    assert _inspection(server, inspection)["header"]["end_condition"] == "complete"
+    stretch = {
+        item["continuous"]: item
+        for item in _get(server, inspection, "observations")["observations"]
+    }
+    assert stretch["B1"]["code"] == stretch["A1"]["code"]
+    assert stretch["B1"]["distance_m"] > stretch["A1"]["distance_m"]
+
+    page.get_by_role("button", name="Finished").click()
+    dialog.get_by_role("button", name="Reopen").click()
+    expect(page.get_by_text("The survey is open again")).to_be_visible()
+    assert "end_condition" not in _inspection(server, inspection)["header"]
+
+
+def test_an_abandoned_survey_needs_a_reason(page: Page, server: Server, inspection: str) -> None:
+    _open(page, server, inspection, "Defects")
+    page.get_by_role("button", name="Finish", exact=True).click()
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_label("Abandoned", exact=True).check()
+    dialog.get_by_role("button", name="Finish", exact=True).click()
+    expect(dialog).to_contain_text("Say why")
+    dialog.get_by_role("button", name="Obstruction").click()
+    dialog.get_by_role("button", name="Finish", exact=True).click()
+    expect(dialog).to_be_hidden()
+    header = _inspection(server, inspection)["header"]
+    assert (header["end_condition"], header["abandon_reason"]) == ("abandoned", "Obstruction")
+
+
+def test_no_panel_has_a_fault_of_accessibility(page: Page, server: Server, inspection: str) -> None:
+    _tag(server, inspection, {"frame": 5, "code": "BBB", "char1": "A", "continuous": "A1"})
+    _open(page, server, inspection, "Corrections")
+    page.get_by_label("Use the joints").check()
+    expect(page.locator(".joints tbody tr")).to_have_count(JOINTS)
+    page.get_by_label("Length", exact=True).fill("1.3")
+    page.get_by_role("button", name="Add a taped length").click()
+    expect(page.locator(".fix__bar")).to_contain_text("does not fit")
+    expect_no_fault(page)
+    page.get_by_role("button", name="Discard").click()
+    for tab, shown in (("Checks", ".check"), ("History", ".event")):
+        page.get_by_role("tab", name=tab).click()
+        expect(page.locator(shown).first).to_be_visible()
+        expect_no_fault(page, ("light",))
+    page.get_by_role("button", name="Finish", exact=True).click()
+    page.get_by_label("Abandoned", exact=True).check()
+    expect_no_fault(page)
+
+
+def _open(page: Page, server: Server, inspection: str, tab: str) -> None:
+    log_in(page, server, f"/inspections/{inspection}")
+    page.get_by_role("tab", name=tab).click()
+    expect(page.locator(".transport__clock")).to_contain_text("frame 0")
+
+
+def _inspection(server: Server, inspection: str) -> dict:
+    return json.load(server.ask("GET", f"/api/inspections/{inspection}"))
+
+
+def _get(server: Server, inspection: str, what: str) -> dict:
+    return json.load(server.ask("GET", f"/api/inspections/{inspection}/{what}"))
+
+
+def _put(server: Server, inspection: str, what: str, body: Mapping[str, object]) -> None:
+    server.ask("PUT", f"/api/inspections/{inspection}/{what}", body)
+
+
+def _tag(server: Server, inspection: str, fields: Mapping[str, object]) -> None:
+    _put(server, inspection, f"observations/{uuid.uuid4()}", fields)
+
+
+def _distance_m(server: Server, inspection: str) -> float:
+    (item,) = _get(server, inspection, "observations")["observations"]
+    return float(item["distance_m"])
+
+
+def _true_distances_m(path: Path) -> list[float]:
+    with path.open(newline="") as file:
+        return [float(row["distance_mm"]) / 1000 for row in csv.DictReader(file)]

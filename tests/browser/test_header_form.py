@@ -1,0 +1,118 @@
+"""The header: what is missing is named and stops nothing, and each field is saved as it is left."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+from clips import numbered_clip, rig_for_clip
+from playwright.sync_api import Page, expect
+from steps import Server, log_in
+
+
+@pytest.fixture
+def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
+    folder = tmp_path_factory.mktemp("clip")
+    clip = numbered_clip(folder / "clip.mp4", "libx264", frames=10)
+    return server.track(clip, rig_for_clip(folder / "rig.json"))
+
+
+@pytest.fixture
+def panel(page: Page, server: Server, inspection: str) -> Page:
+    log_in(page, server, f"/inspections/{inspection}")
+    page.get_by_role("tab", name="Header").click()
+    return page
+
+
+def header_of(server: Server, inspection: str) -> dict:
+    return json.load(server.ask("GET", f"/api/inspections/{inspection}"))["header"]
+
+
+def test_each_field_is_saved_as_it_is_left(panel: Page, server: Server, inspection: str) -> None:
+    panel.get_by_role("textbox", name="Asset", exact=True).fill("KL-204")
+    panel.get_by_role("textbox", name="Start node").fill("HW1")
+    panel.keyboard.press("Tab")
+    panel.get_by_role("combobox", name="Direction").select_option("with_flow")
+    expect(panel.locator(".header-panel__state")).to_have_text("Saved")
+    panel.reload()
+    panel.get_by_role("tab", name="Header").click()
+    expect(panel.get_by_role("textbox", name="Asset", exact=True)).to_have_value("KL-204")
+    header = header_of(server, inspection)
+    assert [header[name] for name in ("asset_id", "start_node", "direction")] == [
+        "KL-204",
+        "HW1",
+        "with_flow",
+    ]
+
+
+def test_what_a_report_needs_is_counted_and_named(panel: Page) -> None:
+    missing = panel.locator(".header-form__missing")
+    expect(missing).to_contain_text("Asset")
+    count = int(missing.inner_text().split()[0])
+    panel.get_by_role("textbox", name="Asset", exact=True).fill("KL-204")
+    panel.get_by_role("textbox", name="Client", exact=True).focus()
+    expect(missing).to_contain_text(f"{count - 1} required fields are empty")
+    expect(missing).not_to_contain_text("Asset")
+    # The width is needed unless the pipe is circular.
+    panel.get_by_role("combobox", name="Cross-section").select_option("circular")
+    expect(missing).not_to_contain_text("Width")
+    panel.get_by_role("combobox", name="Cross-section").select_option("egg")
+    expect(missing).to_contain_text("Width")
+
+
+def test_a_fault_stands_beside_its_field(panel: Page, server: Server, inspection: str) -> None:
+    height = panel.get_by_role("textbox", name="Height", exact=True)
+    fault = panel.locator("#header-height_mm-fault")
+    height.fill("wide")
+    height.blur()
+    expect(fault).to_have_text("A number is needed, such as 12.5.")
+    height.fill("-4")
+    height.blur()
+    expect(fault).to_have_text(re.compile("height_mm must be a number"))
+    expect(height).to_have_value("-4")
+    height.fill("600")
+    height.blur()
+    expect(fault).to_be_empty()
+    expect(panel.locator(".header-panel__state")).to_have_text("Saved")
+    assert header_of(server, inspection)["height_mm"] == 600
+
+
+def test_a_field_is_saved_when_the_server_is_back(
+    panel: Page, server: Server, inspection: str
+) -> None:
+    state = panel.locator(".header-panel__state")
+    client = panel.get_by_role("textbox", name="Client", exact=True)
+    expect(client).to_be_visible()
+    server.kill()
+    client.fill("JKR")
+    client.blur()
+    expect(state).to_contain_text("cannot be reached")
+    server.start()
+    expect(state).to_have_text("Saved")
+    assert header_of(server, inspection)["client"] == "JKR"
+
+
+def test_the_rig_and_the_clock_fill_a_new_header(page: Page, server: Server) -> None:
+    log_in(page, server, "/new")
+    page.get_by_label("Start from").select_option(index=2)
+    expect(page.get_by_role("textbox", name="Height", exact=True)).to_have_value("600")
+    expect(page.get_by_role("combobox", name="Cross-section")).to_have_value("circular")
+    expect(page.get_by_label("Date")).not_to_have_value("")
+    # What a person wrote is not replaced by the next rig.
+    page.get_by_role("textbox", name="Height", exact=True).fill("610")
+    page.get_by_label("Start from").select_option(index=1)
+    expect(page.get_by_role("textbox", name="Height", exact=True)).to_have_value("610")
+
+
+def test_tabs_are_moved_by_arrows(panel: Page) -> None:
+    header = panel.get_by_role("tab", name="Header")
+    defects = panel.get_by_role("tab", name="Defects")
+    header.focus()
+    panel.keyboard.press("Home")
+    expect(defects).to_be_focused()
+    expect(defects).to_have_attribute("aria-selected", "true")
+    expect(panel.get_by_role("tabpanel", name="Defects")).to_be_visible()
+    panel.keyboard.press("ArrowRight")
+    expect(header).to_be_focused()
+    expect(panel.get_by_role("tabpanel", name="Header")).to_be_visible()

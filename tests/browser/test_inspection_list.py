@@ -1,0 +1,83 @@
+"""The list of inspections: find one, rename it, delete it, or begin with a sample."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from clips import numbered_clip, rig_for_clip
+from playwright.sync_api import Page, expect
+from steps import Server, log_in
+
+NAMES = ("Jalan Ampang", "Sungai Besi", "Bukit Jalil")
+
+
+@pytest.fixture
+def inspections(server: Server, tmp_path: Path) -> Iterator[dict[str, str]]:
+    clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=5)
+    made = {name: server.track(clip, rig_for_clip(tmp_path / "rig.json")) for name in NAMES}
+    for name, inspection in made.items():
+        change = {"name": name, "header": {"client": f"Client of {name}"}}
+        server.ask("PATCH", f"/api/inspections/{inspection}", change)
+    yield made
+    for left in json.load(server.ask("GET", "/api/inspections"))["inspections"]:
+        server.ask("DELETE", f"/api/inspections/{left['id']}")
+
+
+def test_an_inspection_is_found_by_its_name_or_client(
+    page: Page, server: Server, inspections: dict[str, str]
+) -> None:
+    log_in(page, server)
+    rows = page.locator(".inspection")
+    expect(rows).to_have_count(3)
+    search = page.get_by_role("searchbox")
+    search.fill("jalan")
+    expect(rows).to_have_count(1)
+    expect(page.get_by_text("1 of 3")).to_be_visible()
+    search.fill("client besi")
+    expect(rows.get_by_role("link")).to_have_text(["Sungai Besi"])
+    search.fill("nowhere")
+    page.get_by_role("button", name="Show all").click()
+    expect(rows).to_have_count(3)
+    page.get_by_label("State").select_option("failed")
+    expect(rows).to_have_count(0)
+
+
+def test_a_severity_5_is_told_plainly(
+    page: Page, server: Server, inspections: dict[str, str]
+) -> None:
+    path = f"/api/inspections/{inspections['Jalan Ampang']}/observations"
+    tag = f"{path}/7d444840-9dc0-4d2a-8a6a-000000000001"
+    server.ask("PUT", tag, {"frame": 0, "code": "BAC", "severity": 5})
+    log_in(page, server)
+    row = page.locator(".inspection", has_text="Jalan Ampang")
+    expect(row).to_contain_text("act now")
+
+
+def test_an_inspection_is_renamed(page: Page, server: Server, inspections: dict[str, str]) -> None:
+    log_in(page, server)
+    page.get_by_role("button", name="Rename Bukit Jalil").click()
+    name = page.get_by_role("dialog").get_by_label("Name")
+    name.fill("")
+    name.press("Enter")
+    expect(page.get_by_text("Needed: it is what the list shows.")).to_be_visible()
+    name.fill("Bukit Bintang")
+    name.press("Enter")
+    expect(page.get_by_role("link", name="Bukit Bintang")).to_be_visible()
+
+
+def test_an_inspection_is_deleted_only_after_a_question_that_names_it(
+    page: Page, server: Server, inspections: dict[str, str]
+) -> None:
+    log_in(page, server)
+    delete = page.get_by_role("button", name="Delete Sungai Besi")
+    delete.click()
+    question = page.get_by_role("dialog", name="Delete “Sungai Besi”?")
+    expect(question.get_by_role("button", name="Cancel")).to_be_focused()
+    page.keyboard.press("Escape")
+    expect(page.get_by_role("link", name="Sungai Besi")).to_be_visible()
+    delete.click()
+    question.get_by_role("button", name="Delete for good").click()
+    expect(page.get_by_role("link", name="Sungai Besi")).to_have_count(0)

@@ -1,0 +1,266 @@
+"""A live inspection as a crew drives it: a camera that drops out, tags, the end, the review."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from builders import clip_rig
+from cameras import MjpegCamera
+from playwright.sync_api import Page, expect
+from steps import Server, log_in
+
+USER, PASSWORD = "crew", "s3cret/with@signs"
+
+# Picture, number, pose and read-out as they are about to be presented, at each animation frame for
+# some seconds: size observers run after all animation callbacks of a frame.
+WATCH = """(seconds) => import('/static/core/units.js').then((units) => new Promise((resolve) => {
+  const canvas = document.querySelector('.stage__picture');
+  const { desk } = document.querySelector('inspection-page');
+  const text = (selector) => document.querySelector(selector).textContent;
+  const probe = document.createElement('div');
+  document.body.append(probe);
+  const seen = [];
+  const look = () => {
+    const { data } = canvas.getContext('2d').getImageData(0, 8, 256, 1);
+    let drawn = 0;
+    for (let bit = 0; bit < 16; bit += 1) if (data[4 * (16 * bit + 8)] > 128) drawn |= 1 << bit;
+    const { row } = desk.playhead.value;
+    const now = document.querySelector('.strip__track').ariaValueNow;
+    const isOne = text('.transport__frame').endsWith(` ${row.frame}`)
+      && text('.readout__distance span') === units.chainageNumber(row.distance_mm / 1000)
+      && now === (row.distance_mm / 1000).toFixed(2);
+    seen.push([drawn, row.frame, isOne]);
+  };
+  const observer = new ResizeObserver(look);
+  observer.observe(probe);
+  const end = performance.now() + 1000 * seconds;
+  const tick = () => {
+    probe.style.width = probe.style.width === '1px' ? '2px' : '1px';
+    if (performance.now() < end) requestAnimationFrame(tick);
+    else { observer.disconnect(); resolve(seen); }
+  };
+  requestAnimationFrame(tick);
+}))"""
+
+# The number that the blocks of a recorded picture spell.
+RECORDED = """(frame) => fetch(`/api${location.pathname}/frames/${frame}.jpg`)
+  .then((answer) => answer.blob()).then(createImageBitmap).then((picture) => {
+    const canvas = new OffscreenCanvas(picture.width, picture.height);
+    const context = canvas.getContext('2d');
+    context.drawImage(picture, 0, 0);
+    const { data } = context.getImageData(0, 8, 256, 1);
+    let drawn = 0;
+    for (let bit = 0; bit < 16; bit += 1) if (data[4 * (16 * bit + 8)] > 128) drawn |= 1 << bit;
+    return drawn;
+  })"""
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """One that may open cameras on loopback."""
+    folder = tmp_path_factory.mktemp("data")
+    with Server(folder, camera_networks="127.0.0.0/8") as running:
+        yield running
+
+
+@pytest.fixture
+def form(page: Page, server: Server, tmp_path: Path) -> Page:
+    """The start screen with a rig, where a camera is to be chosen."""
+    log_in(page, server, "/new")
+    rig = tmp_path / "rig.json"
+    rig.write_text(json.dumps(clip_rig()))
+    page.locator("rig-form input[type=file]").set_input_files(rig)
+    page.get_by_text("Live camera").click()
+    return page
+
+
+@pytest.fixture
+def camera() -> Iterator[MjpegCamera]:
+    with MjpegCamera(login=f"{USER}:{PASSWORD}") as running:
+        yield running
+
+
+def begin(form: Page, camera: MjpegCamera) -> None:
+    """As a crew does: address, user and password, start."""
+    form.get_by_label("Address of the camera").fill(f"http://127.0.0.1:{camera.port}/video")
+    form.get_by_label("User").fill(USER)
+    form.get_by_label("Password").fill(PASSWORD)
+    form.get_by_label("Name", exact=True).fill("Culvert 7")
+    form.get_by_role("button", name="Start recording").click()
+    form.wait_for_url("**/inspections/*")
+    expect(form.locator("live-bar")).to_contain_text("Camera connected")
+
+
+def address(camera: MjpegCamera) -> str:
+    """With its log-in."""
+    return f"http://{USER}:{quote(PASSWORD, safe='')}@127.0.0.1:{camera.port}/video"
+
+
+def begin_by_program(page: Page, server: Server, camera: MjpegCamera) -> None:
+    source = {"kind": "live", "url": address(camera)}
+    body = {"name": "Culvert 8", "source": source, "rig": clip_rig(), "header": {}}
+    made = json.load(server.ask("POST", "/api/inspections", body))
+    log_in(page, server, f"/inspections/{made['id']}")
+    wait_for_frame_after(page, -1)
+
+
+def expect_no_fault(page: Page) -> None:
+    results = Axe().run(page, options={"iframes": False})
+    assert results.violations_count == 0, results.generate_report()
+
+
+def inspections(server: Server) -> list[str]:
+    return [each["id"] for each in json.load(server.ask("GET", "/api/inspections"))["inspections"]]
+
+
+def shown_frame(page: Page) -> int:
+    return int(
+        page.evaluate("document.querySelector('inspection-page')?.desk?.playhead.value.frame ?? -1")
+    )
+
+
+def wait_for_frame_after(page: Page, frame: int) -> None:
+    page.wait_for_function(
+        "last => document.querySelector('inspection-page')?.desk?.playhead.value.frame > last",
+        arg=frame,
+    )
+
+
+def inspection(page: Page, server: Server) -> dict[str, Any]:
+    path = "/api" + page.url.removeprefix(server.url).split("?")[0]
+    return dict(json.load(server.ask("GET", path)))
+
+
+def test_a_live_inspection_from_its_start_through_two_drop_outs_to_its_review(
+    form: Page, server: Server, camera: MjpegCamera
+) -> None:
+    begin(form, camera)
+    page, bar, age = form, form.locator("live-bar"), form.locator("picture-age")
+    expect(age).to_have_text(re.compile(r"\d+\.\d\d s old"))
+    expect_no_fault(page)
+    for count in (1, 2):
+        camera.drop_out()
+        expect(bar).to_contain_text("Camera gone for")
+        expect(age).to_have_text(re.compile(r"No new picture for \d+\.\d s"))
+        last = shown_frame(page)
+        page.keyboard.press("t")  # nothing stands in the way of a tag on the last picture
+        expect(page.locator(".defect")).to_have_count(count)
+        camera.come_back()
+        expect(bar).to_contain_text("Camera connected")
+        wait_for_frame_after(page, last + 5)
+    expect(page.locator(".save")).to_have_text("Saved")
+    assert inspection(page, server)["live"]["reconnects"] == 2
+
+    page.get_by_role("button", name="Finish").click()
+    page.get_by_label("The end was reached").check()
+    page.get_by_role("button", name="Stop and finish").click()
+    expect(page.locator(".chip")).to_have_text("Done")
+    expect(bar).to_be_hidden()
+    page.keyboard.press("Home")
+    expect(page.locator(".transport__clock")).to_have_text(re.compile(r"frame 0$"))
+    assert page.evaluate(RECORDED, 0) >= 0
+    told = page.content() + json.dumps(inspection(page, server))
+    assert PASSWORD.split("/")[0] not in told
+
+
+def test_picture_number_pose_and_read_out_are_of_one_frame(
+    page: Page, server: Server, camera: MjpegCamera
+) -> None:
+    begin_by_program(page, server, camera)
+    seen = page.evaluate(WATCH, 3)
+    assert all(is_one for _, _, is_one in seen)
+    frames = {frame: drawn for drawn, frame, _ in seen}
+    assert len(frames) > 3
+    assert all(frames[frame] == drawn for drawn, frame, _ in seen)
+    for frame in sorted(frames)[:: max(1, len(frames) // 6)]:
+        assert page.evaluate(RECORDED, frame) == frames[frame]
+
+
+def test_who_looks_back_while_it_runs_comes_back_to_the_live_picture(
+    page: Page, server: Server, camera: MjpegCamera
+) -> None:
+    begin_by_program(page, server, camera)
+    page.wait_for_function("() => document.querySelector('inspection-page').desk.track.length > 5")
+    page.keyboard.press("Home")
+    expect(page.locator(".transport__clock")).to_have_text(re.compile(r"frame 0$"))
+    expect(page.locator("picture-age")).to_be_hidden()
+    page.locator(".transport").get_by_role("button", name="Live").click()
+    wait_for_frame_after(page, 5)
+    wait_for_frame_after(page, shown_frame(page))
+    expect(page.locator("picture-age")).to_be_visible()
+
+
+def test_a_browser_that_loses_the_net_says_so_and_goes_on(
+    page: Page, server: Server, camera: MjpegCamera
+) -> None:
+    begin_by_program(page, server, camera)
+    page.context.set_offline(True)
+    expect(page.locator("live-bar")).to_contain_text("No connection to the server for")
+    page.keyboard.press("t")
+    expect(page.locator(".save")).to_have_text("Waiting (1)")
+    last = shown_frame(page)
+    page.context.set_offline(False)
+    wait_for_frame_after(page, last)
+    expect(page.locator("live-bar")).to_contain_text("Camera connected")
+    expect(page.locator(".save")).to_have_text("Saved")
+
+
+def test_a_hidden_page_asks_for_nothing_and_goes_on_when_it_is_seen(
+    page: Page, server: Server, camera: MjpegCamera
+) -> None:
+    begin_by_program(page, server, camera)
+    page.evaluate("""() => {
+      const { live } = document.querySelector('inspection-page').desk;
+      Object.defineProperty(document, 'hidden', { value: true, configurable: true });
+      document.dispatchEvent(new Event('visibilitychange'));
+    }""")
+    expect(page.locator("picture-age")).to_contain_text("No new picture for")
+    last = shown_frame(page)
+    page.evaluate("""() => {
+      delete document.hidden;
+      document.dispatchEvent(new Event('visibilitychange'));
+    }""")
+    wait_for_frame_after(page, last)
+    expect(page.locator("live-bar")).to_contain_text("Camera connected")
+
+
+def test_a_camera_that_is_not_there_is_told_at_its_address_and_nothing_is_left(
+    form: Page, server: Server
+) -> None:
+    before = inspections(server)
+    form.get_by_label("Address of the camera").fill("rtsp://8.8.8.8/stream")
+    form.get_by_role("button", name="Start recording").click()
+    expect(form.locator("#source-address-fault")).to_contain_text("may not be opened")
+    expect(form.get_by_label("Address of the camera")).to_be_focused()
+    assert inspections(server) == before
+
+
+def test_a_camera_of_another_size_than_the_rig_is_told_at_the_rig(
+    form: Page, server: Server, camera: MjpegCamera
+) -> None:
+    before = inspections(server)
+    form.get_by_label("Picture width").fill("640")
+    form.get_by_label("Address of the camera").fill(address(camera))
+    form.get_by_label("Address of the camera").blur()
+    expect(form.get_by_label("Address of the camera")).to_have_value(
+        f"http://127.0.0.1:{camera.port}/video"
+    )
+    expect(form.get_by_label("User")).to_have_value("crew")
+    form.get_by_role("button", name="Start recording").click()
+    expect(form.get_by_text("The video is 256 × 160 px.")).to_be_visible()
+    expect(form.get_by_role("button", name="Start recording")).to_be_enabled()
+    assert inspections(server) == before
+
+
+def test_an_empty_list_of_sources_says_what_to_do(form: Page) -> None:
+    expect(form.get_by_text("Plug a camera in")).to_be_visible()
+    form.get_by_role("button", name="Look again").click()
+    expect(form.get_by_text("Plug a camera in")).to_be_visible()
+    expect_no_fault(form)

@@ -1,0 +1,130 @@
+"""Language, units, quick codes and code packs: chosen once, the same on every device."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from clips import numbered_clip, rig_for_clip
+from playwright.sync_api import Browser, Page, expect
+from steps import TOKEN, Server, log_in
+
+AS_AT_FIRST = {"language": None, "units": "m", "quick_codes": [], "pack": None}
+
+
+@pytest.fixture(scope="module")
+def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
+    folder = tmp_path_factory.mktemp("clip")
+    clip = numbered_clip(folder / "clip.mp4", "libx264", frames=30)
+    return server.track(clip, rig_for_clip(folder / "rig.json"))
+
+
+@pytest.fixture(autouse=True)
+def _nothing_chosen(server: Server) -> Iterator[None]:
+    yield
+    me = json.load(server.ask("GET", "/api/me"))["preferences"]
+    server.ask("PUT", "/api/me/preferences", AS_AT_FIRST | {"quick_codes": me["quick_codes"]})
+
+
+def open_settings(page: Page) -> None:
+    page.get_by_label("Menu").click()
+    page.get_by_role("button", name="Settings").click()
+    expect(page.get_by_role("dialog", name="Settings")).to_be_visible()
+
+
+def test_the_language_is_that_of_the_browser(browser: Browser, server: Server) -> None:
+    page = browser.new_context(locale="ms-MY").new_page()
+    page.goto(server.url)
+    expect(page.locator("html")).to_have_attribute("lang", "ms")
+    page.get_by_label("Token akses").fill(TOKEN)
+    page.get_by_role("button", name="Log masuk").click()
+    expect(page.get_by_role("heading", name="Pemeriksaan", level=1)).to_be_visible()
+    page.context.close()
+
+
+def test_a_chosen_language_is_there_on_another_device(
+    page: Page, browser: Browser, server: Server, inspection: str
+) -> None:
+    log_in(page, server, f"/inspections/{inspection}")
+    page.get_by_label("Menu").click()
+    page.get_by_role("button", name="Bahasa Malaysia").click()
+    expect(page.get_by_role("tab", name="Kecacatan")).to_be_visible()
+    expect(page.locator("html")).to_have_attribute("lang", "ms")
+
+    other = browser.new_context(locale="en-US").new_page()
+    log_in(other, server)
+    expect(other.get_by_role("heading", name="Pemeriksaan", level=1)).to_be_visible()
+    other.context.close()
+
+
+def test_a_language_that_is_chosen_at_the_log_in_stays(page: Page, server: Server) -> None:
+    page.goto(server.url)
+    page.get_by_role("button", name="Bahasa Malaysia").click()
+    page.get_by_label("Token akses").fill("salah")
+    page.get_by_role("button", name="Log masuk").click()
+    expect(page.get_by_role("alert")).to_contain_text("Token ini tidak dikenali")
+    page.get_by_label("Token akses").fill(TOKEN)
+    page.get_by_role("button", name="Log masuk").click()
+    expect(page.get_by_role("heading", name="Pemeriksaan", level=1)).to_be_visible()
+    chosen = json.load(server.ask("GET", "/api/me"))["preferences"]
+    assert chosen["language"] == "ms"
+
+
+def test_distances_are_in_feet_everywhere(page: Page, server: Server, inspection: str) -> None:
+    log_in(page, server, f"/inspections/{inspection}")
+    expect(page.locator(".readout__unit")).to_have_text("m")
+    open_settings(page)
+    page.get_by_label("Distances in").select_option("ft")
+    expect(page.locator(".readout__unit")).to_have_text("ft")
+    expect(page.locator(".readout__interval")).to_have_text(re.compile(r"± \d+\.\d ft"))
+    page.keyboard.press("t")
+    expect(page.locator(".defect__where").first).to_have_text(re.compile(r"\d+\.\d ft"))
+    page.goto(server.url)
+    expect(page.locator("[data-part=length]")).to_have_text(re.compile(r"\d+\.\d ft"))
+
+
+def test_a_digit_tags_the_code_that_was_put_on_it(
+    page: Page, server: Server, inspection: str
+) -> None:
+    log_in(page, server, f"/inspections/{inspection}")
+    open_settings(page)
+    key = page.get_by_role("combobox", name="Key 3")
+    key.fill("crack spiral")
+    page.locator(".code-search__list [role=option]").first.click()
+    expect(key).to_have_value("BAB A D")
+    page.keyboard.press("Escape")
+    expect(page.get_by_role("dialog")).to_have_count(0)
+    expect(page.locator("[data-quick='2']")).to_contain_text("A D")
+    expect(page.locator(".transport__clock")).to_have_text(re.compile("frame 0$"))
+    page.keyboard.press("3")
+    expect(page.locator(".defect__what b").last).to_have_text("BAB A D")
+
+    open_settings(page)
+    page.get_by_role("button", name="Usual codes").click()
+    expect(key).to_have_value("BAF")
+
+
+def test_a_code_pack_is_imported_chosen_and_deleted(
+    page: Page, server: Server, tmp_path: Path
+) -> None:
+    head = (
+        "code,char1,char2,label,group,needs_clock,needs_q1,unit_q1,needs_q2,unit_q2,"
+        "continuous_allowed\n"
+    )
+    wrong, right = tmp_path / "wrong.csv", tmp_path / "road.csv"
+    wrong.write_text(head + "ROA,,,Scour,X,no,no,,no,,no\n")
+    right.write_text(head + "ROA,,,Scour at the outlet,O,no,no,,no,,no\n")
+    log_in(page, server)
+    open_settings(page)
+    file = page.get_by_role("dialog").locator("input[type=file]")
+    file.set_input_files(wrong)
+    expect(page.locator(".settings__told")).to_contain_text("line 2")
+    file.set_input_files(right)
+    expect(page.locator(".settings__told")).to_have_text("Imported road")
+    page.get_by_label("Pack in use").select_option("road")
+    page.get_by_role("button", name="Delete this pack").click()
+    expect(page.locator(".settings__told")).to_have_text("Deleted road")
+    expect(page.get_by_label("Pack in use")).to_have_value("")

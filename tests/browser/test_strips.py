@@ -1,0 +1,385 @@
+"""The strip log and the unrolled wall: one axis, tags and places by distance, very long runs."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from playwright.sync_api import Locator, Page, Route, expect
+from steps import Server, log_in
+
+from app.simulation import SCENARIOS, simulate
+
+LENGTH_MM = 1600.0
+FRAME_MM = 10.0
+"""From one frame to the next."""
+LONG_FRAMES = 100_000
+LONG_M = 100.0
+LOST_FRAME = 43_210
+"""The only lost one of the long run."""
+TILE_M = 0.5
+
+
+@pytest.fixture(scope="module")
+def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
+    run = simulate(SCENARIOS["nominal"].shortened(LENGTH_MM), tmp_path_factory.mktemp("culvert"))
+    return server.track(run.video, run.rig)
+
+
+@pytest.fixture
+def desk(page: Page, server: Server, inspection: str) -> Iterator[Page]:
+    """The inspection's page with its unrolled wall in sight, without tags."""
+    log_in(page, server, f"/inspections/{inspection}")
+    _wait_for_wall(page)
+    expect(page.locator(".stage__note")).to_be_hidden()
+    yield page
+    for item in _observations(server, inspection):
+        server.ask("DELETE", f"/api/inspections/{inspection}/observations/{item['id']}")
+
+
+def test_both_strips_show_the_same_stretch(desk: Page) -> None:
+    wall, log = desk.locator(".wall__track"), desk.locator(".strip__track")
+    _zoom_in(desk, wall, 0.5)
+
+    desk.get_by_role("button", name="Seek").click()
+    there_mm = _mm_at(desk, log, 0.6)
+    _click(log, 0.6)
+    _expect_shown(desk, there_mm)
+    _click(log, 0.2)
+    _expect_shown(desk, _mm_at(desk, log, 0.2))
+    _click(wall, 0.6)
+    _expect_shown(desk, there_mm)
+
+
+def test_a_click_on_the_wall_tags_that_place(desk: Page, server: Server, inspection: str) -> None:
+    wall = desk.locator(".wall__track")
+    desk.get_by_role("button", name="Tag", exact=True).click()
+    _zoom_in(desk, wall, 0.4)
+    wanted_mm, unit_mm = _mm_at(desk, wall, 0.55), _mm_per_px(desk)
+    _click(wall, 0.55, 0.75)
+    expect(desk.locator(".defect")).to_have_count(1)
+    expect(desk.locator(".save")).to_have_text("Saved")
+    (item,) = _observations(server, inspection)
+    slack_mm = 1000 * item["distance_u95_m"] + unit_mm
+    assert 1000 * item["distance_m"] == pytest.approx(wanted_mm, abs=slack_mm)
+    # Below the middle of the strip is right of the invert: a little before 6 o'clock.
+    assert item["pixel"][1] > 239.5
+
+    # The mark lies where the click was: another click there selects it and tags nothing.
+    desk.keyboard.press("Escape")
+    expect(desk.locator(".defect [aria-current=true]")).to_have_count(0)
+    _click(wall, 0.55, 0.75)
+    expect(desk.locator(".defect [aria-current=true]")).to_have_count(1)
+    expect(desk.locator(".defect")).to_have_count(1)
+
+
+def test_a_mark_in_the_log_selects_its_defect(desk: Page) -> None:
+    log = desk.locator(".strip__track")
+    _click(log, 0.5, 0.6)
+    _expect_shown(desk, _mm_at(desk, log, 0.5))
+    desk.keyboard.press("t")
+    expect(desk.locator(".defect [aria-current=true]")).to_have_count(1)
+    desk.keyboard.press("Escape")
+    expect(desk.locator(".defect [aria-current=true]")).to_have_count(0)
+    box = _box(log)
+    desk.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 18)
+    expect(desk.locator(".defect [aria-current=true]")).to_have_count(1)
+
+
+def test_the_box_goes_to_what_is_typed(desk: Page) -> None:
+    distance, clock = desk.locator(".readout__distance"), desk.locator(".transport__clock")
+    for typed, place, shown in [
+        ("1.2", distance, "1.20"),
+        ("3.3 ft", distance, "1.01"),
+        ("0:02", clock, "0:02"),
+        ("#33", clock, "frame 33"),
+        ("j1", distance, "1.50"),
+    ]:
+        desk.keyboard.press("g")
+        desk.get_by_role("textbox", name="Distance, time, frame or joint").fill(typed)
+        desk.keyboard.press("Enter")
+        expect(desk.get_by_role("dialog")).to_have_count(0)
+        expect(place).to_contain_text(shown)
+
+
+def test_the_box_says_why_a_place_is_not_there(desk: Page) -> None:
+    desk.keyboard.press("g")
+    box = desk.get_by_role("textbox", name="Distance, time, frame or joint")
+    fault = desk.get_by_role("dialog").get_by_role("alert")
+    for typed, sentence in [
+        ("900 m", "The run goes from"),
+        ("#99999", "The last frame is"),
+        ("j77", "no joint 77"),
+        ("9:59", "The film ends"),
+        ("twelve", "none of"),
+    ]:
+        box.fill(typed)
+        desk.keyboard.press("Enter")
+        expect(fault).to_contain_text(sentence)
+
+
+def test_lanes_are_switched_and_remembered(desk: Page) -> None:
+    log = desk.locator(".strip__track")
+    before = _box(log)["height"]
+    desk.get_by_text("Lanes", exact=True).click()
+    desk.get_by_label("Yaw", exact=True).check()
+    desk.get_by_role("checkbox", name="Unrolled wall").uncheck()
+    expect(desk.locator("wall-strip")).to_be_hidden()
+    taller = _box(log)["height"]
+    assert taller > before
+    desk.reload()
+    expect(desk.locator(".strip__track")).to_be_visible()
+    expect(desk.locator("wall-strip")).to_be_hidden()
+    desk.wait_for_function(
+        "tall => document.querySelector('.strip__track').clientHeight === tall", arg=taller
+    )
+
+
+def test_keys_move_zoom_and_tag(desk: Page) -> None:
+    log = desk.locator(".strip__track")
+    log.focus()
+    desk.keyboard.press("PageUp")
+    expect(log).to_have_attribute("aria-valuetext", "0.50 m")
+    desk.keyboard.press("ArrowRight")
+    expect(log).to_have_attribute("aria-valuetext", "0.51 m")
+    whole = _axis(desk)
+    desk.keyboard.press("+")
+    near = _axis(desk)
+    assert near["high"] - near["low"] == pytest.approx((whole["high"] - whole["low"]) / 2)
+    desk.keyboard.press("0")
+    assert _axis(desk) == whole
+
+    wall = desk.locator(".wall__track")
+    wall.focus()
+    for key in ("ArrowRight", "ArrowRight", "ArrowDown"):
+        desk.keyboard.press(key)
+    expect(desk.get_by_text("· 6 o’clock").first).to_be_attached()
+    desk.keyboard.press("Enter")
+    expect(desk.locator(".defect")).to_have_count(1)
+    # The film stood still meanwhile.
+    expect(log).to_have_attribute("aria-valuetext", "0.51 m")
+
+
+def test_a_person_who_looks_elsewhere_is_left_there(desk: Page) -> None:
+    log = desk.locator(".strip__track")
+    for _ in range(4):
+        desk.keyboard.press("+")
+    box = _box(log)
+    y = box["y"] + box["height"] / 2
+    desk.mouse.move(box["x"] + 0.8 * box["width"], y)
+    desk.mouse.down(button="right")
+    desk.mouse.move(box["x"] + 0.1 * box["width"], y, steps=4)
+    desk.mouse.up(button="right")
+    there = _axis(desk)
+    assert there["low"] > 0
+    desk.keyboard.press("ArrowRight")
+    expect(desk.locator(".transport__frame")).to_contain_text("frame 1")
+    assert _axis(desk) == there
+    # A jump to a place brings it into sight.
+    desk.keyboard.press("g")
+    desk.keyboard.type("0.02")
+    desk.keyboard.press("Enter")
+    expect(desk.get_by_role("dialog")).to_have_count(0)
+    assert _axis(desk)["low"] == 0
+
+
+def test_a_long_run_is_drawn_quickly_and_shows_its_only_lost_frame(
+    page: Page, server: Server, inspection: str
+) -> None:
+    page.route("**/track?format=json*", lambda route: _answer(route, _long_track()))
+    page.route("**/health?since=*", lambda route: _answer(route, _long_health()))
+    page.route("**/unrolled", lambda route: _answer(route, _long_wall()))
+    log_in(page, server, f"/inspections/{inspection}")
+    page.wait_for_function(
+        "n => document.querySelector('strip-log')?.desk.track.length === n", arg=LONG_FRAMES
+    )
+    times_ms = page.evaluate(
+        """async () => {
+          const log = document.querySelector('strip-log');
+          const wall = document.querySelector('wall-strip');
+          const times = [];
+          for (let i = 0; i < 20; i += 1) {
+            log.desk.axis.zoom(i % 2 ? 1 / 0.9 : 0.9);
+            await new Promise(requestAnimationFrame);
+            await new Promise(requestAnimationFrame);
+            times.push([log.paintMs, wall.paintMs]);
+          }
+          log.desk.axis.showWhole();
+          await new Promise(requestAnimationFrame);
+          await new Promise(requestAnimationFrame);
+          return times;
+        }"""
+    )
+    for name, column in zip(("lanes", "wall"), zip(*times_ms, strict=True), strict=True):
+        ordered = sorted(column)
+        print(f"{name}: median {ordered[10]:.1f} ms, slowest {ordered[-1]:.1f} ms")  # noqa: T201
+    assert _is_drawn_as_lost(page, LOST_FRAME / LONG_FRAMES)
+    assert not _is_drawn_as_lost(page, 0.6)
+
+
+def test_very_many_tiles_stay_small_in_memory(page: Page, server: Server, inspection: str) -> None:
+    page.route("**/track?format=json*", lambda route: _answer(route, _long_track()))
+    page.route("**/unrolled", lambda route: _answer(route, _long_wall()))
+    picture = server.ask("GET", _first_tile(server, inspection)).read()
+    page.route(
+        "**/unrolled/*.jpg*", lambda route: route.fulfill(body=picture, content_type="image/jpeg")
+    )
+    log_in(page, server, f"/inspections/{inspection}")
+    count = math.ceil(LONG_M / TILE_M)
+    page.wait_for_function(
+        "n => document.querySelector('wall-strip')?.pictures?.count === n", arg=count
+    )
+    decoded = page.evaluate("() => document.querySelector('wall-strip').pictures.pixels")
+    assert decoded < 40 * 1000 * 600
+
+
+# What the tests do again and again ---------------------------------------------------------------
+
+
+def _answer(route: Route, body: Any) -> None:
+    route.fulfill(body=json.dumps(body), content_type="application/json")
+
+
+def _long_track() -> dict[str, Any]:
+    frames = range(LONG_FRAMES)
+    distances = [round(1000 * LONG_M * i / LONG_FRAMES, 2) for i in frames]
+    columns: dict[str, list[Any]] = {
+        "time_s": [round(i / 30, 4) for i in frames],
+        "x_mm": distances,
+        "y_mm": [round(4 * math.sin(i / 900), 3) for i in frames],
+        "yaw_deg": [round(math.sin(i / 500), 3) for i in frames],
+        "distance_mm": distances,
+        "sigma_distance_mm": [1.0] * LONG_FRAMES,
+        "quality": [0.9] * LONG_FRAMES,
+        "status": ["lost" if i == LOST_FRAME else "ok" for i in frames],
+    }
+    return {"columns": columns}
+
+
+def _long_health() -> dict[str, Any]:
+    shares = ("overlap", "brightness", "overexposed", "sharpness", "fixed_pattern")
+    columns: dict[str, list[Any]] = {name: [0.5] * LONG_FRAMES for name in shares}
+    columns["complaints"] = ["blurred" if i < 50 else "" for i in range(LONG_FRAMES)]
+    return {"columns": columns}
+
+
+def _long_wall() -> dict[str, Any]:
+    tiles = [
+        {"index": i, "revision": 1, "from_m": i * TILE_M, "to_m": (i + 1) * TILE_M}
+        for i in range(math.ceil(LONG_M / TILE_M))
+    ]
+    return {
+        "tile_m": TILE_M, "mm_per_px": 0.5, "arc_from_mm": -470.0, "arc_to_mm": 470.0,
+        "width_px": 1000, "height_px": 600, "tiles": tiles,
+    }  # fmt: skip
+
+
+def _first_tile(server: Server, inspection: str) -> str:
+    path = f"/api/inspections/{inspection}/unrolled"
+    tile = json.load(server.ask("GET", path))["tiles"][0]
+    return f"{path}/{tile['index']}.jpg?v={tile['revision']}"
+
+
+def _is_drawn_as_lost(page: Page, share: float) -> bool:
+    """Whether the tracking lane is red at this share of the run."""
+    red, green, blue = page.evaluate(
+        """mm => {
+          const log = document.querySelector('strip-log');
+          const { top, height } = log.arrangement.rows.find(({ lane }) => lane.name === 'quality');
+          const { low, high } = log.desk.axis.value;
+          const canvas = log.querySelector('canvas');
+          const unit = canvas.width / log.querySelector('.strip__track').clientWidth;
+          const [left, right] = [92, log.querySelector('.strip__track').clientWidth - 22];
+          const x = left + ((mm - low) / (high - low)) * (right - left);
+          const around = [-1, 0, 1].map((dx) => [...canvas.getContext('2d').getImageData(
+            Math.round(x * unit) + dx, Math.round((top + height - 4) * unit), 1, 1).data]);
+          return around.toSorted((a, b) => (b[0] - b[1]) - (a[0] - a[1]))[0].slice(0, 3);
+        }""",
+        1000 * LONG_M * share,
+    )
+    return bool(red > green + 30 and red > blue + 30)
+
+
+def _wait_for_wall(page: Page) -> None:
+    page.wait_for_function(
+        """() => {
+          const wall = document.querySelector('wall-strip');
+          return wall?.rows && wall.pictures.count > 0;
+        }"""
+    )
+
+
+def _observations(server: Server, inspection: str) -> list[dict[str, Any]]:
+    path = f"/api/inspections/{inspection}/observations"
+    found: list[dict[str, Any]] = json.load(server.ask("GET", path))["observations"]
+    return found
+
+
+def _axis(page: Page) -> dict[str, float]:
+    value: dict[str, float] = page.evaluate(
+        "() => document.querySelector('inspection-page').desk.axis.value"
+    )
+    return value
+
+
+def _zoom_in(page: Page, strip: Locator, across: float) -> None:
+    """To less than half, by the wheel, which nobody waits for."""
+    before = _axis(page)
+    _point_at(strip, across)
+    page.mouse.wheel(0, -600)
+    page.wait_for_function(
+        """(span) => {
+          const { low, high } = document.querySelector('inspection-page').desk.axis.value;
+          return high - low < span / 2;
+        }""",
+        arg=before["high"] - before["low"],
+    )
+
+
+def _expect_shown(page: Page, mm: float) -> None:
+    """Waits for a frame near that distance."""
+    page.wait_for_function(
+        """([mm, off]) => {
+          const { row } = document.querySelector('inspection-page').desk.playhead.value;
+          return row !== null && Math.abs(row.distance_mm - mm) <= off;
+        }""",
+        arg=[mm, FRAME_MM],
+    )
+
+
+def _box(place: Locator) -> dict[str, float]:
+    box = place.bounding_box()
+    assert box is not None
+    return {"x": box["x"], "y": box["y"], "width": box["width"], "height": box["height"]}
+
+
+def _point_at(place: Locator, across: float, down: float = 0.5) -> None:
+    box = _box(place)
+    place.page.mouse.move(box["x"] + across * box["width"], box["y"] + down * box["height"])
+
+
+def _click(place: Locator, across: float, down: float = 0.5) -> None:
+    box = _box(place)
+    place.page.mouse.click(box["x"] + across * box["width"], box["y"] + down * box["height"])
+
+
+def _mm_at(page: Page, place: Locator, across: float) -> float:
+    """The distance at this share of a strip's width, by the axis that it is drawn with."""
+    width = _box(place)["width"]
+    return float(
+        page.evaluate(
+            """async ([range, width, x]) => {
+              const { Plot } = await import('/static/core/axis.js');
+              return new Plot(range, width).toMm(x);
+            }""",
+            [_axis(page), width, across * width],
+        )
+    )
+
+
+def _mm_per_px(page: Page) -> float:
+    box, axis = _box(page.locator(".wall__track")), _axis(page)
+    return (axis["high"] - axis["low"]) / (box["width"] - 104)

@@ -1,0 +1,496 @@
+"""Tag first, details later: quick codes, form, stretches, undo and redo, addresses of places."""
+
+from __future__ import annotations
+
+import json
+import re
+import uuid
+from pathlib import Path
+
+import pytest
+from clips import numbered_clip, rig_for_clip
+from playwright.sync_api import Page, Route, expect
+from steps import Server, log_in, start_inspection
+from test_accessible import expect_no_fault
+
+FRAMES = 40
+STEP_M = 4 * 8.0 / 600
+"""The clip moves by 4 px a frame; its wall is 8 m away at a focal length of 600 px."""
+TAG = {"pixel": [159.5, 119.5]}
+
+
+def wide_rig(path: Path) -> Path:
+    """Of a culvert so wide that the short clip drives two metres."""
+    rig = json.loads(rig_for_clip(path).read_text())
+    rig["mount"]["height_mm"] = 8000.0
+    rig["pipe"] |= {"diameter_mm": 10000.0}
+    path.write_text(json.dumps(rig))
+    return path
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return numbered_clip(tmp_path_factory.mktemp("clip") / "clip.mp4", "libx264", frames=FRAMES)
+
+
+@pytest.fixture(scope="module")
+def inspection(server: Server, clip: Path) -> str:
+    return server.track(clip, wide_rig(clip.parent / "rig.json"))
+
+
+@pytest.fixture
+def empty(server: Server, inspection: str) -> str:
+    """The path of the observations of an inspection that has none."""
+    path = f"/api/inspections/{inspection}/observations"
+    for item in observations(server, path):
+        server.ask("DELETE", f"{path}/{item['id']}")
+    return path
+
+
+@pytest.fixture
+def desk(page: Page, server: Server, inspection: str, empty: str) -> Page:
+    """The page of an inspection without any tag, at its first frame."""
+    log_in(page, server, f"/inspections/{inspection}")
+    expect_frame(page, 0)
+    return page
+
+
+def observations(server: Server, path: str) -> list[dict]:
+    return json.load(server.ask("GET", path))["observations"]
+
+
+def put(server: Server, path: str, **fields: object) -> str:
+    """A tag as somebody else makes it; answers its id."""
+    made = str(uuid.uuid4())
+    server.ask("PUT", f"{path}/{made}", TAG | fields)
+    return made
+
+
+def expect_frame(page: Page, frame: int) -> None:
+    expect(page.locator(".transport__frame")).to_have_text(re.compile(rf"frame {frame}$"))
+
+
+def forward(page: Page, count: int) -> None:
+    """Frame by frame from the first one, or from the last with `End`."""
+    before = page.locator(".transport__frame").inner_text()
+    start = int(before.rsplit(" ", 1)[1])
+    for step in range(count):
+        page.keyboard.press("ArrowRight")
+        expect_frame(page, start + step + 1)
+
+
+def expect_saved(page: Page) -> None:
+    expect(page.locator(".save")).to_have_text("Saved")
+
+
+def codes(page: Page) -> list[str]:
+    return page.locator(".defect__what b").all_inner_texts()
+
+
+def test_keys_tag_the_moving_picture_without_stopping_it(
+    page: Page, server: Server, tmp_path: Path
+) -> None:
+    clip = numbered_clip(tmp_path / "long.mp4", "libx264", frames=240)
+    log_in(page, server)
+    inspection = start_inspection(page, server, clip, wide_rig(tmp_path / "rig.json"), "Live")
+    expect(page.locator(".stage__badge")).to_be_visible()
+    page.wait_for_function(
+        "() => document.querySelector('inspection-page').desk?.playhead.value.row"
+    )
+    for key in ("t", "2", "t", "Pause"):
+        page.keyboard.press(key)
+    expect(page.locator(".defect")).to_have_count(4)
+    assert page.evaluate("document.activeElement === document.body")
+    expect(page.locator(".chip")).to_have_text("Done", timeout=60_000)
+    expect_saved(page)
+    made = observations(server, f"/api/inspections/{inspection}/observations")
+    assert sorted(item["code"] or "" for item in made) == ["", "", "", "BAC"]
+    for item in made:
+        assert item["distance_m"] == pytest.approx(item["frame"] * STEP_M, abs=0.02)
+        assert item["photo"]
+
+
+def test_the_form_asks_only_for_what_the_code_needs(desk: Page) -> None:
+    desk.keyboard.press("t")
+    desk.keyboard.press("Enter")
+    code, needs = desk.get_by_label("Code", exact=True), desk.locator(".form__needed:visible")
+    expect(code).to_be_focused()
+    expect(needs).to_have_count(1)
+    expect(desk.get_by_role("slider", name="Clock from")).to_be_hidden()
+    code.fill("bab b a")
+    code.press("Enter")
+    # Enter picks the first of the list, and the row with these very letters is the first.
+    expect(desk.locator("#defect-code-label")).to_contain_text("line, edges touching, along")
+    expect(desk.get_by_role("slider", name="Clock from")).to_be_visible()
+    expect(desk.get_by_label("Quantity", exact=True)).to_be_visible()
+    expect(needs).to_have_text(["needed"])  # the width of the crack
+    desk.get_by_label("Quantity", exact=True).fill("0,4")
+    desk.get_by_label("Remark").focus()
+    expect(needs).to_have_count(0)
+
+    code.fill("BCD A")
+    code.press("Escape")
+    desk.keyboard.press("e")
+    code.fill("BDD A")
+    code.press("Tab")
+    expect(desk.get_by_role("slider", name="Clock from")).to_be_hidden()
+    expect(desk.locator(".unit").first).to_have_text("%")
+    expect(desk.get_by_label("Quantity 2")).to_be_hidden()
+    expect_no_fault(desk)
+
+
+def test_the_clock_is_set_by_keys_and_by_drawing(desk: Page, server: Server, empty: str) -> None:
+    desk.keyboard.press("1")
+    desk.keyboard.press("e")
+    start, end = (desk.get_by_role("slider", name=f"Clock {name}") for name in ("from", "to"))
+    expect(start).to_have_attribute("aria-valuetext", "measured: 6 o’clock")
+    expect(end).to_have_attribute("aria-valuetext", "one position")
+    start.focus()
+    for _ in range(5):
+        desk.keyboard.press("ArrowRight")
+    expect(start).to_have_attribute("aria-valuenow", "11")
+    end.focus()
+    for _ in range(3):
+        desk.keyboard.press("ArrowUp")
+    expect(end).to_have_attribute("aria-valuetext", "2 o’clock")
+    expect_saved(desk)
+    assert [(item["clock_from"], item["clock_to"]) for item in observations(server, empty)] == [
+        (11, 2)
+    ]
+    # Delete belongs to the dial here, not to the defect.
+    desk.keyboard.press("Delete")
+    expect(end).to_have_attribute("aria-valuetext", "one position")
+    desk.get_by_role("button", name="All round").click()
+    expect(start).to_have_attribute("aria-valuetext", "12 o’clock")
+    expect(end).to_have_attribute("aria-valuetext", "12 o’clock")
+
+    # Drawn from 3 back to 1 the sector is the short one, 1 to 3.
+    face = desk.locator(".dial")
+    face.scroll_into_view_if_needed()
+    box = face.bounding_box()
+    assert box is not None
+    middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    radius = 68 / 198 * box["width"]
+    desk.mouse.move(middle[0] + radius, middle[1])
+    desk.mouse.down()
+    desk.mouse.move(middle[0] + radius * 0.87, middle[1] - radius * 0.5)
+    desk.mouse.move(middle[0] + radius * 0.5, middle[1] - radius * 0.87)
+    desk.mouse.up()
+    expect(desk.locator(".dial__told")).to_have_text("1 – 3")
+
+
+def test_a_stretch_is_started_changed_and_finished(desk: Page, server: Server, empty: str) -> None:
+    desk.keyboard.press("5")
+    desk.keyboard.press("s")
+    bar = desk.get_by_role("list", name="Open stretches")
+    expect(bar).to_contain_text(re.compile(r"A\d+ BBA"))
+    forward(desk, 10)
+    expect(bar).to_contain_text("0.53 m long")
+    desk.keyboard.press("c")
+    # The code is the same throughout: what is changed at one place changes at all.
+    desk.keyboard.press("e")
+    desk.get_by_label("Kind").select_option("C")
+    desk.get_by_role("button", name="Done").click()
+    forward(desk, 10)
+    bar.get_by_role("button", name=re.compile(r"Finish A\d+ BBA here")).click()
+    expect(bar).to_be_hidden()
+    expect(desk.locator(".defects__count")).to_have_text(
+        re.compile(r"3 defects · stretches cover 5\d % of the length")
+    )
+    expect_saved(desk)
+    parts = [(item["continuous"][0], item["char1"]) for item in observations(server, empty)]
+    assert parts == [("A", "C"), ("C", "C"), ("B", "C")]
+    for _ in range(3):  # the finish, the kind, the change
+        desk.keyboard.press("u")
+    expect(desk.locator(".defect")).to_have_count(1)
+    expect(bar).to_be_visible()
+
+
+def test_a_stretch_without_a_length_is_asked_about(desk: Page, server: Server, empty: str) -> None:
+    desk.keyboard.press("5")
+    desk.keyboard.press("s")
+    name = desk.locator(".open-stretch b").first
+    number = int(name.inner_text().split()[0][1:])
+    desk.keyboard.press("f")
+    expect(desk.locator(".toast")).to_contain_text("has no length")
+    desk.get_by_role("button", name="Keep one point").click()
+    expect(desk.locator(".defect")).to_have_count(1)
+    expect_saved(desk)
+    assert [item["continuous"] for item in observations(server, empty)] == [None]
+    # A number is never used twice.
+    desk.keyboard.press("s")
+    expect(name).to_have_text(f"A{number + 1} BBA")
+
+
+def test_two_like_points_far_apart_are_offered_as_a_stretch(
+    desk: Page, server: Server, empty: str
+) -> None:
+    put(server, empty, frame=2, code="BBA", char1="A")
+    put(server, empty, frame=30, code="BBA", char1="A")
+    desk.reload()
+    desk.locator(".defect__main").last.click()
+    desk.keyboard.press("e")
+    desk.get_by_role("button", name="Make it a stretch from 0.11 m").click()
+    expect(desk.locator("[data-part=stretch]")).to_contain_text("finish of stretch")
+    expect_saved(desk)
+    roles = [item["continuous"][0] for item in observations(server, empty)]
+    assert roles == ["A", "B"]
+    # It was one step.
+    desk.get_by_role("button", name="Done").click()
+    desk.keyboard.press("u")
+    expect(desk.locator(".toast").last).to_contain_text("Undone: stretch of BBA")
+    expect_saved(desk)
+    assert [item["continuous"] for item in observations(server, empty)] == [None, None]
+
+
+def test_everything_is_undone_and_done_again_across_a_restart_of_the_server(
+    desk: Page, server: Server, empty: str
+) -> None:
+    undo, redo = desk.locator("[data-part=undo]"), desk.locator("[data-part=redo]")
+    desk.keyboard.press("1")
+    desk.keyboard.press("Shift+Digit3")
+    desk.keyboard.press("Shift+Digit4")
+    expect(undo).to_have_attribute("title", "Undo: severity 3 → 4 of BAB at 0.00 m (U)")
+    forward(desk, 5)
+    desk.keyboard.press("m")
+    expect(desk.locator(".defect__where")).to_have_text(re.compile(r"0\.2[67] m"))
+    desk.keyboard.press("s")
+    expect_saved(desk)
+    server.kill()
+    desk.keyboard.press("Delete")
+    expect(desk.locator(".defect")).to_have_count(0)
+    for _ in range(3):  # the deletion, the stretch, the move
+        desk.keyboard.press("u")
+    expect(desk.locator(".defect__where")).to_have_text("0.00 m")
+    expect(desk.locator(".save")).to_have_text(re.compile("Waiting"))
+    expect_frame(desk, 5)  # undo does not move the picture
+    server.start()
+    expect_saved(desk)
+    desk.keyboard.press("Control+z")
+    expect(redo).to_have_attribute("title", "Redo: severity 3 → 4 of BAB at 0.00 m (Shift + U)")
+    expect_saved(desk)
+    [item] = observations(server, empty)
+    assert (item["frame"], item["severity"], item["continuous"]) == (0, 3, None)
+    assert item["photo"].endswith("frame=0")
+    for key in ("Shift+U", "Control+y", "Control+Shift+Z", "Shift+U"):
+        desk.keyboard.press(key)
+    expect(desk.locator(".defect")).to_have_count(0)
+    desk.keyboard.press("u")
+    expect(desk.locator(".defect")).to_have_count(1)
+    expect_saved(desk)
+    [item] = observations(server, empty)
+    assert (item["frame"], item["severity"], item["continuous"][0]) == (5, 4, "A")
+
+
+def test_what_somebody_else_has_changed_is_not_undone_in_silence(
+    desk: Page, server: Server, empty: str
+) -> None:
+    desk.keyboard.press("1")
+    desk.keyboard.press("Shift+Digit2")
+    expect_saved(desk)
+    [item] = observations(server, empty)
+    server.ask("PUT", f"{empty}/{item['id']}", TAG | {"frame": 0, "code": "BAB", "severity": 5})
+    desk.keyboard.press("u")
+    expect(desk.locator(".toast")).to_contain_text(
+        "Not undone: severity – → 2 of BAB at 0.00 m. Somebody has changed it meanwhile."
+    )
+    expect(desk.locator(".defect .severity")).to_have_attribute("aria-label", re.compile("5"))
+    desk.get_by_role("button", name="Undo it nevertheless").click()
+    expect(desk.locator(".defect .severity")).to_have_attribute("aria-label", "not rated")
+    expect_saved(desk)
+    assert [item["severity"] for item in observations(server, empty)] == [None]
+
+
+def test_a_change_of_the_header_is_undone_field_by_field(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    path = f"/api/inspections/{inspection}"
+    server.ask("PATCH", path, {"header": {"client": "Town"}})
+    desk.reload()
+    desk.get_by_role("tab", name="Header").click()
+    operator = desk.get_by_role("textbox", name="Operator", exact=True)
+    operator.fill("Aisyah")
+    operator.press("Tab")
+    undo = desk.locator("[data-part=undo]")
+    expect(undo).to_have_attribute("title", "Undo: operator – → Aisyah (U)")
+    server.ask("PATCH", path, {"header": {"client": "County", "operator": "Aisyah"}})
+    undo.click()
+    expect(desk.locator(".toast")).to_contain_text("Undone: operator")
+    assert json.load(server.ask("GET", path))["header"] == {"client": "County"}
+
+
+@pytest.mark.parametrize(
+    ("place", "frame"),
+    [("frame=12", 12), ("d=1.07", 20), ("t=0.5", None), ("frame=9999", FRAMES - 1)],
+)
+def test_an_address_shows_its_place(
+    page: Page, server: Server, inspection: str, empty: str, place: str, frame: int | None
+) -> None:
+    log_in(page, server, f"/inspections/{inspection}?{place}")
+    if frame is None:
+        expect(page.locator(".transport__clock")).to_have_text(re.compile(r"^0:00\.(4[3-9]|50)"))
+    else:
+        expect_frame(page, frame)
+
+
+def test_the_address_follows_the_selection_and_leads_back_to_it(
+    desk: Page, server: Server, inspection: str, empty: str
+) -> None:
+    one = put(server, empty, frame=7, code="BAB")
+    put(server, empty, frame=9, code="BAC")
+    desk.reload()
+    row = desk.locator(".defect__main").first
+    expect(row).to_have_attribute("href", f"/inspections/{inspection}?defect={one}")
+    row.click()
+    expect(desk).to_have_url(f"{server.url}/inspections/{inspection}?defect={one}")
+    desk.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    desk.keyboard.press("y")
+    expect(desk.locator(".toast")).to_contain_text("Link copied")
+    link = desk.evaluate("navigator.clipboard.readText()")
+    desk.keyboard.press("Escape")
+    expect(desk).to_have_url(f"{server.url}/inspections/{inspection}")
+    desk.goto(link)
+    expect(row).to_have_attribute("aria-current", "true")
+    expect_frame(desk, 7)
+
+
+def test_the_list_is_filtered_and_walked_by_keys(desk: Page, server: Server, empty: str) -> None:
+    put(server, empty, frame=3, code="BAB", char1="B", char2="A", quant1=0.5, severity=5)
+    put(server, empty, frame=9, code="BBA", char1="A", remark="by the headwall")
+    put(server, empty, frame=15)
+    desk.reload()
+    rows = desk.locator(".defect__main")
+    expect(desk.locator(".defect__lacks")).to_have_text(["", "quantity missing", "no code"])
+    rows.first.focus()
+    desk.keyboard.press("ArrowDown")
+    expect(rows.nth(1)).to_be_focused()
+    expect_frame(desk, 9)
+    desk.keyboard.press("Delete")
+    expect(rows).to_have_count(2)
+    expect(rows.nth(1)).to_be_focused()
+    desk.keyboard.press("u")
+    expect(rows).to_have_count(3)
+    desk.get_by_placeholder("Filter by code or word").fill("headwall")
+    expect(desk.locator(".defects__count")).to_have_text("1 of 3 defects")
+    desk.get_by_placeholder("Filter by code or word").fill("")
+    desk.get_by_label("Which defects").select_option("Incomplete")
+    assert codes(desk) == ["BBA A", ""]
+    desk.get_by_label("Which defects").select_option("Act now (5)")
+    assert codes(desk) == ["BAB B A"]
+    desk.get_by_label("Which defects").select_option("All")
+    desk.get_by_role("button", name="Newest first").click()
+    assert codes(desk) == ["", "BBA A", "BAB B A"]
+    expect_no_fault(desk)
+
+
+def test_two_tabs_share_one_outbox(desk: Page, server: Server, empty: str) -> None:
+    other = desk.context.new_page()
+    other.goto(desk.url)
+    expect_frame(other, 0)
+    server.kill()
+    desk.bring_to_front()
+    desk.keyboard.press("1")
+    desk.keyboard.press("Shift+Digit1")
+    other.bring_to_front()
+    expect(other.locator(".save")).to_have_text(re.compile(r"Waiting \([12]\)"))
+    other.keyboard.press("2")
+    desk.bring_to_front()
+    desk.keyboard.press("Shift+Digit3")
+    server.start()
+    for tab in (desk, other):
+        tab.bring_to_front()
+        expect_saved(tab)
+        expect(tab.locator(".defect")).to_have_count(2)
+    saved = {item["code"]: item["severity"] for item in observations(server, empty)}
+    assert saved == {"BAB": 3, "BAC": None}
+
+
+def test_a_tag_that_the_server_refuses_stays_and_says_why(
+    desk: Page, server: Server, empty: str
+) -> None:
+    def far_away(route: Route) -> None:
+        route.continue_(post_data=json.dumps(route.request.post_data_json | {"frame": 9999}))
+
+    desk.route("**/observations/*", far_away)
+    desk.keyboard.press("1")
+    expect(desk.locator(".defect__save")).to_have_text("Not saved: The video has no such frame.")
+    desk.reload()
+    expect(desk.locator(".defect__save")).to_have_text(re.compile("Not saved: "))
+    desk.unroute("**/observations/*", far_away)
+    desk.locator(".defect__main").click()
+    desk.keyboard.press("e")
+    desk.get_by_role("button", name="Send again").click()
+    expect_saved(desk)
+    expect(desk.locator(".form__body [role=alert]")).to_be_hidden()
+    assert [item["frame"] for item in observations(server, empty)] == [0]
+
+
+def test_tags_are_sent_from_memory_when_the_browser_keeps_nothing(
+    page: Page, server: Server, inspection: str, empty: str
+) -> None:
+    page.add_init_script("Object.defineProperty(window, 'indexedDB', { value: undefined })")
+    log_in(page, server, f"/inspections/{inspection}")
+    expect_frame(page, 0)
+    expect(page.get_by_text("gives the page no room")).to_be_visible()
+    page.keyboard.press("1")
+    expect_saved(page)
+    assert [item["code"] for item in observations(server, empty)] == ["BAB"]
+
+
+def test_a_full_disk_of_the_browser_is_told(desk: Page, server: Server, empty: str) -> None:
+    desk.evaluate(
+        """() => {
+          IDBObjectStore.prototype.put = () => {
+            throw new DOMException('', 'QuotaExceededError');
+          };
+        }"""
+    )
+    desk.route("**/observations/*", lambda route: route.abort())
+    desk.keyboard.press("1")
+    expect(desk.get_by_text("gives the page no room")).to_be_visible()
+    expect(desk.locator(".save")).to_have_text("Waiting (1)")
+    desk.unroute("**/observations/*")
+    expect_saved(desk)
+    expect(desk.get_by_text("gives the page no room")).to_be_hidden()
+    assert [item["code"] for item in observations(server, empty)] == ["BAB"]
+
+
+def test_the_photo_opens_large_with_its_mark(desk: Page) -> None:
+    desk.keyboard.press("1")
+    desk.keyboard.press("e")
+    desk.get_by_role("button", name="Open the photo").click()
+    photo = desk.get_by_role("dialog").get_by_role("img", name=re.compile("Photo of BAB"))
+    expect(photo).to_be_visible()
+    shown, mark = photo.bounding_box(), desk.locator(".photo__line circle").bounding_box()
+    assert shown is not None
+    assert mark is not None
+    for at, size in (("x", "width"), ("y", "height")):
+        middle = shown[at] + shown[size] / 2
+        assert mark[at] + mark[size] / 2 == pytest.approx(middle, abs=2)
+    expect_no_fault(desk)
+
+
+def test_a_pedal_tags_while_a_form_is_filled_in(desk: Page) -> None:
+    desk.keyboard.press("1")
+    desk.keyboard.press("e")
+    desk.get_by_label("Remark").fill("half a sent")
+    desk.keyboard.press("Pause")
+    expect(desk.locator("#tab-defects")).to_contain_text("2")
+    expect(desk.get_by_label("Remark")).to_be_focused()
+    expect(desk.get_by_label("Remark")).to_have_value("half a sent")
+
+
+def test_a_click_in_the_3d_view_tags_the_wall_or_selects_the_pin(
+    desk: Page, server: Server, empty: str
+) -> None:
+    tell = """([type, detail]) => document.querySelector('inspection-page').desk.live
+        .dispatchEvent(new CustomEvent(type, { detail }))"""
+    desk.evaluate(tell, ["wall_click", {"distance_m": 0.8, "clock_h": 6.0, "lateral_m": 0.0}])
+    expect(desk.locator(".defect__where")).to_have_text(re.compile(r"0\.(79|80) m"))
+    expect_saved(desk)
+    [item] = observations(server, empty)
+    assert item["distance_m"] == pytest.approx(0.8, abs=0.02)
+    desk.keyboard.press("Escape")
+    desk.evaluate(tell, ["pin_click", {"observation": item["id"]}])
+    expect(desk.locator(".defect__main")).to_have_attribute("aria-current", "true")
+    expect_frame(desk, item["frame"])

@@ -1,0 +1,412 @@
+"""Whether what was acknowledged outlives kill -9, again and again; not a test.
+
+    python tests/faults.py [--rounds 200] [--seed 1] [--data FOLDER]
+
+A real server is under load all the time: uploads in pieces, tags that are put, changed and deleted,
+a video that is tracked over and over and a camera that is recorded.  In each round the server or
+one of its processes is killed at a random moment; then all is compared with what was acknowledged.
+`tests/app/services/test_faults.py` does ten rounds of the same.
+"""
+
+from __future__ import annotations
+
+import argparse
+import base64
+import json
+import logging
+import os
+import random
+import shutil
+import signal
+import sqlite3
+import sys
+import tempfile
+import threading
+import time
+import urllib.error
+from contextlib import closing, suppress
+from dataclasses import dataclass, fields
+from http.client import HTTPException
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import msgspec
+
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent / "browser")]
+
+from builders import TUS, children_of, clip_rig, make_clip, wait_until  # noqa: E402
+from cameras import MjpegCamera  # noqa: E402
+from steps import Server  # noqa: E402
+
+from app.jobs.messages import KeptCheckpoint  # noqa: E402
+
+FRAMES, PACE = 300, 8.0
+"""Of the video: one and a half seconds when nothing comes between."""
+UPLOAD_BYTES, PIECE_BYTES = 2_000_000, 150_000
+TAGS = 25
+PAUSE_S = 0.05
+"""Between two requests of the same kind."""
+KILL_WITHIN_S = (0.1, 2.0)
+ENDS_WITHIN_S = 120.0
+_WORKERS = {"tracker": "app.jobs.tracker", "camera": "app.jobs.camera", "media": "app.jobs.media"}
+_MOST_TRACKER_KILLS = 2
+"""In a row: the third without a checkpoint would rightly be taken for the video's fault."""
+_GONE = (urllib.error.URLError, HTTPException, ConnectionError, TimeoutError)
+
+
+@dataclass
+class Tally:
+    """What happened."""
+
+    rounds: int = 0
+    server_kills: int = 0
+    tracker_kills: int = 0
+    camera_kills: int = 0
+    media_kills: int = 0
+    acknowledged_tags: int = 0
+    acknowledged_pieces: int = 0
+    uploads_compared: int = 0
+    lost: int = 0
+    tracks_compared: int = 0
+    tracks_that_differ: int = 0
+    resumes: int = 0
+    frames_tracked_again: int = 0
+    recordings_ended: int = 0
+    server_errors: int = 0
+    """Answers that asked to try again."""
+    orphans: int = 0
+    stuck: int = 0
+    damaged_databases: int = 0
+
+    @property
+    def faults(self) -> int:
+        """What must be 0."""
+        return (
+            self.lost + self.tracks_that_differ + self.orphans + self.stuck + self.damaged_databases
+        )
+
+
+class _Load(threading.Thread):
+    """Does one request after the other; one that was not answered is sent again."""
+
+    def __init__(self, server: Server, tally: Tally, rng: random.Random) -> None:
+        super().__init__(daemon=True)
+        self.server, self.tally, self.rng = server, tally, rng
+        self.lock = threading.Lock()
+        self.ended = threading.Event()
+
+    def run(self) -> None:
+        while not self.ended.wait(PAUSE_S):
+            with self.lock, suppress(*_GONE):
+                try:
+                    self.step()
+                except urllib.error.HTTPError as refusal:
+                    self.tally.server_errors += refusal.code >= 500
+
+    def step(self) -> None:
+        raise NotImplementedError
+
+
+class Tagger(_Load):
+    """Puts, changes and deletes observations."""
+
+    def __init__(self, server: Server, tally: Tally, rng: random.Random, inspection: str) -> None:
+        super().__init__(server, tally, rng)
+        self._path = f"/api/inspections/{inspection}/observations"
+        self._known: dict[str, str | None] = {}
+        """The remark that was acknowledged, by id; None: that it was deleted."""
+        self._in_hand: tuple[str, str | None] | None = None
+        """Asked for and not acknowledged: it may or may not be there."""
+
+    def step(self) -> None:
+        if self._in_hand is None:
+            number = self.rng.randrange(TAGS)
+            remark = None if self.rng.random() < 0.2 else f"remark {self.rng.random()}"
+            self._in_hand = f"00000000-0000-4000-8000-{number:012d}", remark
+        name, remark = self._in_hand
+        if remark is None:
+            try:
+                self.server.ask("DELETE", f"{self._path}/{name}").read()
+            except urllib.error.HTTPError as refusal:
+                if refusal.code != 404:  # it is not there
+                    raise
+        else:
+            body = {"frame": len(self._known), "remark": remark}
+            self.server.ask("PUT", f"{self._path}/{name}", body).read()
+        self._known[name], self._in_hand = remark, None
+        self.tally.acknowledged_tags += 1
+
+    def check(self) -> None:
+        """Compare all that was acknowledged with what the server has."""
+        with self.lock:
+            listed = json.load(self.server.ask("GET", self._path))["observations"]
+            found = {each["id"]: each["remark"] for each in listed}
+            unsure = self._in_hand[0] if self._in_hand else None
+            for name, remark in self._known.items():
+                if found.get(name) != remark and name != unsure:
+                    self.tally.lost += 1
+
+
+class Uploader(_Load):
+    """Uploads in pieces, from where the server says that it stands."""
+
+    def __init__(self, server: Server, tally: Tally, rng: random.Random, data: Path) -> None:
+        super().__init__(server, tally, rng)
+        self._folder = data / "uploads"
+        self._place: str | None = None
+        self._content = b""
+        self._acknowledged = 0
+
+    def step(self) -> None:
+        if self._place is None:
+            self._begin()
+            return
+        at = self.offset()
+        if at < self._acknowledged:
+            self.tally.lost += 1
+        piece = self._content[at : at + PIECE_BYTES]
+        kind = {"Content-Type": "application/offset+octet-stream", "Upload-Offset": str(at)}
+        self.server.ask("PATCH", self._place, piece, TUS | kind).read()
+        self._acknowledged = at + len(piece)
+        self.tally.acknowledged_pieces += 1
+        if self._acknowledged == len(self._content):
+            self._compare()
+
+    def offset(self) -> int:
+        """Where the server says that it stands."""
+        assert self._place is not None
+        return int(self.server.ask("HEAD", self._place, headers=TUS).headers["Upload-Offset"])
+
+    def _begin(self) -> None:
+        self._content, self._acknowledged = self.rng.randbytes(UPLOAD_BYTES), 0
+        name = base64.b64encode(b"any.mp4").decode()
+        length = {"Upload-Length": str(UPLOAD_BYTES), "Upload-Metadata": f"filename {name}"}
+        place = self.server.ask("POST", "/api/uploads", headers=TUS | length).headers["Location"]
+        self._place = urlsplit(place).path
+
+    def _compare(self) -> None:
+        assert self._place is not None
+        path = self._folder / f"{self._place.rsplit('/', 1)[1]}.bin"
+        self.tally.uploads_compared += 1
+        if path.read_bytes() != self._content:
+            self.tally.lost += 1
+        place, self._place = self._place, None
+        with suppress(*_GONE):  # it expires some day
+            self.server.ask("DELETE", place, headers=TUS).read()
+
+    def check(self) -> None:
+        """Compare what was acknowledged of the upload under way with what the server has."""
+        with self.lock:
+            if self._place is None:
+                return
+            at = self.offset()
+            path = self._folder / f"{self._place.rsplit('/', 1)[1]}.bin"
+            if at < self._acknowledged or path.read_bytes() != self._content[:at]:
+                self.tally.lost += 1
+
+
+class Tracked:
+    """A video that is tracked again each time that it is done, and what has to come out."""
+
+    def __init__(self, server: Server, tally: Tally, data: Path, inspection: str) -> None:
+        self._server, self._tally, self._id = server, tally, inspection
+        self._folder = data / "inspections" / inspection
+        self._whole = self._left()
+        self._seen = 0
+        """Frames that were tracked when it was last asked."""
+        self.tracker_kills = 0
+        self.retry()
+
+    def retry(self) -> None:
+        """From the first frame."""
+        self._server.ask("POST", f"/api/inspections/{self._id}/retry").read()
+        self.tracker_kills = 0
+
+    def look(self) -> str:
+        """Its state; a track that is done is compared and made again."""
+        state, self._seen = state_of(self._server, self._id)
+        if state in ("done", "failed", "cancelled"):
+            self._tally.tracks_compared += 1
+            if state != "done" or self._left() != self._whole:
+                self._tally.tracks_that_differ += 1
+        return state
+
+    def note_kill(self) -> None:
+        """It was broken off: from where will it go on?"""
+        with suppress(FileNotFoundError):
+            content = (self._folder / "checkpoint").read_bytes()
+            frames = msgspec.msgpack.decode(content, type=KeptCheckpoint).checkpoint.frames
+            self._tally.resumes += 1
+            self._tally.frames_tracked_again += max(self._seen - frames, 0)
+
+    def _left(self) -> dict[str, bytes]:
+        """What tracking leaves: the track, what is seen beside it and the wall."""
+        names = ("track.csv", "health.csv", "joints.csv")
+        texts = {name: (self._folder / name).read_bytes() for name in names}
+        tiles = {path.name: path.read_bytes() for path in (self._folder / "wall").glob("*.jpg")}
+        return texts | tiles
+
+
+class Storm:
+    """The server, its load, and who is killed."""
+
+    def __init__(self, data: Path, seed: int) -> None:
+        self.tally = Tally()
+        self._kills, self._rng = (
+            random.Random(f"{seed} {use}")  # noqa: S311
+            for use in ("kills", "load")
+        )
+        self._data = data
+        self._server = Server(
+            data,
+            pace=str(PACE),
+            max_jobs="2",
+            disk_reserve_bytes="0",
+            camera_networks="127.0.0.0/8",
+        )
+        self._camera = MjpegCamera(rate_hz=10)
+        self._recorded: list[str] = []
+        """Live inspections that have not been seen to end."""
+
+    def run(self, rounds: int) -> Tally:
+        """All of it."""
+        with self._server, self._camera, tempfile.TemporaryDirectory() as folder:
+            video, rig = make_clip(Path(folder) / "clip.mp4", FRAMES), Path(folder) / "rig.json"
+            rig.write_text(json.dumps(clip_rig()))
+            inspection = self._server.track(video, rig)
+            self._tracked = Tracked(self._server, self.tally, self._data, inspection)
+            seeds = [random.Random(self._rng.random()) for _ in range(2)]  # noqa: S311
+            self._tagger = Tagger(self._server, self.tally, seeds[0], inspection)
+            self._uploader = Uploader(self._server, self.tally, seeds[1], self._data)
+            loads: list[_Load] = [self._tagger, self._uploader]
+            for load in loads:
+                load.start()
+            for _ in range(rounds):
+                self._round()
+            for load in loads:
+                load.ended.set()
+                load.join()
+            self._settle()
+        return self.tally
+
+    def _round(self) -> None:
+        self.tally.rounds += 1
+        if not self._recorded:
+            self._record()
+        end = time.monotonic() + self._kills.uniform(*KILL_WITHIN_S)
+        while (left_s := end - time.monotonic()) > 0:
+            if self._tracked.look() in ("done", "failed", "cancelled"):
+                self._tracked.retry()
+            time.sleep(min(left_s, 0.1))
+        victim = self._kills.choice(["server", "server", *_WORKERS])
+        if victim == "server":
+            self._kill_server()
+        else:
+            self._kill_worker(victim)
+        self._tagger.check()
+        self._uploader.check()
+        self._look_at_recordings()
+
+    def _kill_server(self) -> None:
+        before = children_of(self._server.pid)
+        self._server.kill()
+        self.tally.server_kills += 1
+        self._tracked.note_kill()
+        self._tracked.tracker_kills = 0
+        self._check_database()
+        self._server.start()
+        with suppress(AssertionError):  # counted
+            wait_until(lambda: not any(is_running(pid, name) for pid, name in before.items()))
+            return
+        self.tally.orphans += 1
+
+    def _kill_worker(self, name: str) -> None:
+        if name == "tracker" and self._tracked.tracker_kills == _MOST_TRACKER_KILLS:
+            return
+        workers = children_of(self._server.pid)
+        pid = next((pid for pid, module in workers.items() if module == _WORKERS[name]), None)
+        if pid is None:
+            return
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+            counter = f"{name}_kills"
+            setattr(self.tally, counter, getattr(self.tally, counter) + 1)
+            if name == "tracker":
+                self._tracked.note_kill()
+                self._tracked.tracker_kills += 1
+
+    def _check_database(self) -> None:
+        """Of a copy: to open the file itself would repair it."""
+        with tempfile.TemporaryDirectory() as folder:
+            for path in self._data.glob("chainage.db*"):
+                shutil.copy(path, folder)
+            with closing(sqlite3.connect(Path(folder) / "chainage.db")) as database:
+                if database.execute("PRAGMA integrity_check").fetchall() != [("ok",)]:
+                    self.tally.damaged_databases += 1
+
+    def _record(self) -> None:
+        source = {"kind": "live", "url": self._camera.url}
+        wanted = {"name": "Culvert 7", "source": source, "rig": clip_rig(), "header": {}}
+        made = json.load(self._server.ask("POST", "/api/inspections", wanted))
+        self._recorded.append(made["id"])
+
+    def _look_at_recordings(self) -> None:
+        """Those that a server left behind come to an end; that of this server is ended."""
+        for inspection in list(self._recorded):
+            path = f"/api/inspections/{inspection}"
+            if state_of(self._server, inspection)[0] in ("done", "failed"):
+                self._server.ask("DELETE", path).read()
+                self._recorded.remove(inspection)
+                self.tally.recordings_ended += 1
+            elif self._rng.random() < 0.3:
+                self._server.ask("POST", f"{path}/finish", {"end_condition": "complete"}).read()
+
+    def _settle(self) -> None:
+        """Without further kills all comes to its end."""
+        deadline = time.monotonic() + ENDS_WITHIN_S
+        while self._recorded or self._tracked.look() not in ("done", "failed"):
+            self._look_at_recordings()
+            if time.monotonic() > deadline:
+                self.tally.stuck += 1
+                return
+            time.sleep(0.1)
+
+
+def state_of(server: Server, inspection: str) -> tuple[str, int]:
+    """Status of an inspection, and how many frames are tracked."""
+    found: dict[str, Any] = json.load(server.ask("GET", f"/api/inspections/{inspection}"))
+    return found["status"], found["progress"]["frames_done"]
+
+
+def is_running(pid: int, module: str) -> bool:
+    """Whether this process still runs this module."""
+    with suppress(FileNotFoundError, ProcessLookupError):
+        return module in Path(f"/proc/{pid}/cmdline").read_text().split("\0")
+    return False
+
+
+def main() -> None:
+    """Run it and print what happened; ends with 1 if anything was lost."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--rounds", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--data", type=Path, help="folder to leave the server's data in")
+    asked = parser.parse_args()
+    logging.disable()
+    begun_s = time.monotonic()
+    with tempfile.TemporaryDirectory() as folder:
+        storm = Storm(asked.data or Path(folder), asked.seed)
+        try:
+            storm.run(asked.rounds)
+        finally:
+            for field in fields(storm.tally):
+                number = getattr(storm.tally, field.name)
+                print(f"{field.name.replace('_', ' '):24} {number:8}")  # noqa: T201
+            each_s = (time.monotonic() - begun_s) / max(storm.tally.rounds, 1)
+            print(f"{'seconds a round':24} {each_s:8.1f}")  # noqa: T201
+    sys.exit(1 if storm.tally.faults else 0)
+
+
+if __name__ == "__main__":
+    main()

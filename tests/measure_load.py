@@ -1,0 +1,353 @@
+"""Whether server, cameras and viewers bear the stated load on this machine; not a test.
+
+    python tests/measure_load.py [four viewers] [--seconds 45]
+
+`four`: four cameras at 15 frames a second, one real page, programs as viewers of the others.
+`viewers`: one camera at 30, twenty viewers: a real page, seventeen programs that keep up, one that
+takes a second over each message and one that never acknowledges.  The cameras send 640 x 480 of a
+rendered culvert with the number of the frame in it; the number says when a picture was taken, so
+that the age of what is shown is known whatever the server claims.  Cameras, viewers and Chromium
+with its 3D view in software use the same cores as the server; the second table tells who uses what.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import json
+import multiprocessing
+import os
+import statistics
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import av
+import numpy as np
+from playwright.sync_api import Page, sync_playwright
+
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent / "browser")]
+
+from conftest import CHROMIUM_FLAGS, installed_chromium  # noqa: E402
+from measure_live import (  # noqa: E402
+    RATE_HZ,
+    WARM_UP_S,
+    WATCH,
+    NumberedCamera,
+    ask_json,
+    drive,
+    percentile,
+    tell,
+)
+from steps import TOKEN, Server, log_in  # noqa: E402
+from watchers import SLOW_S, Seen, Viewer, watch  # noqa: E402
+
+from app.simulation.sample import SAMPLE  # noqa: E402
+
+MAX_AGE_MS = 250
+MAX_GROWTH = 0.05
+"""Of the memory, from the first third of the run to the last."""
+NEVER_S = 1e6
+_LOOK_EVERY_S = 0.01
+_TICKS_HZ = os.sysconf("SC_CLK_TCK")
+_PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
+
+
+@dataclass(frozen=True)
+class Load:
+    """What the server is to bear."""
+
+    cameras: int
+    rate_hz: int
+    pauses_s: tuple[tuple[float, ...], ...]
+    """By camera, of each viewer that is a program; the page looks at the first camera."""
+
+
+LOADS = {
+    "four": Load(4, 15, ((), (0.0,), (0.0,), (0.0,))),
+    "viewers": Load(1, 30, ((0.0,) * 17 + (SLOW_S, NEVER_S),)),
+}
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What became of one camera's frames."""
+
+    frames: int
+    """In the recording."""
+    rows: int
+    """Of the track."""
+    left_out: int
+    """By the tracker while it was measured: their rows are interpolated."""
+    left_out_before: int
+    """While page and 3D view were starting."""
+
+
+@dataclass(frozen=True)
+class Held:
+    """Of one run; ages in ms."""
+
+    recorded: list[Recorded]
+    page: list[float]
+    """Age of what is on the page at each of its animation frames."""
+    programs: list[float]
+    """p95 of each viewer that keeps up."""
+    slow: list[int]
+    """Messages that the others got."""
+    backwards: int
+    """Poses that were older than the one before, of all viewers."""
+    rss_mb: list[float]
+    cores: dict[str, float]
+    """Processor seconds a second, by who used them."""
+    load: float
+
+    @property
+    def growth(self) -> float:
+        """Of the memory, as a share."""
+        third = len(self.rss_mb) // 3
+        first, last = map(statistics.median, (self.rss_mb[:third], self.rss_mb[-third:]))
+        return last / first - 1
+
+    @property
+    def misses(self) -> list[str]:
+        """What falls short."""
+        found = {
+            "poses lost": any(it.rows != it.frames for it in self.recorded),
+            "poses interpolated": any(it.left_out for it in self.recorded),
+            "old poses shown": self.backwards > 0,
+            "page too late": percentile(self.page, 95) > MAX_AGE_MS,
+            "programs too late": max(self.programs) > MAX_AGE_MS,
+            "memory grows": self.growth > MAX_GROWTH,
+        }
+        return [name for name, is_so in found.items() if is_so]
+
+
+class Census:
+    """Memory of the server with its children once a second, and processor time by group."""
+
+    def __init__(self, groups: dict[str, Callable[[], list[int]]]) -> None:
+        self.rss_mb: list[float] = []
+        self._groups = groups
+        self._before = self._ticks()
+        self._began_s = time.monotonic()
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+        self._thread.start()
+
+    def end(self) -> dict[str, float]:
+        """Stop; cores by group."""
+        self._ended.set()
+        self._thread.join()
+        seconds, after = time.monotonic() - self._began_s, self._ticks()
+        return {
+            name: sum(ticks - self._before[name].get(pid, 0) for pid, ticks in by_pid.items())
+            / _TICKS_HZ / seconds
+            for name, by_pid in after.items()
+        }  # fmt: skip
+
+    def _watch(self) -> None:
+        while not self._ended.wait(1):
+            pids = self._groups["server"]() + self._groups["its children"]()
+            self.rss_mb.append(sum(map(_rss_bytes, pids)) / 2**20)
+
+    def _ticks(self) -> dict[str, dict[int, int]]:
+        return {
+            name: {pid: _cpu_ticks(pid) for pid in pids()} for name, pids in self._groups.items()
+        }
+
+
+def descendants(pid: int) -> list[int]:
+    """Processes that a process has started, and theirs."""
+    found: list[int] = []
+    for path in Path(f"/proc/{pid}/task").glob("*/children"):
+        with suppress(FileNotFoundError, ProcessLookupError):  # the thread has just ended
+            for child in path.read_text().split():
+                found += [int(child), *descendants(int(child))]
+    return found
+
+
+def _rss_bytes(pid: int) -> int:
+    try:
+        return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * _PAGE_BYTES
+    except (FileNotFoundError, ProcessLookupError):  # it has just ended
+        return 0
+
+
+def _cpu_ticks(pid: int) -> int:
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except (FileNotFoundError, ProcessLookupError):
+        return 0
+    return int(fields[11]) + int(fields[12])
+
+
+def measure(page: Page, server: Server, load: Load, cameras: Sequence[NumberedCamera],
+            pool: ProcessPoolExecutor, seconds: float) -> Held:  # fmt: skip
+    ids = [_started(server, camera) for camera in cameras]
+    page.goto(f"{server.url}/inspections/{ids[0]}")
+    page.wait_for_function(
+        "() => document.querySelector('inspection-page').desk?.playhead.value.row"
+    )
+    sockets = server.url.replace("http", "ws", 1)
+    viewers = [
+        Viewer(f"{sockets}/api/inspections/{id_}/live", server.url, TOKEN, pause_s)
+        for id_, pauses in zip(ids, load.pauses_s, strict=True)
+        for pause_s in pauses
+    ]
+    until_s = time.time() + WARM_UP_S + seconds
+    watching = pool.submit(watch, viewers, until_s)
+    time.sleep(WARM_UP_S)
+    since_s, before = time.time(), [_dropped(server, id_) for id_ in ids]
+    census = Census(_groups(server, pool))
+    samples = page.evaluate(WATCH, until_s - time.time())["samples"]
+    cores, load_average = census.end(), os.getloadavg()[0]
+    seen = watching.result(60)
+    after = [_dropped(server, id_) for id_ in ids]
+    recorded = [
+        Recorded(*_ended(server, id_), later - earlier, earlier)
+        for id_, earlier, later in zip(ids, before, after, strict=True)
+    ]
+    whose = [
+        camera
+        for camera, pauses in zip(cameras, load.pauses_s, strict=True)
+        for _ in pauses
+    ]  # fmt: skip
+    page_frames = [frame for _, _, frame, _ in samples]
+    return Held(
+        recorded=recorded,
+        page=[at_ms - cameras[0].sent_ms[number] for at_ms, number, _, _ in samples],
+        programs=[
+            percentile(ages_ms(got, camera.sent_ms, since_s), 95)
+            for viewer, got, camera in zip(viewers, seen, whose, strict=True)
+            if not viewer.pause_s
+        ],
+        slow=[len(got.frames) for viewer, got in zip(viewers, seen, strict=True) if viewer.pause_s],
+        backwards=sum(
+            later < earlier
+            for frames in (page_frames, *(got.frames for got in seen))
+            for earlier, later in pairwise(frames)
+        ),
+        rss_mb=census.rss_mb,
+        cores=cores,
+        load=load_average,
+    )
+
+
+def ages_ms(got: Seen, sent_ms: dict[int, float], since_s: float) -> list[float]:
+    """Age of the newest pose that a viewer has, looked at every 10 ms."""
+    zero_s = statistics.median(sent_ms[number] / 1000 - t_s for t_s, number in got.numbers)
+    arrived_s, time_s = np.array(got.arrived_s), np.array(got.time_s)
+    looked_s = np.arange(max(since_s, arrived_s[0]), arrived_s[-1], _LOOK_EVERY_S)
+    newest = np.searchsorted(arrived_s, looked_s, "right") - 1
+    return list(1000 * (looked_s - zero_s - time_s[newest]))
+
+
+def _started(server: Server, camera: NumberedCamera) -> str:
+    body = {
+        "name": "Measured", "source": {"kind": "live", "url": camera.url},
+        "rig": SAMPLE.rig.model_dump(mode="json"), "header": {},
+    }  # fmt: skip
+    return str(ask_json(server, "POST", "/api/inspections", body)["id"])
+
+
+def _dropped(server: Server, inspection_id: str) -> int:
+    return int(ask_json(server, "GET", f"/api/inspections/{inspection_id}")["live"]["dropped"])
+
+
+def _ended(server: Server, inspection_id: str) -> tuple[int, int]:
+    """Finish it: frames of the recording, rows of the track."""
+    path = f"/api/inspections/{inspection_id}"
+    server.ask("POST", f"{path}/finish", {"end_condition": "complete"}).close()
+    with server.ask("GET", f"{path}/video") as answer:
+        recording = io.BytesIO(answer.read())
+    with av.open(recording) as container:
+        frames = sum(packet.size > 0 for packet in container.demux(video=0))
+    with server.ask("GET", f"{path}/track?format=json&raw=true") as answer:
+        columns = json.load(answer)["columns"]
+    return frames, len(columns["frame"])
+
+
+def _groups(server: Server, pool: ProcessPoolExecutor) -> dict[str, Callable[[], list[int]]]:
+    def viewers() -> list[int]:
+        return [child.pid for child in multiprocessing.active_children() if child.pid]
+
+    def browser() -> list[int]:
+        others = {server.pid, *descendants(server.pid), *viewers()}
+        return [pid for pid in descendants(os.getpid()) if pid not in others]
+
+    return {
+        "server": lambda: [server.pid],
+        "its children": lambda: descendants(server.pid),
+        "page": browser,
+        "programs": viewers,
+        "cameras": lambda: [os.getpid()],
+    }
+
+
+COLUMNS: tuple[tuple[str, Callable[[Held], str]], ...] = (
+    ("frames", lambda h: "+".join(str(it.frames) for it in h.recorded)),
+    ("lost", lambda h: str(sum(it.frames - it.rows for it in h.recorded))),
+    ("interpolated", lambda h: str(sum(it.left_out for it in h.recorded))),
+    ("(at start)", lambda h: str(sum(it.left_out_before for it in h.recorded))),
+    ("backwards", lambda h: str(h.backwards)),
+    ("page p50", lambda h: f"{percentile(h.page, 50):.0f}"),
+    ("p95", lambda h: f"{percentile(h.page, 95):.0f}"),
+    ("worst program p95", lambda h: f"{max(h.programs):.0f}"),
+    ("slow readers got", lambda h: "+".join(map(str, h.slow)) or "-"),
+    ("MB", lambda h: f"{statistics.median(h.rss_mb):.0f}"),
+    ("growth %", lambda h: f"{100 * h.growth:+.1f}"),
+    ("load", lambda h: f"{h.load:.1f}"),
+    ("misses", lambda h: ", ".join(h.misses) or "none"),
+)
+
+
+def holding(loads: Sequence[str], seconds: float) -> Iterator[tuple[str, Held]]:
+    """Each load on one server, with what was measured under it."""
+    pictures = drive()
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        Server(Path(folder), camera_networks="127.0.0.0/8") as server,
+        sync_playwright() as playwright,
+    ):
+        browser = playwright.chromium.launch(
+            executable_path=installed_chromium(), args=CHROMIUM_FLAGS
+        )
+        page = browser.new_page(viewport={"width": 1440, "height": 900})
+        log_in(page, server)
+        for name in loads:
+            load = LOADS[name]
+            with ExitStack() as stack:
+                spawn = multiprocessing.get_context("spawn")
+                pool = stack.enter_context(ProcessPoolExecutor(1, spawn))
+                seen = pictures[:: RATE_HZ // load.rate_hz]
+                cameras = [
+                    stack.enter_context(NumberedCamera(seen, load.rate_hz))
+                    for _ in range(load.cameras)
+                ]
+                held = measure(page, server, load, cameras, pool, seconds)
+            yield name, held
+        browser.close()
+
+
+def main() -> None:
+    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    arguments.add_argument("loads", nargs="*", metavar="LOAD", help=f"of {', '.join(LOADS)}; all")
+    arguments.add_argument("--seconds", type=float, default=45)
+    chosen = arguments.parse_args()
+    headings = ["load".ljust(8), *(name for name, _ in COLUMNS)]
+    tell("  ".join(headings) + "  (ages in ms)")
+    for name, held in holding(chosen.loads or list(LOADS), chosen.seconds):
+        cells = [value(held).rjust(len(head)) for head, value in COLUMNS]
+        tell("  ".join([name.ljust(8), *cells]))
+        tell("  cores: " + ", ".join(f"{who} {n:.2f}" for who, n in held.cores.items()))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,64 @@
+"""The server as its operator runs it: `chainage serve` in a process of its own."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from builders import TOKEN, Client
+
+_COMMAND = [sys.executable, "-c", "from app.cli import main; main()", "serve", "--port", "0"]
+
+
+class Process:
+    """It runs; the log is a file, so that it never waits for somebody to read it."""
+
+    def __init__(self, data: Path, log: Path, **settings: str) -> None:
+        self.log = log
+        given = {"TOKEN": TOKEN, "DISK_RESERVE_BYTES": "0"} | settings
+        with log.open("ab") as errors:
+            self._process = subprocess.Popen(
+                [*_COMMAND, "--data", str(data)],
+                env=os.environ | {f"CHAINAGE_{name}": value for name, value in given.items()},
+                stdout=subprocess.PIPE,
+                stderr=errors,
+                text=True,
+            )
+        assert self._process.stdout is not None
+        line = self._process.stdout.readline()
+        assert line.startswith("Open http"), log.read_text()
+        self.url = line.split()[1].partition("/login")[0]
+        self.websocket_url = self.url.replace("http", "ws", 1)
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    def terminate(self, patience_s: float = 30) -> int:
+        """As a service manager ends it; the exit code."""
+        self._process.send_signal(signal.SIGTERM)
+        return self._process.wait(patience_s)
+
+    def end(self) -> None:
+        """Whatever state it is in."""
+        self._process.kill()
+        self._process.wait()
+        assert self._process.stdout is not None
+        self._process.stdout.close()
+
+
+@contextmanager
+def process(data: Path, **settings: str) -> Iterator[Client]:
+    """A client of a server process over a data folder; settings without their prefix."""
+    server = Process(data, data.with_name(f"{data.name}.log"), **settings)
+    try:
+        with Client(server, TOKEN) as client:  # type: ignore[arg-type]  # has what it needs
+            client.data = data
+            yield client
+    finally:
+        server.end()

@@ -1,0 +1,253 @@
+"""Pictures of every page, in three widths and both themes: `python tests/screenshots.py FOLDER`.
+
+With `--readme` only `inspection-readme.png` is made, which the README shows.  Not a test: for a
+person to look at.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from time import monotonic
+from typing import Any, Literal
+from urllib.parse import urlsplit
+
+from conftest import CHROMIUM_FLAGS, installed_chromium
+from playwright.sync_api import Browser, Page, expect, sync_playwright
+
+sys.path.append(str(Path(__file__).parent / "browser"))
+from steps import Server, log_in
+
+WIDTHS = {360: 800, 1280: 800, 1920: 1080}
+README_SIZE = (1600, 1000)
+THEMES: tuple[Literal["dark", "light"], ...] = ("dark", "light")
+SAMPLE_LIMIT_S = 600
+LIMIT_MS = 60_000
+STILL_3D_LIMIT_S = 90
+DRAWN_BYTES = 20_000
+"""A PNG of the culvert is larger, one of an empty view smaller."""
+TABS = {
+    "Defects": ".defect",
+    "Header": "header-form .field",
+    "Corrections": ".class",
+    "Checks": ".check",
+    "History": ".event",
+}
+"""Each with what is there when it has been filled."""
+
+Show = Callable[[Page, str], None]
+"""Brings a logged-in page to what is pictured; gets the path of the sample inspection."""
+
+
+def main() -> None:
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("folder", type=Path)
+    arguments.add_argument("--readme", action="store_true")
+    options = arguments.parse_args()
+    options.folder.mkdir(parents=True, exist_ok=True)
+    with (
+        tempfile.TemporaryDirectory() as data,
+        Server(Path(data)) as server,
+        _chromium() as browser,
+    ):
+        sample = f"/inspections/{_sample(server)}"
+        if options.readme:
+            page = _page(browser, README_SIZE, "dark")
+            log_in(page, server, sample)
+            _show_a_defect(page)
+            page.screenshot(path=options.folder / "inspection-readme.png")
+            return
+        for width, height in WIDTHS.items():
+            for theme in THEMES:
+                _picture_all(browser, server, sample, (width, height), theme, options.folder)
+
+
+def _picture_all(
+    browser: Browser,
+    server: Server,
+    sample: str,
+    size: tuple[int, int],
+    theme: Literal["dark", "light"],
+    folder: Path,
+) -> None:
+    page = _page(browser, size, theme)
+    page.goto(server.url)
+    expect(page.get_by_label("Access token")).to_be_visible()
+    page.screenshot(path=folder / f"login-{size[0]}-{theme}.png")
+    log_in(page, server)
+    for name, show in PICTURES.items():
+        show(page, sample)
+        page.screenshot(path=folder / f"{name}-{size[0]}-{theme}.png")
+        for _ in range(2):  # what lies over the page, and what that lay over
+            page.keyboard.press("Escape")
+    page.context.close()
+
+
+def _page(browser: Browser, size: tuple[int, int], theme: Literal["dark", "light"]) -> Page:
+    width, height = size
+    context = browser.new_context(
+        viewport={"width": width, "height": height}, color_scheme=theme, reduced_motion="reduce"
+    )
+    page = context.new_page()
+    page.set_default_timeout(LIMIT_MS)
+    return page
+
+
+# What is pictured ----------------------------------------------------------------------------
+
+
+def _show_list(page: Page, _sample: str) -> None:
+    _go(page, "/")
+    expect(page.locator(".chip").first).to_be_visible()
+
+
+def _show_new_file(page: Page, _sample: str) -> None:
+    _go(page, "/new")
+    page.get_by_label("Start from").select_option(index=1)
+
+
+def _show_new_live(page: Page, _sample: str) -> None:
+    _show_new_file(page, _sample)
+    page.get_by_text("Live camera").click()
+    expect(page.get_by_label("Address of the camera")).to_be_visible()
+
+
+def _show_compare(page: Page, sample: str) -> None:
+    identifier = sample.rsplit("/", 1)[1]
+    _go(page, f"/compare?a={identifier}")
+    expect(page.get_by_label("Run A")).to_be_visible()
+
+
+def _show_settings(page: Page, _sample: str) -> None:
+    page.get_by_label("Menu").click()
+    page.get_by_role("button", name="Settings").click()
+    expect(page.get_by_role("combobox", name="Key 9")).to_be_visible()
+
+
+def _show_help(page: Page, _sample: str) -> None:
+    page.get_by_label("Menu").click()
+    page.get_by_role("button", name="Help").click()
+    expect(page.get_by_role("dialog")).to_be_visible()
+
+
+def _show_keys(page: Page, sample: str) -> None:
+    _show_inspection(page, sample)
+    page.keyboard.press("?")
+    expect(page.get_by_role("dialog")).to_be_visible()
+
+
+def _show_inspection(page: Page, sample: str) -> None:
+    _go(page, sample)
+    page.get_by_role("tab", name="Defects").click()
+    _show_a_defect(page)
+
+
+def _show_tab(name: str) -> Show:
+    def show(page: Page, sample: str) -> None:
+        _show_inspection(page, sample)
+        page.get_by_role("tab", name=name).click()
+        expect(page.locator(TABS[name]).first).to_be_visible()
+        page.get_by_role("tab", name=name).scroll_into_view_if_needed()
+
+    return show
+
+
+def _show_form(page: Page, sample: str) -> None:
+    _show_inspection(page, sample)
+    page.keyboard.press("e")
+    expect(page.get_by_label("Code", exact=True)).to_be_focused()
+
+
+def _show_photo(page: Page, sample: str) -> None:
+    _show_form(page, sample)
+    page.get_by_role("button", name="Open the photo").click()
+    expect(page.get_by_role("dialog").get_by_role("img")).to_be_visible()
+
+
+def _show_finish(page: Page, sample: str) -> None:
+    _show_inspection(page, sample)
+    page.get_by_role("button", name="Finish", exact=True).click()
+    expect(page.get_by_role("dialog")).to_be_visible()
+
+
+PICTURES: dict[str, Show] = {
+    "list": _show_list,
+    "new-file": _show_new_file,
+    "new-live": _show_new_live,
+    "compare": _show_compare,
+    "settings": _show_settings,
+    "help": _show_help,
+    "keys": _show_keys,
+    **{f"inspection-{name.lower()}": _show_tab(name) for name in TABS},
+    "form": _show_form,
+    "photo": _show_photo,
+    "finish": _show_finish,
+}
+
+
+def _show_a_defect(page: Page) -> None:
+    """The second one, selected, in the middle of the run; all pictures are there."""
+    expect(page.locator(".defect")).not_to_have_count(0)
+    page.locator(".defect__main").nth(1).click()
+    expect(page.locator(".defect [aria-current=true]")).to_have_count(1)
+    expect(page.locator(".stage__note")).to_be_hidden()
+    page.wait_for_function("() => document.querySelector('wall-strip')?.pictures?.count > 0")
+    page.wait_for_function(
+        "() => [...document.images].every((image) => image.complete || !image.checkVisibility())"
+    )
+    _wait_for_still_3d_view(page)
+
+
+def _wait_for_still_3d_view(page: Page) -> None:
+    """Until two pictures of it in a row are the same and show more than a background."""
+    view = page.locator("viewer-panel iframe")
+    expect(view.content_frame.locator("canvas").first).to_be_visible()
+    deadline, last = monotonic() + STILL_3D_LIMIT_S, b""
+    while (now := view.screenshot()) != last or len(now) < DRAWN_BYTES:
+        assert monotonic() < deadline, "The 3D view did not come to rest."
+        last = now
+
+
+def _go(page: Page, path: str) -> None:
+    """Unless it is there."""
+    here = urlsplit(page.url)
+    if here.path != path:
+        page.goto(f"{here.scheme}://{here.netloc}{path}")
+
+
+# What it needs ---------------------------------------------------------------------------------
+
+
+@contextmanager
+def _chromium() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=installed_chromium(), args=CHROMIUM_FLAGS
+        )
+        yield browser
+        browser.close()
+
+
+def _sample(server: Server) -> str:
+    """The sample inspection, rendered and tracked; its id."""
+    server.ask("POST", "/api/samples")
+    deadline = monotonic() + SAMPLE_LIMIT_S
+    sample: dict[str, Any] = {}
+    while sample.get("state") != "ready":
+        assert monotonic() < deadline, sample
+        sample = json.load(server.ask("GET", "/api/samples"))
+        assert sample["error"] is None, sample
+    inspection: dict[str, Any] = {}
+    while inspection.get("status") != "done":
+        assert monotonic() < deadline, inspection
+        inspection = json.load(server.ask("GET", f"/api/inspections/{sample['inspection_id']}"))
+    return str(sample["inspection_id"])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,183 @@
+"""The two word catalogues agree with each other and with the page, and no text goes past them."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+STATIC = ROOT / "static"
+WORDS = {
+    language: json.loads((STATIC / "words" / f"{language}.json").read_text("utf-8"))
+    for language in ("en", "ms")
+}
+SOURCES = {path: path.read_text("utf-8") for path in sorted(STATIC.rglob("*.js"))}
+
+SAME_IN_BOTH = re.compile(
+    # Numbers and signs, letters and units, formats, and what Malay has taken over from English.
+    r"(\W|\d|\b[A-Z]\b|\b(mm|px|min|rms|s|h|No)\b|\{\w+\})*"
+    r"|Menu|Video|Status|Unit|Format|EN 13508-2"
+)
+PLURALS = {"one", "other"}
+SPOKEN = re.compile(r"[A-Za-z]{2,}")
+ATTRIBUTE = re.compile(r'checked|selected|disabled|[a-z-]+="[^"]*"')
+"""A template that is part of a tag."""
+UNSPOKEN = {"Chainage", "mm", "px"}
+"""The brand, and units that are the same everywhere."""
+
+
+def flat(node: dict, prefix: str = "") -> Iterator[tuple[str, str | dict[str, str]]]:
+    """Every key as 'area.name' with its sentence, or the sentences of its counts."""
+    for name, value in node.items():
+        if isinstance(value, dict) and not value.keys() <= PLURALS:
+            yield from flat(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value
+
+
+ENGLISH, MALAY = (dict(flat(WORDS[language])) for language in ("en", "ms"))
+
+
+def sentences(value: str | dict[str, str]) -> list[str]:
+    return [value] if isinstance(value, str) else list(value.values())
+
+
+def placeholders(value: str | dict[str, str]) -> set[str]:
+    return {name for text in sentences(value) for name in re.findall(r"\{(\w+)\}", text)}
+
+
+def without_comments(source: str) -> str:
+    return re.sub(r"/\*.*?\*/|(?<![:'\"`])//[^\n]*", "", source, flags=re.DOTALL)
+
+
+def used(pattern: str) -> set[str]:
+    codes = map(without_comments, SOURCES.values())
+    return {found for code in codes for found in re.findall(pattern, code)}
+
+
+KEYS_USED = used(r"\b(?:t|pieces)\(\s*'([^']+)'")
+AREAS_USED = used(r"\bwordFor\(\s*'([^']+)'")
+
+
+def test_both_languages_have_the_same_keys() -> None:
+    assert ENGLISH.keys() == MALAY.keys()
+
+
+def test_both_languages_have_the_same_placeholders() -> None:
+    assert {key: placeholders(text) for key, text in ENGLISH.items()} == {
+        key: placeholders(text) for key, text in MALAY.items()
+    }
+
+
+def test_every_key_of_the_page_is_in_the_catalogue() -> None:
+    assert KEYS_USED - ENGLISH.keys() == set()
+    assert {
+        area for area in AREAS_USED if not any(key.startswith(f"{area}.") for key in ENGLISH)
+    } == set()
+
+
+def test_every_word_of_the_catalogue_is_used() -> None:
+    by_area = {key for key in ENGLISH if key.rpartition(".")[0] in AREAS_USED}
+    assert ENGLISH.keys() - KEYS_USED - by_area == set()
+
+
+def test_keys_stand_in_the_source_as_they_are() -> None:
+    """A key that is put together could not be compared with the catalogues."""
+    for path, text in SOURCES.items():
+        if path.name != "words.js":
+            assert re.findall(r"(?<![\w.#])(?:t|pieces|wordFor)\((?!\s*')[^)]", text) == [], path
+
+
+def test_malay_is_malay() -> None:
+    untranslated = {
+        key: text
+        for key, value in MALAY.items()
+        for text in sentences(value)
+        if text in sentences(ENGLISH[key]) and not SAME_IN_BOTH.fullmatch(text)
+    }
+    assert untranslated == {}
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.relative_to(STATIC).as_posix())
+def test_no_text_goes_past_the_catalogue(path: Path) -> None:
+    markups = templates(without_comments(SOURCES[path]))
+    found = [text for markup in markups for text in spoken_in(markup)]
+    assert [text for text in found if text.strip() not in UNSPOKEN] == []
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.relative_to(STATIC).as_posix())
+def test_no_sentence_is_written_in_the_source(path: Path) -> None:
+    code = without_comments(SOURCES[path])
+    code = re.sub(r"new (?:Api)?Error\((?:[^()]|\([^()]*\))*\)", "", code)
+    assert re.findall(r"""['"`>]([A-Z][a-z’]+ [a-z’]{2,}[^'"`\n]*)""", code) == []
+
+
+def test_every_error_code_is_told_in_both_languages() -> None:
+    text = (ROOT / "ARCHITECTURE.md").read_text("utf-8")
+    section = text.split("## Errors of the API")[1]
+    codes = set(re.findall(r"`([a-z0-9]+(?:_[a-z0-9]+)+|busy)`", section))
+    by_the_server = set(re.findall(r"'(\w+)'", _told_by_the_server()))
+    known = {key.removeprefix("error.") for key in ENGLISH if key.startswith("error.")}
+    assert codes - known - by_the_server == set()
+    assert by_the_server - codes == set()
+
+
+def _told_by_the_server() -> str:
+    found = re.search(
+        r"TOLD_BY_THE_SERVER = new Set\(\[(.*?)\]", SOURCES[STATIC / "core" / "words.js"], re.DOTALL
+    )
+    assert found
+    return found[1]
+
+
+def templates(source: str) -> Iterator[str]:
+    """The markup of every html`...`, with its expressions, nested templates included, left out."""
+    for start in re.finditer(r"\bhtml`", source):
+        yield _markup(source, start.end())
+
+
+def _markup(source: str, at: int) -> str:
+    text = ""
+    while source[at] != "`":
+        if source.startswith("${", at):
+            at = _end_of_expression(source, at + 2)
+        else:
+            text += source[at]
+            at += 1
+    return text
+
+
+def _end_of_expression(source: str, at: int) -> int:
+    depth = 1
+    while depth:
+        match source[at]:
+            case "{":
+                depth += 1
+            case "}":
+                depth -= 1
+            case "'" | '"' as quote:
+                at = source.index(quote, at + 1)
+            case "`":
+                at = _end_of_template(source, at + 1) - 1
+        at += 1
+    return at
+
+
+def _end_of_template(source: str, at: int) -> int:
+    while source[at] != "`":
+        at = _end_of_expression(source, at + 2) if source.startswith("${", at) else at + 1
+    return at + 1
+
+
+def spoken_in(markup: str) -> list[str]:
+    """What a person would read or hear of it."""
+    if ATTRIBUTE.fullmatch(markup.strip()):
+        return []
+    without_keys = re.sub(r"<kbd>.*?</kbd>", "", markup)
+    texts = re.split(r"<[^<>]*>", without_keys)
+    named = re.findall(r'(?:aria-label|title|placeholder|alt)="([^"]*)"', without_keys)
+    return [text for text in [*texts, *named] if SPOKEN.search(text)]
