@@ -148,6 +148,10 @@ def _follow(capture: Capture, follower: Follower, connection: Connection) -> Non
     told_s = 0.0
     while not capture.waiting.is_over:
         captured = capture.waiting.take(_WAIT_S)
+        state = _state(capture)  # before the picture: that shows that the camera is there
+        if time.monotonic() - told_s >= _STATE_S or _has_news(state, told):
+            connection.send_bytes(encode(state))
+            told, told_s = state, time.monotonic()
         if captured is not None:
             follower.add(captured.frame, captured.skipped)
             batch = follower.batch()
@@ -155,10 +159,6 @@ def _follow(capture: Capture, follower: Follower, connection: Connection) -> Non
             connection.send_bytes(
                 encode(msgspec.structs.replace(batch, captured_s=captured.captured_s))
             )
-        state = _state(capture)
-        if time.monotonic() - told_s >= _STATE_S or _has_news(state, told):
-            connection.send_bytes(encode(state))
-            told, told_s = state, time.monotonic()
         if commands.is_to_stop():
             capture.stop()
     follower.finish()

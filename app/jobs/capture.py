@@ -199,10 +199,10 @@ class Capture:
                 is_key = packet.is_keyframe  # a filter empties the packet that it takes
                 with told_plainly():
                     contents = form.applied(packet)
-                for content in contents:
-                    self._take(content, time_ms, is_key, arrived_s)
                 if not self.is_connected:
                     self.is_connected, self.detail = True, None
+                for content in contents:
+                    self._take(content, time_ms, is_key, arrived_s)
 
     def _require_same(self, stream: VideoStream) -> None:
         """Raise WrongPictures unless they fit the rig and the recording, which now begins."""

@@ -153,4 +153,11 @@ def start_inspection(page: Page, server: Server, video: Path, rig: Path, name: s
 
 
 def wait_until_done(page: Page, timeout_s: float = 120) -> None:
+    """Until the page says so and has fetched the last rows of the track."""
     expect(page.locator(".chip")).to_have_text("Done", timeout=timeout_s * 1000)
+    page.wait_for_function(
+        """() => {
+          const { track, inspection } = document.querySelector('inspection-page').desk;
+          return track.length === inspection.value.progress.frames_done;
+        }"""
+    )

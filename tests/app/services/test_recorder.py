@@ -154,9 +154,9 @@ def test_each_message_shows_one_frame_with_its_age_and_a_tag_has_its_photo_at_on
             assert tag["photo"], tag["photo_error"]
             assert frame_number(field.get(tag["photo"]).content) == shown[header["frame"]]
             camera.drop_out()
-            while header["camera"] == "connected":
+            while header["camera"] == "connected" or jpeg:  # one picture may still be on its way
                 header, jpeg = receive(socket)
-            assert (header["camera"], jpeg) == ("reconnecting", b"")
+            assert header["camera"] == "reconnecting"
             assert header["frame"] is not None, "the last pose stays"
             field.post(f"/api/inspections/{inspection_id}/cancel")
             while header["state"] == "running":
