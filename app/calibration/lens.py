@@ -113,15 +113,19 @@ def fit_lens(views: Sequence[View], model: Model, size_wh: tuple[int, int]) -> L
     """
     if model == "pinhole":
         return _fit_pinhole(views, size_wh)
-    # Started from a guess, OpenCV fails on boards far aside, which say most about the lens.
-    # Started from the lens that the others gave, it takes nearly all of them.
-    first = _first_fisheye(views, size_wh)
-    try:
-        start = first.matrix, first.distortion
-        again = _fit_fisheye(views, size_wh, start, is_checked=True)
-    except UnusableBoards:
-        return first
-    return again if len(again.views) >= len(first.views) else first
+    # Started from a guess, OpenCV misplaces boards far aside, which say most about the lens, or
+    # fails on them. Each lens that the others gave is a better start, and takes nearly all at last.
+    lens, placed = _first_fisheye(views, size_wh), 0
+    while placed < len(views):
+        try:
+            start = lens.matrix, lens.distortion
+            better = _fit_fisheye(views, size_wh, start, is_checked=True)
+        except UnusableBoards:
+            return lens
+        if len(better.views) <= placed:
+            return lens
+        lens, placed = better, len(better.views)
+    return lens
 
 
 def _fit_pinhole(views: Sequence[View], size_wh: tuple[int, int]) -> Lens:
