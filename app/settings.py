@@ -52,6 +52,12 @@ class Settings(BaseSettings):
         description="Allow other machines to reach the server without TLS; every page then shows a "
         "red warning.",
     )
+    company_name: str | None = Field(
+        default=None, max_length=200, description="Name of the company on the report."
+    )
+    company_logo: Path | None = Field(
+        default=None, description="Picture on the report (PNG or JPEG), such as the company's logo."
+    )
     log_format: LogFormat = Field(
         default="text",
         description="Form of the log on standard error: `text` to be read, `json` with an object a "

@@ -17,6 +17,8 @@ from app.errors import (
     MediaTimeout,
     NothingRecorded,
 )
+from app.reports.formats import FORMATS
+from app.reports.report import Language, Units
 from app.schemas import content, failures
 from vo_core.errors import UnreadableVideo
 
@@ -69,22 +71,23 @@ def frame(
 @router.get(
     "/exports/{kind}",
     response_class=Response,
-    responses=content("text/csv", "application/json")
+    responses=content(*sorted({form.media_type.split(";")[0] for form in FORMATS.values()}))
     | failures(InspectionNotFound, ExportNotAvailable),
 )
 @viewer
 def export(
     inspection_id: InspectionId,
-    kind: Annotated[
-        str, Path(pattern="^(csv|json|xlsx|pdf|en13508|isybau|m150|ribx|geojson|zip)$")
-    ],
+    kind: Annotated[str, Path(pattern=f"^({'|'.join(FORMATS)})$")],
     services: ServicesDep,
+    lang: Language = "en",
+    units: Units = "m",
 ) -> Response:
-    """The defect location report."""
-    name, media_type, content = services.exports.report(inspection_id, kind)
+    """The defect location report; the language and the units are those of what people read."""
+    export = services.reports.export(inspection_id, kind, language=lang, units=units)
+    name = export.filename
     disposition = f"attachment; filename=\"{name}\"; filename*=UTF-8''{quote(name)}"
     return Response(
-        content,
-        media_type=media_type,
+        export.written.content,
+        media_type=export.media_type,
         headers={"Content-Disposition": disposition, "Content-Security-Policy": "sandbox"},
     )

@@ -10,11 +10,11 @@ from contextlib import ExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass
 
 from app.jobs.messages import Limits
+from app.reports.report import Company
 from app.services.access import Access
 from app.services.checks import Checks
 from app.services.clicks import Clicks
 from app.services.corrections import Corrections
-from app.services.exports import Exports
 from app.services.health import Health
 from app.services.inspections import Inspections
 from app.services.live import Live
@@ -26,6 +26,7 @@ from app.services.photos import Photos
 from app.services.picking import Picking
 from app.services.preferences import Preferences
 from app.services.recorder import Recorder
+from app.services.reports import Reports
 from app.services.runs import Runs
 from app.services.samples import Samples
 from app.services.scenes import Scenes
@@ -69,7 +70,7 @@ class Services:
     packs: Packs
     preferences: Preferences
     samples: Samples
-    exports: Exports
+    reports: Reports
     live: Live
     scenes: Scenes
     clicks: Clicks
@@ -166,6 +167,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     )
     observations = Observations(inspection_store, observation_store, tracks, corrections, live)
     packs = Packs(PackStore(database))
+    checks = Checks(inspection_store, observations, corrections, tracks, packs, folder)
     samples = Samples(folder, inspections, observations)
     stack.callback(samples.stop)
     scenes = Scenes(inspections, corrections, observations, unrolled, live, packs)
@@ -181,13 +183,23 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         unrolled=unrolled,
         observations=observations,
         corrections=corrections,
-        checks=Checks(inspection_store, observations, corrections, tracks, packs, folder),
+        checks=checks,
         photos=photos,
         media=media,
         packs=packs,
         preferences=Preferences(PreferenceStore(database)),
         samples=samples,
-        exports=Exports(inspections, observations, corrections, packs),
+        reports=Reports(
+            inspections,
+            observations,
+            corrections,
+            checks,
+            packs,
+            tracks,
+            unrolled,
+            folder,
+            Company(settings.company_name, settings.company_logo),
+        ),
         live=live,
         scenes=scenes,
         clicks=Clicks(),

@@ -1,0 +1,26 @@
+"""Every format of the report, by the name that the API and the command line know it under."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from app.reports import json_report, table
+from app.reports.report import Report, Written
+
+
+@dataclass(frozen=True)
+class Format:
+    """One form that a report leaves in."""
+
+    stem: str
+    """Of the file's name, after the inspection's."""
+    suffix: str
+    media_type: str
+    write: Callable[[Report], Written]
+
+
+FORMATS: Mapping[str, Format] = {
+    "csv": Format("defects", ".csv", "text/csv; charset=utf-8", table.write),
+    "json": Format("defects", ".json", "application/json", json_report.write),
+}

@@ -1,0 +1,232 @@
+"""What a report says, worked out once: every format tells the same distances because of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Literal
+
+from app.catalogue.table import Code
+from app.services.adjustment import Adjusted, FittedJoint
+from app.services.checks import Issue
+from app.services.corrections import Corrected
+from app.storage.tables import Event
+from vo_core import Rig, Track
+from vo_core.health import Health
+from vo_core.mosaic import Layout
+
+Language = Literal["en", "ms"]
+Units = Literal["m", "ft"]
+Role = Literal["start", "change", "finish"]
+
+
+@dataclass(frozen=True)
+class Photo:
+    """The picture of an entry."""
+
+    name: str
+    """`<asset>-<number>.jpg`, the same in every format."""
+    path: Path
+    """A file that may be gone."""
+    sha256: str | None
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One observation as it is reported; None is what nobody knows."""
+
+    id: str
+    seq: int
+    frame: int
+    time_s: float | None
+    """Of the frame in the video; None, as all of its place, before the frame is tracked."""
+    distance_m: float | None
+    """Corrected, to the millimetre."""
+    u95_m: float | None
+    raw_m: float | None
+    """As it was measured."""
+    source: str | None
+    """What the distance rests on: odometry, joint, closure or typed."""
+    to_go_m: float | None
+    """To the far end, if its distance is known."""
+    joint_no: int | None
+    at_joint: bool
+    code: str | None
+    """None for a tag whose details are still to come."""
+    char1: str | None
+    char2: str | None
+    kind: Code | None
+    """The row of the code pack; None for a code that is not in it."""
+    quant1: float | None
+    quant2: float | None
+    clock_from: int | None
+    clock_to: int | None
+    cont_id: int | None
+    """Number of its stretch."""
+    cont_role: Role | None
+    cont_length_m: float | None
+    """Of the stretch, told at its start once it is finished."""
+    severity: int | None
+    remark: str | None
+    photo: Photo | None
+    x_m: float | None
+    """The wall point: along the axis, right of it, below it (or below the camera's floor)."""
+    y_m: float | None
+    z_m: float | None
+    lon: float | None
+    lat: float | None
+    tagged_by: str
+    tagged_at: datetime
+    edited_at: datetime | None
+
+    @property
+    def unit1(self) -> str | None:
+        """Of `quant1`, by the code pack."""
+        return self.kind.unit_q1 if self.kind and self.quant1 is not None else None
+
+    @property
+    def unit2(self) -> str | None:
+        """Of `quant2`, by the code pack."""
+        return self.kind.unit_q2 if self.kind and self.quant2 is not None else None
+
+    def label(self, language: Language) -> str | None:
+        """What the code means, in the words of its pack."""
+        if self.kind is None:
+            return None
+        return self.kind.label_ms if language == "ms" else self.kind.label
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A continuous defect that is finished."""
+
+    number: int
+    start: Entry
+    changes: tuple[Entry, ...]
+    finish: Entry
+
+
+@dataclass(frozen=True)
+class Source:
+    """The film that the report rests on."""
+
+    kind: str
+    """upload, live or import."""
+    filename: str
+    size: int
+    sha256: str
+    video: Mapping[str, Any]
+    """What the probe found: width, height, duration_s, frames, codec, playable, media_type."""
+
+
+@dataclass(frozen=True)
+class Company:
+    """Whose paper it is."""
+
+    name: str | None = None
+    logo: Path | None = None
+
+
+@dataclass(frozen=True)
+class Report:
+    """An inspection as it stands."""
+
+    id: str
+    """Of the inspection, and so of its report."""
+    name: str
+    status: str
+    made_at: datetime
+    created_at: datetime
+    finished_at: datetime | None
+    revision: int
+    """Rises whenever a distance that was told has changed."""
+    header: Mapping[str, Any]
+    """By the names of `app.catalogue.header.FIELDS`; other names may be there, too."""
+    pack: str
+    """Name of the table of codes."""
+    rig: Rig
+    source: Source
+    entries: tuple[Entry, ...]
+    """By distance, then by time; what is not tracked comes last."""
+    distance_m: float | None
+    """Corrected, of the last frame; so are the next two."""
+    u95_m: float | None
+    raw_distance_m: float | None
+    corrected: Corrected
+    issues: tuple[Issue, ...]
+    """What stands against issuing it."""
+    events: tuple[Event, ...]
+    """Every change of it, oldest first."""
+    track: Track
+    """Corrected, a row for each frame."""
+    raw_track: Track
+    health: tuple[Health, ...]
+    """Of each frame, perhaps none."""
+    wall: Mapping[int, Path]
+    """JPEG tiles of the unrolled wall by number, which counts raw distance (`Layout`)."""
+    layout: Layout | None
+    warning: str | None = None
+    error: str | None = None
+    company: Company = field(default_factory=Company)
+    language: Language = "en"
+    units: Units = "m"
+
+    @property
+    def asset(self) -> str:
+        """What the culvert is called: the asset of the header, else the inspection."""
+        return str(self.header.get("asset_id") or self.name)
+
+    @property
+    def adjusted(self) -> Adjusted | None:
+        """How the raw track was corrected; None where what is stated contradicts itself."""
+        return self.corrected.adjusted
+
+    @property
+    def joints(self) -> tuple[FittedJoint, ...]:
+        """Of the pipe, as far as they were used or marked."""
+        return self.adjusted.joints if self.adjusted else ()
+
+    @property
+    def stretches(self) -> tuple[Stretch, ...]:
+        """The finished ones, by number."""
+        parts: dict[int, list[Entry]] = {}
+        for entry in self.entries:
+            if entry.cont_id is not None:
+                parts.setdefault(entry.cont_id, []).append(entry)
+        found = (_stretch(number, parts[number]) for number in sorted(parts))
+        return tuple(stretch for stretch in found if stretch is not None)
+
+    @property
+    def worst(self) -> Entry | None:
+        """The severest entry, of several the first along the pipe."""
+        rated = [entry for entry in self.entries if entry.severity is not None]
+        return max(rated, key=lambda entry: entry.severity or 0, default=None)
+
+
+@dataclass(frozen=True)
+class Loss:
+    """Something that a format cannot hold."""
+
+    detail: str
+    """A sentence for a person."""
+    entry: Entry | None = None
+
+
+@dataclass(frozen=True)
+class Written:
+    """A report in one format."""
+
+    content: bytes
+    losses: tuple[Loss, ...] = ()
+
+
+def _stretch(number: int, entries: Sequence[Entry]) -> Stretch | None:
+    def of(role: Role) -> list[Entry]:
+        return [entry for entry in entries if entry.cont_role == role]
+
+    starts, finishes = of("start"), of("finish")
+    if not starts or not finishes:
+        return None
+    return Stretch(number, starts[0], tuple(of("change")), finishes[0])
