@@ -1,0 +1,141 @@
+"""Reports without a server: an inspection with observations of every kind, and random ones."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from builders import clip_rig
+
+from app.catalogue import built_in
+from app.reports.report import Entry, Photo, Report, Source
+from app.services.adjustment import Stated, adjust
+from app.services.corrections import Corrected
+from vo_core import Rig, Track
+from vo_core.health import Health
+
+AT = datetime(2026, 9, 14, 9, 42, tzinfo=UTC)
+FPS = 30.0
+LENGTH_M = 24.6
+
+HEADER: Mapping[str, Any] = {
+    "asset_id": "CUL-0041", "start_node": "HW-UP", "end_node": "HW-DN", "direction": "with_flow",
+    "date": "2026-09-14", "time": "09:42", "operator": "Operator 1", "client": "Road authority",
+    "asset_type": "culvert", "shape": "circular", "height_mm": 900, "material": "concrete",
+    "reference_point": "inner face of the headwall", "standard": "EN 13508-2",
+    "edition": "2003+A1:2011", "end_condition": "complete", "unit_length_m": 1.5,
+    "known_length_m": LENGTH_M, "known_length_source": "tape", "job_ref": "JOB-77",
+    "calibration_id": "cal-1", "start_lat": 51.4525, "start_lon": 9.0, "end_lat": 51.4525,
+    "end_lon": 9.0003541,
+}  # fmt: skip
+
+OBSERVATIONS: Sequence[Mapping[str, Any]] = (
+    {"distance_m": 0.0, "code": "BCD", "char1": "Z", "remark": "inlet headwall"},
+    {"distance_m": 0.05, "code": "BDD", "char1": "A", "quant1": 10.0},
+    {"distance_m": 3.2, "code": "BAB", "char1": "B", "char2": "A", "quant1": 2.0, "clock_from": 11,
+     "cont_id": 1, "cont_role": "start", "cont_length_m": 3.2, "severity": 3},
+    {"distance_m": 4.8, "code": "BAB", "char1": "B", "char2": "A", "quant1": 4.0, "clock_from": 11,
+     "cont_id": 1, "cont_role": "change", "severity": 3, "remark": "wider here"},
+    {"distance_m": 6.4, "code": "BAB", "char1": "B", "char2": "A", "quant1": 4.0, "clock_from": 11,
+     "cont_id": 1, "cont_role": "finish", "severity": 3},
+    {"distance_m": 9.75, "code": "BAJ", "char1": "B", "quant1": 18.0, "clock_from": 12,
+     "clock_to": 12, "at_joint": True, "joint_no": 6, "source": "joint", "severity": 2},
+    {"distance_m": 9.75, "code": "BBF", "char1": "B", "clock_from": 3, "at_joint": True,
+     "joint_no": 6, "severity": 3, "remark": 'dripping; text with "quote", and comma'},
+    {"distance_m": 11.0, "code": None, "remark": "=1+1"},
+    {"distance_m": 12.4, "code": "BAC", "char1": "C", "clock_from": 9, "clock_to": 2,
+     "severity": 5, "remark": "wall fallen in; road above: act now"},
+    {"distance_m": 17.12, "code": "BAF", "char1": "F", "char2": "E", "clock_from": 9,
+     "clock_to": 11, "severity": 4, "remark": "Bewehrung sichtbar, über 0,3 m – 钢筋 ظاهر"},
+    {"distance_m": 20.3, "code": "BDB", "severity": 1, "remark": "scour <b>at</b> apron & wall"},
+    {"distance_m": LENGTH_M, "code": "BCE", "char1": "E", "remark": "outlet headwall"},
+)  # fmt: skip
+"""Twelve of every kind: bare tag, stretch, sector, joint, any script, formula, markup."""
+
+
+def entry(seq: int, photos: Path | None = None, **fields: Any) -> Entry:
+    """An entry as the service makes it; `fields` as in Entry.
+
+    Args:
+        seq: Its number.
+        photos: Folder for a picture of it; without one it has none.
+    """
+    distance_m = fields.get("distance_m")
+    known = {name: fields.get(name) for name in ("code", "char1", "char2")}
+    defaults: dict[str, Any] = dict.fromkeys(Entry.__dataclass_fields__) | {
+        "id": f"00000000-0000-4000-8000-{seq:012d}",
+        "seq": seq,
+        "frame": 0 if distance_m is None else round(distance_m * 100),
+        "time_s": None if distance_m is None else round(distance_m * 100 / FPS, 3),
+        "u95_m": None if distance_m is None else round(0.02 + 0.0025 * abs(distance_m), 3),
+        "raw_m": None if distance_m is None else round(distance_m * 1.002, 3),
+        "source": None if distance_m is None else "odometry",
+        "to_go_m": None if distance_m is None else round(LENGTH_M - distance_m, 3),
+        "at_joint": False,
+        "kind": built_in().find(**known),
+        "photo": photo(photos, seq) if photos else None,
+        "tagged_by": "Operator 1",
+        "tagged_at": AT + timedelta(seconds=seq),
+    }
+    return Entry(**defaults | fields)
+
+
+def photo(folder: Path, seq: int, asset: str = "CUL-0041") -> Photo:
+    """A JPEG of 640x480 with its number in it."""
+    picture = np.full((480, 640, 3), (90, 100, 110), np.uint8)
+    noise = np.random.default_rng(seq).integers(0, 60, (60, 80, 3), dtype=np.uint8)
+    picture += cv2.resize(noise, (640, 480), interpolation=cv2.INTER_CUBIC)
+    cv2.putText(picture, str(seq), (40, 280), cv2.FONT_HERSHEY_SIMPLEX, 7, (240, 240, 240), 18)
+    path = folder / f"{seq}.jpg"
+    done = cv2.imwrite(str(path), picture)
+    assert done
+    return Photo(f"{asset}-{seq:03d}.jpg", path, hashlib.sha256(path.read_bytes()).hexdigest())
+
+
+def track_of(length_m: float, rows: int = 500) -> Track:
+    """A steady drive with a sigma that grows."""
+    distance = np.linspace(0, 1000 * length_m, rows)
+    zero = np.zeros(rows)
+    return Track(
+        frame=np.arange(rows), time_s=np.arange(rows) / FPS,
+        x_mm=distance, y_mm=zero, yaw_deg=zero, distance_mm=distance,
+        sigma_distance_mm=10 + distance / 800, quality=np.full(rows, 0.8),
+        status=np.full(rows, "ok"),
+    )  # fmt: skip
+
+
+def report(
+    photos: Path | None = None,
+    observations: Sequence[Mapping[str, Any]] = OBSERVATIONS,
+    **changes: Any,
+) -> Report:
+    """The report of an inspection with these observations.
+
+    Args:
+        photos: Folder for a picture of each observation.
+        observations: Fields of Entry.
+        changes: Fields of Report.
+    """
+    rig = Rig.model_validate(clip_rig())
+    track = track_of(LENGTH_M)
+    stated = Stated()
+    made = Report(
+        id="0123456789abcdef0123456789abcdef", name="Culvert 41", status="done", made_at=AT,
+        created_at=AT, finished_at=AT, revision=0, header=HEADER,
+        pack=built_in().name, rig=rig,
+        source=Source("upload", "CUL-0041_20260914_0942.mp4", 123456, "ab" * 32,
+                      {"width": 640, "height": 480, "duration_s": 82.0, "frames": 2461,
+                       "codec": "h264", "playable": True, "media_type": "video/mp4"}),
+        entries=tuple(entry(n, photos, **fields) for n, fields in enumerate(observations, 1)),
+        distance_m=LENGTH_M, u95_m=0.082, raw_distance_m=24.649,
+        corrected=Corrected(stated, adjust(track, rig, stated, []), None),
+        issues=(), events=(), track=track, raw_track=track,
+        health=tuple[Health, ...](), wall={}, layout=None,
+    )  # fmt: skip
+    return replace(made, **changes)
