@@ -22,8 +22,24 @@ settings.register_profile("long", max_examples=3000)
 
 LONG_FRAMES = 1500
 CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
-# WebGL in software, as in the notes on viser; no other combination draws the 3D view everywhere.
-CHROMIUM_FLAGS = ["--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader"]
+NOT_WANTED = (
+    # The list below the address bar is a page of its own since Chromium 156.  It takes a second of
+    # CPU for every window and now and then, mostly when a server goes away, a whole core for good.
+    "WebUIOmniboxPopup", "WebUIOmniboxFullPopup", "WebUIOmniboxAimPopup",
+    # Playwright's own list, of which only the last one counts.
+    "AimEnabled", "AvoidCorsURLLoaderRestartOnRedirect", "AvoidUnnecessaryBeforeUnloadCheckSync",
+    "DestroyProfileOnBrowserClose", "HttpsFirstBalancedModeAutoEnable", "HttpsUpgrades",
+    "LensOverlay", "MediaRouter", "NetworkTimeServiceQuerying", "OptimizationHints", "PaintHolding",
+    "PreconnectToSearch", "TcpPortRandomizationWin", "ThirdPartyStoragePartitioning",
+)  # fmt: skip
+"""Features of Chromium."""
+CHROMIUM_FLAGS = [
+    "--no-sandbox",
+    # WebGL in software: no other combination draws the 3D view everywhere.
+    "--disable-gpu",
+    "--enable-unsafe-swiftshader",
+    f"--disable-features={','.join(NOT_WANTED)}",
+]
 
 
 @pytest.fixture(scope="session")
