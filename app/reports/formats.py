@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from app.reports import json_report, table
+from app.reports import json_report, spreadsheet, table
 from app.reports.report import Report, Written
 
 
@@ -23,4 +23,10 @@ class Format:
 FORMATS: Mapping[str, Format] = {
     "csv": Format("defects", ".csv", "text/csv; charset=utf-8", table.write),
     "json": Format("defects", ".json", "application/json", json_report.write),
+    "xlsx": Format(
+        "defects",
+        ".xlsx",
+        "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
+        spreadsheet.write,
+    ),
 }

@@ -4,24 +4,73 @@ from __future__ import annotations
 
 import csv
 import io
+from dataclasses import dataclass
 from datetime import datetime
 
 from app.reports.report import Entry, Report, Written
+from app.reports.text import legible
 
-COLUMNS = (
-    "report_id", "asset_id", "seq", "distance_m", "distance_u95_m", "distance_source",
-    "distance_raw_m", "calibration_id", "distance_to_go_m", "joint_no", "at_joint", "code", "char1",
-    "char2", "label", "quant1", "unit1", "quant2", "unit2", "clock_from", "clock_to", "cont_id",
-    "cont_role", "cont_length_m", "severity", "code_pack", "video_file", "video_time_s", "frame",
-    "photo_file", "photo_sha256", "x_m", "y_m", "z_m", "lon", "lat", "remark", "tagged_by",
-    "tagged_at", "edited_at",
-)  # fmt: skip
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table."""
+
+    name: str
+    meaning: str
+    unit: str | None = None
+
+
+DICTIONARY = (
+    Column("report_id", "Of the inspection, and so of its report"),
+    Column("asset_id", "Name of the culvert, of the header"),
+    Column("seq", "Number of the observation; never used twice in an inspection"),
+    Column("distance_m", "From the zero point along the axis, corrected", "m"),
+    Column("distance_u95_m", "Half-width of the 95 % interval of the distance", "m"),
+    Column("distance_source", "What the distance rests on: odometry, joint, closure or typed"),
+    Column("distance_raw_m", "The same distance as it was measured, before corrections", "m"),
+    Column("calibration_id", "Calibration of the camera, of the header"),
+    Column("distance_to_go_m", "From here to the far end, where its distance is known", "m"),
+    Column("joint_no", "Number of the joint beside it; the first after the zero point is 1"),
+    Column("at_joint", "1 within 200 mm of a joint, else 0"),
+    Column("code", "Main code; empty for a tag whose details are still to come"),
+    Column("char1", "First characterisation of the code"),
+    Column("char2", "Second characterisation of the code"),
+    Column("label", "The code in words, of the code pack"),
+    Column("quant1", "First quantity", "unit1"),
+    Column("unit1", "Unit of quant1: mm, %, deg, ppm or count"),
+    Column("quant2", "Second quantity", "unit2"),
+    Column("unit2", "Unit of quant2"),
+    Column("clock_from", "Clock position, or where its sector begins: 12 crown, 6 invert", "h"),
+    Column("clock_to", "Where the sector ends, clockwise seen in the direction of travel", "h"),
+    Column("cont_id", "Number of the stretch (continuous defect) that it belongs to"),
+    Column("cont_role", "Its part in the stretch: start, change or finish"),
+    Column("cont_length_m", "Length of the stretch, told at its start", "m"),
+    Column("severity", "0 note, 1 as new, 2 slight, 3 watch, 4 plan repair, 5 act now"),
+    Column("code_pack", "Name of the table of codes"),
+    Column("video_file", "Name of the video"),
+    Column("video_time_s", "Time of the frame in the video", "s"),
+    Column("frame", "Number of the frame; the first one is 0"),
+    Column("photo_file", "Name of the photo in the evidence bundle"),
+    Column("photo_sha256", "SHA-256 of the photo, hexadecimal"),
+    Column("x_m", "Wall point along the axis", "m"),
+    Column("y_m", "Wall point to the right of the axis", "m"),
+    Column("z_m", "Wall point below the axis of a pipe, or below a floor", "m"),
+    Column("lon", "Longitude between the ends of the header, WGS 84", "deg"),
+    Column("lat", "Latitude between the ends of the header, WGS 84", "deg"),
+    Column("remark", "In the words of who tagged it"),
+    Column("tagged_by", "Who tagged it"),
+    Column("tagged_at", "When, ISO 8601"),
+    Column("edited_at", "When it was changed last, ISO 8601; empty if never"),
+)
+
+COLUMNS = tuple(column.name for column in DICTIONARY)
 """One row an observation, in this order."""
 
 
 Cell = str | int | float | None
 
-_FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
+FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
+"""Of text that a spreadsheet would run."""
 
 
 def write(report: Report) -> Written:
@@ -46,7 +95,7 @@ def iso(instant: datetime | None) -> str | None:
 
 def plain(text: str) -> str:
     """Text that no spreadsheet takes for a formula."""
-    return f"'{text}" if text.startswith(_FORMULA_STARTS) else text
+    return f"'{text}" if text.startswith(FORMULA_STARTS) else text
 
 
 def _row(report: Report, entry: Entry) -> dict[str, Cell]:
@@ -97,7 +146,7 @@ def _row(report: Report, entry: Entry) -> dict[str, Cell]:
 
 def _csv_cell(name: str, value: Cell) -> Cell:
     if isinstance(value, str):
-        return plain(value)
+        return plain(legible(value))
     if isinstance(value, float) and name.endswith(("_m", "_s")):
         return f"{value:.3f}"
     return value

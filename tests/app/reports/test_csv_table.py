@@ -1,0 +1,45 @@
+"""The CSV, read back with the standard library."""
+
+import csv
+import io
+
+import pytest
+from reports import OBSERVATIONS, report
+
+from app.reports.table import COLUMNS, write
+
+
+def rows_of(made):
+    return list(csv.DictReader(io.StringIO(write(made).content.decode("utf-8-sig"), newline="")))
+
+
+def test_there_is_a_row_for_each_observation_under_the_agreed_columns():
+    rows = rows_of(report())
+    assert tuple(rows[0]) == COLUMNS
+    assert [row["remark"] for row in rows if row["code"] == "BDB"] == [
+        "scour <b>at</b> apron & wall"
+    ]
+    assert [row["distance_m"] for row in rows] == [
+        f"{fields['distance_m']:.3f}" for fields in OBSERVATIONS
+    ]
+
+
+def test_no_number_becomes_text_and_no_text_a_formula():
+    texts = ("=1", "+1", "-1", "@a", "\tx", "\rx", "ok", "a=b")
+    fields = [{"distance_m": -1.25, "quant1": -2.5, "remark": text} for text in texts]
+    rows = rows_of(report(observations=fields))
+    assert [row["remark"] for row in rows] == [
+        "'=1", "'+1", "'-1", "'@a", "'\tx", "'\rx", "ok", "a=b",
+    ]  # fmt: skip
+    assert {(row["distance_m"], row["quant1"]) for row in rows} == {("-1.250", "-2.5")}
+
+
+@pytest.mark.parametrize("remark", ["two\nlines", 'a "quote", a comma; a semicolon', "钢筋 ظاهر"])
+def test_any_text_comes_back(remark):
+    (row,) = rows_of(report(observations=[{"distance_m": 1.0, "remark": remark}]))
+    assert row["remark"] == remark
+
+
+def test_what_cannot_be_encoded_is_replaced():
+    (row,) = rows_of(report(observations=[{"distance_m": 1.0, "remark": "a\ud800b"}]))
+    assert row["remark"] == "a\ufffdb"
