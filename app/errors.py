@@ -178,6 +178,10 @@ class ExportNotAvailable(AppError):
     """The export format is not built yet."""
 
 
+class InvalidImport(AppError):
+    """The file is no inspection that can be read; the text says what is wrong where."""
+
+
 class PackNotFound(AppError):
     """No code pack has this id."""
 
@@ -295,6 +299,7 @@ STATUS: dict[type[Exception], tuple[int, str]] = {
     OpenStretches: (409, "open_stretches"),
     NothingRecorded: (409, "nothing_recorded"),
     ExportNotAvailable: (501, "export_not_available"),
+    InvalidImport: (422, "invalid_import"),
     InvalidPack: (422, "invalid_pack"),
     PackNameTaken: (409, "pack_name_taken"),
     PackInUse: (409, "pack_in_use"),

@@ -68,7 +68,7 @@ export function wordFor(area, name) {
 
 /** Here the server's own sentence says more than any of ours: it names the field, the file, the number. */
 const TOLD_BY_THE_SERVER = new Set([
-  'invalid_request', 'invalid_rig', 'rig_video_mismatch', 'unreadable_video', 'invalid_pack',
+  'invalid_request', 'invalid_rig', 'rig_video_mismatch', 'unreadable_video', 'invalid_pack', 'invalid_import',
   'invalid_correction', 'invalid_message', 'shape_mismatch', 'open_stretches', 'live_source_refused',
   'not_ready', 'unknown_host', 'sample_failed', 'camera_unreachable',
 ]);
