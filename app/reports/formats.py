@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from app.reports import json_report, spreadsheet, table
+from app.reports.exchange import en13508, geojson, isybau, m150, ribx
 from app.reports.report import Report, Written
 
 
@@ -29,4 +30,9 @@ FORMATS: Mapping[str, Format] = {
         "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
         spreadsheet.write,
     ),
+    "en13508": Format("en13508", ".txt", "text/plain; charset=us-ascii", en13508.write),
+    "ribx": Format("ribx", ".ribx", "application/xml", ribx.write),
+    "isybau": Format("isybau", ".xml", "application/xml", isybau.write),
+    "m150": Format("m150", ".xml", "application/xml", m150.write),
+    "geojson": Format("map", ".geojson", "application/geo+json", geojson.write),
 }

@@ -1,0 +1,85 @@
+"""The ends of the culvert in the map systems that other programs ask for."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+
+from pyproj import Transformer
+
+from app.reports.exchange.fields import Fields
+
+_WGS84 = 4326
+_RD = 28992
+_RD_BOUNDS = (3.2, 50.7, 7.3, 53.7)
+"""West, south, east and north of the Netherlands."""
+NAMES = ("start_lat", "start_lon", "end_lat", "end_lon")
+
+
+@dataclass(frozen=True)
+class Ends:
+    """Longitude and latitude of both ends, in degrees."""
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+
+    @property
+    def zone(self) -> int:
+        """UTM zone of the start."""
+        return min(60, max(1, math.floor((self.start[0] + 180) / 6) + 1))
+
+    @property
+    def is_north(self) -> bool:
+        """Of the equator."""
+        return self.start[1] >= 0
+
+    @property
+    def is_dutch(self) -> bool:
+        """Within the bounds of the Dutch system."""
+        west, south, east, north = _RD_BOUNDS
+        return all(
+            west <= lon <= east and south <= lat <= north for lon, lat in (self.start, self.end)
+        )
+
+
+def ends_of(fields: Fields) -> Ends | None:
+    """None unless both are known."""
+    found = [_degrees(fields, name) for name in NAMES]
+    start_lat, start_lon, end_lat, end_lon = found
+    if start_lat is None or start_lon is None or end_lat is None or end_lon is None:
+        return None
+    return Ends((start_lon, start_lat), (end_lon, end_lat))
+
+
+def missing_of(fields: Fields) -> list[str]:
+    """Names of the header fields that the coordinates of both ends need."""
+    return [name for name in NAMES if _degrees(fields, name) is None]
+
+
+def _degrees(fields: Fields, name: str) -> float | None:
+    most = 90 if name.endswith("_lat") else 180
+    return fields.number_within(name, -most, most)
+
+
+def utm_m(ends: Ends) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """Easting and northing of both ends in the zone of the start; None near the poles."""
+    return _both(ends, (32600 if ends.is_north else 32700) + ends.zone)
+
+
+def rd_m(ends: Ends) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """X and y of both ends in the Dutch system; None outside the Netherlands."""
+    return _both(ends, _RD) if ends.is_dutch else None
+
+
+def _both(ends: Ends, epsg: int) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    to = _transformer(epsg)
+    start, end = to.transform(*ends.start), to.transform(*ends.end)
+    if not all(map(math.isfinite, (*start, *end))):
+        return None
+    return (float(start[0]), float(start[1])), (float(end[0]), float(end[1]))
+
+
+@cache
+def _transformer(epsg: int) -> Transformer:
+    return Transformer.from_crs(_WGS84, epsg, always_xy=True)

@@ -1,0 +1,186 @@
+"""EN 13508-2 text: the exchange format of Annex B of EN 13508-2:2003+A1:2011.
+
+One reader decodes UTF-8 whatever the file says, another stops at an empty line, a third takes an
+end node that is missing for a lateral: so the file is plain ASCII, dense and complete.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from app.reports.exchange import lists
+from app.reports.exchange.ascii import transliterate
+from app.reports.exchange.fields import Fields
+from app.reports.exchange.survey import (
+    END,
+    ONLY_IN_TABLES,
+    START,
+    Names,
+    Row,
+    day_of,
+    film,
+    hours,
+    joined,
+    names_of,
+    plain_number,
+    rows_of,
+    standard_of,
+    unit_length_m,
+)
+from app.reports.report import Loss, Report, Written
+
+STANDARD = "EN 13508-2:2003+A1:2011"
+
+_FORMAT = "EN 13508-2"
+_FILE = ("#A1=ISO-8859-1", "#A2=en", "#A3=;", "#A4=.", '#A5="', "#A6=2010")
+_ALWAYS = (
+    "AAA", "AAB", "AAD", "AAF", "AAK", "ABA", "ABC", "ABE", "ABF", "ABG", "ABH", "ABI", "ABM",
+    "ABQ", "ABS", "ACA", "ACB", "ACC", "ACD", "ACG", "ACM", "ADA",
+)  # fmt: skip
+"""Of `#B01`; other fields are there when they are filled."""
+_COLUMNS = ("I", "J", "A", "B", "C", "D", "E", "G", "H", "K", "M", "N", "F")
+
+
+def write(report: Report) -> Written:
+    """One inspection: header of the file, `#B01`, `#C`, a row for each entry, `#Z`."""
+    fields = Fields(report.header)
+    rows, losses = rows_of(report)
+    names, lost = names_of(report, fields, _name)
+    losses += lost
+    header, lost = header_fields(report, fields, names)
+    losses += lost
+    codes = sorted({*_ALWAYS, *(code for code, value in header.items() if value)})
+    lines = [
+        *_FILE,
+        f"#B01={';'.join(codes)}",
+        _line(header.get(code, "") for code in codes),
+        f"#C={';'.join(_COLUMNS)}",
+        *(_line(_values(row, names)) for row in rows),
+        "#Z",
+    ]
+    losses += [ASCII_ONLY, ONLY_IN_TABLES, *fields.losses(_FORMAT)]
+    return Written("".join(f"{line}\r\n" for line in lines).encode("ascii"), tuple(losses))
+
+
+ASCII_ONLY = Loss("The file is plain ASCII: other letters are transliterated.")
+
+
+def header_fields(
+    report: Report, fields: Fields, names: Names
+) -> tuple[Mapping[str, str], list[Loss]]:
+    """Values of the header by their codes, ASCII, and what was lost; RIBX has the same ones."""
+    day, losses = day_of(report, fields)
+    losses += standard_of(fields)
+    clock = fields.time()
+    values, explained = _lists(report, fields)
+    expected_m = fields.number_within("expected_length_m", 0, 1e6)
+    known_m = fields.number_within("known_length_m", 0, 1e6)
+    length_m = known_m if expected_m is None else expected_m
+    height_mm = fields.number_within("height_mm", 0, 1e6)
+    width_mm = fields.number_within("width_mm", 0, 1e6)
+    if width_mm is None and values["ACA"] == "A":
+        width_mm = height_mm
+    cleaned = fields.flag("cleaned")
+    unit_m = unit_length_m(report, fields)
+    values |= {
+        "AAA": names.asset,
+        "AAB": names.start,
+        "AAD": names.upstream,
+        "AAF": names.downstream,
+        "AAJ": transliterate(joined(*map(fields.text, ("location_text", "road")))),
+        "AAM": transliterate(fields.text("client")),
+        "ABA": STANDARD,
+        "ABF": day or "",
+        "ABG": clock[0] if clock else "",
+        "ABH": transliterate(fields.text("operator")),
+        "ABI": transliterate(fields.text("job_ref")),
+        "ABJ": transliterate(fields.text("client_job_ref")),
+        "ABM": "A",
+        "ABQ": "" if length_m is None else plain_number(length_m, 2),
+        "ABS": film(report),
+        "ACB": "" if height_mm is None else plain_number(height_mm, 0),
+        "ACC": "" if width_mm is None else plain_number(width_mm, 0),
+        "ACG": "" if unit_m is None else plain_number(unit_m, 3),
+        "ACM": {True: "A", False: "B", None: ""}[cleaned],
+        "ADE": transliterate(joined(fields.text("remarks"), *explained.values())),
+    }
+    year = fields.number_within("year", 1, 9999)
+    temperature_c = fields.number_within("temperature_c", -100, 100)
+    values["ACN"] = "" if year is None else plain_number(year, 0)
+    values["ADB"] = "" if temperature_c is None else plain_number(temperature_c, 1)
+    return values, losses
+
+
+def _lists(report: Report, fields: Fields) -> tuple[dict[str, str], dict[str, str]]:
+    """Letters of the fields with a list, and in words what Z stands for there."""
+    words = {name: fields.text(name) for name in ("material", "weather", "reference_point")}
+    material = lists.material(words["material"])
+    weather = lists.weather(words["weather"])
+    zero = lists.reference_point(words["reference_point"] or "inner face of the headwall")
+    values = {
+        "AAK": fields.choice("direction", lists.DIRECTIONS_EN) or "",
+        "ABC": zero.en if zero else lists.OTHER,
+        "ABE": fields.choice("method", lists.METHODS_EN) or lists.METHODS_EN["camera"],
+        "ACA": fields.choice("shape", lists.SHAPES_EN) or "",
+        "ACD": material.en if material else lists.OTHER if words["material"] else "",
+        "ADA": weather.en if weather else "",
+    }
+    explained = {}
+    if values["ABC"] == lists.OTHER:
+        explained["ABC"] = f"zero point: {words['reference_point']}"
+    if values["ABE"] == lists.OTHER:
+        explained["ABE"] = f"method: {report.header.get('method')}"
+    if values["ACA"] == lists.OTHER:
+        explained["ACA"] = "shape: other"
+    if values["ACD"] == lists.OTHER:
+        explained["ACD"] = f"material: {words['material']}"
+    if words["weather"] and not weather:
+        explained["ADA"] = f"weather: {words['weather']}"
+    return values, explained
+
+
+def columns(row: Row, names: Names) -> dict[str, str]:
+    """Values of a row by their codes, ASCII; empty ones are left out."""
+    node = {START: names.start, END: names.end}.get(row.code)
+    quant1 = "" if row.quant1 is None else plain_number(row.quant1)
+    clocks = [str(hour) for hour in row.clocks]
+    remark = row.remark
+    if node is not None and quant1:
+        remark = joined(remark, f"quantity {quant1}")
+    values = {
+        "I": plain_number(row.distance_m, 2),
+        "J": f"{row.stretch[0]}{row.stretch[1]}" if row.stretch else "",
+        "A": row.code,
+        "B": row.char1,
+        "C": row.char2,
+        "D": node if node is not None else quant1,
+        "E": "" if row.quant2 is None else plain_number(row.quant2),
+        "G": clocks[0] if clocks else "",
+        "H": clocks[1] if len(clocks) > 1 else "",
+        "K": "A" if row.entry.at_joint else "",
+        "M": transliterate(row.photo or ""),
+        "N": "" if row.time_s is None else hours(row.time_s),
+        "F": transliterate(remark),
+    }
+    return {code: value for code, value in values.items() if value}
+
+
+def _name(text: str) -> str:
+    """Without a # in front, which begins another line of the file."""
+    return transliterate(text).lstrip("# ")
+
+
+def _values(row: Row, names: Names) -> Iterable[str]:
+    values = columns(row, names)
+    return (values.get(code, "") for code in _COLUMNS)
+
+
+def _line(values: Iterable[str]) -> str:
+    return ";".join(map(_quoted, values))
+
+
+def _quoted(value: str) -> str:
+    if ";" not in value and '"' not in value:
+        return value
+    doubled = value.replace('"', '""')
+    return f'"{doubled}"'

@@ -1,0 +1,110 @@
+"""The header of a report, read by a format that notes what it has found a place for."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from datetime import date
+from typing import Any
+
+from app.reports.exchange.ascii import one_line
+from app.reports.report import Loss
+
+_DATE = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
+_TIME = re.compile(r"([01][0-9]|2[0-3]):([0-5][0-9])(:([0-5][0-9]))?")
+_NEVER_SAID = frozenset({"standard", "edition", "code_pack", "video_files", "end_condition"})
+"""What the codes, the film and the last observation say."""
+
+
+class Fields:
+    """Values of the header by name; what is asked for and there counts as told."""
+
+    def __init__(self, header: Mapping[str, Any]) -> None:
+        self._header = header
+        self._told = set(_NEVER_SAID)
+
+    def text(self, name: str) -> str:
+        """On one line; empty if there is none, or only a number where words are wanted."""
+        value = self._header.get(name)
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            return ""
+        found = one_line(str(value))
+        if found:
+            self._told.add(name)
+        return found
+
+    def number(self, name: str) -> float | None:
+        """Finite; also of a text that is one."""
+        value = self._header.get(name)
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            return None
+        try:
+            found = float(value)
+        except (ValueError, OverflowError):
+            return None
+        if not math.isfinite(found):
+            return None
+        self._told.add(name)
+        return found
+
+    def number_within(self, name: str, least: float, most: float) -> float | None:
+        """None outside the bounds too, which both belong to it."""
+        value = self._header.get(name)
+        found = self.number(name)
+        if found is not None and not least <= found <= most:
+            self._told.discard(name)
+            return None
+        return found if value is not None else None
+
+    def flag(self, name: str) -> bool | None:
+        """True or false."""
+        value = self._header.get(name)
+        if not isinstance(value, bool):
+            return None
+        self._told.add(name)
+        return value
+
+    def choice(self, name: str, meanings: Mapping[str, str]) -> str | None:
+        """What the value stands for; None if the format has nothing for it."""
+        value = self._header.get(name)
+        found = meanings.get(value) if isinstance(value, str) else None
+        if found is not None:
+            self._told.add(name)
+        return found
+
+    def day(self) -> str | None:
+        """Of the survey, ISO 8601."""
+        value = self._header.get("date")
+        if not isinstance(value, str) or not _DATE.fullmatch(value):
+            return None
+        try:
+            date.fromisoformat(value)
+        except ValueError:
+            return None
+        self._told.add("date")
+        return value
+
+    def time(self) -> tuple[str, str] | None:
+        """Of the survey: hh:mm and its seconds."""
+        value = self._header.get("time")
+        found = _TIME.fullmatch(value) if isinstance(value, str) else None
+        if found is None:
+            return None
+        self._told.add("time")
+        return f"{found[1]}:{found[2]}", found[4] or "00"
+
+    def tell(self, *names: str) -> None:
+        """They have found a place in another way."""
+        self._told.update(names)
+
+    def losses(self, format_name: str) -> list[Loss]:
+        """The fields that are filled and have found no place, in one sentence."""
+        left = sorted(
+            one_line(str(name))
+            for name, value in self._header.items()
+            if name not in self._told and value is not None and value != ""
+        )
+        if not left:
+            return []
+        return [Loss(f"{format_name} has no place for these header fields: {', '.join(left)}.")]

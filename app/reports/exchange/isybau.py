@@ -1,0 +1,389 @@
+"""ISYBAU XML 2017-07: the survey, with nodes and pipe, without which readers take nothing.
+
+The order of the elements is that of the official schema; lists are named by their number there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from xml.etree.ElementTree import Element
+
+from app.reports.exchange import lists
+from app.reports.exchange.ascii import one_line
+from app.reports.exchange.coordinates import ends_of, utm_m
+from app.reports.exchange.fields import Fields
+from app.reports.exchange.survey import (
+    END,
+    ONLY_IN_TABLES,
+    START,
+    Names,
+    Row,
+    about,
+    day_of,
+    decimals,
+    film,
+    hours,
+    joined,
+    length_m,
+    names_of,
+    plain_number,
+    rows_of,
+    standard_of,
+    unit_length_m,
+)
+from app.reports.exchange.tree import child, children, to_bytes
+from app.reports.report import Loss, Report, Written
+
+_FORMAT = "ISYBAU"
+_NAMESPACES = {
+    "xmlns:xsi": "http://www.w3.org/2001/XMLSchema-instance",
+    "xmlns": "http://www.bfr-abwasser.de",
+}
+_MASTER, _STATE = "STA01", "ZUS01"
+_LONGEST_NAME, _LONGEST_PERSON, _LONGEST_ORDER, _LONGEST_FILM = 30, 40, 60, 255
+_MAX_M, _MAX_UNIT_M, _MAX_MM, _MAX_STRETCH = 999.99, 99.99, 9999, 99
+_EN_2011 = "8"
+"""U102: EN 13508-2 of 2011 without national rules."""
+_ZONES = (31, 32, 33)
+"""Of UTM, in which the collection of the federal states is kept."""
+_END_TO_END = {START, END}
+
+
+def write(report: Report) -> Written:
+    """ISO-8859-1 with character references, CRLF."""
+    fields = Fields(report.header)
+    rows, losses = rows_of(report)
+    names, lost = names_of(
+        report, fields, one_line, longest_asset=_LONGEST_NAME, longest_node=_LONGEST_NAME
+    )
+    losses += lost + standard_of(fields)
+    root = Element("Identifikation", _NAMESPACES)
+    child(root, "Version", "2017-07")
+    child(root, "Admindaten")
+    made_on = report.made_at.date().isoformat()
+    collectives = children(
+        child(root, "Datenkollektive"), {"Datenstatus": "1", "Erstellungsdatum": made_on}
+    )
+    pipe = _Pipe(report, fields, names)
+    _identifiers(collectives, made_on, has_film=bool(film(report)))
+    losses += _master_data(collectives, pipe)
+    losses += _survey(collectives, pipe, rows)
+    losses += [ONLY_IN_TABLES, *fields.losses(_FORMAT)]
+    declaration = '<?xml version="1.0" encoding="ISO-8859-1" standalone="yes"?>'
+    return Written(to_bytes(root, declaration, "iso-8859-1"), tuple(losses))
+
+
+class _Pipe:
+    """The culvert as master data and survey both tell it."""
+
+    def __init__(self, report: Report, fields: Fields, names: Names) -> None:
+        self.report = report
+        self.fields = fields
+        self.names = names
+        self.length_m = length_m(report, fields)
+        height_mm = fields.number_within("height_mm", 0, _MAX_MM)
+        width_mm = fields.number_within("width_mm", 0, _MAX_MM)
+        self.profile = fields.choice("shape", lists.SHAPES_ISYBAU)
+        if width_mm is None and self.profile == lists.SHAPES_ISYBAU["circular"]:
+            width_mm = height_mm
+        self.height = None if height_mm is None else decimals(height_mm, 0)
+        self.width = None if width_mm is None else decimals(width_mm, 0)
+        words = fields.text("material")
+        found = lists.material(words) if words else None
+        self.material = found.german if found else None
+        self.unknown_material = words if words and not self.material else ""
+        self.system = fields.choice("asset_type", lists.SYSTEMS_ISYBAU) or "KR"
+        self.direction = fields.choice("direction", lists.DIRECTIONS_ISYBAU)
+        self.ends = ends_of(fields)
+
+
+def _identifiers(collectives: Element, made_on: str, *, has_film: bool) -> None:
+    """Every collective by its key, which the collective itself repeats."""
+    keys = child(collectives, "Kennungen")
+    master = children(child(keys, "Kollektiv"), {"Kennung": _MASTER, "Kollektivart": "1"})
+    children(
+        child(child(master, "Kollektiveigenschaft"), "Stammdaten"),
+        {"Stammdatentyp": 1, "Bautechnik": 1, "Geometrie": 1, "Sanierung": 0, "Umfeld": 0},
+    )
+    state = children(child(keys, "Kollektiv"), {"Kennung": _STATE, "Kollektivart": "2"})
+    children(
+        child(child(state, "Kollektiveigenschaft"), "Zustandsdaten"),
+        {"Inspektion": 1, "Dichtheit": 0, "Film": int(has_film)},
+    )
+    for collective in (master, state):
+        children(collective, {"Regelwerk": "6", "Bearbeitungsstand": made_on})
+
+
+def _master_data(collectives: Element, pipe: _Pipe) -> list[Loss]:
+    names = pipe.names
+    map_data, losses = _map(pipe)
+    master = child(collectives, "Stammdatenkollektiv")
+    children(master, {"Kennung": _MASTER, "Beschreibung": "nodes and pipe"})
+    for name in dict.fromkeys((names.upstream, names.downstream)):
+        node = _asset(master, name, "2", pipe.system)
+        kind = child(node, "Knoten")
+        child(kind, "KnotenTyp", "0")
+        child(child(kind, "Schacht"), "SchachtFunktion", "1")
+        if map_data:
+            place = Element("Knoten")
+            _point(place, "Punkt", map_data.points[name])
+            _geometry(node, "1", "P", place, map_data.system)
+    asset = _asset(master, names.asset, "1", pipe.system)
+    edge = child(asset, "Kante")
+    children(edge, {"KantenTyp": "0"} | _nodes(names))
+    children(edge, {"Laenge": _metres(pipe.length_m), "Material": pipe.material})
+    profile = child(edge, "Profil")
+    children(profile, {"SonderprofilVorhanden": "0", "Profilart": pipe.profile})
+    children(profile, {"Profilbreite": pipe.width, "Profilhoehe": pipe.height})
+    child(child(edge, "Haltung"), "HaltungsFunktion", "1")
+    if map_data:
+        lines = Element("Kanten")
+        line = child(lines, "Kante")
+        _point(line, "Start", map_data.points[names.upstream])
+        _point(line, "Ende", map_data.points[names.downstream])
+        _geometry(asset, "4", "L", lines, map_data.system)
+    return losses
+
+
+def _asset(master: Element, name: str, kind: str, system: str) -> Element:
+    return children(
+        child(master, "AbwassertechnischeAnlage"),
+        {"Objektbezeichnung": name, "Objektart": kind, "Status": "0", "Entwaesserungsart": system},
+    )
+
+
+def _nodes(names: Names) -> dict[str, object]:
+    return {
+        "KnotenZulauf": names.upstream,
+        "KnotenZulaufTyp": "0",
+        "KnotenAblauf": names.downstream,
+        "KnotenAblaufTyp": "0",
+    }
+
+
+def _geometry(asset: Element, kind: str, form: str, shape: Element, system: str) -> None:
+    geometry = children(child(asset, "Geometrie"), {"GeoObjektart": kind, "GeoObjekttyp": form})
+    child(geometry, "Geometriedaten").append(shape)
+    child(geometry, "CRSLage", system)
+
+
+@dataclass(frozen=True)
+class _Map:
+    points: dict[str, tuple[float, float]]
+    """Easting and northing of the nodes in metres."""
+    system: str
+
+
+def _map(pipe: _Pipe) -> tuple[_Map | None, list[Loss]]:
+    ends, names = pipe.ends, pipe.names
+    if ends is None:
+        return None, [Loss("Without coordinates of both ends the file has no geometry.")]
+    found = utm_m(ends) if ends.is_north and ends.zone in _ZONES else None
+    if found is None:
+        zones = ", ".join(map(str, _ZONES))
+        return None, [
+            Loss(f"ISYBAU knows UTM zones {zones}; the ends are elsewhere and are left out.")
+        ]
+    points = {names.end: found[1], names.start: found[0]}
+    return _Map(points, f"ETRS89_UTM{ends.zone}"), []
+
+
+def _point(parent: Element, name: str, point: tuple[float, float]) -> None:
+    children(
+        child(parent, name),
+        {
+            "Rechtswert": f"{point[0]:.3f}",
+            "Hochwert": f"{point[1]:.3f}",
+            "PunktattributAbwasser": "SMP",
+        },
+    )
+
+
+def _survey(collectives: Element, pipe: _Pipe, rows: list[Row]) -> list[Loss]:
+    report, fields, names = pipe.report, pipe.fields, pipe.names
+    losses: list[Loss] = []
+    state = child(collectives, "Zustandsdatenkollektiv")
+    children(state, {"Kennung": _STATE, "Beschreibung": "culvert inspection"})
+    order = child(child(state, "Auftraege"), "Auftrag")
+    job = _cut(fields.text("job_ref") or report.name, _LONGEST_ORDER, "job", losses)
+    children(order, {"Auftragsbezeichnung": job or "1", "Auftragskennung": "1"})
+    purpose = fields.choice("purpose", lists.PURPOSES_ISYBAU)
+    contractor = _cut(fields.text("contractor"), _LONGEST_ORDER, "contractor", losses)
+    children(
+        order,
+        {
+            "Auftragsart": "1",
+            "Inspektionszweck": purpose,
+            "Kodiersystem": _EN_2011,
+            "Auftragnehmer": contractor,
+        },
+    )
+    asset = child(state, "InspizierteAbwassertechnischeAnlage")
+    children(asset, {"Objektbezeichnung": names.asset, "Anlagentyp": "1"})
+    inspection = child(asset, "OptischeInspektion")
+    day, lost = day_of(report, fields)
+    losses += lost
+    clock = fields.time()
+    values, remark = _circumstances(fields)
+    name = film(report)
+    operator = _cut(fields.text("operator"), _LONGEST_PERSON, "operator", losses)
+    method = fields.choice("method", lists.METHODS_ISYBAU)
+    children(
+        inspection,
+        {
+            "Auftragskennung": "1",
+            "Inspektionsdatum": day,
+            "Inspektionsverfahren": method or lists.METHODS_ISYBAU["camera"],
+            "NameUntersucher": operator,
+            "Uhrzeit": ":".join(clock) if clock else None,
+            **values,
+            "Videoablagereferenz": "1" if name else None,
+            "Bemerkung": joined(
+                fields.text("remarks"),
+                remark,
+                f"material: {pipe.unknown_material}" if pipe.unknown_material else "",
+            ),
+        },
+    )
+    direction = pipe.direction
+    if direction is None:
+        direction = lists.DIRECTIONS_ISYBAU["with_flow"]
+        losses.append(Loss("The direction is not known; the file says with the flow."))
+    _run(inspection, pipe, direction, rows, losses, has_film=bool(name))
+    if name:
+        _film(state, _cut(name, _LONGEST_FILM, "film", losses), names.asset, direction)
+    return losses
+
+
+def _circumstances(fields: Fields) -> tuple[dict[str, object], str]:
+    """Weather to flow control, and in words what the lists do not have."""
+    weather, control = fields.text("weather"), fields.text("flow_control")
+    found = lists.weather(weather)
+    temperature_c = fields.number_within("temperature_c", -99, 99)
+    cleaned = fields.flag("cleaned")
+    number = lists.flow_control(control) if control else None
+    values: dict[str, object] = {
+        "Wetter": found.german if found else None,
+        "Temperatur": None if temperature_c is None else decimals(temperature_c, 0),
+        "Reinigung": {True: "1", False: "0", None: None}[cleaned],
+        "Wasserhaltung": number or ("6" if control else None),
+    }
+    words = (
+        f"weather: {weather}" if weather and not found else "",
+        f"flow control: {control}" if control and not number else "",
+    )
+    return values, joined(*words)
+
+
+def _run(
+    inspection: Element,
+    pipe: _Pipe,
+    direction: str,
+    rows: list[Row],
+    losses: list[Loss],
+    *,
+    has_film: bool,
+) -> None:
+    run = child(inspection, "Rohrleitung")
+    zero = lists.reference_point(pipe.fields.text("reference_point") or "inner face")
+    if zero is None:
+        text = pipe.fields.text("reference_point")
+        losses.append(Loss(f"The zero point ({text}) is not in the list of ISYBAU."))
+    children(
+        run,
+        {
+            "Rohrleitungstyp": "0",
+            "Inspektionsrichtung": direction,
+            "BezugspunktLage": zero.german if zero else None,
+            "Inspektionslaenge": _metres(pipe.report.distance_m),
+            "Inspektionsart": "2",
+            "ArtVideoreferenz": "1" if has_film else "4",
+        },
+    )
+    unit_m = unit_length_m(pipe.report, pipe.fields)
+    basics = child(run, "RGrunddaten")
+    children(basics, _nodes(pipe.names))
+    children(
+        basics,
+        {
+            "Profilhoehe": pipe.height,
+            "Profilbreite": pipe.width,
+            "Profilart": pipe.profile,
+            "Material": pipe.material,
+            "Regeleinzelrohrlaenge": _metres(unit_m, _MAX_UNIT_M),
+        },
+    )
+    fitting = [row for row in rows if row.distance_m <= _MAX_M]
+    losses += [
+        about(row, "lies beyond the 999.99 m that ISYBAU can hold and is left out")
+        for row in rows
+        if row.distance_m > _MAX_M
+    ]
+    if fitting:
+        data = child(run, "Inspektionsdaten")
+        for index, row in enumerate(fitting, 1):
+            children(child(data, "RZustand"), {"Index": index} | _row(row, losses))
+
+
+def _row(row: Row, losses: list[Loss]) -> dict[str, object]:
+    remark, char1, char2 = row.remark, row.char1, row.char2
+    if row.code in _END_TO_END:
+        remark = joined(remark, characters_in_words(row))
+        char1, char2 = "XP", ""
+    stretch = row.stretch
+    if stretch and stretch[1] > _MAX_STRETCH:
+        remark, stretch = joined(remark, f"stretch {stretch[0]}{stretch[1]}"), None
+        losses.append(about(row, f"has a stretch above {_MAX_STRETCH}; its remark says which"))
+    clocks = row.clocks
+    values: dict[str, object] = {
+        "Station": decimals(row.distance_m, 2),
+        "Timecode": f"{hours(row.time_s or 0).replace(':', '')}00",
+        "InspektionsKode": row.code,
+        "Charakterisierung1": char1,
+        "Charakterisierung2": char2,
+        "Verbindung": int(row.entry.at_joint),
+    }
+    for number, quantity in ((1, row.quant1), (2, row.quant2)):
+        if quantity is not None:
+            exact = plain_number(quantity)
+            fits = abs(quantity) < 9999.995 and plain_number(quantity, 2) == exact
+            kind = "Numerisch" if fits else "Text"
+            values[f"Quantifizierung{number}{kind}"] = decimals(quantity, 2) if fits else exact
+    return values | {
+        "Streckenschaden": stretch[0] if stretch else None,
+        "StreckenschadenLfdNr": stretch[1] if stretch else None,
+        "PositionVon": f"{clocks[0]:02d}" if clocks else None,
+        "PositionBis": f"{clocks[1] if len(clocks) > 1 else 0:02d}" if clocks else None,
+        "Fotodatei": one_line(row.photo or ""),
+        "Kommentar": remark,
+    }
+
+
+def characters_in_words(row: Row) -> str:
+    """Of a start or an end, where the format wants XP; empty if it was coded so."""
+    chars = f"{row.char1}{row.char2}"
+    return "" if chars in ("", "XP") else f"coded {row.code} {row.char1} {row.char2}".rstrip()
+
+
+def _film(state: Element, name: str, asset: str, direction: str) -> None:
+    entry = child(child(state, "Filme"), "Film")
+    children(entry, {"Filmname": name, "Auftragskennung": "1", "Videoablagereferenz": "1"})
+    children(
+        child(child(entry, "FilmObjekte"), "FilmObjekt"),
+        {"Objektbezeichnung": asset, "Typ": "1", "Inspektionsrichtung": direction},
+    )
+
+
+def _metres(value_m: float | None, most_m: float = _MAX_M) -> str | None:
+    """Two decimals; None for what the format cannot hold."""
+    if value_m is None or not 0 <= value_m <= most_m:
+        return None
+    return decimals(value_m, 2)
+
+
+def _cut(text: str, longest: int, what: str, losses: list[Loss]) -> str:
+    clean = one_line(text)
+    if len(clean) <= longest:
+        return clean
+    losses.append(Loss(f"ISYBAU holds {longest} characters of the name of the {what}: it is cut."))
+    return clean[:longest].rstrip()

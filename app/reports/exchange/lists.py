@@ -1,0 +1,133 @@
+"""What the header says in words, in the letters and numbers of other programs.
+
+The letters of EN 13508-2 are those that public files were seen to hold; where none is known for
+certain, it is Z (other) with the words beside it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+OTHER = "Z"
+
+DIRECTIONS_EN: Mapping[str, str] = {"with_flow": "A", "against_flow": "B"}
+DIRECTIONS_ISYBAU: Mapping[str, str] = {"with_flow": "O", "against_flow": "U"}
+DIRECTIONS_M150: Mapping[str, str] = {"with_flow": "I", "against_flow": "G"}
+
+SHAPES_EN: Mapping[str, str] = {
+    "circular": "A", "rectangular": "B", "egg": "C", "u_shaped": "D", "arch": "E", "oval": "F",
+    "other": OTHER,
+}  # fmt: skip
+SHAPES_ISYBAU: Mapping[str, str] = {"circular": "0", "egg": "1", "rectangular": "3"}
+"""G205."""
+SHAPES_M150: Mapping[str, str] = {"circular": "0"}
+"""HG305; only the circle is known."""
+
+METHODS_EN: Mapping[str, str] = {"camera": "B", "walk_through": OTHER, "from_end_only": OTHER}
+METHODS_ISYBAU: Mapping[str, str] = {"camera": "0", "walk_through": "1", "from_end_only": "2"}
+"""U108."""
+
+PURPOSES_ISYBAU: Mapping[str, str] = {
+    "first_survey": "1", "routine": "2", "acceptance": "3", "end_of_warranty": "4",
+    "follow_up": "5", "before_repair": "6", "after_repair": "7",
+}  # fmt: skip
+"""U101."""
+PURPOSES_M150: Mapping[str, str] = {
+    "routine": "1", "acceptance": "2", "end_of_warranty": "3", "after_repair": "5",
+}  # fmt: skip
+"""HI004."""
+ANY_PURPOSE_M150 = "4"
+"""To know the condition."""
+
+SYSTEMS_ISYBAU: Mapping[str, str] = {
+    "culvert": "KR", "storm": "KR", "drain": "KR", "foul": "KS", "combined": "KM",
+}  # fmt: skip
+"""G101."""
+SYSTEMS_M150: Mapping[str, str] = {
+    "culvert": "R", "storm": "R", "drain": "R", "foul": "S", "combined": "M",
+}  # fmt: skip
+"""HG302."""
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What words stand for."""
+
+    en: str
+    """Letter of EN 13508-2, also of RIBX."""
+    german: str | None
+    """Of the ISYBAU list, which DWA-M 150 shares."""
+
+
+_Words = tuple[tuple[str, Meaning], ...]
+
+_MATERIALS: _Words = (
+    (r"asbestos", Meaning("AA", "AZ")),
+    (r"fib(re|er) cement", Meaning("AK", "FZ")),
+    (r"sprayed|shotcrete", Meaning("AI", None)),
+    (r"polymer", Meaning(OTHER, None)),
+    (r"segment", Meaning("AJ", "BS")),
+    (r"reinforced|bertetulang|\brcp?\b|\brcc\b", Meaning("AH", "SB")),
+    (r"concrete|konkrit", Meaning("AG", "B")),
+    (r"brick|\bbata\b", Meaning("AD", "MA")),
+    (r"masonry|stone\b|batu\b", Meaning(OTHER, "MA")),
+    (r"clay|stoneware|vitrified|tanah liat", Meaning("AE", "STZ")),
+    (r"ductile", Meaning(OTHER, "GGG")),
+    (r"cast iron", Meaning(OTHER, "GG")),
+    (r"steel|keluli|corrugated metal|\bcmp\b", Meaning("AP", "ST")),
+    (r"hdpe", Meaning("AV", "PEHD")),
+    (r"polyethylene|\bpe\b", Meaning("AV", "PE")),
+    (r"polypropylene|\bpp\b", Meaning("AW", "PP")),
+    (r"pvc", Meaning("AX", "PVCU")),
+    (r"\bgrp\b|glass", Meaning("AL", "GFK")),
+    (r"unknown|not known|tidak diketahui", Meaning("AZ", None)),
+)
+_WEATHER: _Words = (
+    (r"snow|melt|thaw", Meaning("C", "3")),
+    (r"\b(dry|sun|sunny|clear|fine|no rain|kering|cerah)\b", Meaning("A", "1")),
+    (r"rain|shower|wet|hujan", Meaning("B", "2")),
+)
+"""ADA; U106."""
+_FLOW_CONTROL: _Words = (
+    (r"^(none|no|nil|tiada)\b", Meaning(OTHER, "1")),
+    (r"upstream|hulu", Meaning(OTHER, "2")),
+    (r"part", Meaning(OTHER, "3")),
+    (r"lateral", Meaning(OTHER, "4")),
+    (r"backwater", Meaning(OTHER, "5")),
+)
+"""U107."""
+_REFERENCE_POINTS: _Words = (
+    (r"cent(re|er).*(manhole|chamber|shaft)", Meaning("A", "1")),
+    (r"inner (face|wall)|headwall|inside face", Meaning("B", "2")),
+    (r"(crown|end) of (the )?pipe|pipe end", Meaning(OTHER, "3")),
+    (r"half ?way", Meaning(OTHER, "4")),
+)
+"""ABC; U105."""
+
+
+def material(words: str) -> Meaning | None:
+    """Of ACD and G102; None if it is not in the lists."""
+    return _first(_MATERIALS, words)
+
+
+def weather(words: str) -> Meaning | None:
+    """Of ADA and U106; None if it is not in the lists."""
+    return _first(_WEATHER, words)
+
+
+def flow_control(words: str) -> str | None:
+    """Of U107; None if it is not in the list."""
+    found = _first(_FLOW_CONTROL, words)
+    return found.german if found else None
+
+
+def reference_point(words: str) -> Meaning | None:
+    """Of ABC and U105; None if it is not in the lists."""
+    return _first(_REFERENCE_POINTS, words)
+
+
+def _first(meanings: _Words, words: str) -> Meaning | None:
+    lower = words.lower()
+    return next((meaning for pattern, meaning in meanings if re.search(pattern, lower)), None)

@@ -1,0 +1,105 @@
+"""RIBX 1.3, the Dutch form of the EN 13508-2 XML: the pipe is a `ZB_A`, an entry a `ZC`."""
+
+from __future__ import annotations
+
+from pathlib import PurePath
+from xml.etree.ElementTree import Element
+
+from app.reports.exchange import lists
+from app.reports.exchange.ascii import transliterate
+from app.reports.exchange.coordinates import NAMES, ends_of, rd_m
+from app.reports.exchange.en13508 import ASCII_ONLY, columns, header_fields
+from app.reports.exchange.fields import Fields
+from app.reports.exchange.survey import ONLY_IN_TABLES, Names, Row, film, names_of, rows_of
+from app.reports.exchange.tree import child, children, to_bytes
+from app.reports.report import Loss, Report, Written
+
+_FORMAT = "RIBX"
+_GML = "http://www.opengis.net/gml"
+_NEEDED = {
+    "AAM": "client", "ABF": "date", "ABH": "operator", "ABI": "job_ref", "ABJ": "client_job_ref",
+    "ABS": "video", "ACA": "shape", "ACB": "height_mm", "ACD": "material", "ACM": "cleaned",
+}  # fmt: skip
+"""What must be there on return, by what it is made of."""
+
+
+def write(report: Report) -> Written:
+    """UTF-8 that holds ASCII only, since one of the readers looks at nothing else."""
+    fields = Fields(report.header)
+    rows, losses = rows_of(report)
+    names, lost = names_of(report, fields, transliterate)
+    losses += lost
+    root = Element("DATA", {"xmlns:gml": _GML})
+    children(child(root, "ZA"), {"A2": "nl", "A6": "RIBX 1.3"})
+    pipe = child(root, "ZB_A")
+    losses += _header(pipe, report, fields, names)
+    name = film(report)
+    for row in rows:
+        children(child(pipe, "ZC"), _row(row, names, name))
+    losses += [ASCII_ONLY, ONLY_IN_TABLES, *fields.losses(_FORMAT)]
+    content = to_bytes(root, '<?xml version="1.0" encoding="UTF-8"?>', "ascii")
+    return Written(content, tuple(losses))
+
+
+def _header(pipe: Element, report: Report, fields: Fields, names: Names) -> list[Loss]:
+    stated, losses = header_fields(report, fields, names)
+    clock = fields.time()
+    values = dict(stated) | {"ABA": "RIBX1.3", "ABG": ":".join(clock) if clock else ""}
+    explained = _explained(values, report)
+    if name := film(report):
+        values |= {"ABK": lists.OTHER, "ABL": lists.OTHER, "ABR": lists.OTHER, "ABO": "VIDEO-01"}
+        codec = str(report.source.video.get("codec") or "")
+        kind = transliterate(f"{PurePath(name).suffix[1:].upper()} {codec}")
+        explained |= {"ABK": "file on disk", "ABL": "JPEG", "ABR": kind}
+    points, lost = _points(report, fields, names)
+    for code in sorted({*values, *points}):
+        if code in points:
+            _point(child(pipe, code), points[code])
+        elif values[code]:
+            attributes = {"ADE": explained[code]} if code in explained else {}
+            child(pipe, code, values[code], **attributes)
+    missing = [f"{code} ({what})" for code, what in _NEEDED.items() if not values.get(code)]
+    if missing:
+        losses.append(Loss(f"RIBX asks for what is not known here: {', '.join(missing)}."))
+    return [*losses, *lost]
+
+
+def _explained(values: dict[str, str], report: Report) -> dict[str, str]:
+    """What the letter Z stands for, in an attribute."""
+    made_of = {"ABC": "reference_point", "ABE": "method", "ACA": "shape", "ACD": "material"}
+    return {
+        code: transliterate(str(report.header.get(name) or ""))
+        for code, name in made_of.items()
+        if values[code] == lists.OTHER
+    }
+
+
+def _points(
+    report: Report, fields: Fields, names: Names
+) -> tuple[dict[str, tuple[float, float]], list[Loss]]:
+    """AAE and AAG, of the nodes of AAD and AAF, if they are in the Netherlands."""
+    ends = ends_of(fields)
+    found = rd_m(ends) if ends else None
+    if found is None:
+        if ends is None:
+            return {}, [Loss("Without coordinates of both ends the file has no geometry.")]
+        return {}, [
+            Loss(f"RIBX knows the Dutch grid only; {', '.join(NAMES)} are outside and left out.")
+        ]
+    first, second = found if names.upstream == names.start else found[::-1]
+    return {"AAE": first, "AAG": second}, []
+
+
+def _point(parent: Element, point: tuple[float, float]) -> None:
+    place = child(parent, "gml:Point", srsName="Netherlands-RD", srsDimension="2")
+    child(place, "gml:pos", f"{point[0]:.3f} {point[1]:.3f}")
+
+
+def _row(row: Row, names: Names, film_name: str) -> dict[str, str]:
+    values = columns(row, names)
+    for clock in ("G", "H"):
+        if clock in values:
+            values[clock] = values[clock].zfill(2)
+    if "N" in values:
+        values["N"] = f"{film_name}|{values['N']}"
+    return dict(sorted(values.items()))

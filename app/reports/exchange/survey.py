@@ -1,0 +1,304 @@
+"""What every exchange format is written from: the entries in order, each fit for a row.
+
+Nothing is dropped in silence: what has no column of its own goes to the remark, and what cannot be
+written at all is told as a loss.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from decimal import ROUND_HALF_UP, Decimal
+from pathlib import PurePath
+
+from app.reports.exchange.ascii import one_line
+from app.reports.exchange.fields import Fields
+from app.reports.report import Entry, Loss, Report
+
+START = "BCD"
+END = "BCE"
+ABANDONED = "BDC"
+REMARK = "BDB"
+"""General remark: what has no code of the standard."""
+
+ONLY_IN_TABLES = Loss(
+    "What the distances rest on, the raw distances, the points on the wall, the frames and who "
+    "tagged them are in the table and the JSON report only."
+)
+
+_CODE = re.compile(r"B[A-D][A-Z]")
+_LETTERS = {"start": "A", "change": "C", "finish": "B"}
+_CHECKSUM = 6
+"""Characters of it behind a name that was cut."""
+_MAX_H = 100
+"""Hours from which on hh:mm:ss is too short."""
+
+Clean = Callable[[str], str]
+
+
+@dataclass(frozen=True)
+class Row:
+    """An entry as a row of a format; what is not there is empty or None."""
+
+    entry: Entry
+    distance_m: float
+    """Never below zero."""
+    code: str
+    char1: str
+    char2: str
+    quant1: float | None
+    quant2: float | None
+    clock_from: int | None
+    clock_to: int | None
+    stretch: tuple[str, int] | None
+    """A, C or B and its number."""
+    remark: str
+    """On one line."""
+    time_s: int | None
+    """Into the film."""
+    photo: str | None
+
+    @property
+    def clocks(self) -> tuple[int, ...]:
+        """One position, or where a sector begins and ends."""
+        return tuple(hour for hour in (self.clock_from, self.clock_to) if hour is not None)
+
+    def with_remark(self, more: str) -> Row:
+        """The same with words behind its remark."""
+        return replace(self, remark=joined(self.remark, more))
+
+
+def joined(*parts: str) -> str:
+    """What is not empty, with commas between."""
+    return ", ".join(part for part in parts if part)
+
+
+def rows_of(report: Report) -> tuple[list[Row], list[Loss]]:
+    """By distance, then by time; the start code comes first, the code of the end last.
+
+    Returns:
+        The rows, and what they do not hold.
+    """
+    has_film = bool(film(report))
+    rows: list[Row] = []
+    losses: list[Loss] = []
+    for entry in report.entries:
+        if entry.distance_m is None:
+            losses.append(_lost(entry, "is not tracked, so it has no distance and is left out"))
+            continue
+        row, lost = _row(entry, entry.distance_m, has_film=has_film)
+        rows.append(row)
+        losses += lost
+    rows.sort(key=lambda row: (row.distance_m, row.entry.time_s or 0.0, row.entry.seq))
+    return _start_first_end_last(rows, losses), losses
+
+
+def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[Loss]]:
+    said: list[str] = [one_line(entry.remark or "")]
+    losses: list[Loss] = []
+    code, char1, char2 = (one_line(part or "") for part in (entry.code, entry.char1, entry.char2))
+    if not code:
+        said.append("tag without a code")
+        losses.append(_lost(entry, f"has no code; it is written as a general remark ({REMARK})"))
+    elif not _CODE.fullmatch(code):
+        said.append(" ".join(part for part in ("coded", code, char1, char2) if part))
+        text = f"is coded {code}, which is not of EN 13508-2; it is written as a remark ({REMARK})"
+        losses.append(_lost(entry, text))
+    if not _CODE.fullmatch(code):
+        said += _quantities(entry)
+        code, char1, char2 = REMARK, "", ""
+    quantities = (None, None) if code == REMARK else (entry.quant1, entry.quant2)
+    stretch = None
+    if entry.cont_id is not None and entry.cont_role is not None:
+        stretch = (_LETTERS[entry.cont_role], entry.cont_id)
+    if entry.at_joint and entry.joint_no is not None:
+        said.append(f"joint {entry.joint_no}")
+    if distance_m <= -0.005:  # what rounds to 0.00 is none below zero
+        said.append(f"at {decimals(distance_m, 2)} m")
+        losses.append(_lost(entry, "lies before the zero point; it is written at 0 m"))
+    if entry.u95_m is not None:
+        said.append(f"+/-{math.ceil(round(100 * entry.u95_m, 1)) / 100:.2f} m")
+    if entry.severity is not None:
+        said.append(f"severity {entry.severity}")
+    time_s = None if entry.time_s is None else math.floor(entry.time_s)
+    if time_s is not None and not (has_film and 0 <= time_s < 3600 * _MAX_H):
+        time_s = None
+    row = Row(
+        entry=entry,
+        distance_m=max(0.0, distance_m),
+        code=code,
+        char1=char1,
+        char2=char2,
+        quant1=quantities[0],
+        quant2=quantities[1],
+        clock_from=entry.clock_from if entry.clock_from is not None else entry.clock_to,
+        clock_to=entry.clock_to if entry.clock_from is not None else None,
+        stretch=stretch,
+        remark=joined(*said),
+        time_s=time_s,
+        photo=entry.photo.name if entry.photo else None,
+    )
+    return row, losses
+
+
+def _quantities(entry: Entry) -> Iterable[str]:
+    for value, unit in ((entry.quant1, entry.unit1), (entry.quant2, entry.unit2)):
+        if value is not None:
+            yield f"{plain_number(value)} {unit or ''}".strip()
+
+
+def _start_first_end_last(rows: list[Row], losses: list[Loss]) -> list[Row]:
+    start = next((row for row in rows if row.code == START), None)
+    end = next((row for row in reversed(rows) if row.code in (END, ABANDONED)), None)
+    if start is None:
+        losses.append(Loss(f"The survey has no observation of its start ({START})."))
+    if end is None:
+        losses.append(
+            Loss(f"The survey has no observation of its end ({END}, or {ABANDONED} if abandoned).")
+        )
+    between = [row for row in rows if row is not start and row is not end]
+    for row in between:
+        if start is not None and row.distance_m < start.distance_m:
+            losses.append(_lost(row.entry, "lies before the start, which is written first"))
+        if end is not None and row.distance_m > end.distance_m:
+            losses.append(_lost(row.entry, "lies beyond the end, which is written last"))
+    return [*([start] if start else []), *between, *([end] if end else [])]
+
+
+def _lost(entry: Entry, what: str) -> Loss:
+    return Loss(f"Observation {entry.seq} {what}.", entry)
+
+
+def about(row: Row, what: str) -> Loss:
+    """A loss of one row."""
+    return _lost(row.entry, what)
+
+
+@dataclass(frozen=True)
+class Names:
+    """What the culvert and its ends are called in a file."""
+
+    asset: str
+    start: str
+    end: str
+    upstream: str
+    """The start, or the end of a survey against the flow."""
+    downstream: str
+
+
+def names_of(
+    report: Report,
+    fields: Fields,
+    clean: Clean,
+    *,
+    longest_asset: int | None = None,
+    longest_node: int | None = None,
+) -> tuple[Names, list[Loss]]:
+    """Names that the format can hold, each for one thing only.
+
+    Args:
+        report: Whose names.
+        fields: Its header.
+        clean: Makes a text fit for the format.
+        longest_asset: Number of characters; None for any. So is `longest_node`.
+
+    Returns:
+        The names, and which were cut or made up.
+    """
+    losses = []
+    stated = {name: fields.text(name) for name in ("start_node", "end_node")}
+    made_up = {"start_node": "START", "end_node": "END"}
+    for name, standing_in in made_up.items():
+        if not clean(stated[name]):
+            end = name.replace("_", " ")
+            losses.append(Loss(f"The header names no {end}; the file says {standing_in}."))
+            stated[name] = standing_in
+    asset = fields.text("asset_id") or report.asset
+    if not clean(asset):
+        asset = "ASSET"
+        losses.append(Loss("The culvert has no name that can be written; the file says ASSET."))
+    nodes = _fitting(list(stated.values()), longest_node, clean)
+    assets = _fitting([asset], longest_asset, clean)
+    for name, short in (nodes | assets).items():
+        if short != name:
+            losses.append(Loss(f"The name {one_line(name)} is written as {short}."))
+    start, end = nodes[stated["start_node"]], nodes[stated["end_node"]]
+    fields.tell("upstream_node", "downstream_node")  # the direction says which is which
+    is_against = fields.choice("direction", {"against_flow": "yes"}) is not None
+    up, down = (end, start) if is_against else (start, end)
+    return Names(assets[asset], start, end, up, down), losses
+
+
+def _fitting(names: Sequence[str], longest: int | None, clean: Clean) -> dict[str, str]:
+    """A name of the format for each; what is cut or would be the same ends on its checksum."""
+    fitting: dict[str, str] = {}
+    for name in dict.fromkeys(names):
+        short = clean(name)
+        if (longest is not None and len(short) > longest) or short in fitting.values():
+            digest = hashlib.sha256(name.encode("utf-8", "surrogatepass")).hexdigest()
+            room = None if longest is None else longest - _CHECKSUM - 1
+            short = f"{short[:room]}-{digest[:_CHECKSUM]}"
+        fitting[name] = short
+    return fitting
+
+
+def day_of(report: Report, fields: Fields) -> tuple[str | None, list[Loss]]:
+    """Of the survey; if the header has none, that on which the film came, which is told."""
+    day = fields.day()
+    if day is not None or report.source.kind == "import":
+        return day, []
+    day = report.created_at.date().isoformat()
+    return day, [Loss(f"The header has no date; the file has {day}, when the inspection was made.")]
+
+
+def standard_of(fields: Fields) -> list[Loss]:
+    """What is lost where the survey follows another standard than the file."""
+    standard = fields.text("standard")
+    if not standard or "13508" in standard:
+        return []
+    return [Loss(f"The header says that the standard is {standard}; the file says EN 13508-2.")]
+
+
+def film(report: Report) -> str:
+    """Name of the film without a folder, ASCII; empty if there is no file."""
+    names = [report.source.filename] if report.source.kind == "upload" else []
+    if report.source.kind == "import":
+        names = re.split(r"[,;|]", str(report.header.get("video_files") or ""))
+    if report.source.kind == "live" and report.source.sha256:
+        names = [f"{report.asset}.mkv"]
+    name = PurePath(names[0].replace("\\", "/")).name if names else ""
+    safe = re.sub(r"[^\w.-]+", "_", name, flags=re.ASCII).strip("._")
+    return safe if re.search(r"\.[A-Za-z0-9]{1,5}$", safe) else f"{safe}.mp4" if safe else ""
+
+
+def length_m(report: Report, fields: Fields) -> float | None:
+    """Of the culvert: what is known, else what was surveyed."""
+    known_m = fields.number_within("known_length_m", 0.001, math.inf)
+    return report.distance_m if known_m is None else known_m
+
+
+def unit_length_m(report: Report, fields: Fields) -> float | None:
+    """Of one pipe: of the header, else of the rig."""
+    stated_m = fields.number_within("unit_length_m", 0.001, math.inf)
+    segment_mm = report.rig.pipe.segment_length_mm
+    return stated_m if stated_m is not None else segment_mm / 1000 if segment_mm else None
+
+
+def decimals(value: float, digits: int) -> str:
+    """With so many decimals, halves away from zero; never -0."""
+    rounded = Decimal(repr(float(value))).quantize(Decimal(1).scaleb(-digits), ROUND_HALF_UP)
+    return f"{abs(rounded) if rounded == 0 else rounded:f}"
+
+
+def plain_number(value: float, digits: int = 6) -> str:
+    """Without zeros at the end."""
+    text = decimals(value, digits)
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def hours(time_s: int) -> str:
+    """hh:mm:ss."""
+    return f"{time_s // 3600:02d}:{time_s // 60 % 60:02d}:{time_s % 60:02d}"

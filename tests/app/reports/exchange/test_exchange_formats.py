@@ -1,0 +1,379 @@
+"""Each exchange format, read back field by field by a reader that knows its rules only."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from exchange_readers import Read, read_en13508, read_isybau, read_m150, read_ribx
+from hypothesis import HealthCheck, given, settings
+from pyproj import Geod, Transformer
+from random_reports import reports
+from reports import HEADER, LENGTH_M, OBSERVATIONS, report
+
+from app.errors import ExportNotAvailable
+from app.reports.exchange import geojson
+from app.reports.formats import FORMATS
+from app.reports.report import Report, Source, Written
+
+READERS: dict[str, Callable[[bytes], Read]] = {
+    "en13508": read_en13508, "ribx": read_ribx, "isybau": read_isybau, "m150": read_m150,
+}  # fmt: skip
+CODE = {"en13508": "A", "ribx": "A", "isybau": "InspektionsKode", "m150": "HZ002"}
+REMARK = {"en13508": "F", "ribx": "F", "isybau": "Kommentar", "m150": "HZ010"}
+DISTANCE = {"en13508": "I", "ribx": "I", "isybau": "Station", "m150": "HZ001"}
+PHOTO = {"en13508": "M", "ribx": "M", "isybau": "Fotodatei", "m150": "HZ009"}
+
+each = pytest.mark.parametrize("kind", list(READERS))
+few = settings(
+    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow], database=None
+)
+
+
+def write(kind: str, made: Report) -> tuple[Read, list[str]]:
+    """What the file says, and the sentences of its losses."""
+    written: Written = FORMATS[kind].write(made)
+    assert all(loss.detail.endswith(".") for loss in written.losses)
+    return READERS[kind](written.content), [loss.detail for loss in written.losses]
+
+
+def features(made: Report) -> list[dict[str, Any]]:
+    content = json.loads(geojson.write(made).content)
+    assert content.keys() == {"type", "features"}
+    return list(content["features"])
+
+
+def in_words(number: int) -> str:
+    """What our writers put behind the remark of an observation of OBSERVATIONS."""
+    fields = OBSERVATIONS[number]
+    u95_cm = -(-round(1000 * (0.02 + 0.0025 * fields["distance_m"])) // 10)
+    parts = [
+        f"joint {fields['joint_no']}" if "joint_no" in fields else "",
+        f"+/-{u95_cm / 100:.2f} m",
+        f"severity {fields['severity']}" if "severity" in fields else "",
+    ]
+    return ", ".join(part for part in parts if part)
+
+
+def test_en13508_holds_every_field_of_every_observation(tmp_path: Path) -> None:
+    read, _ = write("en13508", report(tmp_path))
+    for number, (row, fields) in enumerate(zip(read.rows, OBSERVATIONS, strict=True)):
+        assert float(row["I"]) == fields["distance_m"]
+        assert row["A"] == (fields["code"] or "BDB")
+        assert row["B"] == fields.get("char1", "")
+        assert row["C"] == fields.get("char2", "")
+        role = {"start": "A", "change": "C", "finish": "B"}.get(fields.get("cont_role", ""), "")
+        assert row["J"] == (f"{role}{fields['cont_id']}" if role else "")
+        assert row["G"] == str(fields.get("clock_from", ""))
+        assert row["H"] == str(fields.get("clock_to", ""))
+        assert row["K"] == ("A" if fields.get("at_joint") else "")
+        assert row["M"] == f"CUL-0041-{number + 1:03d}.jpg"
+        assert in_words(number) in row["F"]
+        seconds = int(100 * fields["distance_m"]) // 30
+        assert row["N"] == f"00:{seconds // 60:02d}:{seconds % 60:02d}"
+    quantities = {n: row["D"] for n, row in enumerate(read.rows) if row["D"]}
+    assert quantities == {0: "HW-UP", 1: "10", 2: "2", 3: "4", 4: "4", 5: "18", 11: "HW-DN"}
+    assert read.rows[6]["F"].startswith('dripping; text with "quote", and comma, ')
+
+
+def test_en13508_has_the_header_of_the_published_example() -> None:
+    read, _ = write("en13508", report())
+    stated = {name: value for name, value in read.header.items() if value}
+    assert stated == {
+        "AAA": "CUL-0041", "AAB": "HW-UP", "AAD": "HW-UP", "AAF": "HW-DN", "AAK": "A",
+        "AAM": "Road authority", "ABA": "EN 13508-2:2003+A1:2011", "ABC": "B", "ABE": "B",
+        "ABF": "2026-09-14", "ABG": "09:42", "ABH": "Operator 1", "ABI": "JOB-77", "ABM": "A",
+        "ABQ": "24.6", "ABS": "CUL-0041_20260914_0942.mp4", "ACA": "A", "ACB": "900",
+        "ACC": "900", "ACD": "AG", "ACG": "1.5",
+    }  # fmt: skip
+    always = {"ACM", "ADA"}  # of the fields that every file has, those that are empty here
+    assert read.header.keys() == stated.keys() | always
+
+
+def test_letters_are_transliterated_and_never_lost_to_a_question_mark() -> None:
+    remark = "Größe ±5 cm – 45° naïve кирпич 钢"
+    made = report(observations=[{"distance_m": 1.0, "code": "BDB", "remark": remark}])
+    for kind in ("en13508", "ribx"):
+        read, losses = write(kind, made)
+        text = read.rows[0]["F"]
+        assert text.startswith("Groesse +/-5 cm - 45 deg naive kirpich Gang")
+        assert "?" not in text
+        assert any("ASCII" in loss for loss in losses)
+
+
+@pytest.mark.parametrize("kind", ["isybau", "m150"])
+def test_german_formats_keep_every_letter(kind: str) -> None:
+    remark = "Größe – 钢筋 <b> & \x07bell\x00 \ud800half"
+    made = report(observations=[{"distance_m": 1.0, "code": "BDB", "remark": remark}])
+    content = FORMATS[kind].write(made).content
+    assert "Größe".encode("latin-1") in content
+    assert b"&#8211;" in content
+    read, _ = write(kind, made)
+    assert read.rows[0][REMARK[kind]].startswith("Größe – 钢筋 <b> & bell half, ")
+
+
+def test_ribx_holds_every_field_of_every_observation(tmp_path: Path) -> None:
+    read, losses = write("ribx", report(tmp_path))
+    assert read.header["ABA"] == "RIBX1.3"
+    assert read.header["ABG"] == "09:42:00"
+    assert read.more["explained"]["ABK"] == "file on disk"
+    film = "CUL-0041_20260914_0942.mp4"
+    assert read.rows[6] == {
+        "A": "BBF", "B": "B", "F": f'dripping; text with "quote", and comma, {in_words(6)}',
+        "G": "03", "I": "9.75", "K": "A", "M": "CUL-0041-007.jpg", "N": f"{film}|00:00:32",
+    }  # fmt: skip
+    assert read.rows[2]["J"] == "A1"
+    assert (read.rows[8]["G"], read.rows[8]["H"]) == ("09", "02")
+    assert "RIBX asks for what is not known here: ABJ (client_job_ref), ACM (cleaned)." in losses
+
+
+def test_ribx_tells_dutch_ends_in_the_dutch_grid() -> None:
+    dutch = {"start_lat": 52.155, "start_lon": 5.387, "end_lat": 52.155, "end_lon": 5.3874}
+    read, _ = write("ribx", report(header={**HEADER, **dutch}))
+    back = Transformer.from_crs(28992, 4326, always_xy=True)
+    lon, lat = back.transform(*read.more["points"]["AAE"])
+    assert (lon, lat) == pytest.approx((5.387, 52.155), abs=1e-6)  # 0.1 m
+    assert read.more["points"]["AAG"][0] > read.more["points"]["AAE"][0]
+
+
+def test_isybau_holds_every_field_of_every_observation(tmp_path: Path) -> None:
+    read, _ = write("isybau", report(tmp_path))
+    assert read.more["film"] == ["CUL-0041_20260914_0942.mp4"]
+    assert read.more["nodes"] == {"HW-UP", "HW-DN", "CUL-0041"}
+    assert float(read.more["easting"][1]) - float(read.more["easting"][0]) == pytest.approx(
+        LENGTH_M, abs=0.02
+    )
+    assert read.header["Inspektionsrichtung"] == "O"
+    assert (read.header["Profilhoehe"], read.header["Profilart"]) == ("900", "0")
+    assert (read.header["Material"], read.header["Uhrzeit"]) == ("B", "09:42:00")
+    assert (read.header["Auftrag"], read.header["Inspektionslaenge"]) == ("JOB-77", "24.60")
+    assert read.rows[0]["Charakterisierung1"] == read.rows[-1]["Charakterisierung1"] == "XP"
+    assert read.rows[0]["Kommentar"].endswith("coded BCD Z")
+    assert read.rows[2] == {
+        "Index": "3", "Station": "3.20", "Timecode": "00001000", "InspektionsKode": "BAB",
+        "Charakterisierung1": "B", "Charakterisierung2": "A", "Verbindung": "0",
+        "Quantifizierung1Numerisch": "2.00", "Streckenschaden": "A", "StreckenschadenLfdNr": "1",
+        "PositionVon": "11", "PositionBis": "00", "Fotodatei": "CUL-0041-003.jpg",
+        "Kommentar": in_words(2),
+    }  # fmt: skip
+    assert (read.rows[8]["PositionVon"], read.rows[8]["PositionBis"]) == ("09", "02")
+
+
+def test_m150_tells_the_exact_station_and_quantity_beside_the_rounded_ones() -> None:
+    fine = {"distance_m": 9.75, "code": "BAB", "char1": "B", "char2": "A", "quant1": 0.45}
+    read, _ = write("m150", report(observations=[fine]))
+    (row,) = read.rows
+    assert (row["HZ001"], row["HZ003"]) == ("9.8", "0.5")
+    assert row["HZ999"] == "station 9.75 m, quantity 1 0.45"
+
+
+def test_m150_holds_every_field_of_every_observation(tmp_path: Path) -> None:
+    read, _ = write("m150", report(tmp_path))
+    assert (read.header["HG001"], read.header["HG003"]) == ("CUL-0041", "HW-UP")
+    assert (read.header["HI101"], read.header["HI005"]) == ("I", "EN13508")
+    assert (read.header["HI112"], read.header["HG305"]) == ("Operator 1", "0")
+    assert read.rows[0]["HZ014"] == "XP"
+    assert read.rows[2] == {
+        "HZ001": "3.2", "HZ002": "BAB", "HZ003": "2.0", "HZ005": "A1", "HZ006": "11",
+        "HZ008": "00:00:10", "HZ009": "CUL-0041-003.jpg", "HZ010": in_words(2), "HZ014": "B",
+        "HZ015": "A", "HZ999": "station 3.20 m",
+    }  # fmt: skip
+    assert [row.get("HZ011") for row in read.rows].count("A") == 2
+
+
+def test_a_quantity_that_isybau_cannot_hold_as_a_number_is_told_as_text() -> None:
+    made = report(observations=[{"distance_m": 1.0, "code": "BAA", "char1": "A", "quant1": 0.125}])
+    read, _ = write("isybau", made)
+    assert read.rows[0]["Quantifizierung1Text"] == "0.125"
+
+
+@each
+def test_a_survey_against_the_flow_keeps_the_pipe_and_turns_the_run(kind: str) -> None:
+    made = report(header={**HEADER, "direction": "against_flow"})
+    read, _ = write(kind, made)
+    upstream = {"isybau": "KnotenZulauf", "m150": "HG003"}.get(kind, "AAD")
+    direction = {"isybau": "Inspektionsrichtung", "m150": "HI101"}.get(kind, "AAK")
+    letter = {"isybau": "U", "m150": "G"}.get(kind, "B")
+    assert (read.header[upstream], read.header[direction]) == ("HW-DN", letter)
+    if kind in ("en13508", "ribx"):
+        assert read.header["AAB"] == "HW-UP"
+    else:
+        first, second = map(float, read.more["easting"])
+        assert first - second == pytest.approx(LENGTH_M, abs=0.02)
+
+
+@each
+def test_start_and_end_frame_the_survey_whatever_their_distance(kind: str) -> None:
+    made = report(
+        observations=[
+            {"distance_m": 0.1, "code": "BBF", "char1": "A"},
+            {"distance_m": 0.2, "code": "BCD", "char1": "Z"},
+            {"distance_m": 5.0, "code": "BDC", "char1": "A"},
+            {"distance_m": 5.4, "code": "BAC", "char1": "A"},
+        ]
+    )
+    read, losses = write(kind, made)
+    assert [row[CODE[kind]] for row in read.rows] == ["BCD", "BBF", "BAC", "BDC"]
+    assert "Observation 1 lies before the start, which is written first." in losses
+    assert "Observation 4 lies beyond the end, which is written last." in losses
+
+
+@each
+def test_what_cannot_be_a_row_of_its_own_is_told(kind: str) -> None:
+    made = report(
+        observations=[
+            {"distance_m": 1.0, "code": None, "remark": "look here"},
+            {"distance_m": 2.0, "code": "CRK7", "char1": "Q", "quant1": 3.0},
+            {"distance_m": -0.3, "code": "BAC", "char1": "A"},
+            {"distance_m": None, "code": "BAC", "char1": "A"},
+        ]
+    )
+    read, losses = write(kind, made)
+    first, tag, foreign = read.rows
+    assert float(first[DISTANCE[kind]]) == 0
+    assert "at -0.30 m" in first[REMARK[kind]]
+    assert (tag[CODE[kind]], foreign[CODE[kind]]) == ("BDB", "BDB")
+    assert tag[REMARK[kind]].startswith("look here, tag without a code, ")
+    assert foreign[REMARK[kind]].startswith("coded CRK7 Q, 3, ")
+    told = " ".join(losses)
+    for sentence in (
+        "Observation 1 has no code", "Observation 2 is coded CRK7",
+        "Observation 3 lies before the zero point", "Observation 4 is not tracked",
+        "no observation of its start (BCD)", "no observation of its end (BCE",
+        "calibration_id",
+    ):  # fmt: skip
+        assert sentence in told
+
+
+@pytest.mark.parametrize(("kind", "longest"), [("isybau", 30), ("m150", 16)])
+def test_long_names_are_cut_and_stay_apart(kind: str, longest: int) -> None:
+    long = "Headwall of Jalan Kampung Baru, "
+    made = report(header={**HEADER, "start_node": f"{long}north", "end_node": f"{long}south"})
+    read, losses = write(kind, made)
+    up, down = ("KnotenZulauf", "KnotenAblauf") if kind == "isybau" else ("HG003", "HG004")
+    assert read.header[up] != read.header[down]
+    assert len(read.header[up]) <= longest
+    assert f"The name {long}north is written as {read.header[up]}." in losses
+
+
+@each
+def test_an_empty_header_and_no_observations_still_make_a_file(kind: str) -> None:
+    read, losses = write(kind, report(header={}, observations=[], distance_m=None))
+    assert read.rows == []
+    assert "The header names no start node; the file says START." in losses
+    if kind in ("en13508", "ribx"):
+        assert read.header["AAF"] == "END", "without it a reader sees a lateral"
+
+
+@each
+def test_an_import_without_a_film_names_none(kind: str) -> None:
+    made = report(source=Source("import", "old.txt", 10, "ab", {}))
+    read, _ = write(kind, made)
+    film = {"isybau": "Videoablagereferenz", "m150": "HI116"}.get(kind, "ABS")
+    assert not read.header.get(film)
+    video = {"isybau": "", "m150": "HZ008"}.get(kind, "N")
+    assert not any(row.get(video) for row in read.rows)
+
+
+@each
+@few
+@given(made=reports())
+def test_any_report_makes_a_file_that_its_reader_takes(kind: str, made: Report) -> None:
+    read, losses = write(kind, made)
+    tracked = [entry for entry in made.entries if entry.distance_m is not None]
+    assert len(read.rows) == len(tracked)
+    left_out = [entry.seq for entry in made.entries if entry.distance_m is None]
+    for seq in left_out:
+        assert any(loss.startswith(f"Observation {seq} is not tracked") for loss in losses)
+
+
+@each
+@few
+@given(made=reports())
+def test_rows_are_sorted_between_start_and_end(kind: str, made: Report) -> None:
+    read, _ = write(kind, made)
+    between = [row for row in read.rows if row[CODE[kind]] not in ("BCD", "BCE", "BDC")]
+    distances = [float(row[DISTANCE[kind]]) for row in between]
+    assert distances == sorted(distances)
+
+
+def test_every_format_names_the_same_photos(tmp_path: Path) -> None:
+    made = report(tmp_path)
+    photos = {kind: [row[PHOTO[kind]] for row in write(kind, made)[0].rows] for kind in READERS}
+    points = [it["properties"] for it in features(made) if it["properties"]["kind"] != "run"]
+    photos["geojson"] = [each["photo_file"] for each in points if "photo_file" in each]
+    assert len({tuple(names) for names in photos.values()}) == 1
+
+
+def test_geojson_lies_on_the_line_between_the_ends() -> None:
+    run, *others = features(report())
+    assert run["geometry"]["coordinates"] == [[9.0, 51.4525], [9.0003541, 51.4525]]
+    geod = Geod(ellps="WGS84")
+    for feature in others:
+        told = feature["properties"]
+        if told["kind"] == "observation":
+            lon, lat = feature["geometry"]["coordinates"]
+            *_, along_m = geod.inv(9.0, 51.4525, lon, lat)
+            assert along_m == pytest.approx(told["distance_m"], abs=0.03)
+    kinds = [feature["properties"]["kind"] for feature in others]
+    assert (kinds.count("observation"), kinds.count("stretch")) == (12, 1)
+    stretch = others[-1]
+    assert stretch["properties"]["length_m"] == 3.2
+    assert len({feature["id"] for feature in [run, *others]}) == 14
+
+
+def test_geojson_keeps_an_observation_that_is_not_tracked_without_a_place() -> None:
+    _, point = features(report(observations=[{"distance_m": None, "code": "BAC"}]))
+    assert point["geometry"] is None
+    assert point["properties"]["code"] == "BAC"
+
+
+@pytest.mark.parametrize(
+    ("stated", "chainage_m"),
+    [("12+340", 12340.0), ("1250.5", 1250.5), ("0+045.25", 45.25), ("near km 12", None)],
+)
+def test_geojson_tells_where_on_the_road_the_culvert_is(
+    stated: str, chainage_m: float | None
+) -> None:
+    made = report(header={**HEADER, "road_chainage": stated})
+    assert {it["properties"].get("road_chainage_m") for it in features(made)} == {chainage_m}
+
+
+@pytest.mark.parametrize(
+    ("header", "named"),
+    [
+        ({"start_lat": None}, "Fill in start_lat of the header"),
+        ({"end_lat": "north", "end_lon": ""}, "Fill in end_lat, end_lon of the header"),
+        ({"start_lat": 91, "known_length_m": 3}, "Fill in start_lat of the header"),
+    ],
+)
+def test_geojson_without_both_ends_says_which_fields_are_missing(
+    header: dict[str, Any], named: str
+) -> None:
+    with pytest.raises(ExportNotAvailable, match=named):
+        geojson.write(report(header={**HEADER, **header}))
+
+
+def test_geojson_without_a_length_says_so() -> None:
+    header = {name: value for name, value in HEADER.items() if name != "known_length_m"}
+    with pytest.raises(ExportNotAvailable, match="known_length_m"):
+        geojson.write(report(header=header, distance_m=None))
+
+
+@few
+@given(made=reports())
+def test_geojson_of_any_report_is_refused_or_within_the_world(made: Report) -> None:
+    try:
+        found = features(made)
+    except ExportNotAvailable:
+        return
+    for feature in found:
+        if feature["geometry"] is None:
+            continue
+        points = feature["geometry"]["coordinates"]
+        for lon, lat in points if feature["geometry"]["type"] == "LineString" else [points]:
+            assert -180 <= lon <= 180
+            assert -90 <= lat <= 90
