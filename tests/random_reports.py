@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from reports import LENGTH_M, entry, report, track_of
 
 from app.catalogue import built_in
-from app.reports.report import Entry, Report
+from app.reports.report import Entry, Report, Source
 from app.storage.tables import Event
 
 TEXTS = st.one_of(
@@ -80,7 +80,9 @@ def reports(draw: st.DrawFn) -> Report:
     )  # fmt: skip
     name = draw(TEXTS) or "x"
     made_at = draw(INSTANTS)
+    video = {"width": 256, "height": 160, "frames": draw(st.one_of(st.none(), st.just(rows)))}
     return report(
+        source=Source("upload", draw(TEXTS) or "x", 1, "ab" * 32, video),
         entries=draw(entries()), header=draw(HEADERS), name=name, track=track, raw_track=track,
         events=events, made_at=made_at, created_at=made_at - timedelta(hours=1),
         finished_at=draw(st.one_of(st.none(), INSTANTS)), warning=draw(TEXTS), error=draw(TEXTS),

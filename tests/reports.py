@@ -59,6 +59,12 @@ OBSERVATIONS: Sequence[Mapping[str, Any]] = (
 """Twelve of every kind: bare tag, stretch, sector, joint, any script, formula, markup."""
 
 
+ENTERED = (
+    "code", "char1", "char2", "quant1", "quant2", "clock_from", "clock_to", "severity", "remark",
+)  # fmt: skip
+"""Fields of an entry that are PUT as they are."""
+
+
 def entry(seq: int, photos: Path | None = None, **fields: Any) -> Entry:
     """An entry as the service makes it; `fields` as in Entry.
 
@@ -82,6 +88,9 @@ def entry(seq: int, photos: Path | None = None, **fields: Any) -> Entry:
         "photo": photo(photos, seq) if photos else None,
         "tagged_by": "Operator 1",
         "tagged_at": AT + timedelta(seconds=seq),
+    }
+    defaults["entered"] = {"frame": defaults["frame"]} | {
+        name: fields[name] for name in ENTERED if fields.get(name) is not None
     }
     return Entry(**defaults | fields)
 
@@ -136,6 +145,6 @@ def report(
         distance_m=LENGTH_M, u95_m=0.082, raw_distance_m=24.649,
         corrected=Corrected(stated, adjust(track, rig, stated, []), None),
         issues=(), events=(), track=track, raw_track=track,
-        health=tuple[Health, ...](), wall={}, layout=None,
+        health=tuple[Health, ...](), sightings=(), wall={}, layout=None,
     )  # fmt: skip
     return replace(made, **changes)

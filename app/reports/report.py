@@ -15,6 +15,7 @@ from app.services.corrections import Corrected
 from app.storage.tables import Event
 from vo_core import Rig, Track
 from vo_core.health import Health
+from vo_core.joints import Sighting
 from vo_core.mosaic import Layout
 
 Language = Literal["en", "ms"]
@@ -80,6 +81,9 @@ class Entry:
     tagged_by: str
     tagged_at: datetime
     edited_at: datetime | None
+    edited_by: str | None
+    entered: Mapping[str, Any]
+    """What a person stated, as it was PUT; all above follows from it, from track and rig."""
 
     @property
     def unit1(self) -> str | None:
@@ -164,11 +168,14 @@ class Report:
     raw_track: Track
     health: tuple[Health, ...]
     """Of each frame, perhaps none."""
+    sightings: tuple[Sighting, ...]
+    """Joints that were seen while it was tracked, in the order of their frames."""
     wall: Mapping[int, Path]
     """JPEG tiles of the unrolled wall by number, which counts raw distance (`Layout`)."""
     layout: Layout | None
     warning: str | None = None
     error: str | None = None
+    error_code: str | None = None
     company: Company = field(default_factory=Company)
     language: Language = "en"
     units: Units = "m"

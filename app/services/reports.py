@@ -134,6 +134,7 @@ class Reports:
             track=self._corrections.track(inspection_id),
             raw_track=self._tracks.get(inspection_id),
             health=tuple(self._tracks.health(inspection_id).since(0)),
+            sightings=tuple(self._tracks.sightings(inspection_id)),
             wall={
                 tile.index: folder / f"{tile.index}.jpg"
                 for tile in self._unrolled.tiles(inspection_id)
@@ -141,6 +142,7 @@ class Reports:
             layout=layout,
             warning=view.warning,
             error=row.error_detail,
+            error_code=row.error_code,
             company=self._company,
             language=language,
             units=units,
@@ -235,6 +237,8 @@ def _entry(
         tagged_by=row.created_by,
         tagged_at=row.created_at,
         edited_at=row.edited_at,
+        edited_by=row.edited_by,
+        entered=fields,
     )
 
 

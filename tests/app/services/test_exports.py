@@ -87,7 +87,7 @@ def test_the_csv_opens_in_an_office_program(shared: Client, report: str) -> None
 
 def test_the_json_holds_everything_under_a_schema_version(shared: Client, report: str) -> None:
     content = shared.get(f"/api/inspections/{report}/exports/json").json()
-    assert content["schema"] == "chainage-report/1"
+    assert content["schema"] == "chainage-report/2"
     assert content["inspection"]["rig"]["camera"]["width"] == 256
     assert content["inspection"]["header"]["known_length_m"] == 2.5
     assert content["inspection"]["source"]["sha256"]

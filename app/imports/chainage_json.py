@@ -1,0 +1,546 @@
+"""Reads the report in JSON (`app.reports.json_report`) back: everything that distances follow from.
+
+What is derived (`observations`, results) is not read: it is worked out anew.  Photos and video are
+not in the file.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Annotated, Any, Literal, TypeVar
+
+import numpy as np
+from pydantic import (
+    AwareDatetime,
+    BaseModel,
+    ConfigDict,
+    Field,
+    StringConstraints,
+    ValidationError,
+    model_validator,
+)
+from pydantic_core import ErrorDetails
+
+from app.catalogue.header import faults
+from app.errors import InvalidImport
+from app.services.adjustment import Stated
+from vo_core import Rig, Track
+from vo_core.errors import InvalidRig, RigVideoMismatch
+from vo_core.health import Health
+from vo_core.joints import Sighting
+
+FAMILY, VERSION = "chainage-report", 2
+
+_SHOWN_FAULTS = 10
+_MOST_ROWS = 10_000_000
+"""Of a track: 90 hours at 30 Hz."""
+
+Part = TypeVar("Part", bound=BaseModel)
+
+
+@dataclass(frozen=True)
+class Tag:
+    """An observation as it was stated."""
+
+    id: str
+    seq: int
+    fields: Mapping[str, Any]
+    """What was PUT; those that are left out are not there."""
+    created_by: str
+    created_at: datetime
+    edited_by: str | None
+    edited_at: datetime | None
+
+
+@dataclass(frozen=True)
+class Happening:
+    """Something that was done to the inspection, where it was exported."""
+
+    at: datetime
+    who: str
+    action: str
+    observation_id: str | None
+    before: Mapping[str, Any] | None
+    after: Mapping[str, Any] | None
+    remark: str | None
+
+
+@dataclass(frozen=True)
+class WholeInspection:
+    """An inspection as it was exported."""
+
+    id: str
+    """Where it comes from; here it gets another one."""
+    name: str
+    status: Literal["queued", "running", "done", "failed", "cancelled"]
+    header: Mapping[str, Any]
+    rig: Rig
+    source_filename: str
+    source_size: int
+    source_sha256: str
+    video: Mapping[str, Any]
+    """What the probe found of the video, which is not here."""
+    warning: str | None
+    error: str | None
+    error_code: str | None
+    created_at: datetime
+    finished_at: datetime | None
+    stated: Stated
+    revision: int
+    track: Track
+    """As it was measured; row i is frame i."""
+    health: tuple[Health, ...]
+    sightings: tuple[Sighting, ...]
+    tags: tuple[Tag, ...]
+    """In the order of their numbers."""
+    events: tuple[Happening, ...]
+    """Oldest first."""
+
+
+def read(content: bytes) -> WholeInspection:
+    """Check a file strictly, and take it apart.
+
+    Raises:
+        InvalidImport: It is not JSON, not of this schema or version, or a value is not allowed;
+            the text names what is wrong where.
+    """
+    values = _parsed(content)
+    _require_version(values)
+    file = _checked(_File, values)
+    inspection = file.inspection
+    try:
+        rig = Rig.parse(inspection.rig)
+        rig.require_picture_size(inspection.video.width, inspection.video.height)
+    except (InvalidRig, RigVideoMismatch) as error:
+        raise InvalidImport(f"The file cannot be imported: {error}") from error
+    track = file.track.columns.to_track()
+    health = [Health(*row) for row in zip(*file.health.columns.in_order(), strict=True)]
+    _require(_beyond_the_track(file, len(track)) + _outside_the_picture(file, rig))
+    return WholeInspection(
+        id=inspection.id,
+        name=inspection.name,
+        status=inspection.status,
+        header=inspection.header,
+        rig=rig,
+        source_filename=inspection.source.filename,
+        source_size=inspection.source.size,
+        source_sha256=inspection.source.sha256,
+        video=inspection.video.model_dump(),
+        warning=inspection.warning,
+        error=inspection.error,
+        error_code=inspection.error_code,
+        created_at=inspection.created_at,
+        finished_at=inspection.finished_at,
+        stated=Stated.from_json(file.corrections.stated.model_dump(mode="json")),
+        revision=inspection.revision,
+        track=track,
+        health=tuple(health),
+        sightings=tuple(Sighting(**sighting.model_dump()) for sighting in file.sightings),
+        tags=tuple(_tag(tag) for tag in sorted(file.tags, key=lambda tag: tag.seq)),
+        events=tuple(Happening(**event.model_dump()) for event in file.events),
+    )
+
+
+def is_chainage_json(content: bytes) -> bool:
+    """Whether it says of itself that it is such a file, of any version."""
+    head = content[:4096].removeprefix(b"\xef\xbb\xbf").lstrip()
+    return head.startswith(b"{") and b'"schema"' in head and FAMILY.encode() in head
+
+
+class _Part(BaseModel):
+    """Strict; what a later writer of this version adds is passed over."""
+
+    model_config = ConfigDict(strict=True, extra="ignore", allow_inf_nan=False, frozen=True)
+
+
+class _Whole(BaseModel):
+    """Strict, and nothing may be passed over, as it would change what is meant."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+# The bounds are those of the API: `ObservationIn` and `StatedIn` of `app.schemas` say the same.
+_LINE = r"^[^\x00-\x1f\x7f-\x9f]*$"
+_TEXT = r"^[^\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]*$"
+_Frame = Annotated[int, Field(ge=0, le=2**31)]
+_Pixel = Annotated[
+    list[Annotated[float, Field(ge=-100_000, le=100_000)]], Field(min_length=2, max_length=2)
+]
+_Letter = Annotated[str, StringConstraints(pattern=r"^[A-Z][A-Z0-9]?$")]
+_Clock = Annotated[int, Field(ge=1, le=12)]
+_Quantity = Annotated[float, Field(ge=-1e6, le=1e6)]
+_Who = Annotated[str, StringConstraints(max_length=100, pattern=_LINE)]
+_Sentence = Annotated[str, StringConstraints(max_length=4000, pattern=_TEXT)]
+_Id = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{32}$")]
+_ObservationId = Annotated[
+    str,
+    StringConstraints(pattern=r"^[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}$"),
+]
+_EXACT = Field(ge=1 - 2**53, le=2**53 - 1)
+_HeaderValue = (
+    Annotated[str, StringConstraints(max_length=2000, pattern=_TEXT)]
+    | Annotated[int, _EXACT]
+    | Annotated[float, _EXACT]
+    | bool
+    | None
+)
+
+
+class _Source(_Part):
+    kind: str
+    filename: Annotated[str, StringConstraints(max_length=255, pattern=_LINE)]
+    size: Annotated[int, Field(ge=0, le=2**53 - 1)]
+    sha256: Annotated[str, StringConstraints(pattern=r"^([0-9a-f]{64})?$")]
+
+
+class _Video(_Part):
+    width: Annotated[int, Field(ge=1, le=8192)]
+    height: Annotated[int, Field(ge=1, le=8192)]
+    duration_s: Annotated[float, Field(ge=0, le=1e8)] | None = None
+    frames: Annotated[int, Field(ge=0, le=2**31)] | None = None
+    rate_hz: Annotated[float, Field(ge=0, le=1e6)] | None = None
+    codec: Annotated[str, StringConstraints(max_length=100, pattern=_LINE)] = ""
+    container: Annotated[str, StringConstraints(max_length=100, pattern=_LINE)] = ""
+    pixel_format: Annotated[str, StringConstraints(max_length=100, pattern=_LINE)] | None = None
+    media_type: Annotated[str, StringConstraints(max_length=100, pattern=_LINE)] = ""
+    playable: bool = False
+
+
+class _Inspection(_Part):
+    id: _Id
+    name: Annotated[str, StringConstraints(min_length=1, max_length=200, pattern=_LINE)]
+    status: Literal["queued", "running", "done", "failed", "cancelled"]
+    header: Annotated[
+        dict[Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,49}$")], _HeaderValue],
+        Field(max_length=100),
+    ]
+    rig: dict[str, Any]
+    source: _Source
+    video: _Video
+    revision: Annotated[int, Field(ge=0, le=2**31)]
+    warning: _Sentence | None = None
+    error: _Sentence | None = None
+    error_code: Annotated[str, StringConstraints(pattern=r"^[a-z0-9_]{1,50}$")] | None = None
+    created_at: AwareDatetime
+    finished_at: AwareDatetime | None = None
+
+    @model_validator(mode="after")
+    def _known_fields_fit(self) -> _Inspection:
+        if found := faults(self.header):
+            raise ValueError("; ".join(found))
+        return self
+
+
+class _Zero(_Whole):
+    frame: _Frame
+    offset_m: Annotated[float, Field(ge=-10_000, le=10_000)]
+
+
+class _Length(_Whole):
+    first_frame: _Frame
+    last_frame: _Frame
+    length_m: Annotated[float, Field(gt=0, le=100_000)]
+    sigma_mm: Annotated[float, Field(gt=0, le=100_000)]
+    kind: Literal["tape", "known"]
+
+
+class _Mark(_Whole):
+    frame: _Frame
+    pixel: _Pixel
+
+
+class _LeftOut(_Whole):
+    frame: _Frame
+
+
+class _Joints(_Whole):
+    use: bool = False
+    marked: Annotated[list[_Mark], Field(max_length=1000)] = Field(default_factory=list)
+    left_out: Annotated[list[_LeftOut], Field(max_length=10_000)] = Field(default_factory=list)
+
+
+class _RigSigma(_Whole):
+    height_mm: Annotated[float, Field(gt=0, le=1000)]
+    focal_px: Annotated[float, Field(ge=0, le=1000)]
+
+
+class _Stated(_Whole):
+    zero: _Zero | None = None
+    lengths: Annotated[list[_Length], Field(max_length=100)] = Field(default_factory=list)
+    joints: _Joints = Field(default_factory=_Joints)
+    rig_sigma: _RigSigma | None = None
+    forced: _Sentence | None = None
+
+
+class _Corrections(_Part):
+    stated: _Stated
+
+
+class _Event(_Part):
+    at: AwareDatetime
+    who: _Who
+    action: Annotated[str, StringConstraints(pattern=r"^[a-z_]{1,20}$")]
+    observation_id: _ObservationId | None = None
+    before: dict[str, Any] | None = None
+    after: dict[str, Any] | None = None
+    remark: _Sentence | None = None
+
+
+class _Entered(_Whole):
+    frame: _Frame
+    pixel: _Pixel | None = None
+    code: Annotated[str, StringConstraints(pattern=r"^[A-Z][A-Z0-9]{1,7}$")] | None = None
+    char1: _Letter | None = None
+    char2: _Letter | None = None
+    quant1: _Quantity | None = None
+    quant2: _Quantity | None = None
+    clock_from: _Clock | None = None
+    clock_to: _Clock | None = None
+    severity: Annotated[int, Field(ge=0, le=5)] | None = None
+    continuous: Annotated[str, StringConstraints(pattern=r"^[ABC][1-9][0-9]{0,2}$")] | None = None
+    remark: _Sentence | None = None
+
+
+class _Tag(_Part):
+    id: _ObservationId
+    seq: Annotated[int, Field(ge=1, le=2**31)]
+    fields: _Entered
+    created_by: _Who
+    created_at: AwareDatetime
+    edited_by: _Who | None = None
+    edited_at: AwareDatetime | None = None
+
+
+_Number = Annotated[float, Field(ge=-1e9, le=1e9)]
+_Share = Annotated[float, Field(ge=0, le=1)]
+_Rows = Field(max_length=_MOST_ROWS)
+
+
+class _TrackColumns(_Part):
+    frame: Annotated[list[_Frame], _Rows]
+    time_s: Annotated[list[Annotated[float, Field(ge=0, le=1e9)]], _Rows]
+    x_mm: Annotated[list[_Number], _Rows]
+    y_mm: Annotated[list[_Number], _Rows]
+    yaw_deg: Annotated[list[_Number], _Rows]
+    distance_mm: Annotated[list[_Number], _Rows]
+    sigma_distance_mm: Annotated[list[Annotated[float, Field(ge=0, le=1e9)]], _Rows]
+    quality: Annotated[list[_Share], _Rows]
+    status: Annotated[list[Literal["ok", "weak", "lost"]], _Rows]
+
+    @model_validator(mode="after")
+    def _rows_are_frames(self) -> _TrackColumns:
+        _require_same_length(self)
+        if any(frame != row for row, frame in enumerate(self.frame)):
+            raise ValueError("the frames must be 0, 1, 2, ... without a gap")
+        if any(
+            later < earlier for earlier, later in zip(self.time_s, self.time_s[1:], strict=False)
+        ):
+            raise ValueError("time_s must not fall")
+        return self
+
+    def to_track(self) -> Track:
+        """As arrays."""
+        dtypes = {"frame": np.int64, "status": np.str_}
+        return Track(
+            **{
+                name: np.array(getattr(self, name), dtypes.get(name, np.float64))
+                for name in type(self).model_fields
+            }
+        )
+
+
+class _HealthColumns(_Part):
+    overlap: Annotated[list[_Share], _Rows]
+    brightness: Annotated[list[_Share], _Rows]
+    overexposed: Annotated[list[_Share], _Rows]
+    sharpness: Annotated[list[_Share], _Rows]
+    fixed_pattern: Annotated[list[_Share], _Rows]
+
+    @model_validator(mode="after")
+    def _columns_fit(self) -> _HealthColumns:
+        _require_same_length(self)
+        return self
+
+    def in_order(self) -> Sequence[Sequence[float]]:
+        """As the fields of `Health`."""
+        return [getattr(self, name) for name in type(self).model_fields]
+
+
+class _TrackPart(_Part):
+    columns: _TrackColumns
+
+
+class _HealthPart(_Part):
+    columns: _HealthColumns
+
+
+class _Sighting(_Part):
+    frame: _Frame
+    ahead_mm: Annotated[float, Field(ge=-1e6, le=1e6)]
+    sigma_mm: Annotated[float, Field(gt=0, le=1e6)]
+    contrast: Annotated[float, Field(ge=-1e6, le=1e6)]
+
+
+class _File(_Part):
+    inspection: _Inspection
+    corrections: _Corrections
+    events: Annotated[list[_Event], Field(max_length=1_000_000)]
+    tags: Annotated[list[_Tag], Field(max_length=100_000)]
+    track: _TrackPart
+    health: _HealthPart
+    sightings: Annotated[list[_Sighting], Field(max_length=1_000_000)]
+
+    @model_validator(mode="after")
+    def _tags_can_be_told_apart(self) -> _File:
+        for name in ("id", "seq"):
+            found = [getattr(tag, name) for tag in self.tags]
+            if len(set(found)) != len(found):
+                raise ValueError(f"two tags have the same {name}")
+        return self
+
+
+def _require_same_length(columns: BaseModel) -> None:
+    lengths = {name: len(getattr(columns, name)) for name in type(columns).model_fields}
+    if len(set(lengths.values())) > 1:
+        told = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise ValueError(f"the columns must have the same number of rows (found {told})")
+
+
+def _tag(tag: _Tag) -> Tag:
+    return Tag(
+        id=tag.id,
+        seq=tag.seq,
+        fields=tag.fields.model_dump(exclude_none=True),
+        created_by=tag.created_by,
+        created_at=tag.created_at,
+        edited_by=tag.edited_by,
+        edited_at=tag.edited_at,
+    )
+
+
+def _parsed(content: bytes) -> Any:
+    """JSON, without what other readers would take in another way.
+
+    Raises:
+        InvalidImport: It is not JSON, says a name twice, or holds a number that is none.
+    """
+    try:
+        return json.loads(
+            content.decode("utf-8-sig"),
+            parse_constant=_refused_number,
+            parse_float=_finite,
+            object_pairs_hook=_said_once,
+        )
+    except UnicodeDecodeError as error:
+        raise InvalidImport(f"The file is not in UTF-8 (byte {error.start}).") from error
+    except json.JSONDecodeError as error:
+        raise InvalidImport(
+            f"The file is not JSON: {error.msg} in line {error.lineno}, column {error.colno}."
+        ) from error
+    except (ValueError, RecursionError) as error:
+        raise InvalidImport(f"The file cannot be read: {error}.") from error
+
+
+def _refused_number(name: str) -> None:
+    raise ValueError(f"{name} is no number")
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"the number {text[:40]} is too large")
+    return value
+
+
+def _said_once(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"{twice!r:.60} stands twice in one object")
+    return found
+
+
+def _require_version(values: Any) -> None:
+    schema = values.get("schema") if isinstance(values, dict) else None
+    found = re.fullmatch(rf"{FAMILY}/([0-9]{{1,9}})", schema) if isinstance(schema, str) else None
+    if found is None:
+        raise InvalidImport(
+            f"The file is no report of Chainage: its schema is not {FAMILY}/{VERSION}."
+        )
+    version = int(found[1])
+    if version < VERSION:
+        raise InvalidImport(
+            f"The file is of version {version}, which holds no track. Export the inspection again "
+            "with this version of Chainage."
+        )
+    if version > VERSION:
+        raise InvalidImport(
+            f"The file is of version {version}, and this Chainage reads {VERSION}. Import it with "
+            "a newer Chainage."
+        )
+
+
+def _checked(kind: type[Part], values: Any) -> Part:
+    try:
+        # As JSON: instants are text there.
+        return kind.model_validate_json(json.dumps(values, ensure_ascii=False).encode())
+    except UnicodeEncodeError as error:
+        text = error.object[max(error.start - 20, 0) : error.start]
+        raise InvalidImport(
+            f"The file cannot be imported: a text holds half a character behind {text!r}."
+        ) from error
+    except ValidationError as error:
+        _require([_reason(fault) for fault in error.errors(include_url=False)])
+        raise
+
+
+def _reason(fault: ErrorDetails) -> str:
+    # Of a union every branch is told; its names stand in the way behind the field's.
+    where = ".".join(str(step) for step in fault["loc"]) or "the file"
+    found = fault["input"]
+    is_short = isinstance(found, str | int | float | bool)
+    shown = f" (found {found!r:.60})" if is_short else ""
+    return f"{where:.120}: {fault['msg'].removeprefix('Value error, ')}{shown}"
+
+
+def _require(reasons: Sequence[str]) -> None:
+    """Raise InvalidImport if there are any."""
+    if not reasons:
+        return
+    more = len(reasons) - _SHOWN_FAULTS
+    shown = [*reasons[:_SHOWN_FAULTS], *([f"and {more} more"] if more > 0 else [])]
+    raise InvalidImport(f"The file cannot be imported: {'; '.join(shown)}.")
+
+
+def _beyond_the_track(file: _File, rows: int) -> list[str]:
+    """Frames of what was measured along with the track."""
+    reasons = [
+        f"sightings.{n}.frame: the track has no frame {sighting.frame}"
+        for n, sighting in enumerate(file.sightings)
+        if sighting.frame >= rows
+    ]
+    healthy = len(file.health.columns.overlap)
+    if healthy > rows:
+        reasons.append(f"health.columns: {healthy} rows, but the track has {rows}")
+    return reasons
+
+
+def _outside_the_picture(file: _File, rig: Rig) -> list[str]:
+    width, height = rig.camera.width, rig.camera.height
+    marks = enumerate(file.corrections.stated.joints.marked)
+    pixels = [
+        *((f"tags.{n}.fields", tag.fields.pixel) for n, tag in enumerate(file.tags)),
+        *((f"corrections.stated.joints.marked.{n}", mark.pixel) for n, mark in marks),
+    ]
+    return [
+        f"{where}.pixel: ({pixel[0]:g}, {pixel[1]:g}) is outside the picture of {width} x {height}"
+        for where, pixel in pixels
+        if pixel is not None
+        and not (-0.5 <= pixel[0] <= width - 0.5 and -0.5 <= pixel[1] <= height - 0.5)
+    ]
