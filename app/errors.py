@@ -175,7 +175,7 @@ class NothingRecorded(AppError):
 
 
 class ExportNotAvailable(AppError):
-    """The export format is not built yet."""
+    """The inspection lacks what the format needs; the text says what."""
 
 
 class InvalidImport(AppError):
@@ -298,7 +298,7 @@ STATUS: dict[type[Exception], tuple[int, str]] = {
     LiveSourceRefused: (422, "live_source_refused"),
     OpenStretches: (409, "open_stretches"),
     NothingRecorded: (409, "nothing_recorded"),
-    ExportNotAvailable: (501, "export_not_available"),
+    ExportNotAvailable: (409, "export_not_available"),
     InvalidImport: (422, "invalid_import"),
     InvalidPack: (422, "invalid_pack"),
     PackNameTaken: (409, "pack_name_taken"),

@@ -30,6 +30,7 @@ from app.routers import (
     live,
     me,
     media,
+    meter_counter,
     metrics,
     observations,
     packs,
@@ -81,7 +82,7 @@ def create_app(settings: Settings) -> FastAPI:
     errors.install(app)
     for part in (
         access, me, uploads, inspections, observations, picking, corrections, media, catalogue,
-        packs, samples, sources, unrolled, health, metrics, live, viewer, pages,
+        packs, samples, sources, meter_counter, unrolled, health, metrics, live, viewer, pages,
     ):  # fmt: skip
         app.include_router(part.router)
     app.mount("/static", pages.Assets(directory=pages.static_folder()))

@@ -21,19 +21,21 @@ from pydantic import (
 
 from app.catalogue.header import HeaderField, faults
 from app.errors import EVERYWHERE, STATUS
+from app.reports.report import Written
 from app.services.adjustment import U95, Stated
 from app.services.checks import Issue
 from app.services.clicks import Click
 from app.services.corrections import Corrected, result_of
 from app.services.inspections import InspectionView
 from app.services.live import CameraStatus, Update
+from app.services.meter_counter import Connection
 from app.services.observations import ObservationView, WallGrid, WallUnder
 from app.services.packs import PackView
 from app.services.samples import SampleState
 from app.services.sources import ListedSource
 from app.services.tracks import HealthColumns
 from app.services.unrolled import Tile
-from app.storage.tables import ENDED, Event, Inspection
+from app.storage.tables import ENDED, Alert, Event, Inspection
 from app.viewer.scene import PinHit
 from vo_core.health import Health, complaints
 from vo_core.mosaic import Layout
@@ -318,6 +320,79 @@ class IssuesOut(BaseModel):
     """What stands against a report; nothing if the list is empty."""
 
     checks: list[IssueOut]
+
+
+class LossOut(BaseModel):
+    """Something that a format cannot hold."""
+
+    detail: str
+    observation_id: str | None
+
+
+class LossesOut(BaseModel):
+    """What is not in the export, or not in a place of its own; nothing if the list is empty."""
+
+    losses: list[LossOut]
+
+    @classmethod
+    def of(cls, written: Written) -> LossesOut:
+        """From the format's."""
+        return cls(
+            losses=[
+                LossOut(detail=loss.detail, observation_id=loss.entry.id if loss.entry else None)
+                for loss in written.losses
+            ]
+        )
+
+
+class AlertOut(BaseModel):
+    """Whether the client was told of a severe observation."""
+
+    id: str
+    observation_id: str
+    state: Literal["waiting", "told", "withdrawn", "given_up"]
+    tries: int
+    created_at: datetime
+    next_at: datetime | None
+    told_at: datetime | None
+    error: str | None
+
+    @classmethod
+    def of(cls, alert: Alert) -> AlertOut:
+        """From the table."""
+        return cls(
+            id=alert.id,
+            observation_id=alert.observation_id,
+            state=alert.state,  # type: ignore[arg-type]  # one of ALERT_STATES
+            tries=alert.tries,
+            created_at=alert.created_at,
+            next_at=alert.next_at if alert.state == "waiting" else None,
+            told_at=alert.told_at,
+            error=alert.error,
+        )
+
+
+class AlertsOut(BaseModel):
+    """What the client is told of."""
+
+    is_configured: bool
+    """Whether there is a client to be told."""
+    alerts: list[AlertOut]
+
+
+class MeterCounterOut(BaseModel):
+    """How it is with the software that takes Chainage for its meter counter."""
+
+    peer: str | None
+    """Its address; None where none is configured."""
+    is_connected: bool
+    detail: str | None
+    """Why not, in a sentence."""
+
+    @classmethod
+    def of(cls, connection: Connection) -> MeterCounterOut:
+        """From the service's."""
+        return cls(**asdict(connection))
 
 
 class EventOut(BaseModel):

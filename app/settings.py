@@ -1,9 +1,12 @@
 """Every setting of the server, read from the environment as `CHAINAGE_<NAME>`."""
 
+import re
 from ipaddress import IPv4Network, IPv6Network, ip_network
 from pathlib import Path
 from typing import Annotated, Any, Self
 
+import cv2
+import numpy as np
 from pydantic import Field, SecretStr, ValidationError, field_validator, model_validator
 from pydantic_core import ErrorDetails
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
@@ -12,6 +15,13 @@ from app.errors import InvalidSettings
 from app.logs import LogFormat
 
 PREFIX = "CHAINAGE_"
+_ADDRESS = r"^https?://[A-Za-z0-9._\-\[\]:]+(/[!-~]*)?$"
+"""No user name and password in it: what shows the receiver who posts is the signature."""
+_PEER = re.compile(r"(([A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]):)?[0-9]{1,5}")
+_SECRET = ("token", "webhook_secret", "webhook_url")
+_LOGO_BYTES = 2 * 2**20
+_LOGO_STARTS = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
+"""Of a PNG, and of a JPEG."""
 GIB = 2**30
 MIB = 2**20
 
@@ -56,7 +66,33 @@ class Settings(BaseSettings):
         default=None, max_length=200, description="Name of the company on the report."
     )
     company_logo: Path | None = Field(
-        default=None, description="Picture on the report (PNG or JPEG), such as the company's logo."
+        default=None,
+        description="Picture on the report (PNG or JPEG, 2 MiB at most), such as the company's "
+        "logo.",
+    )
+    public_url: str | None = Field(
+        default=None,
+        pattern=_ADDRESS,
+        description="Address at which people open the server, such as `https://culverts.example`, "
+        "for the links in what is sent.",
+    )
+    webhook_url: str | None = Field(
+        default=None,
+        pattern=_ADDRESS,
+        repr=False,
+        description="Address (http or https, any host) that each severity 5 is posted to at once; "
+        "goes with `CHAINAGE_WEBHOOK_SECRET`.",
+    )
+    webhook_secret: SecretStr | None = Field(
+        default=None,
+        min_length=16,
+        description="Secret that the posts are signed with (HMAC-SHA256), 16 characters or more.",
+    )
+    meter_counter: str | None = Field(
+        default=None,
+        description="Port, or host and port, at which other software (WinCan ProTouch) takes the "
+        "distance of the running live inspection, such as `127.0.0.1:8095`; the port alone is of "
+        "this machine.",
     )
     log_format: LogFormat = Field(
         default="text",
@@ -142,6 +178,39 @@ class Settings(BaseSettings):
             raise ValueError("CHAINAGE_TLS_CERT and CHAINAGE_TLS_KEY go together")
         return self
 
+    @model_validator(mode="after")
+    def _webhook_with_secret(self) -> Self:
+        if (self.webhook_url is None) != (self.webhook_secret is None):
+            raise ValueError("CHAINAGE_WEBHOOK_URL and CHAINAGE_WEBHOOK_SECRET go together")
+        return self
+
+    @field_validator("meter_counter")
+    @classmethod
+    def _host_and_port(cls, address: str | None) -> str | None:
+        found = address is None or _PEER.fullmatch(address)
+        if not found or (address and not 0 < int(address.rpartition(":")[2]) < 2**16):
+            raise ValueError("It is a port, or a host and a port such as 127.0.0.1:8095")
+        return address
+
+    @field_validator("company_logo")
+    @classmethod
+    def _usable_logo(cls, path: Path | None) -> Path | None:
+        if path is None:
+            return None
+        try:
+            with path.open("rb") as file:
+                content = file.read(_LOGO_BYTES + 1)
+        except OSError as error:
+            raise ValueError(f"The logo cannot be read: {error.strerror}") from error
+        if len(content) > _LOGO_BYTES:
+            raise ValueError("The logo is larger than 2 MiB; save it smaller")
+        if not content.startswith(_LOGO_STARTS):
+            raise ValueError("The logo is neither a PNG nor a JPEG")
+        picture = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_REDUCED_GRAYSCALE_8)
+        if picture is None:
+            raise ValueError("The logo is damaged")
+        return path
+
     @field_validator("allowed_hosts", "camera_networks", mode="before")
     @classmethod
     def _split(cls, value: object) -> object:
@@ -154,5 +223,5 @@ def _reason(fault: ErrorDetails) -> str:
     if not fault["loc"]:  # it is about several settings
         return fault["msg"].removeprefix("Value error, ")
     name = str(fault["loc"][0])
-    found = "" if name == "token" else f" (found {fault['input']!r})"
-    return f"{PREFIX}{name.upper()}: {fault['msg']}{found}"
+    found = "" if name in _SECRET else f" (found {fault['input']!r})"
+    return f"{PREFIX}{name.upper()}: {fault['msg'].removeprefix('Value error, ')}{found}"

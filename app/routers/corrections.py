@@ -1,4 +1,4 @@
-"""What was stated about distances, what stands against a report, and who changed what."""
+"""What was stated about distances, what stands against a report, who changed what, who was told."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from fastapi import APIRouter, Query
 from app.deps import OBSERVATION_ID, InspectionId, PrincipalDep, ServicesDep, operator, viewer
 from app.errors import InspectionNotFound
 from app.schemas import (
+    AlertOut,
+    AlertsOut,
     CorrectionsIn,
     CorrectionsOut,
     EventOut,
@@ -69,3 +71,14 @@ def events(
     """Who changed what, the newest first."""
     found = services.observations.events(inspection_id, observation)
     return EventsOut(events=[EventOut.of(event) for event in reversed(found)])
+
+
+@router.get("/alerts", responses=failures(InspectionNotFound))
+@viewer
+def alerts(inspection_id: InspectionId, services: ServicesDep) -> AlertsOut:
+    """Whether the client was told of each severity 5, the oldest first."""
+    found = services.webhook.alerts(inspection_id)
+    return AlertsOut(
+        is_configured=services.webhook.is_configured,
+        alerts=[AlertOut.of(alert) for alert in found],
+    )

@@ -19,7 +19,7 @@ from app.errors import (
 )
 from app.reports.formats import FORMATS
 from app.reports.report import Language, Units
-from app.schemas import content, failures
+from app.schemas import LossesOut, content, failures
 from vo_core.errors import UnreadableVideo
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["media"])
@@ -68,6 +68,9 @@ def frame(
     return Response(jpeg, media_type="image/jpeg", headers=_HEADERS)
 
 
+ExportKind = Annotated[str, Path(pattern=f"^({'|'.join(FORMATS)})$")]
+
+
 @router.get(
     "/exports/{kind}",
     response_class=Response,
@@ -77,7 +80,7 @@ def frame(
 @viewer
 def export(
     inspection_id: InspectionId,
-    kind: Annotated[str, Path(pattern=f"^({'|'.join(FORMATS)})$")],
+    kind: ExportKind,
     services: ServicesDep,
     lang: Language = "en",
     units: Units = "m",
@@ -91,3 +94,17 @@ def export(
         media_type=export.media_type,
         headers={"Content-Disposition": disposition, "Content-Security-Policy": "sandbox"},
     )
+
+
+@router.get("/exports/{kind}/losses", responses=failures(InspectionNotFound, ExportNotAvailable))
+@viewer
+def losses(
+    inspection_id: InspectionId,
+    kind: ExportKind,
+    services: ServicesDep,
+    lang: Language = "en",
+    units: Units = "m",
+) -> LossesOut:
+    """What the format cannot hold of the report, to be shown before it is sent to anybody."""
+    export = services.reports.export(inspection_id, kind, language=lang, units=units)
+    return LossesOut.of(export.written)

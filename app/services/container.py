@@ -19,6 +19,7 @@ from app.services.health import Health
 from app.services.inspections import Inspections
 from app.services.live import Live
 from app.services.media import Media
+from app.services.meter_counter import MeterCounter, Peer
 from app.services.metrics import Metrics
 from app.services.observations import Observations
 from app.services.packs import Packs
@@ -35,8 +36,10 @@ from app.services.tracking import Tracking
 from app.services.tracks import Tracks
 from app.services.unrolled import Unrolled
 from app.services.uploads import Uploads
+from app.services.webhook import Client, Webhook
 from app.settings import Settings
 from app.storage.access import AccessStore
+from app.storage.alerts import AlertStore
 from app.storage.database import Database
 from app.storage.files import DataFolder
 from app.storage.inspections import InspectionStore
@@ -75,6 +78,8 @@ class Services:
     scenes: Scenes
     clicks: Clicks
     picking: Picking
+    webhook: Webhook
+    meter_counter: MeterCounter
     health: Health
     metrics: Metrics
 
@@ -108,7 +113,9 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     metrics = Metrics()
     database = Database(folder.database, on_write=metrics.count_write)
     stack.callback(database.close)
-    inspection_store, observation_store = InspectionStore(database), ObservationStore(database)
+    client = _client(settings)
+    inspection_store = InspectionStore(database)
+    observation_store = ObservationStore(database, has_webhook=client is not None)
     live = Live()
     stack.enter_context(live.listening(None, metrics.on_event))
     tracks = Tracks(folder)
@@ -171,7 +178,16 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     samples = Samples(folder, inspections, observations)
     stack.callback(samples.stop)
     scenes = Scenes(inspections, corrections, observations, unrolled, live, packs)
-    metrics.observe(inspection_store, folder, runs, media, recorder, scenes)
+    alert_store = AlertStore(database)
+    webhook = Webhook(client, alert_store, inspections, observations, packs)
+    stack.enter_context(live.listening(None, webhook.on_event))
+    webhook.start()
+    stack.callback(webhook.stop)
+    meter_counter = MeterCounter(_peer(settings), corrections)
+    stack.enter_context(live.listening(None, meter_counter.on_event))
+    meter_counter.start()
+    stack.callback(meter_counter.stop)
+    metrics.observe(inspection_store, folder, runs, media, recorder, scenes, alert_store)
     token = settings.token.get_secret_value() if settings.token else folder.kept_token()
     return Services(
         access=Access(AccessStore(database), TokenFile(folder.root), token),
@@ -204,9 +220,27 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         scenes=scenes,
         clicks=Clicks(),
         picking=Picking(inspection_store, tracks, corrections),
+        webhook=webhook,
+        meter_counter=meter_counter,
         health=Health(database, folder, media, tracking, photos),
         metrics=metrics,
     )
+
+
+def _client(settings: Settings) -> Client | None:
+    """Who is told of what must not wait."""
+    if settings.webhook_url is None or settings.webhook_secret is None:
+        return None
+    page_root = (settings.public_url or "").rstrip("/")
+    return Client(settings.webhook_url, settings.webhook_secret.get_secret_value(), page_root)
+
+
+def _peer(settings: Settings) -> Peer | None:
+    """The software that Chainage is the meter counter of; on this machine unless it is named."""
+    if settings.meter_counter is None:
+        return None
+    host, _, port = settings.meter_counter.rpartition(":")
+    return Peer(host.strip("[]") or "127.0.0.1", int(port))
 
 
 async def _expire_uploads(uploads: Uploads) -> None:

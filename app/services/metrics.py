@@ -31,6 +31,7 @@ from app.services.media import Media
 from app.services.recorder import Recorder
 from app.services.runs import Runs
 from app.services.scenes import Scenes
+from app.storage.alerts import AlertStore
 from app.storage.files import DataFolder
 from app.storage.inspections import InspectionStore
 from app.storage.tables import ENDED, STATES
@@ -94,9 +95,12 @@ class Metrics:
         media: Media,
         recorder: Recorder,
         scenes: Scenes,
+        alerts: AlertStore,
     ) -> None:
         """Look at these services whenever somebody asks."""
-        self._registry.register(_Services(inspections, folder, runs, media, recorder, scenes))
+        self._registry.register(
+            _Services(inspections, folder, runs, media, recorder, scenes, alerts)
+        )
 
     def text(self) -> bytes:
         """Everything, as it is now."""
@@ -141,6 +145,7 @@ class _Services(Collector):
         media: Media,
         recorder: Recorder,
         scenes: Scenes,
+        alerts: AlertStore,
     ) -> None:
         self._inspections = inspections
         self._folder = folder
@@ -148,6 +153,7 @@ class _Services(Collector):
         self._media = media
         self._recorder = recorder
         self._scenes = scenes
+        self._alerts = alerts
 
     def describe(self) -> Iterator[Metric]:
         """Nothing beforehand: the registry would else ask the services while they start."""
@@ -181,6 +187,14 @@ class _Services(Collector):
         restarts.add_metric(["media"], self._media.restarts)
         restarts.add_metric(["camera"], self._recorder.restarts)
         yield restarts
+        told = GaugeMetricFamily(
+            "chainage_webhook_alerts",
+            "Severe observations that the client is told of, by what has become of it.",
+            labels=["state"],
+        )
+        for state, number in self._alerts.counts().items():
+            told.add_metric([state], number)
+        yield told
 
 
 def _gauge(name: str, text: str, value: float) -> GaugeMetricFamily:

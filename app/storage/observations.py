@@ -9,6 +9,7 @@ from sqlalchemy import func, or_, select
 from sqlalchemy.orm import Session
 
 from app.errors import ObservationNotFound
+from app.storage.alerts import note_emergency
 from app.storage.database import Database
 from app.storage.inspections import existing
 from app.storage.tables import Event, Observation
@@ -17,8 +18,10 @@ from app.storage.tables import Event, Observation
 class ObservationStore:
     """Rows come back detached: what is done to them stays without effect on the database."""
 
-    def __init__(self, database: Database) -> None:
+    def __init__(self, database: Database, *, has_webhook: bool = False) -> None:
+        """Over a database; with a webhook a severe observation is put into its outbox, too."""
         self._database = database
+        self._has_webhook = has_webhook
 
     def get(self, inspection_id: str, observation_id: str) -> Observation:
         """One, deleted or not.
@@ -57,9 +60,18 @@ class ObservationStore:
         Raises:
             InspectionNotFound: There is no such inspection.
         """
-        return self._database.write(
-            lambda session: _put(session, inspection_id, observation_id, fields, who)
-        )
+
+        def apply(session: Session) -> bool:
+            row = session.get(Observation, (inspection_id, observation_id))
+            before = None if row is None else row.fields
+            was_deleted = row is not None and row.deleted_at is not None
+            is_changed = _put(session, inspection_id, observation_id, fields, who)
+            if is_changed and self._has_webhook:
+                row = _existing(session, inspection_id, observation_id)
+                note_emergency(session, row, before, was_deleted=was_deleted)
+            return is_changed
+
+        return self._database.write(apply)
 
     def delete(self, inspection_id: str, observation_id: str, who: str) -> bool:
         """Take it out of the list; whether it was there.
@@ -91,6 +103,8 @@ class ObservationStore:
                 return False
             row.deleted_at = None
             _log(session, row, "restored", who, None)
+            if self._has_webhook:
+                note_emergency(session, row, row.fields, was_deleted=True)
             return True
 
         return self._database.write(unmark)

@@ -13,6 +13,7 @@ from sqlalchemy.types import TypeDecorator
 ENDED = ("done", "failed", "cancelled")
 """States of an inspection that last."""
 STATES = ("queued", "running", *ENDED)
+ALERT_STATES = ("waiting", "told", "withdrawn", "given_up")
 
 
 class UtcDateTime(TypeDecorator[datetime]):
@@ -136,6 +137,28 @@ class Event(Base):
     after: Mapped[dict[str, Any] | None]
     remark: Mapped[str | None] = mapped_column(Text)
     """Why, in the words of who did it."""
+
+
+class Alert(Base):
+    """A severe observation that the client is to be told of by the webhook."""
+
+    __tablename__ = "alerts"
+
+    id: Mapped[str] = mapped_column(String(36), primary_key=True)
+    """UUID that every try names, so that the client can drop what comes twice."""
+    inspection_id: Mapped[str] = mapped_column(
+        ForeignKey("inspections.id", ondelete="CASCADE"), index=True
+    )
+    observation_id: Mapped[str] = mapped_column(String(36))
+    state: Mapped[str] = mapped_column(String(10), index=True)
+    """One of ALERT_STATES."""
+    tries: Mapped[int]
+    created_at: Mapped[datetime]
+    next_at: Mapped[datetime]
+    """Not before then it is tried again."""
+    told_at: Mapped[datetime | None]
+    error: Mapped[str | None] = mapped_column(Text)
+    """Why the last try failed, in a sentence."""
 
 
 class Preference(Base):

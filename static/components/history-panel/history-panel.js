@@ -24,6 +24,8 @@ const OF_OBSERVATION = {
   changed: ['edit', (name) => t('history.observation_changed', { name })],
   deleted: ['trash', (name) => t('history.observation_deleted', { name })],
   restored: ['undo', (name) => t('history.observation_restored', { name })],
+  told: ['check', (name) => t('history.client_told', { name })],
+  not_told: ['alert', (name) => t('history.client_not_told', { name })],
 };
 
 class HistoryPanel extends Component {

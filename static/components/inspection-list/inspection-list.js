@@ -8,22 +8,24 @@ import { Component } from '../../core/store.js';
 import { chainage, date, duration } from '../../core/units.js';
 import { errorText, t, wordFor } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
-import { severityMark } from '../severity-mark/severity-mark.js';
+import { GRAVEST, severityMark } from '../severity-mark/severity-mark.js';
 import { STATES, statusChip } from '../status-chip/status-chip.js';
 import { orToast, toast, toastError } from '../toast-stack/toast-stack.js';
 import { topBar } from '../top-bar/top-bar.js';
 import { askDelete, askName } from './dialogs.js';
 
 const POLL_BUSY_S = 1.5;
-const POLL_IDLE_S = 15;
+/** Others may tag an inspection that was tracked long ago, and what is severe is to be seen at once. */
+const POLL_IDLE_S = 3;
 const SAMPLE_POLL_S = 0.5;
-const GRAVEST = 5;
 
 /** Header fields that the search looks into, beside the name and the file. */
 const SEARCHED = ['asset_id', 'start_node', 'end_node', 'operator', 'client', 'location_text', 'road'];
 
 class InspectionList extends Component {
   #inspections = [];
+  /** Ids of those with a defect that must not wait; null before the first answer. */
+  #grave = null;
 
   mount() {
     document.title = t('list.page');
@@ -85,9 +87,25 @@ class InspectionList extends Component {
   async #load() {
     const { inspections } = await get('/api/inspections', this.signal);
     this.#showFault(null);
+    this.#tellGrave(inspections);
     this.#inspections = inspections.toSorted((a, b) => b.created_at.localeCompare(a.created_at));
     this.#show();
     return inspections.some(isUnfinished) ? POLL_BUSY_S : POLL_IDLE_S;
+  }
+
+  /** What has become severe while the page is open does not wait for a look at its row. */
+  #tellGrave(inspections) {
+    const graveOf = (list) => new Set(list.filter(isGrave).map(({ id }) => id));
+    const [before, now] = [this.#grave, graveOf(inspections)];
+    this.#grave = now;
+    for (const { id, name } of before ? inspections : []) {
+      if (!now.has(id) || before.has(id)) continue;
+      toast(t('list.grave', { name }), {
+        kind: 'error',
+        action: t('list.open'),
+        run: () => location.assign(`/inspections/${id}`),
+      });
+    }
   }
 
   #show() {
@@ -160,6 +178,11 @@ class InspectionList extends Component {
   }
 }
 
+const isGrave = ({ worst_severity: worst }) => worst === GRAVEST;
+
+const graveChip = () =>
+  html`<span class="chip chip--grave">${icon('alert')}${wordFor('severity', String(GRAVEST))}</span>`;
+
 const searchedText = ({ name, header, source }) =>
   [name, source.filename, ...SEARCHED.map((field) => header[field])].filter(Boolean).join(' ').toLowerCase();
 
@@ -197,7 +220,7 @@ function updateRow({ parts, classList }, inspection) {
   const { header, source, error } = inspection;
   parts.name.textContent = name;
   parts.source.textContent = [header.asset_id, source.filename].filter(Boolean).join(' · ');
-  render(parts.chip, statusChip(status));
+  render(parts.chip, html`${statusChip(status)} ${isGrave(inspection) && graveChip()}`);
   parts.progress.hidden = !isUnfinished(inspection);
   parts.bar.value = progress.frames_total ? progress.frames_done / progress.frames_total : 0;
   parts.pace.textContent = status === 'running' ? pace(progress) : t('progress.waits');
@@ -205,7 +228,7 @@ function updateRow({ parts, classList }, inspection) {
   parts.length.textContent = chainage(distance_m);
   parts.defects.textContent = String(defects);
   render(parts.worst, worstMarkup(worst_severity));
-  classList.toggle('inspection--grave', worst_severity === GRAVEST);
+  classList.toggle('inspection--grave', isGrave(inspection));
   parts.created.dateTime = created_at;
   parts.created.textContent = date(created_at);
   for (const [part, label] of [['rename', t('list.rename_named', { name })], ['remove', t('list.delete_named', { name })]]) {

@@ -7,6 +7,9 @@ import { Component } from '../../core/store.js';
 import { chainage } from '../../core/units.js';
 import { errorText, t } from '../../core/words.js';
 import { nameOf } from '../defect-list/names.js';
+import { openExport } from '../export-dialog/export-dialog.js';
+import { EMERGENCY, GROUPS, formatOf } from '../export-dialog/formats.js';
+import { GRAVEST } from '../severity-mark/severity-mark.js';
 import { icon } from '../icon/icon.js';
 import { pace } from '../inspection-list/inspection-list.js';
 import { showKeys } from '../key-help/key-help.js';
@@ -21,6 +24,7 @@ import { followLinks } from './links.js';
 import { stepName } from './step-names.js';
 import { TABS } from './tabs.js';
 import '../distance-readout/distance-readout.js';
+import '../emergency-banner/emergency-banner.js';
 import '../live-bar/live-bar.js';
 import '../strip-log/strip-log.js';
 import '../tab-panels/tab-panels.js';
@@ -29,11 +33,6 @@ import '../viewer-panel/viewer-panel.js';
 import '../wall-strip/wall-strip.js';
 
 const TRACK_POLL_S = 0.7;
-const EXPORTS = [
-  ['exports/csv', t('desk.export_csv'), t('desk.export_csv_help')],
-  ['exports/json', t('desk.export_json'), t('desk.export_json_help')],
-  ['track?format=csv', t('desk.export_track'), t('desk.export_track_help')],
-];
 
 class InspectionPage extends Component {
   /** @type {string} */
@@ -90,12 +89,7 @@ class InspectionPage extends Component {
             <button class="button button--small" data-part="finish" data-needs="operator"></button>
             <details class="menu" data-part="menu">
               <summary class="button button--small button--primary">${icon('download')}${t('desk.export')}</summary>
-              <ul class="menu__list panel">
-                ${EXPORTS.map(([path, label, help]) => html`<li><a class="menu__item" download
-                  href="/api/inspections/${id}/${path}"><b>${label}</b><span class="dim">${help}</span></a></li>`)}
-                <li><a class="menu__item menu__item--apart" href="/compare?a=${id}"><b>${t('compare.with')}</b>
-                  <span class="dim">${t('compare.with_help')}</span></a></li>
-              </ul>
+              ${exportsMarkup(id)}
             </details>
             <person-menu></person-menu>
           </div>
@@ -103,6 +97,7 @@ class InspectionPage extends Component {
         </header>
         <main id="main" class="desk-main" tabindex="-1">
           <div class="desk-messages" data-part="messages"></div>
+          <emergency-banner hidden></emergency-banner>
           <live-bar></live-bar>
           <div class="desk">
             <distance-readout class="desk__readout panel"></distance-readout>
@@ -140,6 +135,10 @@ class InspectionPage extends Component {
     this.listen(parts.redo, 'click', () => this.redo());
     this.listen(parts.help, 'click', () => this.help());
     closesElsewhere(parts.menu, this.signal);
+    this.listen(parts.menu, 'click', ({ target }) => {
+      const item = target.closest('[data-export]');
+      if (item) openExport(desk, formatOf(item.dataset.export));
+    });
 
     const groups = keyMap(this);
     this.#keys = groups;
@@ -339,7 +338,9 @@ class InspectionPage extends Component {
   }
 
   #showObservations() {
-    this.parts.side.note('defects', String(this.desk.observations.value.length || ''));
+    const { value: observations } = this.desk.observations;
+    this.parts.side.note('defects', String(observations.length || ''));
+    this.parts.emergency.hidden = !observations.some(({ severity }) => severity === GRAVEST);
   }
 
   /** Each button tells the very step that it takes back or does again. */
@@ -366,5 +367,20 @@ class InspectionPage extends Component {
       : t('desk.tagged_point', { where });
   }
 }
+
+const exportMarkup = ({ kind, name, help }) => html`<button class="menu__item" data-export="${kind}"><b>${name}</b>
+  <span class="dim">${help}</span></button>`;
+
+const exportsMarkup = (id) => html`<div class="menu__list menu__list--exports panel">
+  <div class="menu__group" data-part="emergency" hidden>${exportMarkup(EMERGENCY)}</div>
+  ${GROUPS.map(({ title, formats }, i) => html`<section class="menu__group" aria-labelledby="exports-${i}">
+    <h2 class="menu__title" id="exports-${i}">${title}</h2>
+    <ul>${formats.map((format) => html`<li>${exportMarkup(format)}</li>`)}</ul></section>`)}
+  <section class="menu__group" aria-labelledby="exports-other">
+    <h2 class="menu__title" id="exports-other">${t('export.other')}</h2>
+    <ul><li><a class="menu__item" download href="/api/inspections/${id}/track?format=csv"><b>${t('desk.export_track')}</b>
+        <span class="dim">${t('desk.export_track_help')}</span></a></li>
+      <li><a class="menu__item" href="/compare?a=${id}"><b>${t('compare.with')}</b>
+        <span class="dim">${t('compare.with_help')}</span></a></li></ul></section></div>`;
 
 customElements.define('inspection-page', InspectionPage);

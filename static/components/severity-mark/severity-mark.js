@@ -6,6 +6,9 @@ import { t, wordFor } from '../../core/words.js';
 /** The grades; ours, not a PACP, MSCC or DWA grade. */
 export const GRADES = [0, 1, 2, 3, 4, 5];
 
+/** The one that must not wait. */
+export const GRAVEST = 5;
+
 /** Outlines on a 20 x 20 grid: ring, disc, square, diamond, triangle, octagon with its mark. */
 const OUTLINES = [
   'M10 4a6 6 0 1 0 .01 0zM10 7.500a2.500 2.500 0 1 1-.01 0z',

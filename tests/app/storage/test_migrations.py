@@ -124,7 +124,8 @@ ROWS_0002 = ROWS_0001 | {
         "created_by": "server",
     },
 }
-ROWS = {"0001": ROWS_0001, "0002": ROWS_0002}
+ROWS_0003 = {table: row for table, row in ROWS_0002.items() if table != "tokens"}
+ROWS = {"0001": ROWS_0001, "0002": ROWS_0002, "0003": ROWS_0003}
 """What a database of each version may hold: a row of every table."""
 
 

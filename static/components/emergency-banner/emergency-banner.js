@@ -1,0 +1,78 @@
+/** The defects that must not wait: where they are, the sheet for whoever has to act, who was told. */
+
+import { Alerts } from '../../core/alerts.js';
+import { exportPath } from '../../core/exports.js';
+import { html, render } from '../../core/html.js';
+import { Component } from '../../core/store.js';
+import { chainage, date } from '../../core/units.js';
+import { t } from '../../core/words.js';
+import { nameOf } from '../defect-list/names.js';
+import { GRAVEST, severityMark } from '../severity-mark/severity-mark.js';
+import { icon } from '../icon/icon.js';
+
+/** Defects that are named; the list has all. */
+const NAMED = 3;
+
+class EmergencyBanner extends Component {
+  #alerts;
+
+  mount() {
+    this.desk = this.closest('inspection-page').desk;
+    const { id } = this.desk.inspection;
+    this.#alerts = new Alerts(id, this.signal);
+    this.setAttribute('role', 'region');
+    this.setAttribute('aria-label', t('emergency.title'));
+    this.parts = render(
+      this,
+      html`<p class="emergency__title">${severityMark(GRAVEST)}<b>${t('emergency.title')}</b></p>
+        <ul class="emergency__list" data-part="list" aria-live="polite"></ul>
+        <a class="button button--danger" download href="${exportPath(id, 'emergency')}">${icon('download')}${t('emergency.sheet')}</a>`,
+    );
+    this.listen(this.desk.observations, 'change', () => this.#show());
+    this.listen(this.#alerts, 'change', () => this.#show());
+    // Only what has arrived at the server can be told.
+    this.listen(this.desk.outbox, 'answered', () => this.#grave.length > 0 && this.#alerts.follow());
+    this.listen(this.parts.list, 'click', ({ target }) => {
+      const link = target.closest('[data-observation]');
+      if (link) this.desk.goTo(link.dataset.observation);
+    });
+    this.#show();
+  }
+
+  get #grave() {
+    return this.desk.observations.value.filter(({ severity }) => severity === GRAVEST);
+  }
+
+  #show() {
+    const grave = this.#grave;
+    const wasHidden = this.hidden;
+    this.hidden = grave.length === 0;
+    if (this.hidden) return;
+    if (wasHidden || !this.#alerts.isFollowed) this.#alerts.follow();
+    const markup = html`${grave.slice(0, NAMED).map((item) => html`<li>
+        <button class="link" data-observation="${item.id}">${nameOf(item)}</button>
+        <span class="number">${chainage(item.distance_m)}</span>
+        ${this.#told(this.#alerts.value.get(item.id))}</li>`)}
+      ${grave.length > NAMED && html`<li>${t('finish.and_more', { n: grave.length - NAMED })}</li>`}`;
+    if (this.parts.list.dataset.shows === markup.text) return;
+    this.parts.list.dataset.shows = markup.text;
+    render(this.parts.list, markup);
+  }
+
+  #told(alert) {
+    switch (alert?.state) {
+      case 'told':
+        return html`<span>${icon('check')}${t('emergency.told', { time: date(alert.told_at) })}</span>`;
+      case 'waiting':
+        return html`<span>${icon('wait')}${alert.error
+          ? t('emergency.not_yet', { reason: alert.error })
+          : t('emergency.telling')}</span>`;
+      case 'given_up':
+        return html`<span>${icon('alert')}${t('emergency.given_up', { reason: alert.error })}</span>`;
+      default:
+        return null;
+    }
+  }
+}
+
+customElements.define('emergency-banner', EmergencyBanner);

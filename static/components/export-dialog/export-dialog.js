@@ -1,0 +1,191 @@
+/** Before a report is sent to anybody: what its format cannot hold, and what stands against it. */
+
+import { ApiError } from '../../core/api.js';
+import { lossesOf, makeExport, save } from '../../core/exports.js';
+import { html, render } from '../../core/html.js';
+import { bytes } from '../../core/units.js';
+import { errorText, t } from '../../core/words.js';
+import { sentenceOf } from '../checks-panel/sentences.js';
+import { openDialog } from '../dialog/dialog.js';
+import { icon } from '../icon/icon.js';
+import { toast } from '../toast-stack/toast-stack.js';
+
+/** Losses and checks that are told at first. */
+const TOLD = 5;
+const TICK_MS = 1000;
+
+/**
+ * @param {import('../inspection-page/desk.js').Desk} desk
+ * @param {import('./formats.js').Format} format
+ */
+export function openExport(desk, format) {
+  const { dialog, parts } = openDialog({
+    title: t('export.title', { name: format.name }),
+    content: markup(format),
+  });
+  const end = new AbortController();
+  dialog.addEventListener('close', () => end.abort());
+  new ExportDialog(desk, format, dialog, parts, end.signal);
+}
+
+class ExportDialog {
+  #desk;
+  #format;
+  #dialog;
+  #parts;
+  #signal;
+  /** Of the report that is being made. */
+  #making = null;
+  /** null while they are asked for */
+  #losses = null;
+
+  constructor(desk, format, dialog, parts, signal) {
+    this.#desk = desk;
+    this.#format = format;
+    this.#dialog = dialog;
+    this.#parts = parts;
+    this.#signal = signal;
+    const on = (target, type, run) => target.addEventListener(type, run, { signal });
+    on(desk.checks, 'change', () => this.#showChecks());
+    on(parts.checks, 'click', ({ target }) => target.closest('[data-open]') && this.#leaveTo('checks'));
+    on(parts.losses, 'click', ({ target }) => {
+      const button = target.closest('button');
+      if (button?.dataset.observation) this.#goTo(button.dataset.observation);
+      else if (button) this.#showLosses(Infinity);
+    });
+    on(parts.fault, 'click', ({ target }) => target.closest('[data-open]') && this.#leaveTo('header'));
+    on(parts.cancel, 'click', () => (this.#making ? this.#making.abort() : dialog.close()));
+    on(parts.download, 'click', () => this.#download());
+    this.#showChecks();
+    desk.checks.loadSoon();
+    if (!format.isWhole) this.#askLosses();
+    parts.download.focus();
+  }
+
+  async #askLosses() {
+    const { inspection, outbox } = this.#desk;
+    this.#parts.losses.hidden = false;
+    try {
+      await outbox.whenSent(inspection.id, this.#signal);
+      this.#losses = await lossesOf(inspection.id, this.#format.kind, this.#signal);
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      if (!(error instanceof ApiError)) throw error;
+      this.#parts.losses.hidden = true;
+      this.#showFault(error);
+      return;
+    }
+    this.#showLosses();
+  }
+
+  #showLosses(most = TOLD) {
+    const losses = this.#losses;
+    const rest = losses.length - most;
+    const { observations } = this.#desk;
+    render(
+      this.#parts.losses,
+      losses.length === 0
+        ? html`<p class="export__all">${icon('check')}<span>${t('export.holds_all')}</span></p>`
+        : html`<h3>${t('export.losses', { n: losses.length })}</h3><p class="help">${t('export.losses_help')}</p>
+          <ul class="export__list">${losses.slice(0, most).map(({ detail, observation_id: id }) => html`<li class="export__row">
+            ${icon('alert')}<span>${detail}</span>${id && observations.find(id) && html`<button class="button button--small"
+              data-observation="${id}">${t('checks.go')}</button>`}</li>`)}</ul>
+          ${rest > 0 && html`<p><button class="button button--small">${t('export.more', { n: rest })}</button></p>`}`,
+    );
+  }
+
+  #showChecks() {
+    const { checks, observations } = this.#desk;
+    const issues = checks.value;
+    if (issues === null) return;
+    const blocking = issues.filter(({ level }) => level === 'block');
+    const rest = issues.length - blocking.length;
+    const summary = [
+      blocking.length && t('checks.blocking', { n: blocking.length }),
+      rest && t('checks.warnings', { n: rest }),
+    ].filter(Boolean);
+    render(
+      this.#parts.checks,
+      issues.length === 0
+        ? html`<p class="export__all">${icon('check')}<span>${t('export.nothing_against')}</span></p>`
+        : html`<h3>${summary.join(' · ')}</h3>
+          ${blocking.length > 0 && html`<p class="help">${t('export.blocking_help')}</p>
+          <ul class="export__list">${blocking.slice(0, TOLD).map((issue) => html`<li class="export__row export__row--block">
+            ${icon('stop')}<span>${sentenceOf(issue, issue.observation_id && observations.find(issue.observation_id))}</span></li>`)}
+            ${blocking.length > TOLD && html`<li class="dim">${t('finish.and_more', { n: blocking.length - TOLD })}</li>`}</ul>`}
+          <p><button class="button button--small" data-open>${t('export.open_checks')}</button></p>`,
+    );
+  }
+
+  async #download() {
+    const { inspection, outbox } = this.#desk;
+    this.#making = new AbortController();
+    const signal = AbortSignal.any([this.#signal, this.#making.signal]);
+    render(this.#parts.fault, html``);
+    this.#showMaking(true);
+    const since = performance.now();
+    const timer = setInterval(() => {
+      this.#parts.seconds.textContent = t('units.seconds', { s: Math.round((performance.now() - since) / 1000) });
+    }, TICK_MS);
+    try {
+      // What was tagged last belongs to the report.
+      await outbox.whenSent(inspection.id, signal);
+      const file = await makeExport(inspection.id, this.#format.kind, signal);
+      if (signal.aborted) return;
+      save(file);
+      this.#dialog.close();
+      toast(t('export.saved', { name: file.name, size: bytes(file.size) }));
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      if (!(error instanceof ApiError)) throw error;
+      this.#showFault(error);
+    } finally {
+      clearInterval(timer);
+      this.#making = null;
+      this.#showMaking(false);
+    }
+  }
+
+  #showMaking(isMaking) {
+    const { making, download, cancel, told, seconds } = this.#parts;
+    making.hidden = !isMaking;
+    download.disabled = isMaking;
+    seconds.textContent = '';
+    told.textContent = isMaking ? t('export.making') : '';
+    cancel.textContent = isMaking ? t('export.stop') : t('page.cancel');
+    (isMaking ? cancel : download).focus();
+  }
+
+  #showFault(error) {
+    const lacksPlace = error.code === 'export_not_available' && this.#format.kind === 'geojson';
+    render(
+      this.#parts.fault,
+      html`<p class="message message--error">${icon('alert')}<span>${lacksPlace ? t('export.needs_place') : errorText(error)}
+        ${lacksPlace && html`<button class="button button--small" data-open>${t('checks.header')}</button>`}</span></p>`,
+    );
+  }
+
+  #goTo(id) {
+    this.#desk.goTo(id);
+    this.#leaveTo('defects');
+  }
+
+  #leaveTo(tab) {
+    this.#desk.tab.set(tab);
+    this.#dialog.close();
+  }
+}
+
+const markup = ({ help }) => html`<div class="export">
+  <p>${help}</p>
+  <section data-part="losses" role="status" hidden><p class="dim">${t('export.looking')}</p></section>
+  <section data-part="checks"><p class="dim">${t('checks.looking')}</p></section>
+  <div data-part="fault" role="alert"></div>
+  <div class="export__making" data-part="making" hidden>
+    <progress class="bar export__bar" aria-label="${t('export.making')}"></progress>
+    <p class="number"><span role="status" data-part="told"></span> <span class="dim" data-part="seconds"></span></p>
+  </div>
+  <div class="dialog__buttons">
+    <button class="button" data-part="cancel">${t('page.cancel')}</button>
+    <button class="button button--primary" data-part="download">${icon('download')}${t('export.download')}</button>
+  </div></div>`;

@@ -1,0 +1,56 @@
+/** Every format that an inspection leaves in, in the groups of the menu. */
+
+import { t } from '../../core/words.js';
+
+/**
+ * @typedef {object} Format
+ * @property {string} kind as the API names it
+ * @property {string} name
+ * @property {string} help what it is good for, in a line
+ * @property {boolean} [isWhole] holds all that there is to tell; asking what it loses would mean to make it twice
+ */
+
+/** @type {{title: string, formats: Format[]}[]} */
+export const GROUPS = [
+  {
+    title: t('export.report'),
+    formats: [
+      { kind: 'pdf', name: 'PDF', help: t('export.pdf'), isWhole: true },
+      { kind: 'html', name: 'HTML', help: t('export.html'), isWhole: true },
+    ],
+  },
+  {
+    title: t('export.tables'),
+    formats: [
+      { kind: 'xlsx', name: 'XLSX', help: t('export.xlsx') },
+      { kind: 'csv', name: 'CSV', help: t('export.csv') },
+      { kind: 'json', name: 'JSON', help: t('export.json') },
+    ],
+  },
+  {
+    title: t('export.exchange'),
+    formats: [
+      { kind: 'en13508', name: 'EN 13508-2', help: t('export.en13508') },
+      { kind: 'ribx', name: 'RIBX', help: t('export.ribx') },
+      { kind: 'isybau', name: 'ISYBAU', help: t('export.isybau') },
+      { kind: 'm150', name: 'DWA-M 150', help: t('export.m150') },
+      { kind: 'geojson', name: 'GeoJSON', help: t('export.geojson') },
+    ],
+  },
+  {
+    title: t('export.evidence'),
+    formats: [{ kind: 'zip', name: 'ZIP', help: t('export.zip'), isWhole: true }],
+  },
+];
+
+/** The sheet for whoever has to act at once. */
+export const EMERGENCY = {
+  kind: 'emergency',
+  name: t('export.emergency'),
+  help: t('export.emergency_help'),
+  isWhole: true,
+};
+
+/** @param {string} kind */
+export const formatOf = (kind) =>
+  [EMERGENCY, ...GROUPS.flatMap(({ formats }) => formats)].find((format) => format.kind === kind);

@@ -1,0 +1,45 @@
+/** Reports of an inspection as files, in the language and the units of the person. */
+
+import { get, send } from './api.js';
+import { lengthUnit } from './units.js';
+import { language } from './words.js';
+
+/** Of the address of a file that was saved; the browser reads it soon after the click. */
+const KEPT_MS = 60_000;
+
+const pathOf = (inspection, kind) => `/api/inspections/${inspection}/exports/${kind}`;
+const QUERY = new URLSearchParams({ lang: language, units: lengthUnit });
+
+/** Address of a report, for a link. */
+export const exportPath = (inspection, kind) => `${pathOf(inspection, kind)}?${QUERY}`;
+
+/**
+ * What the format cannot hold.
+ * @param {string} inspection
+ * @param {string} kind
+ * @param {AbortSignal} signal
+ * @returns {Promise<{detail: string, observation_id: string|null}[]>}
+ */
+export async function lossesOf(inspection, kind, signal) {
+  const { losses } = await get(`${pathOf(inspection, kind)}/losses?${QUERY}`, signal);
+  return losses;
+}
+
+/**
+ * Has a report made; it may take a while.
+ * @returns {Promise<File>}
+ */
+export async function makeExport(inspection, kind, signal) {
+  const response = await send('GET', exportPath(inspection, kind), { signal });
+  const [, name] = /filename="([^"]+)"/.exec(response.headers.get('Content-Disposition')) ?? [];
+  return new File([await response.blob()], name ?? kind);
+}
+
+/** Hands a file to the person, as a click on a download does. */
+export function save(file) {
+  const link = document.createElement('a');
+  link.href = URL.createObjectURL(file);
+  link.download = file.name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), KEPT_MS);
+}
