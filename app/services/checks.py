@@ -20,7 +20,7 @@ from app.services.observations import Observations, ObservationView
 from app.services.packs import Packs
 from app.services.stretches import Stretch, stretches
 from app.services.tracks import Tracks
-from app.storage.files import DataFolder
+from app.storage.files import Places
 from app.storage.inspections import InspectionStore
 from vo_core import Track
 from vo_core.health import Health, complaints
@@ -94,7 +94,7 @@ class Checks:
         corrections: Corrections,
         tracks: Tracks,
         packs: Packs,
-        folder: DataFolder,
+        folder: Places,
     ) -> None:
         self._inspections = inspections
         self._observations = observations

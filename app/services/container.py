@@ -206,7 +206,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         preferences=Preferences(PreferenceStore(database)),
         samples=samples,
         reports=Reports(
-            inspections,
+            inspection_store,
             observations,
             corrections,
             checks,

@@ -9,6 +9,9 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from app.catalogue.table import CodeTable
 from app.errors import ExportNotAvailable
 from app.reports.formats import FORMATS
@@ -16,13 +19,13 @@ from app.reports.report import Company, Entry, Language, Photo, Report, Role, So
 from app.services.adjustment import U95
 from app.services.checks import Checks
 from app.services.corrections import Corrections
-from app.services.inspections import Inspections
 from app.services.observations import Observations, ObservationView, rig_of
 from app.services.packs import Packs
 from app.services.stretches import role_and_number
 from app.services.tracks import Tracks
 from app.services.unrolled import Unrolled
-from app.storage.files import DataFolder
+from app.storage.files import Places
+from app.storage.inspections import InspectionStore
 from vo_core import Rig
 from vo_core.errors import InvalidRig
 
@@ -43,14 +46,14 @@ class Reports:
 
     def __init__(
         self,
-        inspections: Inspections,
+        inspections: InspectionStore,
         observations: Observations,
         corrections: Corrections,
         checks: Checks,
         packs: Packs,
         tracks: Tracks,
         unrolled: Unrolled,
-        folder: DataFolder,
+        folder: Places,
         company: Company,
     ) -> None:
         self._inspections = inspections
@@ -95,12 +98,14 @@ class Reports:
         Raises:
             InspectionNotFound: There is none of this id.
         """
-        view = self._inspections.get(inspection_id)
-        row, rig, table = view.row, rig_of(view.row), self._packs.table_of(view.row.header)
+        row = self._inspections.get(inspection_id)
+        rig, table = rig_of(row), self._packs.table_of(row.header)
+        track, raw = self._corrections.track(inspection_id), self._tracks.get(inspection_id)
         observations = self._observations.all(inspection_id)
         asset = safe_file_name(str(row.header.get("asset_id") or row.name))
         lengths_m = _stretch_lengths_m(observations)
-        line = _line(row.header, view.distance_mm)
+        end_mm = _last(track.distance_mm)
+        line = _line(row.header, end_mm)
         entries = [
             _entry(item, rig, table, self._photo(item, asset), row.header, line, lengths_m)
             for item in observations
@@ -125,14 +130,14 @@ class Reports:
                 row.source_kind, row.source_filename, row.source_size, row.source_sha256, row.video
             ),
             entries=tuple(sorted(entries, key=_along_the_pipe)),
-            distance_m=_metres(view.distance_mm),
-            u95_m=_u95(view.sigma_distance_mm),
-            raw_distance_m=_metres(view.raw_distance_mm),
+            distance_m=_metres(end_mm),
+            u95_m=_u95(_last(track.sigma_distance_mm)),
+            raw_distance_m=_metres(_last(raw.distance_mm)),
             corrected=self._corrections.get(inspection_id),
             issues=tuple(self._checks.run(inspection_id)),
             events=tuple(self._observations.events(inspection_id)),
-            track=self._corrections.track(inspection_id),
-            raw_track=self._tracks.get(inspection_id),
+            track=track,
+            raw_track=raw,
             health=tuple(self._tracks.health(inspection_id).since(0)),
             sightings=tuple(self._tracks.sightings(inspection_id)),
             wall={
@@ -140,7 +145,7 @@ class Reports:
                 for tile in self._unrolled.tiles(inspection_id)
             },
             layout=layout,
-            warning=view.warning,
+            warning=row.warning,
             error=row.error_detail,
             error_code=row.error_code,
             company=self._company,
@@ -292,6 +297,10 @@ def _number(value: object) -> float | None:
     except ValueError:
         return None
     return number if math.isfinite(number) else None
+
+
+def _last(values: NDArray[np.float64]) -> float | None:
+    return float(values[-1]) if len(values) else None
 
 
 def _metres(mm: float | None) -> float | None:

@@ -11,7 +11,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from app.storage.files import DataFolder, write_durably
+from app.storage.files import Places, write_durably
 from vo_core.health import Health
 from vo_core.joints import Sighting, from_csv, to_csv
 from vo_core.track import Estimate, Track
@@ -96,7 +96,7 @@ class _Growing:
 class Tracks:
     """Row i of a track is frame i of its video."""
 
-    def __init__(self, folder: DataFolder) -> None:
+    def __init__(self, folder: Places) -> None:
         self._folder = folder
         self._lock = threading.Lock()
         self._growing: dict[str, _Growing] = {}

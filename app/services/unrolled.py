@@ -16,7 +16,7 @@ from pathlib import Path
 
 from app.errors import TileNotFound
 from app.services.live import Live
-from app.storage.files import DataFolder, replace_file, sync_file, sync_folder
+from app.storage.files import Places, replace_file, sync_file, sync_folder
 from vo_core import Rig
 from vo_core.mosaic import Layout
 
@@ -35,7 +35,7 @@ class Tile:
 class Unrolled:
     """Tiles and their pictures."""
 
-    def __init__(self, folder: DataFolder, live: Live) -> None:
+    def __init__(self, folder: Places, live: Live) -> None:
         self._folder = folder
         self._live = live
 

@@ -29,35 +29,15 @@ from app.errors import NO_ROOM, DataFolderInUse, DiskFull
 RECORDING = "recording.mkv"
 
 
-class DataFolder:
-    """The places, and the free space."""
+class Places:
+    """Where everything is; nothing is made, so that a server may be using the folder."""
 
-    def __init__(self, root: Path, *, reserve_bytes: int) -> None:
+    def __init__(self, root: Path) -> None:
         self.root = root.resolve()
-        self._reserve_bytes = reserve_bytes
         self.database = self.root / "chainage.db"
         self.uploads = self.root / "uploads"
         self.inspections = self.root / "inspections"
         self.sample = self.root / "sample"
-        self.root.mkdir(mode=0o700, parents=True, exist_ok=True)
-        self.uploads.mkdir(exist_ok=True)
-        self.inspections.mkdir(exist_ok=True)
-        self._lock = self._take_lock()
-
-    def close(self) -> None:
-        """Let another server use the folder."""
-        self._lock.close()
-
-    def _take_lock(self) -> BinaryIO:
-        lock = (self.root / "lock").open("wb")
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            lock.close()
-            raise DataFolderInUse(
-                f"Another server is using the data folder {self.root}."
-            ) from error
-        return lock
 
     @property
     def media(self) -> tuple[str, ...]:
@@ -99,6 +79,33 @@ class DataFolder:
     def photo(self, inspection_id: str, observation_id: str, frame: int) -> Path:
         """File of the photo of an observation at a frame."""
         return self.inspection(inspection_id) / "photos" / f"{observation_id}-{frame}.jpg"
+
+
+class DataFolder(Places):
+    """The places, which are made and held, and the free space."""
+
+    def __init__(self, root: Path, *, reserve_bytes: int) -> None:
+        super().__init__(root)
+        self._reserve_bytes = reserve_bytes
+        self.root.mkdir(mode=0o700, parents=True, exist_ok=True)
+        self.uploads.mkdir(exist_ok=True)
+        self.inspections.mkdir(exist_ok=True)
+        self._lock = self._take_lock()
+
+    def close(self) -> None:
+        """Let another server use the folder."""
+        self._lock.close()
+
+    def _take_lock(self) -> BinaryIO:
+        lock = (self.root / "lock").open("wb")
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            lock.close()
+            raise DataFolderInUse(
+                f"Another server is using the data folder {self.root}."
+            ) from error
+        return lock
 
     def free_bytes(self) -> int:
         """What may still be filled: the free space without the reserve; negative when short."""
