@@ -1,0 +1,354 @@
+"""Reads EN 13508-2 text (Annex B): any separator, comma decimals, any order of fields.
+
+A block that cannot be read fails alone, with its line; so does a row.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from app.errors import InvalidImport
+from app.imports.survey import (
+    MOST_OBSERVATIONS,
+    MOST_SURVEYS,
+    Caveat,
+    ImportedFile,
+    ImportedObservation,
+    ImportedSurvey,
+    Notes,
+    clean,
+    clock,
+    coded,
+    fitting_header,
+    iso_date,
+    number,
+    quantity,
+    stretch,
+    time_of_day,
+    video_time_s,
+)
+
+_MARK = re.compile(r"^\s*#(?:A1|B01|B1)\s*=", re.MULTILINE)
+_LIST = re.compile(r"#B0*([0-9]{1,2})=")
+_LONGEST_CELL = 100_000
+_START, _END, _ABANDONED = "BCD", "BCE", "BDC"
+
+_TEXTS: Mapping[str, str] = {
+    "AAA": "asset_id", "AAB": "start_node", "AAJ": "location_text", "AAM": "client",
+    "ABA": "standard", "ABH": "operator", "ABI": "job_ref", "ABJ": "client_job_ref",
+    "ABS": "video_files", "ADE": "remarks",
+}  # fmt: skip
+_NUMBERS: Mapping[str, str] = {
+    "ABQ": "expected_length_m", "ACB": "height_mm", "ACC": "width_mm", "ACG": "unit_length_m",
+    "ACN": "year", "ADB": "temperature_c",
+}  # fmt: skip
+_LETTERS: Mapping[str, tuple[str, Mapping[str, str | bool]]] = {
+    "AAK": ("direction", {"A": "with_flow", "B": "against_flow"}),
+    "ABE": ("method", {"B": "camera"}),
+    "ABC": (
+        "reference_point",
+        {"A": "centre of the start manhole", "B": "inner face of the wall at the start"},
+    ),
+    "ACA": (
+        "shape",
+        {
+            "A": "circular", "B": "rectangular", "C": "egg", "D": "u_shaped", "E": "arch",
+            "F": "oval", "Z": "other",
+        },
+    ),
+    "ACD": (
+        "material",
+        {
+            "AA": "asbestos cement", "AD": "brick", "AE": "clay", "AG": "concrete",
+            "AH": "reinforced concrete", "AI": "sprayed concrete", "AJ": "concrete segments",
+            "AK": "fibre cement", "AL": "fibre plastics", "AM": "cast iron", "AN": "cast iron",
+            "AO": "cast iron", "AP": "steel", "AR": "masonry", "AS": "masonry",
+            "AV": "polyethylene", "AW": "polypropylene", "AX": "PVC-U", "AZ": "unknown",
+            "Z": "other",
+        },
+    ),
+    "ACM": ("cleaned", {"A": True, "B": False}),
+    "ADA": ("weather", {"A": "dry", "B": "rain", "C": "snow or ice melting"}),
+}  # fmt: skip
+_NOT_KEPT = frozenset({"ABM"})
+"""The form of the video times, which are told by the rows."""
+_COLUMNS = frozenset("ABCDEFGHIJKLMN")
+
+
+@dataclass
+class _Block:
+    """The lines of one inspection, with their numbers."""
+
+    line: int
+    lists: list[tuple[int, str, str | None]] = field(default_factory=list)
+    """Of `#B01` and the like: the number of the line, the codes, the values below."""
+    columns: str | None = None
+    columns_line: int = 0
+    rows: list[tuple[int, str]] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class _Form:
+    """How the cells of the file are told apart."""
+
+    separator: str = ";"
+    quote: str | None = '"'
+
+    def cells(self, line: str) -> list[str]:
+        """Of a line; a quote that is not closed ends with it."""
+        if self.quote is None or self.quote not in line:
+            return line.split(self.separator)
+        reader = csv.reader([line], delimiter=self.separator, quotechar=self.quote)
+        return next(reader, [])
+
+
+def looks_like(content: bytes) -> bool:
+    """Whether there is a line that such a file begins with."""
+    return bool(_MARK.search(content[: 2**16].decode("latin-1")))
+
+
+def read(content: bytes) -> ImportedFile:
+    """All inspections of the file that can be read.
+
+    Raises:
+        InvalidImport: Not one can be read; the text says why, with the line.
+    """
+    lines = _decoded(content).splitlines()
+    form = _form(lines)
+    surveys: list[ImportedSurvey] = []
+    warnings: list[Caveat] = []
+    for block in _blocks(lines):
+        if len(surveys) == MOST_SURVEYS:
+            warnings.append(
+                Caveat(f"{MOST_SURVEYS} surveys are read of a file, not more.", block.line)
+            )
+            break
+        try:
+            surveys.append(_survey(block, form))
+        except _BadBlock as bad:
+            warnings.append(Caveat(f"This inspection is left out: {bad}.", bad.line))
+    if not surveys:
+        why = f" {warnings[0]}" if warnings else ""
+        raise InvalidImport(f"The file has no inspection in EN 13508-2 that can be read.{why}")
+    return ImportedFile(tuple(surveys), tuple(warnings))
+
+
+class _BadBlock(Exception):
+    """What is wrong with it, without a full stop, and where."""
+
+    def __init__(self, line: int, what: str) -> None:
+        super().__init__(what)
+        self.line = line
+
+
+def _decoded(content: bytes) -> str:
+    """UTF-8 if it is that, whatever #A1 says; else Latin letters of one byte each."""
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return content.decode("utf-16", "replace")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("cp1252", "replace")
+
+
+def _form(lines: Sequence[str]) -> _Form:
+    stated = {line[:4]: line[4:] for line in lines if line[:2] == "#A" and line[3:4] == "="}
+    # A separator may be a blank or a tabulator, so it is not stripped.
+    separator = stated.get("#A3=", ";")[:1] or ";"
+    quote = stated.get("#A5=", '"')[:1] or None
+    return _Form(separator, None if quote == separator else quote)
+
+
+def _blocks(lines: Sequence[str]) -> Iterator[_Block]:
+    """A block ends with #Z, with the next #B01, or with the file."""
+    block: _Block | None = None
+    wants_values = False
+    for count, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        found = _LIST.match(line)
+        if found:
+            if int(found[1]) == 1 or block is None:
+                if block is not None:
+                    yield block
+                block = _Block(count)
+            block.lists.append((count, line[found.end() :], None))
+            wants_values = True
+        elif line.startswith("#Z"):
+            if block is not None:
+                yield block
+            block, wants_values = None, False
+        elif block is None or line.startswith("#A"):
+            continue
+        elif line.startswith("#C="):
+            block.columns, block.columns_line = line[3:], count
+            wants_values = False
+        elif wants_values:
+            at, codes, _ = block.lists[-1]
+            block.lists[-1] = (at, codes, line)
+            wants_values = False
+        elif block.columns is not None:
+            block.rows.append((count, line))
+    if block is not None:
+        yield block
+
+
+def _survey(block: _Block, form: _Form) -> ImportedSurvey:
+    notes = Notes()
+    stated = _stated(block, form, notes)
+    header = _header(stated, notes)
+    observations = tuple(_observations(block, form, header, notes))
+    codes = {observation.code for observation in observations}
+    if codes & {_END, _ABANDONED}:
+        header["end_condition"] = "complete" if _END in codes else "abandoned"
+    said = next((it.remark for it in observations if it.code == _ABANDONED and it.remark), None)
+    if header.get("end_condition") == "abandoned" and said:
+        header["abandon_reason"] = said
+    asset = str(header.get("asset_id") or "")
+    name = " ".join(part for part in (asset, str(header.get("date") or "")) if part)
+    return ImportedSurvey(
+        name or f"Inspection of line {block.line}",
+        fitting_header(header, notes),
+        observations,
+        tuple(notes.said),
+    )
+
+
+def _stated(block: _Block, form: _Form, notes: Notes) -> dict[str, str]:
+    """Values of the header by their codes."""
+    stated: dict[str, str] = {}
+    for line, codes, values in block.lists:
+        if values is None:
+            raise _BadBlock(line, "there is no line of values below its list of fields")
+        names = [name.strip().upper() for name in form.cells(codes)]
+        cells = form.cells(values)
+        if len(cells) != len(names):
+            notes.add(f"{len(cells)} values for {len(names)} fields.", line + 1)
+        stated |= {
+            name: clean(cell) for name, cell in zip(names, cells, strict=False) if clean(cell)
+        }
+    if not stated:
+        raise _BadBlock(block.line, "its header is empty")
+    return stated
+
+
+def _header(stated: Mapping[str, str], notes: Notes) -> dict[str, str | float | bool]:
+    header: dict[str, str | float | bool] = {}
+    for code, value in stated.items():
+        if code in _TEXTS:
+            header[_TEXTS[code]] = value
+        elif code in _NUMBERS:
+            found = number(value)
+            header[_NUMBERS[code] if found is not None else _own(code)] = (
+                value if found is None else found
+            )
+        elif code in _LETTERS:
+            name, meanings = _LETTERS[code]
+            meaning = meanings.get(value.upper())
+            if meaning is None:
+                notes.add(f"{code} {value!r:.40} is not known; it is kept as {_own(code)}.")
+                header[_own(code)] = value
+            else:
+                header[name] = meaning
+        elif code == "ABF":
+            header["date"] = iso_date(value) or value
+        elif code == "ABG":
+            header["time"] = time_of_day(value) or value
+        elif code not in ("AAD", "AAF") and code not in _NOT_KEPT:
+            header[_own(code)] = value
+    ends = [stated[code] for code in ("AAD", "AAF") if code in stated]
+    start = stated.get("AAB")
+    header["start_node"] = start or (ends[0] if ends else "")
+    others = [end for end in ends if end != header["start_node"]]
+    header["end_node"] = others[0] if others else (ends[-1] if len(ends) > 1 else "")
+    return header
+
+
+def _own(code: str) -> str:
+    """A name for a field that has none here."""
+    return f"en13508_{re.sub(r'[^a-z0-9]', '_', code.lower())[:40]}"
+
+
+def _observations(
+    block: _Block, form: _Form, header: Mapping[str, object], notes: Notes
+) -> Iterator[ImportedObservation]:
+    if block.columns is None:
+        notes.add("There is no list of columns (#C), so there are no observations.", block.line)
+        return
+    columns = [name.strip().upper() for name in form.cells(block.columns)]
+    for needed in ("I", "A"):
+        if needed not in columns:
+            raise _BadBlock(block.columns_line, f"its observations have no column {needed}")
+    for name in columns:
+        if name and name not in _COLUMNS:
+            notes.add(f"The column {name:.20} is not known and left out.", block.columns_line)
+    nodes = {str(header.get(name)) for name in ("start_node", "end_node")}
+    for count, (line, text) in enumerate(block.rows):
+        if count == MOST_OBSERVATIONS:
+            notes.add(f"{MOST_OBSERVATIONS} observations are read of a survey, not more.", line)
+            return
+        cells = form.cells(text[:_LONGEST_CELL])
+        if len(cells) != len(columns):
+            notes.add(f"{len(cells)} values for {len(columns)} columns.", line)
+        row = {name: clean(cell) for name, cell in zip(columns, cells, strict=False)}
+        observation = _observation(row, nodes, line, notes)
+        if observation is not None:
+            yield observation
+
+
+def _observation(
+    row: Mapping[str, str], nodes: set[str], line: int, notes: Notes
+) -> ImportedObservation | None:
+    distance_m = number(row.get("I", ""))
+    if distance_m is None:
+        notes.add(f"No distance can be read of {row.get('I', '')!r:.40}; it is left out.", line)
+        return None
+    said = [row.get("F", "")]
+    quantities: dict[str, float | None] = {"D": None, "E": None}
+    for column in quantities:
+        told = row.get(column, "")
+        quantities[column] = quantity(told)
+        if told and (quantities[column] is None or _is_node(row, column, told, nodes)):
+            quantities[column] = None
+            if not _is_node(row, column, told, nodes):
+                said.append(f"quantity {told}")
+    clocks = [clock(row.get(column, "")) for column in ("G", "H")]
+    for column, hour in zip(("G", "H"), clocks, strict=True):
+        told = row.get(column, "")
+        if hour is None and told.strip("0"):
+            notes.add(f"Clock {told!r:.20} is no whole hour; the remark says so.", line)
+            said.append(f"clock {told}")
+    continuous = stretch(row.get("J", ""))
+    if row.get("J") and continuous is None:
+        notes.add(f"{row['J']!r:.20} is no stretch such as A1; the remark says so.", line)
+        said.append(f"stretch {row['J']}")
+    time_s = video_time_s(row.get("N", ""))
+    if row.get("N") and time_s is None:
+        said.append(f"video {row['N']}")
+    if row.get("L"):
+        said.append(row["L"])
+    observation = ImportedObservation(
+        distance_m=distance_m,
+        code=row.get("A"),
+        char1=row.get("B"),
+        char2=row.get("C"),
+        quant1=quantities["D"],
+        quant2=quantities["E"],
+        clock_from=clocks[0],
+        clock_to=clocks[1],
+        stretch=continuous,
+        at_joint=bool(row.get("K")),
+        remark=", ".join(part for part in said if part),
+        photo=row.get("M") or None,
+        time_s=time_s,
+        line=line,
+    )
+    return coded(observation, notes)
+
+
+def _is_node(row: Mapping[str, str], column: str, told: str, nodes: set[str]) -> bool:
+    """At the start and at the end the first quantity is the name of the node."""
+    return column == "D" and row.get("A") in (_START, _END) and told in nodes

@@ -1,0 +1,344 @@
+"""Reads WinCan .db3: SQLite, of which only plain rows of real tables are asked for.
+
+The file is somebody's: it is opened as a copy in memory, views, virtual tables and functions are
+refused, and every query has an end.  Columns are looked up by name, since versions differ.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from typing import Any
+
+from app.errors import InvalidImport
+from app.imports.survey import (
+    MOST_OBSERVATIONS,
+    MOST_SURVEYS,
+    Caveat,
+    ImportedFile,
+    ImportedObservation,
+    ImportedSurvey,
+    Notes,
+    clean,
+    clock,
+    coded,
+    fitting_header,
+    iso_date,
+    number,
+    quantity,
+    stretch,
+    time_of_day,
+    video_time_s,
+)
+
+_MAGIC = b"SQLite format 3\0"
+_MOST_ROWS = 200_000
+"""Of a table."""
+_MOST_STEPS = 2_000
+"""Of _STEP instructions each: some seconds."""
+_STEP = 100_000
+_LONGEST_VALUE = 2**20
+
+_SECTION = "SECTION"
+_INSPECTION = "SECINSP"
+_OBSERVATION = "SECOBS"
+_NODE = "NODE"
+_MEDIA = "SECOBSMM"
+
+_DIRECTIONS = {"D": "with_flow", "1": "with_flow", "U": "against_flow", "2": "against_flow"}
+_HEADER_TEXTS: Mapping[str, tuple[str, ...]] = {
+    "operator": ("INS_Inspector", "INS_InspectorName", "INS_Operator", "INS_Surveyor"),
+    "client": ("INS_Customer", "INS_Client", "OBJ_Owner", "OBJ_Ownership"),
+    "job_ref": ("INS_JobNumber", "INS_WorkOrder", "OBJ_Project"),
+    "weather": ("INS_Weather",),
+    "standard": ("INS_Standard", "INS_CodingSystem"),
+    "remarks": ("INS_Memo", "OBJ_Memo"),
+    "material": ("OBJ_Material",),
+    "location_text": ("OBJ_Street",),
+    "video_files": ("INS_VideoFile", "INS_VideoFileName"),
+}
+_HEADER_NUMBERS: Mapping[str, tuple[str, ...]] = {
+    "expected_length_m": ("OBJ_RealLength", "OBJ_Length"),
+    "unit_length_m": ("OBJ_PipeLength",),
+    "temperature_c": ("INS_Temperature",),
+    "year": ("OBJ_ConstructionYearText", "OBJ_ConstructionYear"),
+}
+_CODE_LETTERS = 3
+"""Of EN 13508-2; letters behind are its characters."""
+
+
+@dataclass(frozen=True)
+class _Row:
+    """What a row says, by the names of its columns in capitals; NULL and binary is left out."""
+
+    values: Mapping[str, Any]
+
+    def text(self, *names: str) -> str:
+        """The first of these columns that says something."""
+        for name in names:
+            value = self.values.get(name.upper(), "")
+            if isinstance(value, float) and value == int(value):
+                value = int(value)
+            if found := clean(str(value)):
+                return found
+        return ""
+
+    def number(self, *names: str) -> float | None:
+        """The first of these columns that holds a number."""
+        return next(
+            (found for name in names if (found := number(self.text(name))) is not None), None
+        )
+
+    @property
+    def is_deleted(self) -> bool:
+        """Marked so by the program that made it."""
+        marks = [value for name, value in self.values.items() if name.endswith("_DELETED")]
+        return any(mark not in ("", 0, "0", "False") for mark in marks)
+
+
+def looks_like(content: bytes) -> bool:
+    """Whether it is an SQLite file."""
+    return content.startswith(_MAGIC)
+
+
+def read(content: bytes) -> ImportedFile:
+    """All inspections of pipes.
+
+    Raises:
+        InvalidImport: It is no SQLite file, damaged, or has no table of inspections.
+    """
+    if not looks_like(content):
+        raise InvalidImport("The file is no SQLite database, so it is no WinCan .db3 either.")
+    try:
+        with closing(_opened(content)) as database:
+            return _file(database)
+    except (sqlite3.Error, OverflowError, MemoryError) as error:
+        raise InvalidImport(
+            f"The database cannot be read ({error}). Open it in WinCan, export it again, then try."
+        ) from error
+
+
+def _opened(content: bytes) -> sqlite3.Connection:
+    """A copy in memory that answers plain SELECTs only."""
+    database = sqlite3.connect(":memory:", isolation_level=None)
+    database.execute("PRAGMA trusted_schema=OFF")
+    database.execute("PRAGMA cell_size_check=ON")
+    database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, max(len(content), _LONGEST_VALUE))
+    # With a write-ahead log a copy without its log cannot be opened: say that there is none.
+    database.deserialize(content[:18] + b"\x01\x01" + content[20:])
+    steps = 0
+
+    def has_enough() -> bool:
+        nonlocal steps
+        steps += 1
+        return steps > _MOST_STEPS
+
+    database.set_progress_handler(has_enough, _STEP)
+    database.set_authorizer(_authorize)
+    database.text_factory = lambda value: value.decode("utf-8", "replace")
+    return database
+
+
+def _authorize(action: int, *_: str | None) -> int:
+    allowed = (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ)
+    return sqlite3.SQLITE_OK if action in allowed else sqlite3.SQLITE_DENY
+
+
+def _tables(database: sqlite3.Connection) -> dict[str, str]:
+    """Names of the real tables, by their capitals."""
+    rows = database.execute("SELECT name, type, sql FROM sqlite_master").fetchmany(_MOST_ROWS)
+    return {
+        name.upper(): name
+        for name, kind, sql in rows
+        if kind == "table" and isinstance(name, str) and not _is_virtual(sql)
+    }
+
+
+def _is_virtual(sql: object) -> bool:
+    return not isinstance(sql, str) or sql.upper().split()[1:2] == ["VIRTUAL"]
+
+
+def _rows(database: sqlite3.Connection, table: str) -> Iterator[_Row]:
+    quoted = table.replace('"', '""')
+    found = database.execute(f'SELECT * FROM "{quoted}" LIMIT {_MOST_ROWS}')  # noqa: S608
+    names = [str(column[0]).upper() for column in found.description]
+    for values in found:
+        yield _Row(
+            {
+                name: value
+                for name, value in zip(names, values, strict=True)
+                if value is not None and not isinstance(value, bytes)
+            }
+        )
+
+
+def _file(database: sqlite3.Connection) -> ImportedFile:
+    tables = _tables(database)
+    for needed in (_SECTION, _INSPECTION, _OBSERVATION):
+        if needed not in tables:
+            found = ", ".join(sorted(tables)[:10]) or "none"
+            raise InvalidImport(
+                f"The database has no table {needed}, so it is no WinCan project; its tables are "
+                f"{found:.300}."
+            )
+    warnings = [
+        Caveat(f"There is no table {name}: {what}.")
+        for name, what in ((_NODE, "nodes have no names"), (_MEDIA, "photos are not named"))
+        if name not in tables
+    ]
+
+    def rows(name: str) -> list[_Row]:
+        there = _rows(database, tables[name]) if name in tables else iter(())
+        return [row for row in there if not row.is_deleted]
+
+    nodes = {row.text("OBJ_PK"): row.text("OBJ_Key", "OBJ_Number") for row in rows(_NODE)}
+    photos = {row.text("OMM_Observation_FK"): row.text("OMM_FileName") for row in rows(_MEDIA)}
+    sections = {row.text("OBJ_PK", "OBJ_ID"): row for row in rows(_SECTION)}
+    observed: dict[str, list[_Row]] = {}
+    for row in rows(_OBSERVATION):
+        observed.setdefault(row.text("OBS_Inspection_FK"), []).append(row)
+    inspections = rows(_INSPECTION)
+    if len(inspections) > MOST_SURVEYS:
+        warnings.append(Caveat(f"{MOST_SURVEYS} surveys are read of a file, not more."))
+    surveys = tuple(
+        _survey(row, sections, nodes, observed.pop(row.text("INS_PK"), []), photos)
+        for row in inspections[:MOST_SURVEYS]
+    )
+    if not surveys:
+        raise InvalidImport("The WinCan project has no inspection of a pipe.")
+    left = 0 if len(inspections) > MOST_SURVEYS else sum(map(len, observed.values()))
+    if left:
+        warnings.append(Caveat(f"{left} observations belong to no inspection and are left out."))
+    return ImportedFile(surveys, tuple(warnings))
+
+
+def _survey(
+    inspection: _Row,
+    sections: Mapping[str, _Row],
+    nodes: Mapping[str, str],
+    observed: Sequence[_Row],
+    photos: Mapping[str, str],
+) -> ImportedSurvey:
+    notes = Notes()
+    section = sections.get(inspection.text("INS_Section_FK"))
+    if section is None:
+        notes.add("The inspection names no section, so nothing is known of its pipe.")
+        section = _Row({})
+    header = _header(inspection, section, nodes, notes)
+    ordered = sorted(observed, key=_order)
+    if len(ordered) > MOST_OBSERVATIONS:
+        notes.add(f"{MOST_OBSERVATIONS} observations are read of a survey, not more.")
+    observations = tuple(
+        observation
+        for row in ordered[:MOST_OBSERVATIONS]
+        if (observation := _observation(row, photos, notes)) is not None
+    )
+    codes = {observation.code for observation in observations}
+    if codes & {"BCE", "BDC"}:
+        header["end_condition"] = "complete" if "BCE" in codes else "abandoned"
+    told = (header.get("asset_id"), header.get("date"))
+    name = " ".join(str(part) for part in told if part) or "WinCan inspection"
+    return ImportedSurvey(name, fitting_header(header, notes), observations, tuple(notes.said))
+
+
+def _order(row: _Row) -> tuple[float, float]:
+    """As WinCan lists them, else by distance."""
+    place = row.number("OBS_SortOrder")
+    distance_m = row.number("OBS_Distance")
+    return place if place is not None else 0.0, distance_m if distance_m is not None else 0.0
+
+
+def _header(
+    inspection: _Row, section: _Row, nodes: Mapping[str, str], notes: Notes
+) -> dict[str, Any]:
+    both = _Row({**section.values, **inspection.values})
+    header: dict[str, Any] = {
+        "asset_id": section.text("OBJ_Key", "OBJ_Name", "OBJ_PK"),
+        "date": iso_date(inspection.text("INS_StartDate", "INS_TimeStamp")),
+        "time": time_of_day(inspection.text("INS_StartTime", "INS_StartDate")),
+    }
+    header |= {name: both.text(*columns) for name, columns in _HEADER_TEXTS.items()}
+    header |= {name: both.number(*columns) for name, columns in _HEADER_NUMBERS.items()}
+    first, second = (
+        _node(section.text(f"OBJ_{end}Node_REF"), nodes, notes) for end in ("From", "To")
+    )
+    told = inspection.text("INS_InspectionDir").upper()
+    direction = _DIRECTIONS.get(told)
+    if told and direction is None:
+        notes.add(f"The direction {told!r:.20} is not known.")
+    is_against = direction == "against_flow"
+    header |= {
+        "direction": direction or "unknown",
+        "start_node": second if is_against else first,
+        "end_node": first if is_against else second,
+    }
+    return header | _profile(section, notes)
+
+
+def _node(reference: str, nodes: Mapping[str, str], notes: Notes) -> str:
+    if reference and reference not in nodes:
+        notes.add(f"The node {reference:.60} has no name; the file's own key is kept.")
+    return nodes.get(reference) or reference
+
+
+def _profile(section: _Row, notes: Notes) -> dict[str, Any]:
+    """Height and width in millimetres, and a shape if its word is known."""
+    word = section.text("OBJ_Shape")
+    shapes = {
+        "A": "circular", "C": "circular", "CIRCULAR": "circular", "ROUND": "circular",
+        "KREIS": "circular", "KREISPROFIL": "circular", "R": "rectangular", "B": "rectangular",
+        "RECTANGULAR": "rectangular", "E": "egg", "EGG": "egg",
+    }  # fmt: skip
+    shape = shapes.get(word.upper())
+    if word and shape is None:
+        notes.add(f"The shape {word!r:.20} is not known; the header keeps it as wincan_shape.")
+    height = section.number("OBJ_PipeHeightOrDia", "OBJ_Size1")
+    return {
+        "shape": shape,
+        "wincan_shape": "" if shape else word,
+        "height_mm": height,
+        "width_mm": section.number("OBJ_Size2") or (height if shape == "circular" else None),
+    }
+
+
+def _observation(row: _Row, photos: Mapping[str, str], notes: Notes) -> ImportedObservation | None:
+    code = row.text("OBS_OpCode").upper()
+    distance_m = row.number("OBS_Distance")
+    if distance_m is None:
+        notes.add(f"An observation {code or 'without a code'} has no distance and is left out.")
+        return None
+    char1, char2 = row.text("OBS_Char1"), row.text("OBS_Char2")
+    is_en = code.isalpha() and code.startswith("B")
+    if is_en and _CODE_LETTERS < len(code) <= _CODE_LETTERS + 2 and not (char1 or char2):
+        code, char1, char2 = code[:3], code[3:4], code[4:5]
+    said = [row.text("OBS_Observation"), row.text("OBS_Memo")]
+    for name in ("OBS_Q1_Value", "OBS_Q2_Value"):
+        if row.text(name) and quantity(row.text(name)) is None:
+            said.append(f"quantity {row.text(name)}")
+    if third := row.text("OBS_Q3_Value"):
+        said.append(f"third quantity {third}")
+    clocks = [clock(row.text(name)) for name in ("OBS_ClockPos1", "OBS_ClockPos2")]
+    continuous = row.text("OBS_CD_Code1", "OBS_CDCode", "OBS_Continuous")
+    if continuous and stretch(continuous) is None:
+        said.append(f"stretch {continuous}")
+    length_m = row.number("OBS_ContDefectLength")
+    if length_m:
+        said.append(f"{length_m:g} m long")
+    observation = ImportedObservation(
+        distance_m=distance_m,
+        code=code,
+        char1=char1,
+        char2=char2,
+        quant1=quantity(row.text("OBS_Q1_Value")),
+        quant2=quantity(row.text("OBS_Q2_Value")),
+        clock_from=clocks[0],
+        clock_to=clocks[1],
+        stretch=stretch(continuous),
+        at_joint=row.text("OBS_AtJoint").upper() in ("1", "TRUE", "J", "Y", "-1"),
+        remark=clean(", ".join(part for part in said if part)),
+        photo=photos.get(row.text("OBS_PK")) or None,
+        time_s=video_time_s(row.text("OBS_TimeCtr")),
+    )
+    return coded(observation, notes)
