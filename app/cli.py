@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
-from rich.console import Console
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -27,6 +26,10 @@ from rich.progress import (
 )
 from rich.table import Table
 
+from app import cli_reports
+from app.console import Data, data_folder, require_folder
+from app.console import err as _err
+from app.console import out as _out
 from app.intrinsics import read_camera
 from app.offline import Method, TrackedVideo, track_video
 from vo_core import ChainageError, Pose, Rig
@@ -45,21 +48,14 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-# No markup: names of files and values out of them hold brackets.
-_out = Console(markup=False, highlight=False, soft_wrap=True)
-_err = Console(markup=False, highlight=False, soft_wrap=True, stderr=True)
-
 tokens = typer.Typer(
     help="Named access tokens of a data folder, also while a server uses it.", no_args_is_help=True
 )
 app.add_typer(tokens, name="token")
+app.command()(cli_reports.export)
 
 Port = Annotated[int, typer.Option(min=0, max=65535, help="0 takes any free port.")]
 Host = Annotated[str, typer.Option(help="Address to listen on.")]
-Data = Annotated[
-    Path | None, typer.Option(help="Data folder.  [default: chainage-data or CHAINAGE_DATA]")
-]
-
 
 _NAME_LENGTH = 100
 _MIB = 2**20
@@ -196,8 +192,8 @@ def backup(
     """
     from app.storage import backup as archives
 
-    _require_folder(file, "FILE")
-    folder = _data_folder(data)
+    require_folder(file, "FILE")
+    folder = data_folder(data)
     with _progress() as progress:
         task = progress.add_task("backing up, MiB", total=None)
         done = archives.back_up(folder, file, partial(_advance_mib, progress, task))
@@ -214,8 +210,8 @@ def restore(
     """Make a data folder of an archive, after every file in it was checked."""
     from app.storage import backup as archives
 
-    folder = _data_folder(data)
-    _require_folder(folder, "--data")
+    folder = data_folder(data)
+    require_folder(folder, "--data")
     with _progress() as progress:
         task = progress.add_task("restoring, MiB", total=None)
         done = archives.restore(file, folder, partial(_advance_mib, progress, task))
@@ -243,9 +239,9 @@ def track(
     ] = None,
 ) -> None:
     """Measure the pose of the camera in every frame of a video."""
-    _require_folder(out, "--out")
+    require_folder(out, "--out")
     if joints is not None:
-        _require_folder(joints, "--joints")
+        require_folder(joints, "--joints")
     setup = Rig.load(rig)
     if camera is not None:
         setup = setup.model_copy(update={"camera": read_camera(camera)})
@@ -326,7 +322,7 @@ def correct(
         )
     if rig is None and (joints is not None or stated):
         raise typer.BadParameter("is needed by the other options", param_hint="--rig")
-    _require_folder(out, "--out")
+    require_folder(out, "--out")
     if out.resolve() == track.resolve():
         raise typer.BadParameter("would replace the raw track", param_hint="--out")
     result = correction.correct_file(
@@ -463,7 +459,7 @@ def calibrate(
         raise typer.BadParameter(
             "goes with --board charuco and with it alone", param_hint="--marker-mm"
         )
-    _require_folder(out, "--out")
+    require_folder(out, "--out")
     if report is not None:
         _require_picture(report, "--report")
     setup = None if rig is None else Rig.load(rig)
@@ -552,7 +548,7 @@ def bench(
     from app.simulation import SCENARIOS
 
     if out is not None:
-        _require_folder(out, "--out")
+        require_folder(out, "--out")
     default_mm = benchmark.QUICK_LENGTH_MM if quick else benchmark.LENGTH_MM
     length_mm = default_mm if metres is None else 1000 * metres
     choose = benchmark.quick_scenarios if quick else benchmark.all_scenarios
@@ -574,27 +570,15 @@ def bench(
 def _token_file(data: Path | None) -> TokenFile:
     from app.storage.tokens import TokenFile
 
-    return TokenFile(_data_folder(data))
-
-
-def _data_folder(data: Path | None) -> Path:
-    from app.settings import Settings
-
-    return (Settings.load() if data is None else Settings.load(data=data)).data
+    return TokenFile(data_folder(data))
 
 
 def _day(instant: datetime | None) -> str:
     return "-" if instant is None else f"{instant.astimezone():%Y-%m-%d %H:%M}"
 
 
-def _require_folder(file: Path, option: str) -> None:
-    """Known now, not after an hour of work."""
-    if not file.parent.is_dir():
-        raise typer.BadParameter(f"there is no folder {file.parent}", param_hint=option)
-
-
 def _require_picture(file: Path, option: str) -> None:
-    _require_folder(file, option)
+    require_folder(file, option)
     if file.suffix.lower() not in (".png", ".pdf", ".svg"):
         raise typer.BadParameter(f"{file.name} is not .png, .pdf or .svg", param_hint=option)
 

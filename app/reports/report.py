@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, BinaryIO, Literal
 
 from app.catalogue.table import Code
 from app.services.adjustment import Adjusted, FittedJoint
@@ -21,6 +22,8 @@ from vo_core.mosaic import Layout
 Language = Literal["en", "ms"]
 Units = Literal["m", "ft"]
 Role = Literal["start", "change", "finish"]
+
+_BLOCK = 2**20
 
 
 @dataclass(frozen=True)
@@ -227,6 +230,27 @@ class Written:
 
     content: bytes
     losses: tuple[Loss, ...] = ()
+    file: BinaryIO | None = None
+    """In place of `content` what may not fit in memory: an open temporary file, at its start."""
+
+    @property
+    def size(self) -> int:
+        """In bytes."""
+        if self.file is None:
+            return len(self.content)
+        at = self.file.tell()
+        end = self.file.seek(0, os.SEEK_END)
+        self.file.seek(at)
+        return end
+
+    def blocks(self) -> Iterator[bytes]:
+        """The content, once; the file is closed behind it."""
+        if self.file is None:
+            yield self.content
+            return
+        with self.file as file:
+            while block := file.read(_BLOCK):
+                yield block
 
 
 def _stretch(number: int, entries: Sequence[Entry]) -> Stretch | None:
