@@ -37,9 +37,9 @@ logger = logging.getLogger(__name__)
 EVENT = "observation.severity_5"
 SIGNATURE = "X-Chainage-Signature"
 
-_TRY_S = 10.0
+_TRY_S = 5.0
 """For one try, from the look-up of the name to the status of the answer."""
-_FIRST_PAUSE_S = 5.0
+_FIRST_PAUSE_S = 2.0
 _LONGEST_PAUSE_S = 3600.0
 _GIVE_UP_AFTER = timedelta(days=1)
 _PAUSE_AFTER_FAULT_S = 5.0
@@ -161,7 +161,7 @@ class Webhook:
             except Unsent as failure:
                 if self._stopping:
                     return
-                next_at = _next_try(alert, datetime.now(UTC))
+                next_at = next_try(alert, datetime.now(UTC))
                 logger.warning(
                     "The client could not be told of observation %s, %s: %s",
                     alert.observation_id,
@@ -232,7 +232,9 @@ def message(
         "observation": {
             "id": row.id,
             "distance_m": round(place.distance_mm / 1000, 3) if place else None,
-            "distance_u95_m": round(place.u95_mm / 1000, 3) if place else None,
+            "distance_u95_m": None
+            if place is None or place.u95_mm is None
+            else round(place.u95_mm / 1000, 3),
             "code": row.fields.get("code"),
             "label": label,
             "clock": view.clock,
@@ -334,16 +336,18 @@ class _Post:
             return f"TLS failed: {failure.reason or 'the connection broke off'}."
         if isinstance(failure, socket.gaierror):
             return "Its name is not known."
+        if isinstance(failure, http.client.RemoteDisconnected | ConnectionResetError):
+            return "It has broken off."
         if isinstance(failure, OSError) and failure.strerror:
             return f"It cannot be reached: {failure.strerror}."
-        return "It broke off, or answered something else than HTTP."
+        return "It does not answer as a web server does."
 
 
 def _seconds_until(instant: datetime) -> float:
     return (instant - datetime.now(UTC)).total_seconds()
 
 
-def _next_try(alert: Alert, now: datetime) -> datetime | None:
+def next_try(alert: Alert, now: datetime) -> datetime | None:
     """After a pause that doubles; None when a day is over."""
     pause_s = min(_FIRST_PAUSE_S * 2.0 ** min(alert.tries, 30), _LONGEST_PAUSE_S)
     next_at = now + timedelta(seconds=pause_s)

@@ -1,5 +1,6 @@
 /** How the camera of a live inspection does, and what ends the recording; gone when it has ended. */
 
+import { get, poll } from '../../core/api.js';
 import { html, render, setText } from '../../core/html.js';
 import { Component } from '../../core/store.js';
 import { bytes, timecode } from '../../core/units.js';
@@ -7,6 +8,7 @@ import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 
 const TICK_MS = 500;
+const COUNTER_POLL_S = 3;
 const LITTLE_ROOM_BYTES = 2e9;
 
 class LiveBar extends Component {
@@ -26,6 +28,7 @@ class LiveBar extends Component {
         <p class="live__fact number" data-part="recorded"></p>
         <p class="live__fact number" title="${t('live.skipped_help')}" data-part="skipped"></p>
         <p class="live__fact number" data-part="room"></p>
+        <p class="live__fact" data-part="counter" hidden><span data-part="counterSign"></span><span role="status" data-part="counterText"></span></p>
         <span class="spacer"></span>
         <button class="button" data-part="zero" data-needs="operator"><kbd>Z</kbd>${t('corrections.zero_here')}</button>
         <button class="button button--primary" data-part="finish" data-needs="operator">${icon('flag')}${t('finish.open')}</button>
@@ -42,6 +45,25 @@ class LiveBar extends Component {
     const timer = setInterval(() => this.#show(), TICK_MS);
     this.signal.addEventListener('abort', () => clearInterval(timer));
     this.#told();
+    // A server that does not answer is told of already.
+    poll(() => this.#askCounter(), this.signal, () => {});
+  }
+
+  /** How it is with the software that takes Chainage for its meter counter. */
+  async #askCounter() {
+    if (this.hidden) return COUNTER_POLL_S;
+    const { peer, is_connected: isConnected, detail } = await get('/api/meter-counter', this.signal);
+    if (peer === null) return null;
+    const { counter, counterSign, counterText } = this.parts;
+    counter.hidden = false;
+    counter.title = peer;
+    counter.classList.toggle('live__fact--warning', !isConnected);
+    render(counterSign, icon(isConnected ? 'check' : 'alert'));
+    setText(
+      counterText,
+      isConnected ? t('live.counter') : t('live.no_counter', { reason: detail ?? t('live.counter_waits') }),
+    );
+    return COUNTER_POLL_S;
   }
 
   /** The server has told how the camera does. */

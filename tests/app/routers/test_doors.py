@@ -17,6 +17,7 @@ import httpx
 import pytest
 from builders import TOKEN, Client, LiveServer, assert_error, serving
 from fastapi import FastAPI, WebSocket
+from receivers import certificate
 from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from test_access import example, log_in, refusal
 from websockets.exceptions import ConnectionClosed
@@ -349,18 +350,6 @@ def test_guessed_bearer_tokens_are_slowed_down_and_who_is_in_stays_in(server: Cl
     assert_error(answer, 429, "too_many_attempts")
     assert server.get("/api/me").status_code == 200
     log_in(server)
-
-
-def certificate(folder: Path) -> tuple[Path, Path]:
-    """Signed by itself, for 127.0.0.1."""
-    cert, key = folder / "cert.pem", folder / "key.pem"
-    subprocess.run(
-        ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256",
-         "-nodes", "-days", "2", "-subj", "/CN=127.0.0.1", "-addext", "subjectAltName=IP:127.0.0.1",
-         "-keyout", key, "-out", cert],
-        check=True, capture_output=True,
-    )  # fmt: skip
-    return cert, key
 
 
 def test_over_https_the_printed_address_logs_in_and_no_secret_is_told(tmp_path: Path) -> None:
