@@ -27,6 +27,7 @@ from rich.progress import (
 from rich.table import Table
 
 from app import cli_reports
+from app.cli_reports import own_fingerprint
 from app.console import Data, data_folder, require_folder
 from app.console import err as _err
 from app.console import out as _out
@@ -53,6 +54,7 @@ tokens = typer.Typer(
 )
 app.add_typer(tokens, name="token")
 app.command()(cli_reports.export)
+app.command()(cli_reports.verify)
 
 Port = Annotated[int, typer.Option(min=0, max=65535, help="0 takes any free port.")]
 Host = Annotated[str, typer.Option(help="Address to listen on.")]
@@ -132,7 +134,16 @@ def serve(
         "insecure_lan": insecure_lan or None,
     }
     given = {name: value for name, value in options.items() if value is not None}
-    server.serve(Settings.load(**given), host, port, lambda url, _: _out.print(f"Open {url}"))
+    settings = Settings.load(**given)
+
+    def announce(url: str, _: object) -> None:
+        _out.print(f"Open {url}")
+        try:
+            _out.print(f"Evidence bundles are signed with the key {own_fingerprint(settings.data)}")
+        except (ChainageError, OSError) as error:  # all else works without it
+            _err.print(f"warning: {error}", style="yellow")
+
+    server.serve(settings, host, port, announce)
 
 
 @tokens.command("create")

@@ -1,4 +1,4 @@
-"""The commands about reports: `chainage export`."""
+"""The commands about reports: `chainage export` and `chainage verify`."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
+from rich.table import Table
 
 from app.console import Data, err, out, require_folder
 
@@ -24,8 +25,8 @@ def export(
     format: Annotated[  # noqa: A002
         str,
         typer.Option(
-            help="csv, json, xlsx, html, pdf, en13508, isybau, m150, ribx, geojson or zip, which "
-            "holds them with photos and track, signed."
+            help="csv, json, xlsx, html, pdf, en13508, isybau, m150, ribx, geojson; or zip, the "
+            "evidence bundle: reports, tables, photos and tracks, signed."
         ),
     ],
     file: Annotated[Path, typer.Option("--out", help="File to write; it is replaced whole.")],
@@ -71,6 +72,76 @@ def export(
         )
     _tell(written.losses)
     out.print(f"{file}: {row.name} ({row.id})")
+
+
+def verify(
+    file: Annotated[Path, typer.Argument(help="Evidence bundle (ZIP).")],
+    key: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FINGERPRINT|FILE",
+            help="Key that must have signed it: the fingerprint that its server prints, or a file "
+            "with the key (PEM).",
+        ),
+    ] = None,
+    video: Annotated[
+        Path | None, typer.Option(help="The film, to see whether it is the one inspected.")
+    ] = None,
+) -> None:
+    """Check an evidence bundle: every file, the signature, and the film.
+
+    Exit code 0: nothing is wrong; 1: something is; 2: it is no bundle that could be checked.
+    """
+    from app.errors import UnusableBundle
+    from app.reports import verify as checking
+
+    for path, hint in ((file, "FILE"), (video, "--video")):
+        if path is not None and not path.is_file():
+            raise typer.BadParameter(f"there is no file {path}", param_hint=hint)
+    wanted = None if key is None else _fingerprint(key)
+    try:
+        verdict = checking.verify(file, key=wanted, video=video)
+    except UnusableBundle as error:
+        raise typer.BadParameter(str(error), param_hint="FILE") from error
+    table = Table("", "what", "found", box=None)
+    words = {True: "right", False: "WRONG", None: "open"}
+    for finding in verdict.findings:
+        table.add_row(words[finding.is_right], finding.what, finding.detail)
+    out.print(table)
+    manifest = verdict.manifest
+    out.print(
+        f"{manifest.name}: report {manifest.report_id}, revision {manifest.revision}, made "
+        f"{manifest.made_at} by {manifest.program}"
+    )
+    wrong = sum(finding.is_right is False for finding in verdict.findings)
+    if wrong:
+        err.print(f"{file}: {wrong} of {len(verdict.findings)} are wrong", style="red")
+        raise typer.Exit(1)
+
+
+def own_fingerprint(data: Path) -> str:
+    """Of the key that a data folder signs with; made if there is none."""
+    from app.reports.signing import fingerprint
+    from app.storage.signing_key import SigningKey
+
+    return fingerprint(SigningKey(data).public_key)
+
+
+def _fingerprint(key: str) -> str:
+    from app.reports.signing import fingerprint, public_key_of, read_fingerprint
+
+    found = read_fingerprint(key)
+    if found is not None:
+        return found
+    path = Path(key)
+    if not path.is_file():
+        raise typer.BadParameter(
+            f"{key!r} is no fingerprint (SHA256: and 64 digits) and no file", param_hint="--key"
+        )
+    public_key = public_key_of(path.read_bytes())
+    if public_key is None:
+        raise typer.BadParameter(f"{path} holds no Ed25519 key in PEM", param_hint="--key")
+    return fingerprint(public_key)
 
 
 def _the_one(found: list[Inspection], wanted: str) -> Inspection:

@@ -9,7 +9,8 @@
         ├── MediaFailed, MediaTimeout, Busy, DiskFull, NotReady, ...NotAvailable  not now, not yet
         ├── InvalidSettings, DataFolderInUse, UnusableDatabase, UnusableBackup,   before the start
         │   AddressNotAvailable, OpenToTheNetwork
-        └── TokenNameTaken, TokenNotFound, UnreadableTokens               `chainage token`
+        ├── TokenNameTaken, TokenNotFound, UnreadableTokens               `chainage token`
+        └── UnreadableKey, UnusableBundle                                 bundles, `chainage verify`
 
 Every failing answer has one body, `{"code": "snake_case", "detail": "a sentence for a person"}`.
 """
@@ -236,6 +237,14 @@ class NotReady(AppError):
     """A part of the server is not working; the text says which."""
 
 
+class UnreadableKey(AppError):
+    """The key that bundles are signed with is damaged, or may not be read."""
+
+
+class UnusableBundle(AppError):
+    """The file is no evidence bundle, so that nothing in it can be checked."""
+
+
 class InvalidSettings(AppError):
     """A setting has a value that is not allowed."""
 
@@ -280,6 +289,7 @@ STATUS: dict[type[Exception], tuple[int, str]] = {
     Unauthenticated: (401, "unauthenticated"),
     Forbidden: (403, "forbidden"),
     UnreadableTokens: (500, "unreadable_tokens"),
+    UnreadableKey: (500, "unreadable_key"),
     CrossOrigin: (403, "cross_origin"),
     UnknownHost: (400, "unknown_host"),
     TooManyAttempts: (429, "too_many_attempts"),

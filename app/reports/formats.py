@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from app.reports import json_report, spreadsheet, table
+from app.reports import bundle, document, json_report, spreadsheet, table
 from app.reports.exchange import en13508, geojson, isybau, m150, ribx
 from app.reports.report import Report, Written
 
@@ -21,7 +21,8 @@ class Format:
     write: Callable[[Report], Written]
 
 
-FORMATS: Mapping[str, Format] = {
+_FORMS: Mapping[str, Format] = {
+    "pdf": Format("report", ".pdf", "application/pdf", document.write),
     "csv": Format("defects", ".csv", "text/csv; charset=utf-8", table.write),
     "json": Format("defects", ".json", "application/json", json_report.write),
     "xlsx": Format(
@@ -35,4 +36,15 @@ FORMATS: Mapping[str, Format] = {
     "isybau": Format("isybau", ".xml", "application/xml", isybau.write),
     "m150": Format("m150", ".xml", "application/xml", m150.write),
     "geojson": Format("map", ".geojson", "application/geo+json", geojson.write),
+}
+_IN_BUNDLE = ("pdf", "html", "csv", "xlsx", "json")
+
+
+def _bundle(report: Report) -> Written:
+    return bundle.write(report, {kind: _FORMS[kind] for kind in _IN_BUNDLE if kind in _FORMS})
+
+
+FORMATS: Mapping[str, Format] = {
+    **_FORMS,
+    "zip": Format("evidence", ".zip", "application/zip", _bundle),
 }

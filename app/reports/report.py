@@ -7,9 +7,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import Any, BinaryIO, Literal
+from typing import IO, Any, Literal
 
 from app.catalogue.table import Code
+from app.reports.signing import Signer
 from app.services.adjustment import Adjusted, FittedJoint
 from app.services.checks import Issue
 from app.services.corrections import Corrected
@@ -180,6 +181,8 @@ class Report:
     error: str | None = None
     error_code: str | None = None
     company: Company = field(default_factory=Company)
+    signer: Signer | None = None
+    """Of evidence bundles."""
     language: Language = "en"
     units: Units = "m"
 
@@ -230,7 +233,7 @@ class Written:
 
     content: bytes
     losses: tuple[Loss, ...] = ()
-    file: BinaryIO | None = None
+    file: IO[bytes] | None = None
     """In place of `content` what may not fit in memory: an open temporary file, at its start."""
 
     @property

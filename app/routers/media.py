@@ -6,7 +6,7 @@ from typing import Annotated
 from urllib.parse import quote
 
 from fastapi import APIRouter, Path, Response
-from starlette.responses import FileResponse
+from starlette.responses import FileResponse, StreamingResponse
 
 from app.deps import InspectionId, ServicesDep, viewer
 from app.errors import (
@@ -16,6 +16,7 @@ from app.errors import (
     MediaFailed,
     MediaTimeout,
     NothingRecorded,
+    UnreadableKey,
 )
 from app.reports.formats import FORMATS
 from app.reports.report import Language, Units
@@ -75,7 +76,7 @@ ExportKind = Annotated[str, Path(pattern=f"^({'|'.join(FORMATS)})$")]
     "/exports/{kind}",
     response_class=Response,
     responses=content(*sorted({form.media_type.split(";")[0] for form in FORMATS.values()}))
-    | failures(InspectionNotFound, ExportNotAvailable),
+    | failures(InspectionNotFound, ExportNotAvailable, UnreadableKey),
 )
 @viewer
 def export(
@@ -89,10 +90,14 @@ def export(
     export = services.reports.export(inspection_id, kind, language=lang, units=units)
     name = export.filename
     disposition = f"attachment; filename=\"{name}\"; filename*=UTF-8''{quote(name)}"
-    return Response(
-        export.written.content,
+    return StreamingResponse(
+        export.written.blocks(),
         media_type=export.media_type,
-        headers={"Content-Disposition": disposition, "Content-Security-Policy": "sandbox"},
+        headers={
+            "Content-Disposition": disposition,
+            "Content-Length": str(export.written.size),
+            "Content-Security-Policy": "sandbox",
+        },
     )
 
 

@@ -46,6 +46,7 @@ from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
 from app.storage.packs import PackStore
 from app.storage.preferences import PreferenceStore
+from app.storage.signing_key import SigningKey
 from app.storage.tokens import TokenFile
 
 logger = logging.getLogger(__name__)
@@ -215,6 +216,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
             unrolled,
             folder,
             Company(settings.company_name, settings.company_logo),
+            SigningKey(folder.root),
         ),
         live=live,
         scenes=scenes,

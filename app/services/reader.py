@@ -22,6 +22,7 @@ from app.storage.files import Places
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
 from app.storage.packs import PackStore
+from app.storage.signing_key import SigningKey
 from app.storage.tables import Inspection
 
 
@@ -37,7 +38,16 @@ class Reader:
         checks = Checks(store, observations, corrections, tracks, packs, places)
         self._store = store
         self.reports = Reports(
-            store, observations, corrections, checks, packs, tracks, unrolled, places, company
+            store,
+            observations,
+            corrections,
+            checks,
+            packs,
+            tracks,
+            unrolled,
+            places,
+            company,
+            SigningKey(places.root),
         )
 
     def named(self, wanted: str) -> list[Inspection]:
@@ -49,7 +59,9 @@ class Reader:
 
 @contextmanager
 def reading(data: Path, company: Company) -> Iterator[Reader]:
-    """Read a data folder as it is at this moment; nothing in it is changed.
+    """Read a data folder as it is at this moment.
+
+    Nothing in it is changed, but the first bundle makes the key that it is signed with.
 
     The database is a copy, so that one of an older version can be brought forward and a server
     that writes is not in the way.

@@ -16,6 +16,7 @@ from app.catalogue.table import CodeTable
 from app.errors import ExportNotAvailable
 from app.reports.formats import FORMATS
 from app.reports.report import Company, Entry, Language, Photo, Report, Role, Source, Units, Written
+from app.reports.signing import Signer
 from app.services.adjustment import U95
 from app.services.checks import Checks
 from app.services.corrections import Corrections
@@ -55,6 +56,7 @@ class Reports:
         unrolled: Unrolled,
         folder: Places,
         company: Company,
+        signer: Signer,
     ) -> None:
         self._inspections = inspections
         self._observations = observations
@@ -65,6 +67,7 @@ class Reports:
         self._unrolled = unrolled
         self._folder = folder
         self._company = company
+        self._signer = signer
 
     def export(
         self, inspection_id: str, kind: str, *, language: Language = "en", units: Units = "m"
@@ -149,6 +152,7 @@ class Reports:
             error=row.error_detail,
             error_code=row.error_code,
             company=self._company,
+            signer=self._signer,
             language=language,
             units=units,
         )

@@ -29,9 +29,10 @@ from typing import IO
 import msgspec
 
 from app.errors import UnusableBackup
+from app.storage import signing_key
 from app.storage.database import copy_database, revision_of
 from app.storage.files import DataFolder, raise_if_full, sync_folder
-from app.storage.tables import ENDED
+from app.storage.tables import ENDED, IMPORTED
 
 OnProgress = Callable[[int, int], None]
 """Called with bytes done and bytes in all."""
@@ -40,8 +41,10 @@ _FORMAT = 1
 _MANIFEST = "manifest.json"
 _DATABASE = "chainage.db"
 _TOKENS = "tokens.json"
+_ROOT_FILES = (_TOKENS, signing_key.FILE)
+"""Beside the database, if they are there."""
 _NAME = re.compile(
-    r"chainage\.db|tokens\.json|inspections/[0-9a-f]{32}(?:/[A-Za-z0-9_-][A-Za-z0-9._-]*){1,2}"
+    r"chainage\.db|tokens\.json|signing-key\.pem|inspections/[0-9a-f]{32}(?:/[A-Za-z0-9_-][A-Za-z0-9._-]*){1,2}"
 )
 """All that an archive may hold: no path leads out of the folder, or to its lock."""
 _BLOCK = 2**20
@@ -159,8 +162,7 @@ def restore(archive: Path, data: Path, on_progress: OnProgress) -> Summary:
 def _members(data: Path, snapshot: Path) -> dict[str, Path]:
     """Every file to be copied, by its name in the archive."""
     members = {_DATABASE: snapshot}
-    if (data / _TOKENS).is_file():
-        members[_TOKENS] = data / _TOKENS
+    members |= {name: data / name for name in _ROOT_FILES if (data / name).is_file()}
     with closing(sqlite3.connect(snapshot)) as connection:
         ids = [str(row[0]) for row in connection.execute("SELECT id FROM inspections ORDER BY id")]
     for inspection_id in ids:
@@ -176,14 +178,15 @@ def _named_by(database: Path) -> set[str]:
     """Files that must be there for what the database says."""
     with closing(sqlite3.connect(database)) as connection:
         inspections = connection.execute(
-            "SELECT id, video_file, status, frames_done, source_sha256 FROM inspections"
+            "SELECT id, video_file, status, frames_done, source_sha256, source_kind "
+            "FROM inspections"
         ).fetchall()
         photos = connection.execute(
             "SELECT inspection_id, id, photo_frame FROM observations WHERE photo_frame IS NOT NULL"
         ).fetchall()
     names = {f"inspections/{id_}/photos/{photo}-{frame}.jpg" for id_, photo, frame in photos}
-    for id_, video_file, status, frames_done, sha256 in inspections:
-        if sha256:  # without one it is a recording, perhaps not begun
+    for id_, video_file, status, frames_done, sha256, kind in inspections:
+        if sha256 and kind != IMPORTED:  # without one it is a recording, perhaps not begun
             names.add(f"inspections/{id_}/{video_file}")
         if status in ENDED and frames_done:
             names.add(f"inspections/{id_}/track.csv")
@@ -324,7 +327,7 @@ def _extract(
         path = part / name
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            with source.open(name) as packed, path.open("xb") as out:
+            with source.open(name) as packed, open(path, "xb", opener=_for_owner) as out:
                 digest = _copied(packed, out, entry.size)
                 out.flush()
                 os.fsync(out.fileno())
@@ -337,6 +340,11 @@ def _extract(
             raise UnusableBackup(f"The backup is damaged: {name} is not what it was.")
         done += entry.size
         on_progress(done, total)
+
+
+def _for_owner(path: str, flags: int) -> int:
+    """As the folder is: what is in it may be a key."""
+    return os.open(path, flags, 0o600)
 
 
 def _checked(part: Path, manifest: Manifest) -> Summary:

@@ -3,6 +3,7 @@
 chainage.db
 token                                  the access token, mode 0600, unless CHAINAGE_TOKEN is set
 tokens.json                            the named tokens, by their SHA-256; see tokens.py
+signing-key.pem                        signs evidence bundles, mode 0600; made by the first one
 lock                                   held while a server uses the folder
 sample/<version>/video.mp4  rig.json   the rendered sample; sample/inspection says what it became
 uploads/<32 hex>.bin  .json            bytes so far; what was announced

@@ -3,6 +3,8 @@
 import csv
 import io
 import json
+import stat
+import zipfile
 
 import pytest
 from builders import wait_until
@@ -123,3 +125,65 @@ def test_an_older_file_stays_when_it_fails(chainage, shared, tagged, tmp_path):
     out.write_text("old")
     assert export(chainage, shared, out, tagged, "geojson").code == 2
     assert out.read_text() == "old"
+
+
+@pytest.fixture(scope="module")
+def evidence(shared, tagged, tmp_path_factory):
+    """The bundle that the server gives."""
+    path = tmp_path_factory.mktemp("evidence") / "bundle.zip"
+    answer = shared.get(f"/api/inspections/{tagged}/exports/zip")
+    assert answer.headers["Content-Type"] == "application/zip"
+    assert int(answer.headers["Content-Length"]) == len(answer.content)
+    path.write_bytes(answer.content)
+    return path
+
+
+def test_a_bundle_of_the_server_is_verified_with_its_key_and_film(chainage, shared, evidence, clip):
+    for key in (shared.data / "signing-key.pem", fingerprint_of(evidence)):
+        checked = chainage("verify", evidence, "--key", key, "--video", clip)
+        assert checked.code == 0, checked.err
+        assert "WRONG" not in checked.out
+        assert "open" not in checked.out
+        assert "photos/CUL-7-001.jpg" in checked.out
+
+
+def fingerprint_of(bundle):
+    with zipfile.ZipFile(bundle) as archive:
+        return json.loads(archive.read("manifest.json"))["fingerprint"]
+
+
+def test_what_is_wrong_in_a_bundle_is_told_with_exit_code_1(
+    chainage, evidence, long_clip, tmp_path
+):
+    checked = chainage("verify", evidence, "--video", long_clip, "--key", "0" * 64)
+    assert checked.code == 1
+    assert checked.out.count("WRONG") == 2
+    assert "is another film" in checked.out
+
+
+def test_what_cannot_be_checked_is_told_with_exit_code_2(chainage, evidence, tmp_path):
+    (tmp_path / "x.zip").write_bytes(b"no zip")
+    for words in (
+        [tmp_path / "x.zip"],
+        [tmp_path / "none.zip"],
+        [evidence, "--key", "abc"],
+        [evidence, "--key", tmp_path / "x.zip"],
+        [evidence, "--video", tmp_path / "none.mp4"],
+    ):
+        checked = chainage("verify", *words)
+        assert (checked.code, "Error" in checked.err) == (2, True)
+
+
+def test_the_command_line_signs_with_the_same_key(chainage, shared, tagged, evidence, tmp_path):
+    made = export(chainage, shared, tmp_path / "own.zip", tagged, "zip")
+    assert made.code == 0, made.err
+    assert fingerprint_of(tmp_path / "own.zip") == fingerprint_of(evidence)
+    assert chainage("verify", tmp_path / "own.zip").code == 0
+
+
+def test_the_key_is_backed_up_and_restored(chainage, shared, evidence, tmp_path):
+    assert chainage("backup", tmp_path / "b.zip", "--data", shared.data).code == 0
+    assert chainage("restore", tmp_path / "b.zip", "--data", tmp_path / "new").code == 0
+    key = tmp_path / "new" / "signing-key.pem"
+    assert key.read_bytes() == (shared.data / "signing-key.pem").read_bytes()
+    assert stat.S_IMODE(key.stat().st_mode) == 0o600

@@ -1,0 +1,270 @@
+"""The evidence bundle, opened with `zipfile` and `cryptography`; what is changed in it is found."""
+
+import base64
+import hashlib
+import io
+import json
+import zipfile
+from dataclasses import replace
+
+import pytest
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from keys import Key
+from random_reports import reports
+from reports import entry, report
+
+from app.errors import ExportNotAvailable, UnusableBundle
+from app.reports.formats import FORMATS
+from app.reports.signing import fingerprint, read_fingerprint
+from app.reports.verify import verify
+from vo_core import Track
+
+KEY = Key()
+
+
+def bundle_of(made):
+    return b"".join(FORMATS["zip"].write(made).blocks())
+
+
+@pytest.fixture(scope="module")
+def evidence(tmp_path_factory):
+    """A report with photos."""
+    return replace(report(tmp_path_factory.mktemp("photos")), signer=KEY)
+
+
+@pytest.fixture(scope="module")
+def content(evidence):
+    return bundle_of(evidence)
+
+
+@pytest.fixture
+def file(content, tmp_path):
+    path = tmp_path / "bundle.zip"
+    path.write_bytes(content)
+    return path
+
+
+def rewritten(path, change):
+    """The bundle with other members: `change` takes and gives pairs of name and content."""
+    with zipfile.ZipFile(path) as old:
+        members = [(info.filename, old.read(info)) for info in old.infolist()]
+    with zipfile.ZipFile(path, "w") as new:
+        for name, content in change(members):
+            new.writestr(name, content)
+
+
+def wrong(path, **options):
+    """What is wrong, by what it is."""
+    found = verify(path, **options).findings
+    return {finding.what: finding.detail for finding in found if finding.is_right is False}
+
+
+def test_it_holds_tables_photos_tracks_and_a_manifest_of_them(evidence, content):
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        assert archive.testzip() is None
+        names = archive.namelist()
+        manifest = json.loads(archive.read("manifest.json"))
+        files = {name: archive.read(name) for name in manifest["files"]}
+        signature = base64.b64decode(archive.read("manifest.json.sig"))
+        signed = archive.read("manifest.json")
+    assert {"defects.csv", "defects.json", "defects.xlsx", "track.csv", "track-raw.csv"} <= set(
+        names
+    )
+    assert {f"photos/CUL-0041-{n:03d}.jpg" for n in range(1, 13)} <= set(names)
+    assert names == [*manifest["files"], "manifest.json", "manifest.json.sig"]
+    for name, listed in manifest["files"].items():
+        assert listed == {
+            "size": len(files[name]), "sha256": hashlib.sha256(files[name]).hexdigest(),
+        }, name  # fmt: skip
+    assert manifest["video"]["sha256"] == evidence.source.sha256
+    assert (manifest["report_id"], manifest["revision"]) == (evidence.id, evidence.revision)
+    assert manifest["made_at"] == "2026-09-14T09:42:00+00:00"
+    public_key = base64.b64decode(manifest["public_key"])
+    Ed25519PublicKey.from_public_bytes(public_key).verify(signature, signed)
+    assert manifest["fingerprint"] == "SHA256:" + hashlib.sha256(public_key).hexdigest()
+    rows = files["defects.csv"].decode("utf-8-sig").splitlines()
+    assert all(f"CUL-0041-{n:03d}.jpg" in rows[n] for n in range(1, 13))
+    for name, track in (("track.csv", evidence.track), ("track-raw.csv", evidence.raw_track)):
+        read = Track.from_csv(files[name].decode())
+        assert read.distance_mm == pytest.approx(track.distance_mm, abs=1e-3)
+
+
+def test_the_same_report_gives_the_same_bytes(evidence, content):
+    assert bundle_of(evidence) == content
+
+
+def test_all_is_right_in_an_untouched_bundle(file, content):
+    verdict = verify(file, key=fingerprint(KEY.public_key))
+    assert verdict.is_right
+    assert wrong(file) == {}
+    rights = {finding.what for finding in verdict.findings if finding.is_right}
+    assert {"signature", "key", "defects.csv", "photos/CUL-0041-001.jpg"} <= rights
+
+
+def test_a_changed_file_is_found(file):
+    rewritten(file, lambda members: [
+        (name, content.replace(b"BAB", b"BAC") if name == "defects.csv" else content)
+        for name, content in members
+    ])  # fmt: skip
+    assert wrong(file) == {"defects.csv": "is not what it was: its SHA-256 differs"}
+
+
+def test_a_changed_list_is_found(file):
+    rewritten(
+        file,
+        lambda members: [
+            (name, content.replace(b'"revision": 0', b'"revision": 1')) for name, content in members
+        ],
+    )
+    assert set(wrong(file)) == {"signature", "defects.json"}
+
+
+def test_a_bundle_signed_anew_with_another_key_is_not_of_the_key_that_was_named(evidence, tmp_path):
+    path = tmp_path / "other.zip"
+    path.write_bytes(bundle_of(replace(evidence, signer=Key(8))))
+    assert wrong(path) == {}
+    assert set(wrong(path, key=fingerprint(KEY.public_key))) == {"key"}
+    (open_,) = [f for f in verify(path).findings if f.what == "key"]
+    assert open_.is_right is None
+
+
+@pytest.mark.parametrize("name", ["../evil.txt", "/evil.txt", "a\\b.txt", "photos/../../x", ".ssh"])
+def test_names_that_lead_out_are_told(file, name):
+    rewritten(file, lambda members: [*members, (name, b"x")])
+    assert list(wrong(file)) == [name]
+    assert "lead out" in wrong(file)[name]
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_extra_twofold_and_missing_files_are_told(file):
+    rewritten(file, lambda members: [
+        *(m for m in members if m[0] != "track.csv"), ("extra.txt", b"x"), ("defects.csv", b"y"),
+    ])  # fmt: skip
+    found = wrong(file)
+    assert found["track.csv"] == "is missing in the archive"
+    assert found["extra.txt"] == "is in the archive, but not in manifest.json"
+    assert "defects.csv" in found
+
+
+def test_what_would_swell_is_not_read(file):
+    def swollen(members):
+        bomb = bytes(50_000_000)
+        listed = {"size": len(bomb), "sha256": hashlib.sha256(bomb).hexdigest()}
+        for name, content in members:
+            if name == "manifest.json":
+                manifest = json.loads(content)
+                manifest["files"]["bomb.csv"] = listed
+                yield name, json.dumps(manifest)
+            else:
+                yield name, content
+        yield "bomb.csv", bomb
+
+    with zipfile.ZipFile(file) as old:
+        members = [(info.filename, old.read(info)) for info in old.infolist()]
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_BZIP2) as new:
+        for name, content in swollen(members):
+            new.writestr(name, content)
+    assert "would swell to 50000000" in wrong(file)["bomb.csv"]
+
+
+def test_the_film_is_compared(evidence, tmp_path):
+    film, other = tmp_path / "film.mp4", tmp_path / "other.mp4"
+    film.write_bytes(b"film")
+    other.write_bytes(b"other")
+    sha256 = hashlib.sha256(b"film").hexdigest()
+    path = tmp_path / "bundle.zip"
+    path.write_bytes(
+        bundle_of(replace(evidence, source=replace(evidence.source, sha256=sha256, size=4)))
+    )
+    assert wrong(path, video=film) == {}
+    assert list(wrong(path, video=other).values()) == [
+        "other.mp4 is another film: its SHA-256 differs"
+    ]
+
+
+def test_a_photo_that_is_gone_or_changed_is_told(tmp_path):
+    made = replace(report(tmp_path), signer=KEY)
+    made.entries[0].photo.path.unlink()
+    made.entries[1].photo.path.write_bytes(b"another")
+    written = FORMATS["zip"].write(made)
+    told = {loss.entry.seq: loss.detail for loss in written.losses if loss.entry}
+    assert told == {
+        1: "The photo CUL-0041-001.jpg is gone.",
+        2: "The photo CUL-0041-002.jpg is not what it was when it was taken.",
+    }
+    path = tmp_path / "bundle.zip"
+    path.write_bytes(b"".join(written.blocks()))
+    verdict = verify(path)
+    assert verdict.is_right
+    assert verdict.manifest.missing == ["photos/CUL-0041-001.jpg"]
+
+
+def test_without_a_key_there_is_no_bundle():
+    with pytest.raises(ExportNotAvailable):
+        FORMATS["zip"].write(report())
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x05\x06" + bytes(18), b"no zip", bytes(100)])
+def test_other_files_are_no_bundle(tmp_path, content):
+    path = tmp_path / "x.zip"
+    path.write_bytes(content)
+    with pytest.raises(UnusableBundle):
+        verify(path)
+
+
+@settings(max_examples=40, deadline=None)
+@given(data=st.data())
+def test_a_damaged_bundle_is_wrong_or_none(content, tmp_path_factory, data):
+    damaged = bytearray(content)
+    at = data.draw(st.integers(0, len(damaged) - 1))
+    damaged[at] ^= data.draw(st.integers(1, 255))
+    path = tmp_path_factory.getbasetemp() / "damaged.zip"
+    path.write_bytes(damaged)
+    try:
+        verdict = verify(path)
+    except UnusableBundle:
+        return
+    if verdict.is_right:  # a byte that says nothing, such as of a time: all files are as they were
+        with zipfile.ZipFile(path) as read, zipfile.ZipFile(io.BytesIO(content)) as whole:
+            for name in verdict.manifest.files:
+                assert read.read(name) == whole.read(name)
+
+
+@settings(max_examples=8, deadline=None)
+@given(made=reports())
+def test_any_report_makes_a_bundle_that_is_right(made, tmp_path_factory):
+    path = tmp_path_factory.getbasetemp() / "any.zip"
+    path.write_bytes(bundle_of(replace(made, signer=KEY)))
+    assert verify(path).is_right
+
+
+def test_fingerprints_are_read_as_people_write_them():
+    own = fingerprint(KEY.public_key)
+    assert read_fingerprint(own) == own
+    assert read_fingerprint(own.upper().removeprefix("SHA256:")) == own
+    assert read_fingerprint(f" {own[:20]} {own[20:]}\n") == own
+    assert read_fingerprint(own[:-1]) is None
+    assert read_fingerprint("signing-key.pem") is None
+
+
+def test_many_photos_need_no_memory(tmp_path):
+    import tracemalloc
+
+    picture = tmp_path / "big.jpg"
+    picture.write_bytes(bytes(2**19))
+    one = report(tmp_path, observations=[{"distance_m": 1.0}]).entries[0]
+    entries = tuple(
+        replace(entry(seq, distance_m=1.0), photo=replace(one.photo, name=f"C-{seq:03d}.jpg",
+                                                          path=picture))
+        for seq in range(1, 201)
+    )  # fmt: skip
+    many = replace(report(), entries=entries, signer=KEY)
+    tracemalloc.start()
+    written = FORMATS["zip"].write(replace(many, entries=entries))
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert written.size > 100 * 2**20
+    assert peak < 40 * 2**20
+    written.file.close()
