@@ -14,11 +14,15 @@ import numpy as np
 from builders import clip_rig
 
 from app.catalogue import built_in
-from app.reports.report import Entry, Photo, Report, Source
-from app.services.adjustment import Stated, adjust
+from app.reports.report import Company, Entry, Photo, Report, Source
+from app.services.adjustment import U95, Joints, Length, RigSigma, Stated, Zero, adjust
+from app.services.checks import Issue
 from app.services.corrections import Corrected
+from app.storage.tables import Event
 from vo_core import Rig, Track
 from vo_core.health import Health
+from vo_core.joints import Sighting
+from vo_core.mosaic import Layout
 
 AT = datetime(2026, 9, 14, 9, 42, tzinfo=UTC)
 FPS = 30.0
@@ -148,3 +152,130 @@ def report(
         health=tuple[Health, ...](), sightings=(), wall={}, layout=None,
     )  # fmt: skip
     return replace(made, **changes)
+
+
+def full_report(folder: Path, **changes: Any) -> Report:
+    """The same inspection in a round pipe, with all that the formats for people show besides.
+
+    Joints, a known length, a picture of the wall, health, checks and changes.
+
+    Args:
+        folder: For photos and tiles of the wall.
+        changes: Fields of Report.
+    """
+    rig = Rig.model_validate(ROUND)
+    rows = 2400
+    raw = replace(
+        track_of(1.002 * LENGTH_M, rows),
+        quality=0.85 + 0.1 * np.sin(np.arange(rows) / 40),
+        status=np.where(abs(np.arange(rows) - 1500) < 20, "lost", "ok").astype(np.str_),
+    )
+    at_mm = 1.002 * 1500 * np.arange(1, 17)
+    frames = np.searchsorted(raw.distance_mm, at_mm)
+    sightings = tuple(
+        Sighting(int(frame), float(mm - raw.distance_mm[frame]), 2.0, 0.5)
+        for frame, mm in zip(frames, at_mm, strict=True)
+    )
+    stated = Stated(
+        zero=Zero(0, 0.0),
+        lengths=(Length(0, rows - 1, LENGTH_M, 5.0, "known"),),
+        joints=Joints(use=True),
+        rig_sigma=RigSigma(2.0, 3.0),
+    )
+    adjusted = adjust(raw, rig, stated, sightings)
+    assert adjusted.joints
+    assert adjusted.closure is not None
+    layout = Layout.of(rig)
+    end = adjusted.track
+    made = report(
+        folder,
+        rig=rig,
+        header={**HEADER, **MORE_HEADER},
+        raw_track=raw,
+        track=end,
+        raw_distance_m=round(float(raw.distance_mm[-1]) / 1000, 3),
+        u95_m=round(U95 * float(end.sigma_distance_mm[-1]) / 1000, 3),
+        corrected=Corrected(stated, adjusted, None),
+        sightings=sightings,
+        health=tuple(
+            Health(0.9, 0.3, 0.0, 0.4 if 600 < row < 760 else 0.9, 0.02) for row in range(rows)
+        ),
+        layout=layout,
+        wall=wall_of(folder, layout, round(2 * LENGTH_M)),
+        issues=(
+            Issue("block", "no_code", "Observation 8 at 11.00 m has no code yet.",
+                  f"00000000-0000-4000-8000-{8:012d}", {"seq": 8}),
+            Issue("block", "header_field_empty", "The header field reviewer is required and empty.",
+                  params={"field": "width_mm"}),
+            Issue("warn", "poor_pictures", "6.6 % of the pictures are blurred.",
+                  params={"complaint": "blurred", "percent": 6.6}),
+        ),
+        events=tuple(
+            Event(id=n, inspection_id="0123456789abcdef0123456789abcdef",
+                  observation_id=None if n == 0 else f"00000000-0000-4000-8000-{n:012d}",
+                  action="created" if n < 12 else "changed", who="Operator 1",
+                  at=AT + timedelta(minutes=n), before=None, after=None, remark=None)
+            for n in range(16)
+        ),
+        company=Company("Jurutera Pembetung Sdn Bhd", logo_of(folder)),
+    )  # fmt: skip
+    entries = tuple(map(_seen_and_mapped, made.entries))
+    return replace(replace(made, entries=entries), **changes)
+
+
+def _seen_and_mapped(one: Entry) -> Entry:
+    """With its place on the map and, at 3 o'clock, on the part of the wall that the camera sees."""
+    if one.distance_m is None:
+        return one
+    lon = HEADER["start_lon"] + one.distance_m / LENGTH_M * (
+        HEADER["end_lon"] - HEADER["start_lon"]
+    )
+    point = {"x_m": one.distance_m, "y_m": 0.12, "z_m": 0.434} if one.clock_from == 3 else {}
+    return replace(one, lat=HEADER["start_lat"], lon=round(lon, 7), **point)
+
+
+ROUND: Mapping[str, Any] = {
+    "camera": {"model": "pinhole", "width": 1280, "height": 720, "fx": 620.0, "fy": 620.0,
+               "cx": 639.5, "cy": 359.5},
+    "mount": {"view": "down", "height_mm": 420.0, "rotation_deg": 0.0},
+    "pipe": {"shape": "circular", "diameter_mm": 900.0, "segment_length_mm": 1500.0},
+}  # fmt: skip
+
+MORE_HEADER: Mapping[str, Any] = {
+    "reviewer": "Nur Aisyah binti Ismail", "operator": "陈伟明 (Tan Wei Ming)",
+    "operator_certificate": "CERT-1182", "client": "Jabatan Kerja Raya",
+    "contractor": "தமிழ் Engineering", "road": "FT 5 Jalan Klang–Banting",
+    "road_chainage": "km 12 + 340", "location_text": "قرية كامڤوڠ باڤن، left of the bridge",
+    "water_level_pct": 10, "cleaned": True, "cleaned_on": "2026-09-12", "temperature_c": 29.5,
+    "weather": "dry", "purpose": "routine", "method": "camera", "year": 1987,
+    "code_pack": "EN 13508-2:2003+A1:2011", "camera": "down-looking, global shutter",
+    "remarks": "Access by the western shoulder. Ключ у сторожа. ถนนสุขุมวิท 12. Ωμέγα.",
+}  # fmt: skip
+
+
+def wall_of(folder: Path, layout: Layout, tiles: int) -> dict[int, Path]:
+    """Tiles of concrete with a joint in each third of them."""
+    found = {}
+    for k in range(tiles):
+        rng = np.random.default_rng(k)
+        small = rng.normal(128, 18, (layout.height_px // 12 + 1, layout.width_px // 12 + 1))
+        size_wh = (layout.width_px, layout.height_px)
+        grey = cv2.resize(small, size_wh, interpolation=cv2.INTER_CUBIC)
+        picture = np.dstack([grey, grey + 6, grey + 12]).clip(0, 255).astype(np.uint8)
+        if k % 3 == 0:
+            picture[:, :6] = 60
+        found[k] = folder / f"wall-{k}.jpg"
+        done = cv2.imwrite(str(found[k]), picture)
+        assert done
+    return found
+
+
+def logo_of(folder: Path) -> Path:
+    """A PNG with a transparent ground."""
+    picture = np.zeros((120, 360, 4), np.uint8)
+    cv2.circle(picture, (60, 60), 50, (80, 59, 29, 255), 14)
+    cv2.line(picture, (130, 60), (340, 60), (80, 59, 29, 255), 14)
+    path = folder / "logo.png"
+    done = cv2.imwrite(str(path), picture)
+    assert done
+    return path

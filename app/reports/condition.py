@@ -1,0 +1,93 @@
+"""The overall condition of an asset by its worst defect: a rule of Chainage's own.
+
+It is no PACP, MSCC or DWA grade, and every report that tells it says so.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+
+from app.reports.report import Entry, Report
+
+CLEANED_AWAY = ("BBB", "BBC")
+"""Attached and settled deposits of EN 13508-2: the need for cleaning is no damage."""
+SEVERITIES = range(6)
+ACT_NOW = 5
+
+
+class Overall(IntEnum):
+    """Condition of the asset."""
+
+    UNKNOWN = 0
+    EXCELLENT = 1
+    FAIR = 2
+    POOR = 3
+    SEVERE = 4
+
+
+_OVERALL: Mapping[int, Overall] = {
+    0: Overall.EXCELLENT,
+    1: Overall.EXCELLENT,
+    2: Overall.FAIR,
+    3: Overall.FAIR,
+    4: Overall.POOR,
+    5: Overall.SEVERE,
+}
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What the severities of all entries say together."""
+
+    overall: Overall
+    deciding: Entry | None
+    """The worst entry that counts."""
+    counts: Mapping[int, int]
+    """Entries of each severity, 0 to 5."""
+    unrated: int
+    stretch_percent: float | None
+    """Share of the surveyed length that stretches cover; None without a length."""
+
+
+def condition_of(report: Report) -> Condition:
+    """The condition of the asset as far as it was seen and rated."""
+    counts = Counter(entry.severity for entry in report.entries)
+    counted = [
+        entry
+        for entry in report.entries
+        if entry.severity is not None and entry.code not in CLEANED_AWAY
+    ]
+    deciding = max(counted, key=lambda entry: entry.severity or 0, default=None)
+    severity = deciding.severity if deciding else None
+    return Condition(
+        overall=Overall.UNKNOWN if severity is None else _OVERALL[min(max(severity, 0), 5)],
+        deciding=deciding,
+        counts={severity: counts[severity] for severity in SEVERITIES},
+        unrated=counts[None],
+        stretch_percent=_stretch_percent(report),
+    )
+
+
+def worst_first(report: Report) -> list[Entry]:
+    """The rated entries, the severest first, those alike along the pipe."""
+    rated = [entry for entry in report.entries if entry.severity is not None]
+    return sorted(rated, key=lambda entry: -(entry.severity or 0))
+
+
+def _stretch_percent(report: Report) -> float | None:
+    """Of the length, each part of it counted once."""
+    if not report.distance_m or report.distance_m <= 0:
+        return None
+    spans = sorted(
+        (stretch.start.distance_m, stretch.finish.distance_m)
+        for stretch in report.stretches
+        if stretch.start.distance_m is not None and stretch.finish.distance_m is not None
+    )
+    covered_m, reached_m = 0.0, -1e9
+    for start_m, finish_m in spans:
+        covered_m += max(0.0, finish_m - max(start_m, reached_m))
+        reached_m = max(reached_m, finish_m)
+    return 100 * min(1.0, covered_m / report.distance_m)

@@ -1,0 +1,113 @@
+"""The fonts of the document: open ones for most of the world's scripts, chosen for each character.
+
+The files are variable fonts; ReportLab embeds static ones, so that each weight is made once a
+process when it is first needed, in milliseconds (a third of a second for Chinese).
+"""
+
+from __future__ import annotations
+
+import io
+import threading
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Literal
+
+import uharfbuzz as hb
+from reportlab.pdfbase import pdfmetrics
+from reportlab.pdfbase.ttfonts import TTFont
+
+Weight = Literal[400, 600]
+"""Regular, semi-bold."""
+
+LOCK = threading.RLock()
+"""ReportLab keeps fonts, and the glyphs that shaping adds to them, for the whole process."""
+
+
+@dataclass(frozen=True)
+class Face:
+    """One font file."""
+
+    name: str
+    package: str
+    """That carries the file."""
+    path: str
+    is_shaped: bool = False
+    """Whether its letters change with their neighbours."""
+
+    @property
+    def file(self) -> Path:
+        """Where it is installed."""
+        spec = find_spec(self.package)
+        if spec is None or not spec.submodule_search_locations:
+            raise RuntimeError(
+                f"The package {self.package} with the font {self.name} is not installed; "
+                "install Chainage again."
+            )
+        return Path(spec.submodule_search_locations[0]) / self.path
+
+
+def _noto(script: str, pack: str, axes: str, *, is_shaped: bool = True) -> Face:
+    name = f"NotoSans{script}"
+    path = f"fonts/ofl/{name.lower()}/{name}[{axes}].ttf"
+    return Face(name, f"justmytype_intl_{pack}", path, is_shaped)
+
+
+LATIN = Face("NotoSans", "fontpkg_noto_sans", "files/NotoSans[wdth,wght].ttf")
+FACES = (
+    LATIN,
+    _noto("Arabic", "rtl", "wdth,wght"),
+    _noto("Hebrew", "rtl", "wdth,wght"),
+    *(_noto(s, "south_asia", "wdth,wght") for s in ("Tamil", "Devanagari", "Bengali", "Telugu")),
+    *(_noto(s, "sea", "wdth,wght") for s in ("Thai", "Khmer", "Lao", "Myanmar")),
+    *(_noto(s, "cjk", "wght", is_shaped=False) for s in ("SC", "TC", "JP", "KR")),
+    Face("DejaVuSans", "matplotlib", "mpl-data/fonts/ttf/DejaVuSans.ttf"),
+)
+"""The first one that has a character shows it."""
+
+
+@cache
+def _face_data(face: Face) -> hb.Face:
+    return hb.Face(hb.Blob.from_file_path(str(face.file)))
+
+
+@cache
+def _characters(face: Face) -> frozenset[int]:
+    return frozenset(_face_data(face).unicodes)
+
+
+def has(face: Face, char: str) -> bool:
+    """Whether the font shows the character."""
+    return ord(char) in _characters(face)
+
+
+@lru_cache(4096)
+def face_of(char: str) -> Face | None:
+    """The font that shows a character; None if there is none."""
+    return next((face for face in FACES if has(face, char)), None)
+
+
+@cache
+def _registered(face: Face, weight: Weight) -> TTFont:
+    name = f"{face.name}-{weight}"
+    source = _face_data(face)
+    axes = {axis.tag for axis in source.axis_infos}
+    wanted = hb.SubsetInput()
+    wanted.keep_everything()
+    if "wght" in axes:
+        wanted.pin_axis_location(source, "wght", float(weight))
+    for axis in axes - {"wght"}:
+        wanted.pin_axis_to_default(source, axis)
+    static = hb.subset(source, wanted) if axes else source
+    font = TTFont(name, io.BytesIO(static.blob.data))
+    # Weights of one file share its name, and of fonts that share it ReportLab keeps the first.
+    font.face.name = name.encode()
+    pdfmetrics.registerFont(font)
+    return font
+
+
+def font_of(face: Face, weight: Weight) -> TTFont:
+    """The font as ReportLab draws with it, registered under its `fontName`."""
+    with LOCK:
+        return _registered(face, weight)

@@ -1,0 +1,41 @@
+"""Where labels go so that none lies on another: as near as can be to what they tell of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+
+def capacity(gap: float, low: float, high: float) -> int:
+    """How many labels fit, at least one."""
+    return max(1, int((high - low) / gap + 1e-9) + 1)
+
+
+def spread(wanted: Sequence[float], gap: float, low: float, high: float) -> list[float]:
+    """Places at least `gap` apart, within [low, high], in the order and near what is wanted.
+
+    With z_i = y_i - i gap the places y may not fall nearer than the gap exactly if z does not fall,
+    so that the least squares solution is an isotonic regression (pool adjacent violators).
+
+    Args:
+        wanted: Places of the labels, not falling.
+        gap: Between neighbours; so are low and high in the unit of `wanted`.
+        low: Of the first label at the least.
+        high: Of the last label at the most.
+
+    Raises:
+        ValueError: There are more labels than `capacity`.
+    """
+    if len(wanted) > capacity(gap, low, high):
+        raise ValueError(f"{len(wanted)} labels {gap:g} apart do not fit from {low:g} to {high:g}.")
+    pools: list[tuple[float, int]] = []
+    """Mean and number of labels that touch each other."""
+    for index, place in enumerate(wanted):
+        mean, count = place - index * gap, 1
+        while pools and pools[-1][0] > mean:
+            before, others = pools.pop()
+            mean = (before * others + mean * count) / (others + count)
+            count += others
+        pools.append((mean, count))
+    top = max(low, high - (len(wanted) - 1) * gap)
+    level = [min(max(mean, low), top) for mean, count in pools for _ in range(count)]
+    return [place + index * gap for index, place in enumerate(level)]
