@@ -26,6 +26,7 @@ from app.routers import (
     catalogue,
     corrections,
     health,
+    imports,
     inspections,
     live,
     me,
@@ -81,8 +82,9 @@ def create_app(settings: Settings) -> FastAPI:
     app.state.is_insecure = settings.insecure_lan and not settings.has_tls
     errors.install(app)
     for part in (
-        access, me, uploads, inspections, observations, picking, corrections, media, catalogue,
-        packs, samples, sources, meter_counter, unrolled, health, metrics, live, viewer, pages,
+        access, me, uploads, imports, inspections, observations, picking, corrections, media,
+        catalogue, packs, samples, sources, meter_counter, unrolled, health, metrics, live, viewer,
+        pages,
     ):  # fmt: skip
         app.include_router(part.router)
     app.mount("/static", pages.Assets(directory=pages.static_folder()))

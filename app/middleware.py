@@ -37,7 +37,10 @@ SECURITY_HEADERS = {
 """Set where the answer does not say otherwise; the 3D page has a policy of its own."""
 
 MAX_BODY_BYTES = 2**20
-"""Of everything but the pieces of an upload, which are streamed to the disk."""
+"""Of everything but the pieces of an upload, which are streamed to the disk, and imports."""
+MAX_IMPORT_BYTES = 64 * 2**20
+"""Of a file with old surveys."""
+IMPORTS = "/api/imports"
 
 COOKIE = "chainage_session"
 SECURE_COOKIE = "__Host-chainage_session"
@@ -98,7 +101,9 @@ class Envelope:
 
         is_streamed = is_upload and scope["method"] == "PATCH"
         try:
-            await self._app(scope, receive if is_streamed else _limited(receive), send_with_headers)
+            most = MAX_IMPORT_BYTES if scope["path"] == IMPORTS else MAX_BODY_BYTES
+            limited = receive if is_streamed else _limited(receive, most)
+            await self._app(scope, limited, send_with_headers)
         except (ClientDisconnect, ConnectionError):
             logger.debug("A client went away during %s %s.", scope["method"], scope["path"])
         except Exception as error:
@@ -274,14 +279,14 @@ def _is_address(host: str) -> bool:
     return True
 
 
-def _limited(receive: Receive) -> Receive:
+def _limited(receive: Receive, most: int) -> Receive:
     taken = 0
 
     async def receive_limited() -> Message:
         nonlocal taken
         message = await receive()
         taken += len(message.get("body", b""))
-        if taken > MAX_BODY_BYTES:
+        if taken > most:
             raise HTTPException(413)
         return message
 

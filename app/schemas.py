@@ -136,6 +136,15 @@ class InspectionChange(_In):
     header: Header | None = None
 
 
+class ImportedOut(BaseModel):
+    """What has become of a file."""
+
+    inspections: list[InspectionOut]
+    """In the order of the file."""
+    warnings: list[str]
+    """What is odd in it or left out, in sentences."""
+
+
 class FinishIn(_In):
     """How a run ended."""
 
@@ -615,7 +624,7 @@ class ObservationOut(BaseModel):
     distance_u95_m: float | None
     distance_raw_m: float | None
     """As it was measured."""
-    distance_source: Literal["odometry", "joint", "closure"] | None
+    distance_source: Literal["odometry", "joint", "closure", "typed"] | None
     clock: int | None
     at_joint: bool | None
     joint_no: int | None
@@ -639,7 +648,7 @@ class ObservationOut(BaseModel):
             id=row.id,
             seq=row.seq,
             distance_m=metres(place.distance_mm) if place else None,
-            distance_u95_m=metres(place.u95_mm) if place else None,
+            distance_u95_m=None if place is None or place.u95_mm is None else metres(place.u95_mm),
             distance_raw_m=metres(place.raw_mm) if place else None,
             distance_source=place.source if place else None,
             clock=view.clock,

@@ -114,7 +114,7 @@ def read(content: bytes) -> ImportedFile:
     try:
         with closing(_opened(content)) as database:
             return _file(database)
-    except (sqlite3.Error, OverflowError, MemoryError) as error:
+    except (sqlite3.Error, UnicodeDecodeError, OverflowError, MemoryError) as error:
         raise InvalidImport(
             f"The database cannot be read ({error}). Open it in WinCan, export it again, then try."
         ) from error

@@ -15,7 +15,7 @@ from typing import Any, Literal, cast
 import msgspec
 import numpy as np
 
-from app.services.tracks import estimate_at
+from app.services.tracks import estimate_at, is_unmeasured
 from vo_core import Rig, Track, wall_point
 from vo_core.drift import row_of
 from vo_core.errors import InvalidCorrection
@@ -50,7 +50,7 @@ CLASSES_PERCENT = (0.5, 1.0, 5.0)
 CLASS_FLOOR_MM = 300.0
 """Contracts ask for a per cent of the length, but for no more than a foot."""
 
-Source = Literal["odometry", "joint", "closure"]
+Source = Literal["odometry", "joint", "closure", "typed"]
 
 
 class Zero(msgspec.Struct, frozen=True):
@@ -335,8 +335,11 @@ class Adjusted:
         return max(self.closures, key=lambda closure: closure.known_mm, default=None)
 
     def distance_class(self) -> DistanceClass | None:
-        """What may be promised of the distances; None without a track."""
-        if not len(self.track):
+        """What may be promised of the distances; None without a track.
+
+        Nothing is known of what another program has measured, unless a length was stated.
+        """
+        if not len(self.track) or (self.correction is None and is_unmeasured(self.raw)):
             return None
         far = int(self.track.distance_mm.argmax())
         length_mm = float(self.track.distance_mm[far])

@@ -161,11 +161,12 @@ def distances(case: Case) -> Iterator[Issue]:
         if place is None:
             yield _about(view, "block", "not_tracked", "is in a frame that was not tracked")
             continue
-        distance = {"distance_m": _m(place.distance_mm), "u95_m": _m(place.u95_mm)}
-        if place.distance_mm + place.u95_mm < 0:
+        u95_mm = place.u95_mm or 0.0
+        distance = {"distance_m": _m(place.distance_mm), "u95_m": _m(u95_mm)}
+        if place.distance_mm + u95_mm < 0:
             yield _about(view, "block", "before_zero", "lies before the zero point", **distance)
         known_mm = case.known_mm
-        if known_mm is not None and place.distance_mm - place.u95_mm > known_mm:
+        if known_mm is not None and place.distance_mm - u95_mm > known_mm:
             yield _about(
                 view,
                 "block",

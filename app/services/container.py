@@ -16,6 +16,7 @@ from app.services.checks import Checks
 from app.services.clicks import Clicks
 from app.services.corrections import Corrections
 from app.services.health import Health
+from app.services.imports import Imports
 from app.services.inspections import Inspections
 from app.services.live import Live
 from app.services.media import Media
@@ -42,6 +43,7 @@ from app.storage.access import AccessStore
 from app.storage.alerts import AlertStore
 from app.storage.database import Database
 from app.storage.files import DataFolder
+from app.storage.imports import ImportStore
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
 from app.storage.packs import PackStore
@@ -62,6 +64,7 @@ class Services:
     access: Access
     uploads: Uploads
     inspections: Inspections
+    imports: Imports
     tracking: Tracking
     sources: Sources
     tracks: Tracks
@@ -194,6 +197,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         access=Access(AccessStore(database), TokenFile(folder.root), token),
         uploads=uploads,
         inspections=inspections,
+        imports=Imports(ImportStore(database), folder, tracks, packs),
         tracking=tracking,
         sources=sources,
         tracks=tracks,

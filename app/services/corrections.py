@@ -167,9 +167,12 @@ class Corrections:
         """Whether anything is stated."""
         return Stated.from_json(inspection.corrections) != Stated()
 
-    def end(self, inspection: Inspection) -> tuple[float, float] | None:
-        """Distance and its sigma, mm, in the last frame of an ended inspection; None without."""
-        if inspection.distance_mm is None or inspection.sigma_distance_mm is None:
+    def end(self, inspection: Inspection) -> tuple[float, float | None] | None:
+        """Distance and its sigma, mm, in the last frame of an ended inspection; None without.
+
+        Nobody knows the sigma of a survey that another program has measured.
+        """
+        if inspection.distance_mm is None:
             return None
         if not self.is_stated(inspection):
             return inspection.distance_mm, inspection.sigma_distance_mm
@@ -179,6 +182,8 @@ class Corrections:
         if not len(track):
             return None
         distance_mm = float(track.distance_mm[-1])
+        if inspection.sigma_distance_mm is None:
+            return distance_mm, None
         sigma_mm = float(track.sigma_distance_mm[-1])
         if inspection.status in ENDED:
             self._keep_end(inspection, distance_mm, sigma_mm)

@@ -27,7 +27,7 @@ from app.services.stretches import open_stretches
 from app.services.tracking import Tracking, track_metadata
 from app.services.tracks import Tracks, estimate_at, since
 from app.services.uploads import Uploads
-from app.services.videos import file_name, unrecorded_columns, video_columns
+from app.services.videos import NO_FILM, file_name, unrecorded_columns, video_columns
 from app.settings import MIB
 from app.storage.files import (
     RECORDING,
@@ -40,7 +40,7 @@ from app.storage.files import (
 )
 from app.storage.inspections import InspectionStore, Summary
 from app.storage.observations import ObservationStore
-from app.storage.tables import ENDED, Inspection
+from app.storage.tables import ENDED, IMPORTED, Inspection
 from vo_core import Estimate, Rig, Track
 
 logger = logging.getLogger(__name__)
@@ -276,8 +276,10 @@ class Inspections:
         """The original file; of a camera, what is recorded so far.
 
         Raises:
-            NothingRecorded: The camera has given no picture.
+            NothingRecorded: The camera has given no picture, or the survey was imported.
         """
+        if inspection.source_kind == IMPORTED:
+            raise NothingRecorded(NO_FILM)
         path = self._folder.inspection(inspection.id) / inspection.video_file
         if not path.exists():
             raise NothingRecorded("The camera has given no picture, so there is no video.")

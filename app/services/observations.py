@@ -6,7 +6,7 @@ import logging
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ from app.services.adjustment import U95, Adjusted, NearJoint, Source
 from app.services.corrections import Corrections
 from app.services.live import Live
 from app.services.stretches import next_stretch_number
-from app.services.tracks import Tracks, estimate_at
+from app.services.tracks import Tracks, estimate_at, is_unmeasured
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
 from app.storage.tables import Event, Inspection, Observation
@@ -40,7 +40,8 @@ class Place:
     """Corrected, of the wall point under the pixel; of the camera if there is no pixel."""
     raw_mm: float
     """The same as it was measured."""
-    u95_mm: float
+    u95_mm: float | None
+    """None where nobody knows: another program has told the distance."""
     source: Source
     """What the distance rests on."""
     time_s: float
@@ -208,6 +209,11 @@ class Course:
     adjusted: Adjusted
     raw: Track
 
+    @cached_property
+    def is_unmeasured(self) -> bool:
+        """Whether nobody knows how sure the distances are."""
+        return is_unmeasured(self.raw)
+
     def estimates(self, frame: int) -> tuple[Estimate, Estimate] | None:
         """Of a frame, the raw one and the corrected one; None where the track has not arrived."""
         raw = estimate_at(self.raw, frame)
@@ -310,8 +316,8 @@ def _place(course: Course, row: Observation) -> Place | None:
     return Place(
         distance_mm=distance_mm,
         raw_mm=wall.raw_mm if wall else raw.distance_mm,
-        u95_mm=U95 * corrected.sigma_distance_mm,
-        source=course.adjusted.source,
+        u95_mm=None if course.is_unmeasured else U95 * corrected.sigma_distance_mm,
+        source="typed" if course.is_unmeasured else course.adjusted.source,
         time_s=raw.time_s,
         wall=wall,
         joint=course.adjusted.joint_near(distance_mm),

@@ -16,10 +16,11 @@ from app.logs import about
 from app.services.live import Event, Live, Update, WallChanged
 from app.services.media import Media
 from app.services.tracks import Tracks, estimate_at
+from app.services.videos import NO_FILM
 from app.storage.files import DataFolder, write_durably
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
-from app.storage.tables import ENDED, Inspection, Observation
+from app.storage.tables import ENDED, IMPORTED, Inspection, Observation
 from vo_core.errors import ChainageError
 
 logger = logging.getLogger(__name__)
@@ -145,7 +146,9 @@ class Photos:
         estimate = estimate_at(self._tracks.get(inspection.id), row.frame)
         if estimate is None and inspection.status not in ENDED:
             return  # its time is known when tracking has got there
-        if estimate is None:
+        if inspection.source_kind == IMPORTED:
+            self._observations.record_photo_error(row, NO_FILM)
+        elif estimate is None:
             self._observations.record_photo_error(
                 row, "This frame was not tracked, so its picture cannot be found."
             )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any
 
@@ -23,14 +23,19 @@ from app.services.corrections import Corrections
 from app.services.observations import Observations, ObservationView, rig_of
 from app.services.packs import Packs
 from app.services.stretches import role_and_number
-from app.services.tracks import Tracks
+from app.services.tracks import Tracks, is_unmeasured
 from app.services.unrolled import Unrolled
 from app.storage.files import Places
 from app.storage.inspections import InspectionStore
+from app.storage.tables import IMPORTED
 from vo_core import Rig
 from vo_core.errors import InvalidRig
 
 _ROLES: Mapping[str, Role] = {"A": "start", "C": "change", "B": "finish"}
+
+
+_LONGEST_PHOTO_STEM = 100
+"""Of an asset in the name of a photo: file systems and exchange formats hold 255 characters."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +110,7 @@ class Reports:
         rig, table = rig_of(row), self._packs.table_of(row.header)
         track, raw = self._corrections.track(inspection_id), self._tracks.get(inspection_id)
         observations = self._observations.all(inspection_id)
-        asset = safe_file_name(str(row.header.get("asset_id") or row.name))
+        asset = safe_file_name(str(row.header.get("asset_id") or row.name))[:_LONGEST_PHOTO_STEM]
         lengths_m = _stretch_lengths_m(observations)
         end_mm = _last(track.distance_mm)
         line = _line(row.header, end_mm)
@@ -113,6 +118,9 @@ class Reports:
             _entry(item, rig, table, self._photo(item, asset), row.header, line, lengths_m)
             for item in observations
         ]
+        if row.source_kind == IMPORTED and row.video.get("duration_s") is None:
+            # Its rows have moments in an order only: there are no times in a film.
+            entries = [replace(entry, time_s=None) for entry in entries]
         try:
             layout = self._unrolled.layout(rig)
         except InvalidRig:  # a camera that sees no wall
@@ -134,7 +142,7 @@ class Reports:
             ),
             entries=tuple(sorted(entries, key=_along_the_pipe)),
             distance_m=_metres(end_mm),
-            u95_m=_u95(_last(track.sigma_distance_mm)),
+            u95_m=None if is_unmeasured(raw) else _u95(_last(track.sigma_distance_mm)),
             raw_distance_m=_metres(_last(raw.distance_mm)),
             corrected=self._corrections.get(inspection_id),
             issues=tuple(self._checks.run(inspection_id)),

@@ -32,9 +32,10 @@ from app.services.live import Live, Progress
 from app.services.runs import Run, Runs
 from app.services.tracks import Tracks
 from app.services.unrolled import Unrolled
+from app.services.videos import NO_FILM
 from app.storage.files import DataFolder
 from app.storage.inspections import InspectionStore, Outcome
-from app.storage.tables import ENDED, Inspection
+from app.storage.tables import ENDED, IMPORTED, Inspection
 
 logger = logging.getLogger(__name__)
 
@@ -136,6 +137,8 @@ class Tracking:
         """
         row = self._inspections.get(inspection_id)
         video = self._folder.inspection(inspection_id) / row.video_file
+        if row.source_kind == IMPORTED:
+            raise NothingRecorded(NO_FILM)
         if row.status in ENDED and not video.exists():
             raise NothingRecorded("Nothing was recorded; start a new live inspection.")
         if row.status in ENDED:

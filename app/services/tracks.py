@@ -227,6 +227,11 @@ def estimate_at(track: Track, frame: int) -> Estimate | None:
     return Estimate(frame=frame, status=str(track.status[frame]), **values)  # type: ignore[arg-type]
 
 
+def is_unmeasured(track: Track) -> bool:
+    """Whether another program has told the distances: they have no sigma and no quality."""
+    return not (track.sigma_distance_mm.any() or track.quality.any())
+
+
 def since(track: Track, frame: int) -> Track:
     """Only the rows from `frame` on."""
     columns = {name: getattr(track, name)[frame:] for name in ("frame", "status", *_NUMBERS)}

@@ -21,6 +21,9 @@ _WEBM_CODECS = {"vp8", "vp9", "av1", "libdav1d"}
 _BROWSERS_PLAY = {"mp4": {"h264", *_WEBM_CODECS}, "webm": _WEBM_CODECS}
 _BROWSERS_SHOW = {"yuv420p", "yuvj420p"}
 
+NO_FILM = "This survey was imported without its film, so there is no picture."
+"""What is told in place of one."""
+
 
 def file_name(probed: Probed) -> str:
     """Its name within the inspection's folder."""
@@ -49,6 +52,20 @@ def unrecorded_columns(width: int, height: int) -> dict[str, Any]:
         "rate_hz": None,
         "media_type": _KINDS["matroska"][1],
         "playable": False,
+    }
+
+
+def unfilmed_columns(size_wh: tuple[int, int], duration_s: float | None) -> dict[str, Any]:
+    """The same of a survey that was imported without its film.
+
+    Args:
+        size_wh: Of the pictures that the rig stands for.
+        duration_s: Of the film, as far as its times are told; None if they are not.
+    """
+    return unrecorded_columns(*size_wh) | {
+        "container": "",
+        "duration_s": duration_s,
+        "media_type": "application/octet-stream",
     }
 
 

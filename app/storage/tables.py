@@ -13,6 +13,8 @@ from sqlalchemy.types import TypeDecorator
 ENDED = ("done", "failed", "cancelled")
 """States of an inspection that last."""
 STATES = ("queued", "running", *ENDED)
+IMPORTED = "import"
+"""Kind of a source that is a file of a survey, without its film."""
 ALERT_STATES = ("waiting", "told", "withdrawn", "given_up")
 
 
@@ -64,13 +66,14 @@ class Inspection(Base):
     rig: Mapped[dict[str, Any]]
     header: Mapped[dict[str, Any]]
     source_kind: Mapped[str] = mapped_column(String(10))
+    """upload, live or import."""
     source_filename: Mapped[str] = mapped_column(String(255))
     """What the user called it; the file itself has a name of ours."""
     source_size: Mapped[int]
     source_sha256: Mapped[str] = mapped_column(String(64))
     """Empty while a live inspection is recorded."""
     video_file: Mapped[str] = mapped_column(String(20))
-    """Name within the inspection's folder."""
+    """Name within the inspection's folder; empty of an import."""
     video: Mapped[dict[str, Any]]
     """What the probe found: width, height, duration_s, frames, codec, playable, media_type."""
     frames_done: Mapped[int] = mapped_column(Integer, default=0)

@@ -123,7 +123,7 @@ def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[
         said.append(f"+/-{math.ceil(round(100 * entry.u95_m, 1)) / 100:.2f} m")
     if entry.severity is not None:
         said.append(f"severity {entry.severity}")
-    time_s = None if entry.time_s is None else math.floor(entry.time_s)
+    time_s = None if entry.time_s is None else math.floor(entry.time_s + 0.0005)
     if time_s is not None and not (has_film and 0 <= time_s < 3600 * _MAX_H):
         time_s = None
     row = Row(

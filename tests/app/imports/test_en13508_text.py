@@ -1,0 +1,165 @@
+"""EN 13508-2 text as other programs write it: odd separators, commas, broken blocks."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from random_reports import reports
+from reports import OBSERVATIONS, report
+
+from app.errors import InvalidImport
+from app.imports.en13508_text import looks_like, read
+from app.reports.exchange import en13508
+from app.reports.report import Report
+
+FOREIGN = """#A1=ISO-8859-1
+#A2=de
+#A3=,
+#A4=.
+#A5="
+#B01=ACC,ACB,ABC,ABA,ABQ,AAD,AAB,AAK,AAF,ABF,ABG,ABH,AAA,AEA
+400,400,A,EN 13508-2:2003+A1:2011,49.1,8,8,B,7,19.07.2007,9:05,"Clean, Mr. \"\"X\"\"",3,odd
+#C=I,N,A,B,C,D,G,H,K,F,M,J,Q
+0,5316,BCD,XP,,8,,,,,,,q
+1.6,01:02:03,bab,Y,YY,"0,5",03,,A,"line, with comma",4,A01,
+3.6,film.mp4|00:04:05,BAJ,B,,15,6.5,,,,,0,
+14,,BBA,A,Z,3,0,12,,,x.jpg,B1,
+not a number,,BAC,A,,,,,,,,,
+49.1,5225,BCE,XP,,7,,,,,,,
+#Z
+#B01=AAA,AAB
+#C=I,A
+0,BCD
+#Z
+#B01=AAA,AAB,AAF
+9,N1,N2
+#C=A,F
+BCD,no distance column
+#B01=AAA
+10
+#C=I,A
+2.5,BAC"""
+
+few = settings(
+    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow], database=None
+)
+
+
+def test_a_file_of_another_program_is_read_field_by_field() -> None:
+    survey, last = read(FOREIGN.encode("latin-1")).surveys
+    assert survey.header == {
+        "asset_id": "3", "start_node": "8", "end_node": "7", "direction": "against_flow",
+        "date": "2007-07-19", "time": "09:05", "operator": 'Clean, Mr. "X"', "height_mm": 400.0,
+        "width_mm": 400.0, "expected_length_m": 49.1, "standard": "EN 13508-2:2003+A1:2011",
+        "reference_point": "centre of the start manhole", "end_condition": "complete",
+        "en13508_aea": "odd",
+    }  # fmt: skip
+    start, crack, offset, roots, _ = survey.observations
+    assert (start.code, start.char1, start.quant1, start.time_s) == ("BCD", "XP", None, 3196.0)
+    assert (crack.code, crack.char1, crack.char2) == ("BAB", "Y", "YY")
+    assert (crack.quant1, crack.clock_from, crack.clock_to) == (0.5, 3, None)
+    assert (crack.stretch, crack.at_joint, crack.time_s) == ("A1", True, 3723.0)
+    assert crack.fields()["remark"] == "line, with comma, at a joint, photo 4"
+    assert (offset.clock_from, offset.time_s, offset.stretch) == (None, 245.0, None)
+    assert offset.remark == "clock 6.5, stretch 0"
+    assert (roots.clock_from, roots.clock_to, roots.photo) == (None, 12, "x.jpg")
+    assert [it.distance_m for it in survey.observations] == [0, 1.6, 3.6, 14, 49.1]
+    assert [it.distance_m for it in last.observations] == [2.5]
+
+
+def test_what_is_odd_is_told_with_its_line() -> None:
+    file = read(FOREIGN.encode("latin-1"))
+    assert [str(caveat) for caveat in file.surveys[0].warnings] == [
+        "Line 8: The column Q is not known and left out.",
+        "Line 11: Clock '6.5' is no whole hour; the remark says so.",
+        "Line 11: '0' is no stretch such as A1; the remark says so.",
+        "Line 13: No distance can be read of 'not a number'; it is left out.",
+    ]
+
+
+def test_a_bad_block_fails_alone_with_its_line() -> None:
+    file = read(FOREIGN.encode("latin-1"))
+    assert len(file.surveys) == 2
+    assert [str(caveat) for caveat in file.warnings] == [
+        "Line 16: This inspection is left out: there is no line of values below its list of "
+        "fields.",
+        "Line 22: This inspection is left out: its observations have no column I.",
+    ]
+
+
+@pytest.mark.parametrize("separator", [";", ",", "\t", "|", " "])
+@pytest.mark.parametrize("end", ["\r\n", "\n", "\r"])
+def test_any_separator_and_any_line_end_is_read(separator: str, end: str) -> None:
+    lines = [
+        f"#A3={separator}", "#A4=,", separator.join(["#B01=AAA", "AAB", "AAF"]),
+        separator.join(["C1", "N1", "N2"]), "#C=" + separator.join("IAD"),
+        separator.join(['"3,25"', "BAB", '"1,5"']), "#Z", "",
+    ]  # fmt: skip
+    (survey,) = read(end.join(lines).encode()).surveys
+    (row,) = survey.observations
+    assert (survey.header["start_node"], survey.header["end_node"]) == ("N1", "N2")
+    assert (row.distance_m, row.quant1) == (3.25, 1.5)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252", "utf-16"])
+def test_letters_are_read_whatever_the_file_says_of_its_encoding(encoding: str) -> None:
+    text = "#A1=ISO-8859-1\n#B01=AAA;ABH\nC1;Jürgen Größe\n#C=I;A;F\n1;BDB;naß\n#Z\n"
+    (survey,) = read(text.encode(encoding)).surveys
+    assert survey.header["operator"] == "Jürgen Größe"
+    assert survey.observations[0].remark == "naß"
+
+
+def test_fields_over_two_lists_are_put_together() -> None:
+    text = "#B01=AAA\nC1\n#B02=AAB;AAF;ACA\nN1;N2;E\n#C=I;A\n1;BDB\n#Z\n"
+    (survey,) = read(text.encode()).surveys
+    assert survey.header == {
+        "asset_id": "C1", "start_node": "N1", "end_node": "N2", "shape": "arch",
+    }  # fmt: skip
+
+
+def test_a_value_that_a_field_may_not_hold_goes_to_the_remarks() -> None:
+    text = "#B01=AAA;ABF;ACB\nC1;31.02.2020;-5\n#C=I;A\n1;BDB\n#Z\n"
+    (survey,) = read(text.encode()).surveys
+    assert survey.header == {"asset_id": "C1", "remarks": "date: 31.02.2020, height_mm: -5.0"}
+    assert len(survey.warnings) == 2
+
+
+@pytest.mark.parametrize("content", [b"", b"#B01=AAA\n", b"\x00\xff" * 100, b"#A1=x\n#C=I;A\n1;2"])
+def test_a_file_without_an_inspection_is_refused_with_a_reason(content: bytes) -> None:
+    with pytest.raises(InvalidImport, match="no inspection"):
+        read(content)
+
+
+def test_our_own_export_comes_back() -> None:
+    (survey,) = read(en13508.write(report()).content).surveys
+    assert survey.warnings == ()
+    for row, fields in zip(survey.observations, OBSERVATIONS, strict=True):
+        stated = row.fields()
+        assert row.distance_m == fields["distance_m"]
+        for name in ("char1", "char2", "quant1", "clock_from", "clock_to"):
+            assert stated.get(name) == fields.get(name), name
+        assert row.at_joint == fields.get("at_joint", False)
+    assert [row.stretch for row in survey.observations][2:5] == ["A1", "C1", "B1"]
+
+
+@few
+@given(made=reports())
+def test_any_export_of_ours_is_read_without_losing_a_row(made: Report) -> None:
+    (survey,) = read(en13508.write(made).content).surveys
+    tracked = [entry for entry in made.entries if entry.distance_m is not None]
+    assert len(survey.observations) == len(tracked)
+    assert survey.warnings == () or "cannot be" in survey.warnings[0].detail
+
+
+@few
+@given(st.binary(max_size=2000).map(lambda noise: b"#A3=;\n#B01=AAA;AAB\nC;N\n#C=I;A;F\n" + noise))
+def test_noise_is_read_or_refused(content: bytes) -> None:
+    assert looks_like(content)
+    try:
+        file = read(content)
+    except InvalidImport:
+        return
+    for survey in file.surveys:
+        for row in survey.observations:
+            assert all(ord(letter) >= 32 for letter in row.fields().get("remark", ""))
