@@ -113,13 +113,17 @@ window.createImageBitmap = async function (source, ...rest) {
 """.replace("UNSEEN", str(UNSEEN_GREY))
 
 
-def _build_page() -> bytes:
-    index = Path(viser.__file__).parent / "client" / "build" / "index.html"
-    before, head, after = index.read_text("utf-8").partition("<head>")
+def with_our_head(page: str) -> str:
+    """viser's page, served or stand-alone, without panel and in our colours."""
+    before, head, after = page.partition("<head>")
     if not head:
         raise RuntimeError(f"viser {viser.__version__} has a page without <head>; 1.1.1 is needed.")
-    page = f"{before}{head}<style>{_STYLE}</style><script>{_SCRIPT}{_UNSEEN_SCRIPT}</script>{after}"
-    return gzip.compress(page.encode(), 9, mtime=0)
+    return f"{before}{head}<style>{_STYLE}</style><script>{_SCRIPT}{_UNSEEN_SCRIPT}</script>{after}"
+
+
+def _build_page() -> bytes:
+    index = Path(viser.__file__).parent / "client" / "build" / "index.html"
+    return gzip.compress(with_our_head(index.read_text("utf-8")).encode(), 9, mtime=0)
 
 
 PAGE = _build_page()

@@ -7,6 +7,7 @@ node has a stable name, so that the scene grows with the culvert and never with 
 from __future__ import annotations
 
 import gc
+import tempfile
 import threading
 import time
 from collections import deque
@@ -19,6 +20,7 @@ import viser
 from app.viewer.culvert import Culvert
 from app.viewer.geometry import PinHit, Section, WallHit
 from app.viewer.interval import Interval
+from app.viewer.page import with_our_head
 from app.viewer.pins import Pin, Pins, pin_under
 from app.viewer.private_server import ViewerUnavailable, start_private_server, stop_private_server
 from app.viewer.robot import Robot
@@ -26,7 +28,7 @@ from app.viewer.trail import MAX_POINTS, PathPoint, Thinner, Trail
 from app.viewer.views import CameraMode, Observers, Reach, named_stretch
 from app.viewer.wall import ReadPicture, TexturedWall, WallLayout, WallPictures, WallTile
 from vo_core.rig import Rig
-from vo_core.track import Estimate
+from vo_core.track import Estimate, Track
 
 __all__ = [
     "CameraMode",
@@ -37,6 +39,7 @@ __all__ = [
     "WallHit",
     "WallLayout",
     "WallTile",
+    "still_page",
 ]
 
 _TICK_S = 1 / 15
@@ -56,6 +59,53 @@ class _Shown:
     pins: tuple[Pin, ...]
     mode: CameraMode
     reach_m: Reach
+
+
+def still_page(
+    rig: Rig,
+    track: Track,
+    pose: Estimate | None,
+    pins: Sequence[Pin],
+    tiles: Sequence[WallTile],
+    layout: WallLayout | None,
+    read: ReadPicture,
+) -> str:
+    """A page that shows a finished run by itself, without a server; blocks for some 100 ms.
+
+    Args:
+        rig: Of the run.
+        track: Corrected.
+        pose: Of the robot; None leaves it at the zero.
+        pins: Defects to show.
+        tiles: Pictures of the wall, as many as a browser has room for.
+        layout: Of the tiles; None if there are none.
+        read: The picture of a tile by its index.
+
+    Raises:
+        ViewerUnavailable: The viser server could not be started.
+    """
+    with tempfile.TemporaryDirectory(prefix="chainage-") as folder:
+        socket_path = Path(folder) / "still"
+        server = start_private_server(socket_path)
+        try:
+            drawing = _Drawing(server, rig, Section.of(rig), threading.Event())
+            inbox = _Inbox(pins=tuple(pins))
+            if len(track):
+                columns = (track.distance_mm, track.y_mm, track.sigma_distance_mm)
+                inbox.path.extend(Thinner().thin(*(column.tolist() for column in columns)))
+                inbox.length_m = float(track.distance_mm.max()) / 1000
+            inbox.pose = pose
+            if layout is not None:
+                inbox.wall = WallPictures(tuple(tiles), layout, read)
+            drawing.apply(inbox)
+            for _ in tiles:  # a few pictures at a time; those that are gone stay due
+                if drawing.due_in_s() is None:
+                    break
+                drawing.apply(_Inbox())
+            return drawing.page()
+        finally:
+            stop_private_server(server, socket_path)
+            gc.collect()  # stopped viser servers sit in reference cycles
 
 
 @dataclass(frozen=True)
@@ -287,6 +337,11 @@ class _Drawing:
             named_stretch(self._mode, self._section, self._culvert.reach_m, robot_x_m), self._mode
         )
         self._observers.update(self._culvert.reach_m, robot_x_m)
+
+    def page(self) -> str:
+        """All of it in a page of its own."""
+        self._observers.set_initial(self._culvert.reach_m)
+        return with_our_head(self.server.scene.as_html(dark_mode=True))
 
     def _show_robot(self) -> None:
         self._robot.show(self._pose, self._mode)

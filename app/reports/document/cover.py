@@ -35,7 +35,7 @@ def cover(report: Report, tell: Teller) -> list[Flowable]:
         Prose([(_where(report), BODY.soft())], after=10 * mm),
         *_bands(report, tell),
         Spacer(0, 6 * mm),
-        pairs(_facts(report, tell)),
+        pairs(cover_rows(report, tell)),
         NextPageTemplate("page"),
         PageBreak(),
     ]
@@ -43,7 +43,7 @@ def cover(report: Report, tell: Teller) -> list[Flowable]:
 
 def _letterhead(canvas: Canvas, report: Report) -> None:
     y = 6 * mm
-    logo = jpeg_of(report.company.logo, 900)
+    logo = jpeg_of(report.company.logo, 700)
     if logo is not None:
         width, height = logo.getSize()
         scale = min(60 * mm / width, 20 * mm / height)
@@ -88,7 +88,8 @@ def _band(text: str, *, is_alarm: bool) -> Flowable:
     return Figure(12 * mm, paint)
 
 
-def _facts(report: Report, tell: Teller) -> list[tuple[str, str]]:
+def cover_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
+    """What is on the cover."""
     header = report.header
     operator = " · ".join(
         str(header[name]) for name in ("operator", "operator_certificate") if header.get(name)

@@ -60,7 +60,7 @@ def header_sheet(report: Report, tell: Teller) -> list[Flowable]:
     ]
     missing = set(required_to_issue(dict(report.header)))
     for group, names in GROUPS:
-        rows = [row for name in names if (row := _row(report, tell, name, name in missing))]
+        rows = [row for name in names if (row := header_row(report, tell, name, name in missing))]
         if rows:
             heading = Heading(tell(f"header.{group}"), level=1, bookmark=False)
             parts += [CondPageBreak(22 * mm), heading, _two_up(rows)]
@@ -77,7 +77,8 @@ def header_sheet(report: Report, tell: Teller) -> list[Flowable]:
     return [*parts, PageBreak()]
 
 
-def _row(report: Report, tell: Teller, name: str, is_missing: bool) -> tuple[str, str] | None:
+def header_row(report: Report, tell: Teller, name: str, is_missing: bool) -> tuple[str, str] | None:
+    """Name and value of a field; None of one that is empty and may be so."""
     value = report.header.get(name)
     if not is_empty(value):
         return tell.field(name), tell.value(name, value)

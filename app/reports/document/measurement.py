@@ -32,22 +32,23 @@ def measurement(report: Report, tell: Teller) -> list[Flowable]:
         Heading(tell("measurement.title")),
         note(tell("measurement.method")),
         Heading(tell("measurement.result"), level=1, bookmark=False),
-        pairs(_result(report, tell)),
+        pairs(result_rows(report, tell)),
         *_along(report, tell),
         Heading(tell("measurement.corrections"), level=1, bookmark=False),
-        pairs(_corrections(report, tell)),
+        pairs(correction_rows(report, tell)),
         *(_residuals(adjusted, tell) if adjusted else ()),
         CondPageBreak(45 * mm),
         Heading(tell("measurement.rig"), level=1, bookmark=False),
-        pairs(_rig(report, tell)),
+        pairs(rig_rows(report, tell)),
         CondPageBreak(45 * mm),
         Heading(tell("measurement.video"), level=1, bookmark=False),
-        pairs(_video(report, tell)),
+        pairs(video_rows(report, tell)),
         PageBreak(),
     ]
 
 
-def _result(report: Report, tell: Teller) -> list[tuple[str, str]]:
+def result_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
+    """How far and how surely."""
     met = report.adjusted.distance_class() if report.adjusted else None
     if report.distance_m is None or met is None:
         return [(tell("measurement.far_end"), tell("entry.not_tracked"))]
@@ -96,7 +97,8 @@ def _closure(report: Report, tell: Teller) -> str:
     )
 
 
-def _corrections(report: Report, tell: Teller) -> list[tuple[str, str]]:
+def correction_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
+    """What was stated about distances, and what follows."""
     stated, adjusted = report.corrected.stated, report.adjusted
     zero = (
         tell("measurement.zero_first")
@@ -191,7 +193,8 @@ def _residuals(adjusted: Adjusted, tell: Teller) -> list[Flowable]:
     return [Grid(columns, rows)]
 
 
-def _rig(report: Report, tell: Teller) -> list[tuple[str, str]]:
+def rig_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
+    """Camera, mount and wall."""
     camera, mount, pipe = report.rig.camera, report.rig.mount, report.rig.pipe
     lens = tell(
         "measurement.lens",
@@ -234,7 +237,8 @@ def _rig(report: Report, tell: Teller) -> list[tuple[str, str]]:
     ]
 
 
-def _video(report: Report, tell: Teller) -> list[tuple[str, str]]:
+def video_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
+    """The film, and what went wrong with it."""
     source, video = report.source, report.source.video
     picture = f"{video['width']} × {video['height']} px" if "width" in video else NOTHING
     facts = [picture, str(video.get("codec") or "")]

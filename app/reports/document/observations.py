@@ -35,7 +35,7 @@ def observations(report: Report, tell: Teller) -> list[Flowable]:
     rows = [_row(entry, tell) for entry in report.entries]
     return [
         heading,
-        note(tell("observations.help", reference=_reference(report, tell), pack=report.pack)),
+        note(tell("observations.help", reference=reference_of(report, tell), pack=report.pack)),
         Grid(columns, rows),
         *_long_remarks(report, tell),
         PageBreak(),
@@ -82,6 +82,7 @@ def _long_remarks(report: Report, tell: Teller) -> list[Flowable]:
     return [CondPageBreak(30 * mm), Heading(title, level=1, bookmark=False), *texts]
 
 
-def _reference(report: Report, tell: Teller) -> str:
+def reference_of(report: Report, tell: Teller) -> str:
+    """What distances are counted from."""
     value = report.header.get("reference_point")
     return str(value) if value else tell("observations.no_reference")

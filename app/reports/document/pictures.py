@@ -1,4 +1,4 @@
-"""Photos and logos as JPEG, no larger than paper can show."""
+"""Photos and logos as JPEG, not much larger than paper can show."""
 
 from __future__ import annotations
 
@@ -26,24 +26,38 @@ class Jpeg(ImageReader):
         return self._content
 
 
-def jpeg_of(path: Path | None, longest_px: int) -> Jpeg | None:
-    """The picture, reduced if it has more pixels than that; None if it cannot be read."""
+def jpeg_of(path: Path | None, enough_px: int) -> Jpeg | None:
+    """The picture as JPEG; None if it cannot be read.
+
+    Args:
+        path: JPEG or PNG; the file may be gone or broken.
+        enough_px: Of the longer side. A larger picture is halved as long as it keeps that much.
+    """
     if path is None:
         return None
     try:
         content = path.read_bytes()
         with Image.open(io.BytesIO(content)) as picture:
             is_fit = picture.format == "JPEG" and picture.mode in ("RGB", "L")
-            if max(picture.size) > longest_px:
-                # The decoder of JPEG halves cheaply, more than the eye needs is left.
-                picture.draft("RGB", (longest_px, longest_px))
-                picture.thumbnail((longest_px, longest_px), reducing_gap=2.0)
-                is_fit = False
-            else:
+            times = max(picture.size) // enough_px
+            if times < 2 and is_fit:
+                # An eighth of its size shows as well whether all of it can be decoded.
+                picture.draft(picture.mode, (1, 1))
                 picture.load()
-            return Jpeg(content if is_fit else _encoded(picture))
+                return Jpeg(content)
+            return Jpeg(_encoded(_halved(picture, times)))
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
         return None
+
+
+def _halved(picture: Image.Image, times: int) -> Image.Image:
+    """So many times smaller at the most."""
+    if times < 2:
+        return picture
+    width, height = picture.size
+    picture.draft("RGB", (width // times, height // times))  # while it is decoded: cheap
+    left = picture.size[0] * times // width
+    return picture.reduce(left) if left > 1 else picture
 
 
 def _encoded(picture: Image.Image) -> bytes:

@@ -51,7 +51,7 @@ def _checks(report: Report, tell: Teller) -> list[Flowable]:
 def _history(report: Report, tell: Teller) -> list[Flowable]:
     if not report.events:
         return [note(tell("sign.no_history"))]
-    counts = Counter((event.who, _action(event)) for event in report.events)
+    counts = Counter((event.who, action_of(event)) for event in report.events)
     columns = (
         Column(tell("sign.who"), 60 * mm),
         Column(tell("sign.what"), WIDTH - 80 * mm),
@@ -68,7 +68,8 @@ def _history(report: Report, tell: Teller) -> list[Flowable]:
     ]
 
 
-def _action(event: Event) -> str:
+def action_of(event: Event) -> str:
+    """What was done to what, as its word is called."""
     subject = "inspection" if event.observation_id is None else "observation"
     return f"{subject}_{event.action}"
 

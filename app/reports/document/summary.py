@@ -34,7 +34,7 @@ def summary(report: Report, tell: Teller) -> list[Flowable]:
     worst = worst_first(report)
     parts: list[Flowable] = [
         Heading(tell("summary.title")),
-        paragraph(_sentence(report, tell)),
+        paragraph(worst_sentence(report, tell)),
         Figure(26 * mm, lambda canvas: _figures(canvas, report, tell)),
         Heading(tell("summary.glance"), level=1, bookmark=False),
         Figure(30 * mm, lambda canvas: _glance(canvas, report, tell)),
@@ -49,7 +49,8 @@ def summary(report: Report, tell: Teller) -> list[Flowable]:
     return [*parts, PageBreak()]
 
 
-def _sentence(report: Report, tell: Teller) -> str:
+def worst_sentence(report: Report, tell: Teller) -> str:
+    """The worst defect, or that nothing was rated."""
     worst = report.worst
     if worst is None:
         return tell("summary.no_worst")
