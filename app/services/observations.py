@@ -23,9 +23,10 @@ from app.services.corrections import Corrections
 from app.services.live import Live
 from app.services.stretches import next_stretch_number
 from app.services.tracks import Tracks, estimate_at, is_unmeasured
+from app.services.videos import NO_FILM
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
-from app.storage.tables import Event, Inspection, Observation
+from app.storage.tables import IMPORTED, Event, Inspection, Observation
 from vo_core import Estimate, Pose, Rig, Track, wall_point
 from vo_core.wall import camera_position, cast, clock_of, develop, robot_rays
 
@@ -103,7 +104,10 @@ class Observations:
             FrameOutsideVideo, PixelOutsidePicture: It cannot be anchored there.
         """
         inspection = self._inspections.get(inspection_id)
-        _check_anchor(inspection, len(self._tracks.get(inspection_id)), fields)
+        track = self._tracks.get(inspection_id)
+        _check_anchor(inspection, len(track), fields)
+        if fields.get("pixel") and inspection.source_kind == IMPORTED and is_unmeasured(track):
+            raise PixelOutsidePicture(f"{NO_FILM} Tag it without a pixel.")
         kept = {name: value for name, value in fields.items() if value is not None}
         if self._store.put(inspection_id, observation_id, kept, who):
             self._live.observations_changed(inspection_id)

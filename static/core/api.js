@@ -60,6 +60,11 @@ export const post = (path, content, signal) => json('POST', path, content, signa
 export const put = (path, content, signal) => json('PUT', path, content, signal);
 export const patch = (path, content, signal) => json('PATCH', path, content, signal);
 export const remove = (path, signal) => json('DELETE', path, undefined, signal);
+/** Sends a file as it is; the answer is JSON. */
+export const sendFile = async (path, file, signal) => {
+  const headers = { 'Content-Type': 'application/octet-stream' };
+  return (await send('POST', path, { headers, body: file, signal })).json();
+};
 export const blob = async (path, signal) => (await send('GET', path, { signal })).blob();
 
 /**

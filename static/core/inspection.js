@@ -6,6 +6,12 @@ import { Store } from './store.js';
 /** Whether the server still works on it. */
 export const isUnfinished = ({ status }) => status === 'queued' || status === 'running';
 
+/** Whether there are pictures: an imported survey is without its film. */
+export const hasFilm = ({ source }) => source.kind !== 'import';
+
+/** Whether another program has told the distances, so that nobody knows their intervals. */
+export const isUnmeasured = ({ source, video }) => source.kind === 'import' && video.codec === '';
+
 export class Inspection extends Store {
   #path;
   #signal;

@@ -2,6 +2,7 @@
 
 import { ApiError, get } from '../../core/api.js';
 import { html, patchList, render } from '../../core/html.js';
+import { hasFilm, isUnmeasured } from '../../core/inspection.js';
 import { bindKeys } from '../../core/keys.js';
 import { Component } from '../../core/store.js';
 import {
@@ -13,7 +14,7 @@ import { showKeys } from '../key-help/key-help.js';
 import { drawSeverity, severityMark } from '../severity-mark/severity-mark.js';
 import { toastError } from '../toast-stack/toast-stack.js';
 import { topBar } from '../top-bar/top-bar.js';
-import { FilePlayer, StillPlayer } from '../video-panel/players.js';
+import { BlankPlayer, FilePlayer, StillPlayer } from '../video-panel/players.js';
 import { align } from './alignment.js';
 import { growth, match, mirrored, sectorOf } from './matching.js';
 import { Run } from './run.js';
@@ -227,9 +228,7 @@ class ComparePage extends Component {
   #play(side, isPlayable) {
     const run = this.#runs[side];
     const [canvas, video] = [this.parts[`${side}Canvas`], this.parts[`${side}Video`]];
-    const player = isPlayable
-      ? new FilePlayer(canvas, run.track, video, run.path)
-      : new StillPlayer(canvas, run.track, run.path);
+    const player = this.#playerOf(run, canvas, video, isPlayable);
     this.#players[side]?.close();
     this.#players[side] = player;
     player.addEventListener('frame', () => this.#shown(side));
@@ -239,6 +238,13 @@ class ComparePage extends Component {
     });
   }
 
+  #playerOf(run, canvas, video, isPlayable) {
+    if (!hasFilm(run.inspection)) return new BlankPlayer(canvas, run.track);
+    return isPlayable
+      ? new FilePlayer(canvas, run.track, video, run.path)
+      : new StillPlayer(canvas, run.track, run.path);
+  }
+
   #shown(side) {
     const { frame } = this.#players[side];
     const run = this.#runs[side];
@@ -246,7 +252,8 @@ class ComparePage extends Component {
     const { parts } = this;
     this.#drawMarks(run, parts[`${side}Canvas`], row);
     parts[`${side}Distance`].textContent = chainage(row.distance_mm / 1000);
-    parts[`${side}Interval`].textContent = plusMinus(u95FromSigma(row.sigma_distance_mm));
+    const u95M = isUnmeasured(run.inspection) ? null : u95FromSigma(row.sigma_distance_mm);
+    parts[`${side}Interval`].textContent = plusMinus(u95M);
     parts[`${side}Frame`].textContent = t('compare.frame', { frame, time: timecode(row.time_s) });
     if (!this.#players[side].isBusy) parts[`${side}Stage`].classList.remove('compare__stage--late');
   }

@@ -1,6 +1,7 @@
 /** Where the distance is counted from: the frame as evidence, and how far the camera was past the zero. */
 
 import { html, render } from '../../core/html.js';
+import { hasFilm } from '../../core/inspection.js';
 import { Component } from '../../core/store.js';
 import { lengthUnit, signed, timecode, toShown } from '../../core/units.js';
 import { t } from '../../core/words.js';
@@ -55,6 +56,11 @@ class ZeroSection extends Component {
     writeMetres(parts.offset, zero?.offset_m ?? 0);
     render(parts.sketch, sketch(zero?.offset_m ?? 0));
     if (zero === null) return;
+    parts.picture.hidden = !hasFilm(desk.inspection.value);
+    if (parts.picture.hidden) {
+      this.#caption();
+      return;
+    }
     const source = `/api/inspections/${desk.inspection.id}/frames/${zero.frame}.jpg`;
     if (parts.picture.getAttribute('src') !== source) parts.picture.src = source;
     this.#caption();

@@ -1,6 +1,7 @@
 /** The distance of the shown frame in very large digits, its interval, and whether to trust it. */
 
 import { html, render, setText } from '../../core/html.js';
+import { isUnmeasured } from '../../core/inspection.js';
 import { Component } from '../../core/store.js';
 import { chainage, chainageNumber, lengthUnit, plusMinus, speed, u95FromSigma } from '../../core/units.js';
 import { t } from '../../core/words.js';
@@ -47,7 +48,8 @@ class DistanceReadout extends Component {
     const { parts } = this;
     const { row, isLive } = this.desk.playhead.value;
     setText(parts.value, row ? chainageNumber(row.distance_mm / 1000) : '–');
-    setText(parts.interval, row ? plusMinus(u95FromSigma(row.sigma_distance_mm)) : '± –');
+    const isKnown = row && !isUnmeasured(this.desk.inspection.value);
+    setText(parts.interval, isKnown ? plusMinus(u95FromSigma(row.sigma_distance_mm)) : '± –');
     setText(parts.joint, row ? this.#joint(row.distance_mm) : '');
     this.#showSpeed(this.#speed(row, isLive));
     this.#showHealth(this.#healthWords(row, isLive), isLive);

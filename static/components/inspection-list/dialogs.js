@@ -47,6 +47,24 @@ export async function askDelete({ name, defects }) {
   return (await closed) === 'yes';
 }
 
+/** What has become of a file of old surveys: the inspections, and what is odd or left out. */
+export function showImported(filename, { inspections, warnings }) {
+  const { dialog, parts } = openDialog({
+    title: t('list.imported_title', { filename }),
+    content: html`<div class="imported">
+      <p>${t('list.imported', { n: inspections.length })}</p>
+      <ul class="imported__list">${inspections.map(({ id, name, defects }) => html`<li><a
+        href="/inspections/${id}">${name}</a> <span class="dim">${t('list.imported_rows', { n: defects })}</span></li>`)}</ul>
+      ${warnings.length ? html`<h3>${t('list.import_warnings', { n: warnings.length })}</h3>
+        <ul class="imported__list imported__warnings">${warnings.map((text) => html`<li>${text}</li>`)}</ul>` : ''}
+      <div class="dialog__buttons"><button type="button" class="button button--primary" data-part="done">${t('page.close')}</button></div>
+    </div>`,
+    size: 'wide',
+  });
+  parts.done.focus();
+  parts.done.addEventListener('click', () => dialog.close());
+}
+
 const buttons = (submit, kind = 'button--primary') => html`<div class="dialog__buttons">
   <button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
   <button class="button ${kind}">${submit}</button></div>`;

@@ -1,6 +1,6 @@
 /** The start page: all inspections, newest first, kept fresh while something runs. */
 
-import { get, patch, pause, poll, post, remove } from '../../core/api.js';
+import { get, patch, pause, poll, post, remove, sendFile } from '../../core/api.js';
 import { html, patchList, render } from '../../core/html.js';
 import { isUnfinished } from '../../core/inspection.js';
 import { may } from '../../core/rights.js';
@@ -12,7 +12,7 @@ import { GRAVEST, severityMark } from '../severity-mark/severity-mark.js';
 import { STATES, statusChip } from '../status-chip/status-chip.js';
 import { orToast, toast, toastError } from '../toast-stack/toast-stack.js';
 import { topBar } from '../top-bar/top-bar.js';
-import { askDelete, askName } from './dialogs.js';
+import { askDelete, askName, showImported } from './dialogs.js';
 
 const POLL_BUSY_S = 1.5;
 /** Others may tag an inspection that was tracked long ago, and what is severe is to be seen at once. */
@@ -36,6 +36,8 @@ class InspectionList extends Component {
           <div class="content__head">
             <h1>${t('list.title')}</h1>
             <div class="content__ways"><a class="button" href="/compare" data-part="compare" hidden>${t('compare.link')}</a>
+              <button class="button" data-part="old" data-needs="operator" title="${t('list.import_help')}">${icon('upload')}${t('list.import')}</button>
+              <input type="file" accept=".txt,.json,.db3" data-part="file" aria-label="${t('list.import')}" hidden />
               <a class="button button--primary" href="/new" data-needs="operator">${icon('plus')}${t('list.new')}</a></div>
           </div>
           <p class="message message--error" data-part="fault" role="alert" hidden></p>
@@ -71,7 +73,9 @@ class InspectionList extends Component {
           </div>
         </main>`,
     );
-    const { text, status, clear, sample } = this.parts;
+    const { text, status, clear, sample, old, file } = this.parts;
+    this.listen(old, 'click', () => file.click());
+    this.listen(file, 'change', () => orToast(() => this.#import()));
     this.listen(text, 'input', () => this.#show());
     this.listen(status, 'change', () => this.#show());
     this.listen(clear, 'click', () => {
@@ -149,6 +153,23 @@ class InspectionList extends Component {
     await this.#load();
     this.querySelector('#main').focus();
     toast(t('list.deleted', { name: inspection.name }));
+  }
+
+  /** Old surveys of other programs, and exported inspections: how they are read, the server says. */
+  async #import() {
+    const { old, file } = this.parts;
+    const [chosen] = file.files;
+    if (!chosen) return;
+    old.disabled = true;
+    try {
+      const path = `/api/imports?filename=${encodeURIComponent(chosen.name)}`;
+      const imported = await sendFile(path, chosen, this.signal);
+      await this.#load();
+      showImported(chosen.name, imported);
+    } finally {
+      file.value = ''; // the same file may be chosen again
+      old.disabled = false;
+    }
   }
 
   /** The server renders it once, which takes a while, and has it from then on. */

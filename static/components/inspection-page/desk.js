@@ -7,7 +7,7 @@ import { Catalogue } from '../../core/codes.js';
 import { Corrections } from '../../core/corrections.js';
 import { Health } from '../../core/health.js';
 import { History } from '../../core/history.js';
-import { Inspection } from '../../core/inspection.js';
+import { Inspection, isUnmeasured } from '../../core/inspection.js';
 import { jointsOf } from '../../core/joints.js';
 import { LiveFeed } from '../../core/live.js';
 import { Observations } from '../../core/observations.js';
@@ -73,8 +73,8 @@ export class Desk extends EventTarget {
     this.inspection = inspection;
     this.outbox = outbox;
     this.catalogue = catalogue;
-    /** null while the camera sees no wall at all */
-    this.wall = wall;
+    /** null while the camera sees no wall at all, or nobody knows what it saw */
+    this.wall = isUnmeasured(inspection.value) ? null : wall;
     this.track = new Track(inspection.id);
     this.health = new Health(inspection.id);
     this.unrolled = new Unrolled(inspection.id, signal);
@@ -172,7 +172,9 @@ export class Desk extends EventTarget {
     if (item.frame < this.track.length) this.seek(item.frame);
   }
 
+  /** Null where nobody knows what the camera saw there. */
   get #middle() {
+    if (isUnmeasured(this.inspection.value)) return null;
     const { width, height } = this.inspection.value.video;
     return [(width - 1) / 2, (height - 1) / 2];
   }

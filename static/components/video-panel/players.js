@@ -1,6 +1,6 @@
 /**
- * Three ways to get the pictures of an inspection onto one canvas, each with its frame number:
- * from the original file, as single stills, and from the running tracker.
+ * The ways to get the pictures of an inspection onto one canvas, each with its frame number: from
+ * the original file, as single stills, from the running tracker, and none where there is no film.
  *
  * Every player draws a picture and announces its frame in the same step, so that what is drawn over
  * the picture always belongs to it. `asked` is the frame that was wanted last; while it differs from
@@ -233,6 +233,15 @@ export class StillPlayer extends Player {
     } finally {
       this.#isLoading = false;
     }
+  }
+}
+
+/** No pictures at all, of a survey that was imported without its film: frames are shown by number. */
+export class BlankPlayer extends Player {
+  seek(frame) {
+    this.asked = frame;
+    this.frame = frame;
+    this.dispatchEvent(new Event('frame'));
   }
 }
 

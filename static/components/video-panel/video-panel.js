@@ -6,6 +6,7 @@
  */
 
 import { html, render } from '../../core/html.js';
+import { hasFilm } from '../../core/inspection.js';
 import { onThemeChange, sharpContext, typeScale } from '../../core/screen.js';
 import { Component } from '../../core/store.js';
 import { chainage, clockHour, timecode } from '../../core/units.js';
@@ -14,7 +15,7 @@ import { drawSeverity } from '../severity-mark/severity-mark.js';
 import { icon } from '../icon/icon.js';
 import { quickCodes } from './quick-codes.js';
 import './picture-age.js';
-import { FilePlayer, LivePlayer, StillPlayer } from './players.js';
+import { BlankPlayer, FilePlayer, LivePlayer, StillPlayer } from './players.js';
 import { toastError } from '../toast-stack/toast-stack.js';
 
 const SPEEDS = [1, 2, 4];
@@ -176,6 +177,7 @@ class VideoPanel extends Component {
     const { desk, parts } = this;
     const { video } = desk.inspection.value;
     if (mode === 'LIVE') return new LivePlayer(parts.picture, desk.live, [video.width, video.height]);
+    if (!hasFilm(desk.inspection.value)) return new BlankPlayer(parts.picture, desk.track);
     const path = `/api/inspections/${desk.inspection.id}`;
     return this.#isPlayable
       ? new FilePlayer(parts.picture, desk.track, parts.video, path)
@@ -210,7 +212,7 @@ class VideoPanel extends Component {
   #stateChanged() {
     if (this.desk.inspection.isUnfinished) {
       if (this.#mode === 'REVIEW' && this.desk.track.length === 0) this.#enter('LIVE');
-    } else if (this.#mode === 'LIVE' || this.#isPlayable !== this.#player instanceof FilePlayer) {
+    } else if (this.#mode === 'LIVE' || (hasFilm(this.desk.inspection.value) && this.#isPlayable !== this.#player instanceof FilePlayer)) {
       this.#enter('REVIEW'); // what a camera recorded is a film from its end on
     }
     this.#showTransport();
@@ -287,13 +289,13 @@ class VideoPanel extends Component {
   }
 
   #point(event) {
-    this.#cursor = event && this.#toPixel(event);
+    this.#cursor = event && hasFilm(this.desk.inspection.value) ? this.#toPixel(event) : null;
     this.repaint();
   }
 
   #click(event) {
     const pixel = this.#toPixel(event);
-    if (!pixel) return;
+    if (!pixel || !hasFilm(this.desk.inspection.value)) return;
     const { value: pick } = this.desk.picking;
     const mark = this.#markAt(pixel);
     if (pick) pick({ frame: this.desk.playhead.value.frame, pixel });
@@ -342,7 +344,7 @@ class VideoPanel extends Component {
     ];
     const styles = getComputedStyle(this);
     this.#paintNote();
-    if (!desk.playhead.value.row) return;
+    if (!desk.playhead.value.row || !hasFilm(desk.inspection.value)) return;
     paintCentre(context, toStage([(layout.width - 1) / 2, (layout.height - 1) / 2]));
     for (const mark of this.#marks()) {
       const [x, y] = toStage(mark.pixel);
@@ -372,7 +374,8 @@ class VideoPanel extends Component {
     const { status } = desk.inspection.value;
     const isLate = this.#player.isBusy && performance.now() - this.#busySince > BUSY_SHOWN_AFTER_MS;
     let note = '';
-    if (desk.playhead.value.frame < 0) {
+    if (!hasFilm(desk.inspection.value)) note = t('video.note_no_film');
+    else if (desk.playhead.value.frame < 0) {
       note = {
         queued: t('video.note_queued'),
         running: t('video.note_running'),

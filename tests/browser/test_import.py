@@ -1,0 +1,72 @@
+"""An old survey is imported on the list page, looked at, compared and exported, without a film."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+from reports import report
+from steps import Server, log_in
+
+from app.reports.exchange import en13508
+
+
+@pytest.fixture
+def old_survey(server: Server, tmp_path: Path) -> Iterator[Path]:
+    path = tmp_path / "old survey.txt"
+    odd = b"not a number;;BAC;A;;;;;;;;;\r\n"
+    path.write_bytes(en13508.write(report()).content.replace(b"#Z\r\n", odd + b"#Z\r\n"))
+    yield path
+    for left in json.load(server.ask("GET", "/api/inspections"))["inspections"]:
+        server.ask("DELETE", f"/api/inspections/{left['id']}")
+
+
+def test_an_old_survey_is_imported_and_works_without_a_film(
+    page: Page, server: Server, old_survey: Path
+) -> None:
+    log_in(page, server)
+    with page.expect_file_chooser() as chooser:
+        page.get_by_role("button", name="Import an old survey").click()
+    chooser.value.set_files(old_survey)
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("1 inspection was made")
+    expect(dialog).to_contain_text("12 observations")
+    expect(dialog).to_contain_text("Line 22: No distance can be read of 'not a number'")
+    dialog.get_by_role("link", name="CUL-0041 2026-09-14").click()
+
+    stage = page.locator("video-panel")
+    expect(stage).to_contain_text("imported without its film")
+    crack = page.locator("defect-list").get_by_text("BAB").first
+    crack.click()
+    expect(page.locator("distance-readout")).to_contain_text("3.20")
+    expect(page.locator("distance-readout")).to_contain_text("± –")
+    page.keyboard.press("ArrowRight")
+    expect(page.locator("distance-readout")).to_contain_text("4.80")
+    with page.expect_response(lambda answer: answer.request.method == "PUT") as kept:
+        page.keyboard.press("t")
+    tag = kept.value.json()
+    assert (tag["distance_m"], tag["pixel"], tag["distance_u95_m"]) == (4.8, None, None)
+
+
+def test_a_file_that_is_no_survey_is_refused_with_the_reason(
+    page: Page, server: Server, tmp_path: Path
+) -> None:
+    wrong = tmp_path / "notes.txt"
+    wrong.write_text("shopping list", "utf-8")
+    log_in(page, server)
+    page.locator("inspection-list input[type=file]").set_input_files(wrong)
+    expect(page.get_by_text("The file is none that can be read")).to_be_visible()
+
+
+def test_two_imported_surveys_are_compared(page: Page, server: Server, old_survey: Path) -> None:
+    log_in(page, server)
+    for _ in range(2):
+        page.locator("inspection-list input[type=file]").set_input_files(old_survey)
+        page.get_by_role("dialog").get_by_role("button", name="Close").last.click()
+    expect(page.locator(".inspection")).to_have_count(2)
+    found = json.load(server.ask("GET", "/api/inspections"))["inspections"]
+    page.goto(f"{server.url}/compare?a={found[0]['id']}&b={found[1]['id']}")
+    expect(page.locator("compare-page")).to_contain_text("0.00 m")
