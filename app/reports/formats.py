@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from app.reports import bundle, document, json_report, spreadsheet, table
+from app.reports import bundle, document, json_report, spreadsheet, table, web_page
 from app.reports.document import emergency
 from app.reports.exchange import en13508, geojson, isybau, m150, ribx
 from app.reports.report import Report, Written
@@ -24,6 +24,7 @@ class Format:
 
 _FORMS: Mapping[str, Format] = {
     "pdf": Format("report", ".pdf", "application/pdf", document.write),
+    "html": Format("report", ".html", "text/html; charset=utf-8", web_page.write),
     "emergency": Format("act-now", ".pdf", "application/pdf", emergency.write),
     "csv": Format("defects", ".csv", "text/csv; charset=utf-8", table.write),
     "json": Format("defects", ".json", "application/json", json_report.write),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -183,6 +183,8 @@ class Report:
     company: Company = field(default_factory=Company)
     signer: Signer | None = None
     """Of evidence bundles."""
+    draw_scene: Callable[[Report], str] | None = None
+    """Makes the page of the 3D view; raises a ChainageError if it cannot."""
     language: Language = "en"
     units: Units = "m"
 

@@ -33,6 +33,7 @@ from app.services.runs import Runs
 from app.services.samples import Samples
 from app.services.scenes import Scenes
 from app.services.sources import Sources
+from app.services.still import scene_page
 from app.services.tracking import Tracking
 from app.services.tracks import Tracks
 from app.services.unrolled import Unrolled
@@ -221,6 +222,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
             folder,
             Company(settings.company_name, settings.company_logo),
             SigningKey(folder.root),
+            scene_page,
         ),
         live=live,
         scenes=scenes,

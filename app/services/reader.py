@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from app.errors import UnusableDatabase
-from app.reports.report import Company
+from app.reports.report import Company, Report
 from app.services.checks import Checks
 from app.services.corrections import Corrections
 from app.services.live import Live
@@ -48,6 +48,7 @@ class Reader:
             places,
             company,
             SigningKey(places.root),
+            _draw_scene,
         )
 
     def named(self, wanted: str) -> list[Inspection]:
@@ -55,6 +56,12 @@ class Reader:
         rows = [summary.row for summary in self._store.summaries()]
         exact = [row for row in rows if wanted in (row.id, row.name)]
         return exact or [row for row in rows if wanted and row.id.startswith(wanted.lower())]
+
+
+def _draw_scene(report: Report) -> str:
+    from app.services.still import scene_page  # a second to import, for few formats
+
+    return scene_page(report)
 
 
 @contextmanager

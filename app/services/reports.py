@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any
@@ -62,6 +62,7 @@ class Reports:
         folder: Places,
         company: Company,
         signer: Signer,
+        draw_scene: Callable[[Report], str],
     ) -> None:
         self._inspections = inspections
         self._observations = observations
@@ -73,6 +74,7 @@ class Reports:
         self._folder = folder
         self._company = company
         self._signer = signer
+        self._draw_scene = draw_scene
 
     def export(
         self, inspection_id: str, kind: str, *, language: Language = "en", units: Units = "m"
@@ -161,6 +163,7 @@ class Reports:
             error_code=row.error_code,
             company=self._company,
             signer=self._signer,
+            draw_scene=self._draw_scene,
             language=language,
             units=units,
         )

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from app.errors import NoScene
 from app.reports.report import Entry, Report
 from app.services.tracks import estimate_at
-from app.viewer.scene import Pin, WallLayout, WallTile, still_page
+from app.viewer.scene import Pin, ViewerUnavailable, WallLayout, WallTile, still_page
 
 
 def scene_page(report: Report) -> str:
     """Culvert, path, defects and the wall as it was seen, as they are reported.
 
     Raises:
-        ViewerUnavailable: The viewer could not be started.
+        NoScene: The viewer could not be started.
     """
     finishes = {stretch.start.id: stretch.finish for stretch in report.stretches}
     pins = [_pin(entry, finishes.get(entry.id), report) for entry in report.entries]
@@ -31,15 +32,18 @@ def scene_page(report: Report) -> str:
         except FileNotFoundError:
             return None
 
-    return still_page(
-        report.rig,
-        report.track,
-        estimate_at(report.track, 0),
-        [pin for pin in pins if pin is not None],
-        tiles,
-        shape,
-        read,
-    )
+    try:
+        return still_page(
+            report.rig,
+            report.track,
+            estimate_at(report.track, 0),
+            [pin for pin in pins if pin is not None],
+            tiles,
+            shape,
+            read,
+        )
+    except ViewerUnavailable as error:
+        raise NoScene(f"The 3D view could not be started: {error}") from error
 
 
 def _ends(report: Report) -> set[int]:
@@ -56,7 +60,7 @@ def _pin(entry: Entry, finish: Entry | None, report: Report) -> Pin | None:
         id=entry.id,
         distance_m=entry.distance_m,
         clock=entry.clock_from,
-        u95_m=entry.u95_m or 0.0,
+        u95_m=entry.u95_m,
         severity=entry.severity,
         label=f"{code} {label.partition(':')[0]}" if label else code or "?",
         lateral_m=entry.y_m or 0.0,

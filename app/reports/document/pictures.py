@@ -8,7 +8,7 @@ from pathlib import Path
 from PIL import Image
 from reportlab.lib.utils import ImageReader
 
-_QUALITY = 82
+_QUALITY = 76
 
 
 class Jpeg(ImageReader):
@@ -19,11 +19,12 @@ class Jpeg(ImageReader):
 
     def __init__(self, content: bytes) -> None:
         super().__init__(io.BytesIO(content))
-        self._content = content
+        self.content = content
+        """Of the file."""
 
     def getRGBData(self) -> bytes:  # noqa: N802
         """What tells pictures apart: ReportLab would decode each of them for that."""
-        return self._content
+        return self.content
 
 
 def jpeg_of(path: Path | None, enough_px: int) -> Jpeg | None:

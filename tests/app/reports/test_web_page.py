@@ -1,0 +1,184 @@
+"""The page, opened from the disk in Chromium, which shares nothing with its writer."""
+
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from hypothesis import given, settings
+from playwright.sync_api import expect
+from random_reports import reports
+from reports import OBSERVATIONS, report
+
+from app.errors import NoScene
+from app.reports.web_page import write
+from app.services.checks import Issue
+from app.services.still import scene_page
+from app.storage.tables import Event
+
+ISSUES = (Issue("block", "no_start", "There is none.", params={"needed": "BCD"}),)
+
+
+@pytest.fixture
+def opened(browser, tmp_path):
+    """Write a report, open it from the disk; the page, and every address that it asked for."""
+    context = browser.new_context(offline=True)
+
+    def show(made):
+        path = tmp_path / "report.html"
+        path.write_bytes(write(made).content)
+        page = context.new_page()
+        page.asked = []
+        page.said = []
+        page.on("request", lambda request: page.asked.append(request.url))
+        page.on("console", lambda message: page.said.append(message.text))
+        page.goto(path.as_uri())
+        return page
+
+    yield show
+    context.close()
+
+
+@pytest.mark.parametrize(("language", "units"), [("en", "m"), ("ms", "ft")])
+def test_everybody_can_read_it(opened, tmp_path, language, units):
+    made = replace(
+        report(tmp_path), language=language, units=units, issues=ISSUES, draw_scene=scene_page
+    )
+    page = opened(made)
+    found = Axe().run(page)
+    assert found.violations_count == 0, found.generate_report()
+    assert page.locator("html").get_attribute("lang") == language
+    expect(page.locator("table caption")).to_have_count(page.locator("table").count())
+    assert page.evaluate("[...document.images].every(i => i.alt && i.naturalWidth === 640)")
+    assert page.locator("img").count() == len(OBSERVATIONS)
+    assert [url for url in page.asked if not url.startswith(("file:", "data:"))] == []
+
+
+def test_the_table_tells_what_the_report_does(opened):
+    page = opened(report())
+    rows = page.locator(".observations tbody tr")
+    assert rows.count() == len(OBSERVATIONS)
+    for n, fields in enumerate(OBSERVATIONS):
+        cells = [text.strip() for text in rows.nth(n).locator("th, td").all_inner_texts()]
+        assert cells[0] == str(n + 1)
+        assert cells[1].startswith(f"{fields['distance_m']:.2f} ± ")
+        code = " ".join(fields[name] for name in ("code", "char1", "char2") if fields.get(name))
+        assert cells[3] == (code or "no code")
+        if fields.get("remark"):
+            assert cells[4].endswith(fields["remark"])
+        assert cells[8].startswith(str(fields.get("severity", "not rated")))
+    assert page.locator("h1").inner_text() == "CUL-0041"
+    assert (
+        page.locator(".alarm").inner_text() == "Act now: Broken wall: fallen in, 12.40 m ± 0.05 m"
+    )
+
+
+def test_in_feet_and_malay_it_says_so(opened):
+    page = opened(replace(report(), language="ms", units="ft"))
+    cell = page.locator(".observations tbody tr").nth(8).locator("td").first
+    assert cell.inner_text().startswith("40.7 ± ")
+    assert page.locator("#observations h2").inner_text() == "Pemerhatian"
+
+
+def test_the_strip_shows_every_entry_at_its_distance(opened):
+    page = opened(report())
+    labels = page.locator(".strip a text").all_text_contents()
+    assert [label.split(":")[0] for label in labels] == [str(n) for n in range(1, 13)]
+    places = page.evaluate(
+        "[...document.querySelectorAll('.strip circle')].map(c => +c.cy.baseVal.value)"
+    )
+    single = [f for f in OBSERVATIONS if f.get("clock_from") and not f.get("clock_to")]
+    box = page.evaluate(
+        "(r => [r.y.baseVal.value, r.height.baseVal.value])(document.querySelector('.strip rect'))"
+    )
+    for y, fields in zip(places, single, strict=True):
+        assert (y - box[0]) / box[1] == pytest.approx(fields["distance_m"] / 24.6, abs=0.001)
+
+
+def test_whatever_came_in_is_text(opened):
+    evil = "</script><script>window.hit=1</script><img src=x onerror='window.hit=1'>\"'&lt;"
+    made = report(
+        observations=[{"distance_m": 1.0, "remark": evil, "tagged_by": evil}],
+        name=evil,
+        header={"asset_id": evil, "operator": evil, "of_another": evil},
+        events=(Event(inspection_id="0" * 32, action="changed", who=evil, at=report().made_at,
+                      before={}, after={}, remark=evil),),
+        issues=(Issue("warn", "other", evil),),
+        warning=evil,
+        draw_scene=lambda made: f"<p>{made.name}</p>",
+    )  # fmt: skip
+    page = opened(made)
+    page.get_by_role("button").click()
+    expect(page.frame_locator("iframe").locator("p")).to_have_count(1)
+    assert page.evaluate("window.hit") is None
+    assert page.locator("img").count() == 0
+    assert page.locator(".remark").inner_text() == evil
+    assert page.locator("h1").inner_text() == evil
+
+
+def test_the_3d_view_is_drawn_from_the_file_alone(opened):
+    page = opened(replace(report(), draw_scene=scene_page))
+    expect(page.locator("iframe")).to_have_count(0)
+    page.get_by_role("button", name="Show the 3D view").click()
+    frame = page.frame_locator("iframe")
+    frame.locator("canvas").first.wait_for(timeout=60_000)
+    assert page.locator("iframe").get_attribute("sandbox") == "allow-scripts"
+    page.wait_for_timeout(1000)  # whatever it asks for, it asks now
+    assert [url for url in page.asked if url.startswith(("http", "ws"))] == []
+    assert not any("Refused to" in text for text in page.said)
+
+
+def test_without_a_3d_view_there_is_no_script():
+    def refuse(_):
+        raise NoScene("The viewer could not be started.")
+
+    for made in (report(), replace(report(), draw_scene=refuse)):
+        written = write(made)
+        assert b"<script" not in written.content
+        assert b"script-src" not in written.content
+    assert [loss.detail for loss in written.losses] == [
+        "The 3D view is not in it: The viewer could not be started."
+    ]
+
+
+def test_on_paper_there_are_no_buttons_and_on_a_phone_nothing_is_cut(opened):
+    page = opened(replace(report(), draw_scene=lambda _: "<p>scene</p>"))
+    page.set_viewport_size({"width": 360, "height": 700})
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    page.emulate_media(media="print")
+    expect(page.get_by_role("button")).to_be_hidden()
+    expect(page.locator("nav")).to_be_hidden()
+    expect(page.locator(".observations")).to_be_visible()
+
+
+EMPTY = ("meta", "img", "br")
+
+
+class Elements(HTMLParser):
+    """Counts rows of the table of observations; elements must close in order."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.rows, self.in_table = [], 0, False
+
+    def handle_starttag(self, tag, attrs):
+        if tag == "table":
+            self.in_table = dict(attrs).get("class") == "observations"
+        self.rows += tag == "tr" and self.in_table and "tbody" in self.open
+        if tag not in EMPTY:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        pass
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+@settings(max_examples=25, deadline=None)
+@given(made=reports())
+def test_any_report_is_a_page_whose_elements_close(made):
+    parser = Elements()
+    parser.feed(write(made).content.decode())
+    assert parser.open == []
+    assert parser.rows == len(made.entries)
