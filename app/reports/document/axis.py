@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from app.reports.document.telling import Teller
 from app.reports.report import Report
 
+LONGEST_M = 100_000.0
+"""No header may state more; an imported one may hold anything."""
+
 
 @dataclass(frozen=True)
 class Axis:
@@ -24,8 +27,8 @@ class Axis:
             case int() | float() as known if math.isfinite(known):
                 known_m = float(known)
         placed = [entry.distance_m for entry in report.entries if entry.distance_m is not None]
-        first_m = min([0.0, *placed])
-        last_m = max([report.distance_m or 0.0, known_m, *placed])
+        first_m = max(min([0.0, *placed]), -LONGEST_M)
+        last_m = min(max([report.distance_m or 0.0, known_m, *placed]), LONGEST_M)
         return cls(first_m, max(last_m, first_m + 0.5))
 
     @property

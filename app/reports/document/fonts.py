@@ -1,14 +1,14 @@
 """The fonts of the document: open ones for most of the world's scripts, chosen for each character.
 
 The files are variable fonts; ReportLab embeds static ones, so that each weight is made once a
-process when it is first needed, in milliseconds (a third of a second for Chinese).
+process when it is first needed, in milliseconds (a third of a second for all of Chinese).
 """
 
 from __future__ import annotations
 
 import io
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -35,6 +35,10 @@ class Face:
     path: str
     is_shaped: bool = False
     """Whether its letters change with their neighbours."""
+    is_large: bool = False
+    """Thousands of characters, of which ReportLab takes 1.5 KB each: there is only one weight."""
+    codec: str | None = None
+    """Only the characters of this encoding are taken; None: all."""
 
     @property
     def file(self) -> Path:
@@ -48,7 +52,18 @@ class Face:
         return Path(spec.submodule_search_locations[0]) / self.path
 
 
-def _noto(script: str, pack: str, axes: str, *, is_shaped: bool = True) -> Face:
+def _shaped(script: str, pack: str) -> Face:
+    return _noto(script, pack, "wdth,wght", is_shaped=True)
+
+
+def _large(script: str, codec: str | None = None) -> Face:
+    """All of the font, or what is commonly written with it: a quarter of the memory."""
+    face = _noto(script, "cjk", "wght")
+    name = f"{face.name}-{codec}" if codec else face.name
+    return replace(face, name=name, is_large=True, codec=codec)
+
+
+def _noto(script: str, pack: str, axes: str, *, is_shaped: bool = False) -> Face:
     name = f"NotoSans{script}"
     path = f"fonts/ofl/{name.lower()}/{name}[{axes}].ttf"
     return Face(name, f"justmytype_intl_{pack}", path, is_shaped)
@@ -57,11 +72,14 @@ def _noto(script: str, pack: str, axes: str, *, is_shaped: bool = True) -> Face:
 LATIN = Face("NotoSans", "fontpkg_noto_sans", "files/NotoSans[wdth,wght].ttf")
 FACES = (
     LATIN,
-    _noto("Arabic", "rtl", "wdth,wght"),
-    _noto("Hebrew", "rtl", "wdth,wght"),
-    *(_noto(s, "south_asia", "wdth,wght") for s in ("Tamil", "Devanagari", "Bengali", "Telugu")),
-    *(_noto(s, "sea", "wdth,wght") for s in ("Thai", "Khmer", "Lao", "Myanmar")),
-    *(_noto(s, "cjk", "wght", is_shaped=False) for s in ("SC", "TC", "JP", "KR")),
+    *(_shaped(script, "rtl") for script in ("Arabic", "Hebrew")),
+    *(_shaped(script, "south_asia") for script in ("Tamil", "Devanagari", "Bengali", "Telugu")),
+    *(_shaped(script, "sea") for script in ("Thai", "Khmer", "Lao", "Myanmar")),
+    _large("SC", "gb2312"),
+    _large("TC", "big5"),
+    _large("JP", "shift_jis"),
+    _large("KR", "euc_kr"),
+    *map(_large, ("SC", "TC", "JP", "KR")),
     Face("DejaVuSans", "matplotlib", "mpl-data/fonts/ttf/DejaVuSans.ttf"),
 )
 """The first one that has a character shows it."""
@@ -74,7 +92,11 @@ def _face_data(face: Face) -> hb.Face:
 
 @cache
 def _characters(face: Face) -> frozenset[int]:
-    return frozenset(_face_data(face).unicodes)
+    known = frozenset(_face_data(face).unicodes)
+    if face.codec is None:
+        return known
+    written = "".join(map(chr, known)).encode(face.codec, "ignore")
+    return known & set(map(ord, written.decode(face.codec, "ignore")))
 
 
 def has(face: Face, char: str) -> bool:
@@ -94,7 +116,10 @@ def _registered(face: Face, weight: Weight) -> TTFont:
     source = _face_data(face)
     axes = {axis.tag for axis in source.axis_infos}
     wanted = hb.SubsetInput()
-    wanted.keep_everything()
+    if face.codec:
+        wanted.unicode_set.update(_characters(face))
+    else:
+        wanted.keep_everything()
     if "wght" in axes:
         wanted.pin_axis_location(source, "wght", float(weight))
     for axis in axes - {"wght"}:
@@ -110,4 +135,4 @@ def _registered(face: Face, weight: Weight) -> TTFont:
 def font_of(face: Face, weight: Weight) -> TTFont:
     """The font as ReportLab draws with it, registered under its `fontName`."""
     with LOCK:
-        return _registered(face, weight)
+        return _registered(face, 400 if face.is_large else weight)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import IO, Any, cast
 
 from reportlab import rl_config
 from reportlab.lib.units import mm
@@ -37,10 +36,10 @@ _TOTAL_DIGITS = 3
 
 def made(report: Report, tell: Teller, title: str, story: Sequence[Flowable]) -> bytes:
     """The document as a file; the first page has no head."""
-    out = io.BytesIO()
+    out = _Sink()
     foot = _foot(report, tell)
     document = BaseDocTemplate(
-        out,
+        cast(IO[bytes], out),
         pageTemplates=[
             _template("cover", lambda _: None, foot),
             _template("page", _head(report, title), foot),
@@ -54,7 +53,17 @@ def made(report: Report, tell: Teller, title: str, story: Sequence[Flowable]) ->
     )
     pages = _Pages(document)
     document.build([*story, pages], canvasmaker=_canvas)
-    return out.getvalue()
+    return out.content
+
+
+class _Sink:
+    """A file that is written at once and not copied again."""
+
+    content = b""
+
+    def write(self, content: bytes) -> None:
+        """Keep it."""
+        self.content = content
 
 
 class _Pages(Flowable):

@@ -13,8 +13,8 @@ from app.reports.document.telling import Teller
 from app.reports.document.text import draw, lines_of, shortened
 from app.reports.report import Entry, Photo, Report
 
-LONGEST_PX = 1100
-"""330 dpi in print."""
+ENOUGH_PX = 800
+"""250 dpi in print."""
 
 _GAP = 8 * mm
 _WIDTH = (WIDTH - _GAP) / 2
@@ -60,7 +60,7 @@ def draw_photo(
     """The picture as large as the field holds it; where there is none, the field says so."""
     canvas.setFillColor(WASH)
     canvas.rect(x, y, width, height, 0, 1)
-    picture = jpeg_of(photo.path, LONGEST_PX) if photo else None
+    picture = jpeg_of(photo.path, ENOUGH_PX) if photo else None
     if picture is not None:
         px_wide, px_high = picture.getSize()
         scale = min(width / px_wide, height / px_high)

@@ -97,12 +97,15 @@ def laid_out(report: Report, height: float) -> tuple[int, list[Sheet]]:
     whole = min(fits, default=SCALES[-1])
     enough = [s for s in SCALES if axis.length_m <= MOST_SHEETS * _window_m(s, height)]
     coarsest = min(whole, max(COARSEST, min(enough, default=SCALES[-1])))
-    choices = [
-        (scale, _sheets(report, axis, _window_m(scale, height), per_page))
-        for scale in SCALES
-        if scale <= coarsest
-    ]
-    return min(choices, key=lambda choice: (len(choice[1]), -choice[0]))
+    best = coarsest, _sheets(report, axis, _window_m(coarsest, height), per_page)
+    for scale in [scale for scale in reversed(SCALES) if scale < coarsest]:
+        window_m = _window_m(scale, height)
+        if axis.length_m > window_m * len(best[1]):
+            break  # the windows alone are more pages
+        sheets = _sheets(report, axis, window_m, per_page)
+        if len(sheets) < len(best[1]):
+            best = scale, sheets
+    return best
 
 
 def _window_m(scale: int, height: float) -> float:
@@ -115,7 +118,8 @@ def _sheets(report: Report, axis: Axis, window_m: float, per_page: int) -> list[
     groups: list[list[Entry]] = [[] for _ in range(count)]
     for entry in report.entries:
         if entry.distance_m is not None:
-            groups[min(count - 1, int((entry.distance_m - axis.first_m) / window_m))].append(entry)
+            index = int((entry.distance_m - axis.first_m) / window_m)
+            groups[min(max(index, 0), count - 1)].append(entry)
     sheets = []
     for index, group in enumerate(groups):
         chunks = list(batches(group, per_page)) or [()]

@@ -53,6 +53,8 @@ class Run:
     """Thousandths of the font size."""
     glyphs: tuple[Glyph, ...] | None
     """None where each character is its own sign."""
+    is_outlined: bool
+    """Made heavier by a line around its signs, as the font has no such weight."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +134,10 @@ def draw(canvas: Canvas, x: float, y: float, text: str, style: Style, align: str
     for run in runs:
         if run.glyphs is None:
             canvas.setFont(run.font.fontName, style.size)
-            canvas.drawString(x, y, run.text)
+            if run.is_outlined:  # text rendering mode 2: fill, then stroke
+                canvas.setStrokeColor(style.colour)
+                canvas.setLineWidth(0.03 * style.size)
+            canvas.drawString(x, y, run.text, mode=2 if run.is_outlined else None)
         else:
             _draw_glyphs(canvas, x, y, run, style)
         x += run.width * scale
@@ -258,7 +263,8 @@ def _run(text: str, face: Face, weight: Weight, is_rtl: bool) -> Run:
     has_marks = any(unicodedata.category(char)[0] == "M" for char in text)
     if face.is_shaped or is_rtl or has_marks:
         return _shaped(text, font, is_rtl)
-    return Run(text, font, font.stringWidth(text, 1000), None)
+    is_outlined = face.is_large and weight > 400
+    return Run(text, font, font.stringWidth(text, 1000), None, is_outlined)
 
 
 def _shaped(text: str, font: TTFont, is_rtl: bool) -> Run:
@@ -275,7 +281,7 @@ def _shaped(text: str, font: TTFont, is_rtl: bool) -> Run:
             char = _char_of(info.codepoint, font, shaper, place.x_advance)
             glyphs.append(Glyph(char, x + scale * place.x_offset, scale * place.y_offset))
             x += scale * place.x_advance
-    return Run(text, font, x, tuple(glyphs))
+    return Run(text, font, x, tuple(glyphs), is_outlined=False)
 
 
 def _char_of(glyph: int, font: Any, shaper: hb.Font, advance: int) -> str:

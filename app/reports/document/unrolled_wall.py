@@ -29,8 +29,8 @@ from app.reports.report import Entry, Report
 from vo_core.mosaic import Layout
 
 STRIP_M = 5.0
-TILE_PX = 480
-"""Longest side: 500 mm of wall take 16 mm of paper, 700 dpi for who zooms in."""
+TILE_PX = 400
+"""500 mm of wall take 16 mm of paper: 600 dpi for who zooms in."""
 
 _LEFT = 9 * mm
 _BADGE = 4.4 * mm

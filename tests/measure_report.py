@@ -1,0 +1,79 @@
+"""How long the PDF of 200 defects with photos takes, and how much memory.
+
+Run as `python tests/measure_report.py [FILE.pdf]`. The photos have the size of full HD pictures;
+fonts are loaded within the time, as after a start.
+"""
+
+from __future__ import annotations
+
+import resource
+import sys
+import tempfile
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+
+import cv2
+import numpy as np
+from reports import LENGTH_M, OBSERVATIONS, entry, full_report
+
+from app.reports import document
+from app.reports.report import Photo, Report
+
+DEFECTS = 200
+SIZE_WH = (1920, 1080)
+
+
+def large_report(folder: Path) -> Report:
+    """Two hundred observations of all kinds along the pipe, each with a photo of its own."""
+    kinds = [
+        {name: value for name, value in fields.items() if not name.startswith("cont_")}
+        for fields in OBSERVATIONS
+        if fields["code"]
+    ]
+    with ProcessPoolExecutor(1, get_context("spawn")) as other:  # whose memory is not measured
+        pictures = list(other.map(partial(large_photo, folder), range(1, DEFECTS + 1)))
+    places_m = np.sort(np.random.default_rng(5).uniform(0, LENGTH_M, DEFECTS)).round(3)
+    entries = [
+        replace(
+            entry(n, **kinds[n % len(kinds)] | {"distance_m": float(place_m)}),
+            photo=Photo(f"CUL-0041-{n:03d}.jpg", pictures[n - 1], "ab" * 32),
+        )
+        for n, place_m in enumerate(places_m, 1)
+    ]
+    return full_report(folder, entries=tuple(entries))
+
+
+def large_photo(folder: Path, seq: int) -> Path:
+    """A JPEG with about as much detail as a video shows of concrete."""
+    noise = np.random.default_rng(seq).normal(110, 20, (SIZE_WH[1] // 8, SIZE_WH[0] // 8))
+    picture = cv2.resize(noise.clip(0, 255).astype(np.uint8), SIZE_WH)
+    cv2.putText(picture, str(seq), (100, 700), cv2.FONT_HERSHEY_SIMPLEX, 16, 240, 40)
+    path = folder / f"large-{seq}.jpg"
+    done = cv2.imwrite(str(path), cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR))
+    assert done
+    return path
+
+
+def main() -> None:
+    """Print the figures; the file is kept where a path is given."""
+    with tempfile.TemporaryDirectory() as name:
+        report = large_report(Path(name))
+        before_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        wall_s, cpu_s = time.perf_counter(), time.process_time()
+        content = document.write(report).content
+        wall_s, cpu_s = time.perf_counter() - wall_s, time.process_time() - cpu_s
+    peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(  # noqa: T201
+        f"{DEFECTS} defects: {wall_s:.2f} s ({cpu_s:.2f} s of the processor), "
+        f"{len(content) / 2**20:.1f} MiB, peak {peak_mb:.0f} MiB (before {before_mb:.0f})"
+    )
+    if len(sys.argv) > 1:
+        Path(sys.argv[1]).write_bytes(content)
+
+
+if __name__ == "__main__":
+    main()
