@@ -61,8 +61,8 @@ class Pin:
     distance_m: float
     clock: float | None
     """In (0, 12]; None on a floor."""
-    u95_m: float
-    """Half-width of the 95 % interval of the distance."""
+    u95_m: float | None
+    """Half-width of the 95 % interval of the distance; None where nobody knows it."""
     severity: int | None
     """0 note to 5 act now; None not rated."""
     label: str
@@ -183,7 +183,7 @@ class Pins:
     def _segments(self, pin: Pin, is_selected: bool) -> NDArray[np.float64]:
         """(N, 2, 3): stem, whisker, its two caps, edges of the patch, ring of the selected one."""
         section, size = self._section, self._section.scale_m
-        half_m = max(pin.u95_m, _MIN_WHISKER * size)
+        half_m = max(pin.u95_m or 0.0, _MIN_WHISKER * size)
         start, end = pin.distance_m - half_m, pin.distance_m + half_m
         cap = 0.07 * size
         lines = [
@@ -323,4 +323,5 @@ def _short_text(pin: Pin) -> str:
 
 def _text(pin: Pin) -> str:
     finish = "" if pin.finish_m is None else f" to {pin.finish_m:.2f} m"
-    return f"{_short_text(pin)}\n{pin.distance_m:.2f} m ± {shown_mm(pin.u95_m)} mm{finish}"
+    interval = "" if pin.u95_m is None else f" ± {shown_mm(pin.u95_m)} mm"
+    return f"{_short_text(pin)}\n{pin.distance_m:.2f} m{interval}{finish}"

@@ -44,7 +44,10 @@ class Robot:
         self._frame.wxyz = yaw_wxyz(np.radians(estimate.yaw_deg))
 
         note = "" if estimate.status == "ok" else f" · {estimate.status}"
-        self._label.text = f"{x_m:.3f} m ± {shown_mm(half_m)} mm{note}"
+        # Another program has told a distance that has neither sigma nor quality.
+        is_told = estimate.sigma_distance_mm == 0 and estimate.quality == 0
+        interval = "" if is_told else f" ± {shown_mm(half_m)} mm"
+        self._label.text = f"{x_m:.3f} m{interval}{note}"
         raised_m = _LABEL_HEIGHT[mode] * self._section.scale_m
         self._label.position = (x_m, 0.0, self._section.axis_z_m - raised_m)
 

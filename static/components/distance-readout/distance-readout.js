@@ -48,11 +48,11 @@ class DistanceReadout extends Component {
     const { parts } = this;
     const { row, isLive } = this.desk.playhead.value;
     setText(parts.value, row ? chainageNumber(row.distance_mm / 1000) : '–');
-    const isKnown = row && !isUnmeasured(this.desk.inspection.value);
-    setText(parts.interval, isKnown ? plusMinus(u95FromSigma(row.sigma_distance_mm)) : '± –');
+    const isTold = isUnmeasured(this.desk.inspection.value);
+    setText(parts.interval, row && !isTold ? plusMinus(u95FromSigma(row.sigma_distance_mm)) : '± –');
     setText(parts.joint, row ? this.#joint(row.distance_mm) : '');
-    this.#showSpeed(this.#speed(row, isLive));
-    this.#showHealth(this.#healthWords(row, isLive), isLive);
+    this.#showSpeed(isTold ? null : this.#speed(row, isLive));
+    this.#showHealth(isTold ? { level: 'none', what: 'told', text: t('readout.told') } : this.#healthWords(row, isLive), isLive);
   }
 
   /** The nearest joint behind, which a repair crew counts in the pipe. */

@@ -7,6 +7,7 @@
 import { Plot, ticks } from '../../core/axis.js';
 import { namesOf } from '../../core/health.js';
 import { html, render } from '../../core/html.js';
+import { isUnmeasured } from '../../core/inspection.js';
 import { sharpContext, typeScale } from '../../core/screen.js';
 import { stretchesOf } from '../../core/stretches.js';
 import { chainage, timecode } from '../../core/units.js';
@@ -31,6 +32,8 @@ const TICK_PX = 72;
 const MINOR_TICKS = 5;
 const ZOOM_STEP = 0.5;
 /** The scales of the lanes go at least so far. */
+/** Lanes of what only our own tracking knows. */
+const MEASURED = new Set(['quality', 'speed', 'lateral', 'yaw', 'health']);
 const LEAST_SCALES = { speed: 1.25 * USUAL_LIMIT_M_PER_MIN, lateral_mm: 5, yaw_deg: 2 };
 
 class StripLog extends Strip {
@@ -181,7 +184,9 @@ class StripLog extends Strip {
   #arrange(complaints) {
     const isLow = LOW_SCREEN.matches;
     let top = TOP;
-    const rows = LANES.filter(({ name }) => stripSettings.has(name)).map((lane) => {
+    const isTold = isUnmeasured(this.desk.inspection.value);
+    const seen = LANES.filter(({ name }) => stripSettings.has(name) && !(isTold && MEASURED.has(name)));
+    const rows = seen.map((lane) => {
       const height = lane.height(complaints, isLow);
       const row = { lane, top, height };
       top += height + GAP;
