@@ -85,7 +85,10 @@ def pipe_graphic(report: Report, tell: Teller) -> list[Flowable]:
 
 
 def laid_out(report: Report, height: float) -> tuple[int, list[Sheet]]:
-    """The scale that needs the fewest pages, the coarsest of those, and its pages.
+    """The scale that needs the fewest pages, of those alike the coarsest, and its pages.
+
+    A page that shows the same part of the pipe once more, for labels that found no room, counts
+    twice: where observations are dense a finer scale is easier to read.
 
     Args:
         report: With entries by distance.
@@ -100,12 +103,16 @@ def laid_out(report: Report, height: float) -> tuple[int, list[Sheet]]:
     best = coarsest, _sheets(report, axis, _window_m(coarsest, height), per_page)
     for scale in [scale for scale in reversed(SCALES) if scale < coarsest]:
         window_m = _window_m(scale, height)
-        if axis.length_m > window_m * len(best[1]):
+        if axis.length_m > window_m * _burden(best[1]):
             break  # the windows alone are more pages
         sheets = _sheets(report, axis, window_m, per_page)
-        if len(sheets) < len(best[1]):
+        if _burden(sheets) < _burden(best[1]):
             best = scale, sheets
     return best
+
+
+def _burden(sheets: Sequence[Sheet]) -> int:
+    return sum(1 if sheet.part == 1 else 2 for sheet in sheets)
 
 
 def _window_m(scale: int, height: float) -> float:
