@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import os
+import re
 import socket
 import subprocess
 import sys
@@ -161,3 +162,21 @@ def wait_until_done(page: Page, timeout_s: float = 120) -> None:
           return track.length === inspection.value.progress.frames_done;
         }"""
     )
+
+
+def export(page: Page, name: str) -> bytes:
+    """The report in a format, by the menu and its dialog."""
+    page.get_by_text("Export", exact=True).click()
+    page.get_by_role("button", name=re.compile(f"^{name} ")).click()
+    with page.expect_download() as download:
+        page.get_by_role("dialog").get_by_role("button", name="Download").click()
+    expect(page.get_by_role("dialog")).to_have_count(0)
+    return Path(download.value.path()).read_bytes()
+
+
+def export_track(page: Page) -> bytes:
+    """The distance of every frame, by the menu."""
+    page.get_by_text("Export", exact=True).click()
+    with page.expect_download() as download:
+        page.get_by_role("link", name=re.compile("^Track, CSV")).click()
+    return Path(download.value.path()).read_bytes()

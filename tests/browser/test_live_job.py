@@ -16,7 +16,7 @@ import pytest
 from builders import BLOCK, blocks, frame_number, half_size
 from cameras import MjpegCamera, Picture
 from playwright.sync_api import Locator, Page, expect
-from steps import Server, log_in
+from steps import Server, export, log_in
 from test_frames_are_exact import READ
 
 from app.simulation import SCENARIOS, render
@@ -149,8 +149,8 @@ def test_a_live_camera_becomes_a_corrected_and_exported_inspection(
     expect(page.locator(".event").first).to_contain_text(REASON)
 
     # What is taken home says the same as the page, corrected and as it was measured.
-    rows = list(csv.DictReader(io.StringIO(_export(page, "Defects, CSV").decode("utf-8-sig"))))
-    report = json.loads(_export(page, "Defects, JSON"))
+    rows = list(csv.DictReader(io.StringIO(export(page, "CSV").decode("utf-8-sig"))))
+    report = json.loads(export(page, "JSON"))
     by_frame = {item["frame"]: item for item in observations}
     assert len(rows) == len(report["observations"]) == len(observations) == 6
     for row in [*rows, *report["observations"]]:
@@ -320,11 +320,3 @@ def _observations(server: Server, inspection: str) -> list[dict[str, Any]]:
 
 def _distances_m(server: Server, inspection: str) -> dict[int, float]:
     return {item["frame"]: item["distance_m"] for item in _observations(server, inspection)}
-
-
-def _export(page: Page, name: str) -> bytes:
-    page.get_by_text("Export", exact=True).click()
-    with page.expect_download() as download:
-        page.get_by_role("link", name=re.compile(name)).click()
-    page.keyboard.press("Escape")
-    return Path(download.value.path()).read_bytes()

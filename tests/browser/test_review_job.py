@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from builders import half_size
 from playwright.sync_api import Locator, Page, expect
-from steps import Server, log_in, start_inspection, wait_until_done
+from steps import Server, export, log_in, start_inspection, wait_until_done
 
 from app.simulation import SCENARIOS, SimulatedRun, simulate
 from vo_core.rig import Rig
@@ -223,8 +223,8 @@ def _open_permalink(desk: Desk) -> None:
 def _expect_exports_to_agree(desk: Desk) -> None:
     page = desk.page
     observations = {item["seq"]: item for item in desk.observations()}
-    rows = list(csv.DictReader(io.StringIO(_export(page, "Defects, CSV").decode("utf-8-sig"))))
-    report = json.loads(_export(page, "Defects, JSON"))
+    rows = list(csv.DictReader(io.StringIO(export(page, "CSV").decode("utf-8-sig"))))
+    report = json.loads(export(page, "JSON"))
     assert len(rows) == len(report["observations"]) == len(observations) == 4
     for row in [*rows, *report["observations"]]:
         item = observations[int(row["seq"])]
@@ -232,14 +232,6 @@ def _expect_exports_to_agree(desk: Desk) -> None:
         assert int(row["frame"]) == item["frame"]
     # A spreadsheet must not take a remark for a formula.
     assert [row["remark"] for row in rows if row["remark"]] == ["'=widens to the left"]
-
-
-def _export(page: Page, name: str) -> bytes:
-    page.get_by_text("Export", exact=True).click()
-    with page.expect_download() as download:
-        page.get_by_role("link", name=re.compile(name)).click()
-    page.keyboard.press("Escape")
-    return Path(download.value.path()).read_bytes()
 
 
 def _distance_m(item: dict[str, Any]) -> float:

@@ -5,14 +5,13 @@ from __future__ import annotations
 import csv
 import io
 import json
-import re
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
-from steps import Server, log_in, start_inspection, wait_until_done
+from steps import Server, export, export_track, log_in, start_inspection, wait_until_done
 
 from app.simulation import SCENARIOS, SimulatedRun, simulate
 
@@ -63,9 +62,9 @@ def test_a_video_becomes_an_exported_inspection(
 
     # Every stated distance, in the list and in the exports, is the true one.
     observations = _observations(page, inspection)
-    rows = list(csv.DictReader(io.StringIO(_export(page, "Defects, CSV").decode("utf-8-sig"))))
-    report = json.loads(_export(page, "Defects, JSON"))
-    track = _export(page, "Track, CSV").decode()
+    rows = list(csv.DictReader(io.StringIO(export(page, "CSV").decode("utf-8-sig"))))
+    report = json.loads(export(page, "JSON"))
+    track = export_track(page).decode()
     assert [row["code"] for row in rows].count("BAB") == 1
     assert len(report["observations"]) == len(rows) == 3
     assert sum(not line.startswith("#") for line in track.splitlines()) == len(truth_m) + 1
@@ -136,10 +135,3 @@ def _observations(page: Page, inspection: str) -> list[dict]:
         f"{page.url.split('/inspections')[0]}/api/inspections/{inspection}/observations"
     )
     return answer.json()["observations"]
-
-
-def _export(page: Page, name: str) -> bytes:
-    page.get_by_text("Export", exact=True).click()
-    with page.expect_download() as download:
-        page.get_by_role("link", name=re.compile(name)).click()
-    return Path(download.value.path()).read_bytes()

@@ -4,7 +4,7 @@ import { Alerts } from '../../core/alerts.js';
 import { exportPath } from '../../core/exports.js';
 import { html, render } from '../../core/html.js';
 import { Component } from '../../core/store.js';
-import { chainage, date } from '../../core/units.js';
+import { date } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { nameOf } from '../defect-list/names.js';
 import { GRAVEST, severityMark } from '../severity-mark/severity-mark.js';
@@ -51,7 +51,6 @@ class EmergencyBanner extends Component {
     if (wasHidden || !this.#alerts.isFollowed) this.#alerts.follow();
     const markup = html`${grave.slice(0, NAMED).map((item) => html`<li>
         <button class="link" data-observation="${item.id}">${nameOf(item)}</button>
-        <span class="number">${chainage(item.distance_m)}</span>
         ${this.#told(this.#alerts.value.get(item.id))}</li>`)}
       ${grave.length > NAMED && html`<li>${t('finish.and_more', { n: grave.length - NAMED })}</li>`}`;
     if (this.parts.list.dataset.shows === markup.text) return;

@@ -137,7 +137,9 @@ class InspectionPage extends Component {
     closesElsewhere(parts.menu, this.signal);
     this.listen(parts.menu, 'click', ({ target }) => {
       const item = target.closest('[data-export]');
-      if (item) openExport(desk, formatOf(item.dataset.export));
+      if (!item) return;
+      parts.menu.querySelector('summary').focus(); // the dialog gives the focus back to it
+      openExport(desk, formatOf(item.dataset.export));
     });
 
     const groups = keyMap(this);

@@ -1,0 +1,266 @@
+"""Reports leave the page: losses are told before, and what must not wait is told at once."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from clips import numbered_clip, rig_for_clip
+from playwright.sync_api import Page, Route, expect
+from receivers import Receiver, receiving
+from steps import Server, export, log_in
+from test_accessible import expect_no_fault
+
+from app.reports.formats import FORMATS
+
+TAGS = [f"7d444840-9dc0-4d2a-8a6a-00000000000{n}" for n in range(5)]
+
+
+@pytest.fixture(scope="module")
+def receiver() -> Iterator[Receiver]:
+    with receiving() as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def telling(tmp_path_factory: pytest.TempPathFactory, receiver: Receiver) -> Iterator[Server]:
+    """A server with a client who is told of what must not wait."""
+    settings = {"webhook_url": receiver.url, "webhook_secret": "a secret of sixteen or more"}
+    with Server(tmp_path_factory.mktemp("data"), **settings) as running:
+        yield running
+
+
+@pytest.fixture
+def inspection(telling: Server, tmp_path: Path) -> str:
+    """With a plain tag, a crack and one without a code."""
+    clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=20)
+    made = telling.track(clip, rig_for_clip(tmp_path / "rig.json"))
+    tag(telling, made, 0, frame=3, code="BAB", char1="B", char2="A", severity=3)
+    tag(telling, made, 1, frame=9)
+    return made
+
+
+def tag(server: Server, inspection: str, number: int, **fields: object) -> None:
+    server.ask("PUT", f"/api/inspections/{inspection}/observations/{TAGS[number]}", fields)
+
+
+def open_menu(page: Page) -> None:
+    page.get_by_text("Export", exact=True).click()
+
+
+def open_format(page: Page, name: str) -> None:
+    open_menu(page)
+    page.get_by_role("button", name=re.compile(f"^{name} ")).click()
+    expect(page.get_by_role("dialog", name=f"Export: {name}")).to_be_visible()
+
+
+def test_the_menu_offers_every_format(page: Page, telling: Server, inspection: str) -> None:
+    log_in(page, telling, f"/inspections/{inspection}")
+    open_menu(page)
+    offered = page.locator("[data-export]").evaluate_all("all => all.map(e => e.dataset.export)")
+    assert FORMATS.keys() <= set(offered)
+    assert len(offered) == len(set(offered))
+    expect(page.locator("[data-export=emergency]")).to_be_hidden()  # nothing is severe
+    expect_no_fault(page)
+
+
+def test_losses_and_checks_are_told_before_and_forbid_nothing(
+    page: Page, telling: Server, inspection: str
+) -> None:
+    log_in(page, telling, f"/inspections/{inspection}")
+    open_format(page, "EN 13508-2")
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text(re.compile(r"\d+ things have no place in this format"))
+    expect(dialog).to_contain_text("Observation 2 has no code")
+    expect(dialog).to_contain_text(re.compile(r"\d+ things block a report"))
+    expect(dialog).to_contain_text("Asset is empty in the header.")
+    expect_no_fault(page)
+    with page.expect_download() as download:
+        dialog.get_by_role("button", name="Download").click()
+    assert download.value.suggested_filename == "clip-en13508.txt"
+    assert Path(download.value.path()).read_bytes().startswith(b"#A1=")
+    expect(dialog).to_have_count(0)
+    expect(page.locator("toast-stack")).to_contain_text("clip-en13508.txt is saved")
+
+
+def test_a_loss_leads_to_its_defect(page: Page, telling: Server, inspection: str) -> None:
+    log_in(page, telling, f"/inspections/{inspection}")
+    open_format(page, "EN 13508-2")
+    page.get_by_role("dialog").get_by_role("button", name="Go there").first.click()
+    expect(page.get_by_role("dialog")).to_have_count(0)
+    expect(page.locator(".defect [aria-current=true]")).to_contain_text("No code")
+
+
+def test_a_map_without_coordinates_is_refused_in_a_sentence_that_leads_on(
+    page: Page, telling: Server, inspection: str
+) -> None:
+    log_in(page, telling, f"/inspections/{inspection}")
+    open_format(page, "GeoJSON")
+    dialog = page.get_by_role("dialog")
+    expect(dialog.get_by_role("alert")).to_contain_text("latitude and longitude of both ends")
+    expect_no_fault(page)
+    dialog.get_by_role("alert").get_by_role("button").click()
+    expect(page.get_by_role("tabpanel", name="Header")).to_be_visible()
+
+
+def test_a_report_that_takes_long_can_be_stopped(
+    page: Page, telling: Server, inspection: str
+) -> None:
+    log_in(page, telling, f"/inspections/{inspection}")
+    held: list[Route] = []
+    # As a server that takes its time.
+    page.route("**/exports/pdf?*", lambda route: held.append(route))
+    open_format(page, "PDF")
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_role("button", name="Download").click()
+    expect(dialog.get_by_role("progressbar")).to_be_visible()
+    expect(dialog).to_contain_text(re.compile(r"The report is being made… *[1-9] s"))
+    expect_no_fault(page)
+    dialog.get_by_role("button", name="Stop").click()
+    expect(dialog.get_by_role("progressbar")).to_be_hidden()
+    expect(dialog.get_by_role("button", name="Download")).to_be_focused()
+    expect(dialog.get_by_role("alert")).to_be_empty()
+    page.unroute("**/exports/pdf?*")
+    with page.expect_download() as download:
+        page.keyboard.press("Enter")
+    assert Path(download.value.path()).read_bytes().startswith(b"%PDF-")
+    assert len(held) == 1
+
+
+def test_a_refusal_is_told_and_the_dialog_stays(
+    page: Page, telling: Server, inspection: str
+) -> None:
+    log_in(page, telling, f"/inspections/{inspection}")
+    open_format(page, "CSV")
+    page.route("**/exports/csv?*", lambda route: route.abort())
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_role("button", name="Download").click()
+    expect(dialog.get_by_role("alert")).to_contain_text("The server cannot be reached")
+    page.unroute("**/exports/csv?*")
+    with page.expect_download():
+        dialog.get_by_role("button", name="Download").click()
+
+
+def test_by_keys_alone(page: Page, telling: Server, inspection: str) -> None:
+    log_in(page, telling, f"/inspections/{inspection}")
+    menu = page.locator("[data-part=menu] summary").first
+    menu.focus()
+    page.keyboard.press("Enter")
+    for _ in range(4):  # PDF, HTML, XLSX, CSV
+        page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    dialog = page.get_by_role("dialog", name="Export: CSV")
+    expect(dialog.get_by_role("button", name="Download")).to_be_focused()
+    page.keyboard.press("Escape")
+    expect(dialog).to_have_count(0)
+    expect(menu).to_be_focused()
+
+
+def test_language_and_units_are_those_of_the_person(
+    page: Page, telling: Server, inspection: str
+) -> None:
+    usual = json.load(telling.ask("GET", "/api/me"))["preferences"]
+    log_in(page, telling)
+    page.get_by_label("Menu").click()
+    page.get_by_role("button", name="Settings").click()
+    page.get_by_label("Distances in").select_option("ft")
+    page.wait_for_load_state()
+    page.get_by_label("Menu").click()
+    page.get_by_role("button", name="Settings").click()
+    page.get_by_role("combobox", name="Language").select_option("ms")
+    expect(page.get_by_role("heading", name="Pemeriksaan", level=1)).to_be_visible()
+    page.goto(f"{telling.url}/inspections/{inspection}")
+    page.get_by_text("Eksport", exact=True).click()
+    page.get_by_role("button", name=re.compile("^CSV ")).click()
+    dialog = page.get_by_role("dialog", name="Eksport: CSV")
+    expect_no_fault(page)
+    with page.expect_request("**/exports/csv?*") as request, page.expect_download():
+        dialog.get_by_role("button", name="Muat turun").click()
+    assert request.value.url.endswith("/exports/csv?lang=ms&units=ft")
+    telling.ask("PUT", "/api/me/preferences", usual)
+
+
+@pytest.mark.parametrize("width", [360, 1280])
+def test_menu_and_dialog_fit_the_window(
+    page: Page, telling: Server, inspection: str, width: int
+) -> None:
+    page.set_viewport_size({"width": width, "height": 700})
+    tag(telling, inspection, 2, frame=12, code="BAC", char1="C", severity=5)
+    log_in(page, telling, f"/inspections/{inspection}")
+    open_menu(page)
+    _expect_inside(page, ".menu__list--exports")
+    page.get_by_role("button", name=re.compile("^ISYBAU ")).click()
+    expect(page.get_by_role("dialog")).to_contain_text("have no place in this format")
+    _expect_inside(page, "dialog")
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def _expect_inside(page: Page, selector: str) -> None:
+    box = page.locator(selector).bounding_box()
+    window = page.viewport_size
+    assert box is not None
+    assert window is not None
+    assert box["x"] >= 0
+    assert box["y"] >= 0
+    assert box["x"] + box["width"] <= window["width"]
+    assert box["y"] + box["height"] <= window["height"]
+
+
+def test_the_table_holds_what_was_tagged_just_now(
+    page: Page, telling: Server, inspection: str
+) -> None:
+    log_in(page, telling, f"/inspections/{inspection}")
+    expect(page.locator(".defect")).to_have_count(2)
+    expect(page.locator(".readout__distance")).to_contain_text("0.00")
+    page.keyboard.press("1")
+    expect(page.locator(".defect")).to_have_count(3)
+    rows = list(csv.DictReader(io.StringIO(export(page, "CSV").decode("utf-8-sig"))))
+    assert len(rows) == 3
+
+
+def test_a_severity_5_is_told_on_the_page_as_a_sheet_and_to_the_client(
+    page: Page, telling: Server, receiver: Receiver, inspection: str
+) -> None:
+    receiver.statuses = [500, 500]
+    log_in(page, telling, f"/inspections/{inspection}")
+    banner = page.get_by_role("region", name="Act now")
+    expect(page.locator(".defect")).to_have_count(2)
+    expect(banner).to_be_hidden()
+    page.locator(".defect__main").first.click()
+    page.keyboard.press("Shift+Digit5")
+    expect(banner).to_contain_text("BAB at 0.00 m")
+    expect(banner).to_contain_text("Client not told yet: It answered 500.")
+    expect_no_fault(page)
+    with page.expect_download() as download:
+        banner.get_by_role("link", name="One-page sheet").click()
+    assert download.value.suggested_filename == "clip-act-now.pdf"
+    assert Path(download.value.path()).read_bytes().startswith(b"%PDF-")
+    expect(banner).to_contain_text("Client told, ")
+    assert receiver.received[-1].told["observation"]["code"] == "BAB"
+    page.get_by_role("tab", name="History").click()
+    expect(page.locator("history-panel")).to_contain_text("The client was told of BAB")
+    expect_no_fault(page)
+    open_menu(page)
+    expect(page.get_by_role("button", name=re.compile("^Act-now sheet"))).to_be_visible()
+
+
+def test_the_list_tells_at_once_what_others_tag(
+    page: Page, telling: Server, inspection: str
+) -> None:
+    for made in json.load(telling.ask("GET", "/api/inspections"))["inspections"]:
+        if made["id"] != inspection:
+            telling.ask("DELETE", f"/api/inspections/{made['id']}")
+    log_in(page, telling)
+    row = page.locator(".inspection")
+    expect(row.locator(".chip")).to_have_count(1)
+    tag(telling, inspection, 3, frame=12, code="BAC", char1="C", severity=5)
+    expect(row.locator(".chip")).to_have_text(["Done", "act now"], timeout=8000)
+    expect(page.locator("toast-stack")).to_contain_text("Act now: clip")
+    expect_no_fault(page)
+    page.locator("toast-stack").get_by_role("button", name="Open").click()
+    page.wait_for_url(f"**/inspections/{inspection}")
