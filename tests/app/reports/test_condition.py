@@ -1,0 +1,57 @@
+"""The overall condition follows from the worst defect."""
+
+import pytest
+from reports import LENGTH_M, report
+
+from app.reports.condition import Overall, condition_of, worst_first
+
+
+def rated(*severities, code="BAC"):
+    return report(
+        observations=[
+            {"distance_m": float(n), "code": code, "severity": severity}
+            for n, severity in enumerate(severities)
+        ]
+    )
+
+
+@pytest.mark.parametrize(
+    ("severities", "overall"),
+    [
+        ((), Overall.UNKNOWN),
+        ((None, None), Overall.UNKNOWN),
+        ((0, 1), Overall.EXCELLENT),
+        ((1, 3, 2), Overall.FAIR),
+        ((4, 1), Overall.POOR),
+        ((2, 5, 5), Overall.SEVERE),
+    ],
+)
+def test_the_worst_decides(severities, overall):
+    assert condition_of(rated(*severities)).overall is overall
+
+
+def test_deposits_do_not_count_since_cleaning_removes_them():
+    assert condition_of(rated(5, code="BBC")).overall is Overall.UNKNOWN
+
+
+def test_entries_are_counted_by_severity():
+    found = condition_of(rated(5, 3, 3, None))
+
+    assert dict(found.counts) == {0: 0, 1: 0, 2: 0, 3: 2, 4: 0, 5: 1}
+    assert found.unrated == 1
+
+
+def test_the_worst_comes_first_and_those_alike_along_the_pipe():
+    assert [one.seq for one in worst_first(rated(3, 5, None, 5, 4))] == [2, 4, 5, 1]
+
+
+def test_overlapping_stretches_cover_their_length_once():
+    roles = ((1, "start", 2.0), (2, "start", 4.0), (1, "finish", 6.0), (2, "finish", 8.0))
+    made = report(
+        observations=[
+            {"distance_m": at, "code": "BAB", "cont_id": number, "cont_role": role}
+            for number, role, at in roles
+        ]
+    )
+
+    assert condition_of(made).stretch_percent == pytest.approx(100 * 6 / LENGTH_M)
