@@ -14,6 +14,7 @@ from app.reports.signing import Signer
 from app.services.adjustment import Adjusted, FittedJoint
 from app.services.checks import Issue
 from app.services.corrections import Corrected
+from app.services.tracks import is_unmeasured
 from app.storage.tables import Event
 from vo_core import Rig, Track
 from vo_core.health import Health
@@ -197,6 +198,11 @@ class Report:
     def adjusted(self) -> Adjusted | None:
         """How the raw track was corrected; None where what is stated contradicts itself."""
         return self.corrected.adjusted
+
+    @property
+    def is_unmeasured(self) -> bool:
+        """Whether another program has told the distances: nobody knows how sure they are."""
+        return len(self.raw_track) > 0 and is_unmeasured(self.raw_track)
 
     @property
     def joints(self) -> tuple[FittedJoint, ...]:

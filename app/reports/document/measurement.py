@@ -27,6 +27,10 @@ _LEFT = 26 * mm
 
 def measurement(report: Report, tell: Teller) -> list[Flowable]:
     """The page that answers how one knows."""
+    if report.is_unmeasured:
+        filename = report.source.filename
+        said = note(tell("measurement.imported", filename=filename))
+        return [Heading(tell("measurement.title")), said, PageBreak()]
     adjusted = report.adjusted
     return [
         Heading(tell("measurement.title")),
