@@ -92,7 +92,10 @@ def _place(report: Report, fields: Fields) -> Place:
 def _run(report: Report, fields: Fields, place: Place, along: Mapping[str, Any]) -> dict[str, Any]:
     run_m = length_m(report, fields) or 0.0
     header = {one_line(str(name)): _legible(value) for name, value in report.header.items()}
-    surveyed = {"surveyed_m": report.distance_m, "surveyed_u95_m": report.u95_m}
+    surveyed: dict[str, Any] = {"surveyed_m": report.distance_m, "surveyed_u95_m": report.u95_m}
+    met = report.adjusted.distance_class() if report.adjusted else None
+    if met is not None:
+        surveyed["distance_class"] = f"{met.percent:g} %" if met.percent else "not met"
     properties = {**header, "kind": "run", **along, "length_m": run_m, **surveyed}
     line = {"type": "LineString", "coordinates": [place(0.0), place(run_m)]}
     return _feature("run", line, properties)

@@ -311,6 +311,7 @@ def test_every_format_names_the_same_photos(tmp_path: Path) -> None:
 def test_geojson_lies_on_the_line_between_the_ends() -> None:
     run, *others = features(report())
     assert run["geometry"]["coordinates"] == [[9.0, 51.4525], [9.0003541, 51.4525]]
+    assert run["properties"]["distance_class"] == "5 %"
     geod = Geod(ellps="WGS84")
     for feature in others:
         told = feature["properties"]
