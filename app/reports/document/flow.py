@@ -67,7 +67,7 @@ class Heading(Flowable):
             canvas.setLineWidth(0.9)
             canvas.line(0, below - 2, self.width, below - 2)
         if self.bookmark:
-            key = f"part-{id(self)}"
+            key = f"{canvas.getPageNumber()} {self.title}"
             canvas.bookmarkHorizontal(key, 0, below + self.style.leading)
             canvas.addOutlineEntry(one_line(self.title), key, self.level, closed=False)
 

@@ -22,7 +22,7 @@ Weight = Literal[400, 600]
 """Regular, semi-bold."""
 
 LOCK = threading.RLock()
-"""ReportLab keeps fonts, and the glyphs that shaping adds to them, for the whole process."""
+"""Fonts, and the glyphs that shaping adds to them, are kept for the whole process."""
 
 
 @dataclass(frozen=True)

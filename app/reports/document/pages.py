@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+from functools import partial
 from typing import IO, Any, cast
 
 from reportlab import rl_config
@@ -50,9 +52,10 @@ def made(report: Report, tell: Teller, title: str, story: Sequence[Flowable]) ->
         creator="Chainage",
         lang={"en": "en", "ms": "ms"}[report.language],
         pageCompression=1,
+        invariant=1,
     )
     pages = _Pages(document)
-    document.build([*story, pages], canvasmaker=_canvas)
+    document.build([*story, pages], canvasmaker=partial(_canvas, report.made_at))
     return out.content
 
 
@@ -85,10 +88,15 @@ class _Pages(Flowable):
         canvas.endForm()
 
 
-def _canvas(*args: Any, **options: Any) -> Canvas:
-    """One that begins with a font of ours: else each page names one that is not embedded."""
-    options["initialFontName"] = font_of(LATIN, 400).fontName
-    return Canvas(*args, **options)
+def _canvas(made_at: datetime, *args: Any, **options: Any) -> Canvas:
+    """One whose file tells when the report was made, so that it is the same each time.
+
+    It begins with a font of ours; else every page names one that is not embedded.
+    """
+    canvas = Canvas(*args, **options | {"initialFontName": font_of(LATIN, 400).fontName})
+    date = f"{made_at.astimezone(UTC):D:%Y%m%d%H%M%SZ}"
+    canvas.setDateFormatter(lambda *_: date)
+    return canvas
 
 
 def _template(

@@ -25,6 +25,8 @@ from app.reports.document.styles import Style
 
 ELLIPSIS = "…"
 
+_PRIVATE = 0xF0000
+"""Plane 15 of Unicode: no font has characters there."""
 _JOINERS = "\u200c\u200d"
 _RIGHT_TO_LEFT = ("R", "AL", "AN")
 _WORD = re.compile(r"\S+\s*|\s+")
@@ -278,25 +280,30 @@ def _shaped(text: str, font: TTFont, is_rtl: bool) -> Run:
         scale, x = 1000 / shaper.face.upem, 0.0
         glyphs = []
         for info, place in zip(buffer.glyph_infos, buffer.glyph_positions, strict=True):
-            char = _char_of(info.codepoint, font, shaper, place.x_advance)
+            char = _char_of(info.codepoint, font, place.x_advance)
             glyphs.append(Glyph(char, x + scale * place.x_offset, scale * place.y_offset))
             x += scale * place.x_advance
     return Run(text, font, x, tuple(glyphs), is_outlined=False)
 
 
-def _char_of(glyph: int, font: Any, shaper: hb.Font, advance: int) -> str:
+def _char_of(glyph: int, font: Any, advance: int) -> str:
     """The character under which ReportLab draws a glyph; one for private use if it has no other.
+
+    It follows from the glyph alone, so that the same report makes the same file.
 
     Args:
         glyph: Its number in the font.
-        font: A TTFont; its types do not tell of what it has for shaping.
-        shaper: Made from it.
+        font: A TTFont; its types do not tell of what it knows about glyphs.
         advance: Of the glyph, in units of the font.
     """
-    known = font.face.glyphToChar.get(glyph)
+    face = font.face
+    known = face.glyphToChar.get(glyph)
     if known:
         return chr(known[0])
-    return chr(font.hbAddPrivate(shaper.glyph_to_string(glyph), glyph, advance))
+    code = _PRIVATE + glyph
+    face.charToGlyph[code] = glyph
+    face.charWidths[code] = font.pdfScale(advance)
+    return chr(code)
 
 
 def _draw_glyphs(canvas: Canvas, x: float, y: float, run: Run, style: Style) -> None:

@@ -194,6 +194,11 @@ def test_any_content_makes_a_pdf(observations, header):
             assert f"{one['distance_m']:.2f}".replace("-0.00", "0.00") in text
 
 
+def test_the_same_report_makes_the_same_file_dated_when_it_was_made(full, english):
+    assert document.write(full).content == english
+    assert PdfReader(io.BytesIO(english)).metadata.creation_date == full.made_at
+
+
 def test_it_is_a_format():
     form = FORMATS["pdf"]
 
