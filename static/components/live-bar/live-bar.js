@@ -28,7 +28,7 @@ class LiveBar extends Component {
         <p class="live__fact number" data-part="recorded"></p>
         <p class="live__fact number" title="${t('live.skipped_help')}" data-part="skipped"></p>
         <p class="live__fact number" data-part="room"></p>
-        <p class="live__fact" data-part="counter" hidden><span data-part="counterSign"></span><span role="status" data-part="counterText"></span></p>
+        <p class="live__fact live__fact--counter" data-part="counter" hidden><span data-part="counterSign"></span><span role="status" data-part="counterText"></span></p>
         <span class="spacer"></span>
         <button class="button" data-part="zero" data-needs="operator"><kbd>Z</kbd>${t('corrections.zero_here')}</button>
         <button class="button button--primary" data-part="finish" data-needs="operator">${icon('flag')}${t('finish.open')}</button>

@@ -9,7 +9,7 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -73,6 +73,8 @@ class OtherSoftware:
         self._server.shutdown(socket.SHUT_RDWR)
         self._server.close()
         for connection in self.connections:
+            with suppress(OSError):  # the other side was faster
+                connection.shutdown(socket.SHUT_RDWR)
             connection.close()
         self._thread.join()
 
