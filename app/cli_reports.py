@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
-from rich.table import Table
+from rich.table import Column, Table
 
 from app.console import Data, err, out, require_folder
 
@@ -25,8 +25,8 @@ def export(
     format: Annotated[  # noqa: A002
         str,
         typer.Option(
-            help="csv, json, xlsx, html, pdf, en13508, isybau, m150, ribx, geojson; or zip, the "
-            "evidence bundle: reports, tables, photos and tracks, signed."
+            help="pdf, html, emergency, csv, xlsx, json, en13508, ribx, isybau, m150, geojson; or "
+            "zip, the evidence bundle: reports, tables, photos and tracks, signed."
         ),
     ],
     file: Annotated[Path, typer.Option("--out", help="File to write; it is replaced whole.")],
@@ -103,12 +103,18 @@ def verify(
         verdict = checking.verify(file, key=wanted, video=video)
     except UnusableBundle as error:
         raise typer.BadParameter(str(error), param_hint="FILE") from error
-    table = Table("", "what", "found", box=None)
+    table = Table(
+        "",
+        Column("what", overflow="fold"),  # a fingerprint that is cut can be compared with nothing
+        Column("found", overflow="fold"),
+        box=None,
+    )
     words = {True: "right", False: "WRONG", None: "open"}
     for finding in verdict.findings:
         table.add_row(words[finding.is_right], finding.what, finding.detail)
     out.print(table)
     manifest = verdict.manifest
+    out.print(f"key {manifest.fingerprint}")
     out.print(
         f"{manifest.name}: report {manifest.report_id}, revision {manifest.revision}, made "
         f"{manifest.made_at} by {manifest.program}"

@@ -122,13 +122,11 @@ def _signature(
     if not is_signed_by(public_key, signature, content):
         yield Finding("signature", False, f"{MANIFEST} is not what its key has signed")
         return
-    yield Finding("signature", True, f"{MANIFEST} is as it was signed by {own}")
+    yield Finding("signature", True, f"{MANIFEST} is as it was signed")
     if manifest.fingerprint != own:
         yield Finding("key", False, f"{MANIFEST} tells another fingerprint than its key has")
     if wanted is None:
-        yield Finding(
-            "key", None, "whose key it is was not checked; compare it, or name it (--key)"
-        )
+        yield Finding("key", None, "whose it is was not checked: compare it, or name it (--key)")
     else:
         told = "it is the key that was named" if own == wanted else f"it is not {wanted}"
         yield Finding("key", own == wanted, told)

@@ -26,6 +26,8 @@ COMMANDS = [
     "calibrate",
     "advise",
     "bench",
+    "export",
+    "verify",
 ]
 CHECKERBOARD = ["--board", "checkerboard", "--columns", "9", "--rows", "6", "--square-mm", "20"]
 HEADER = "frame,time_s,x_mm,y_mm,yaw_deg,distance_mm,sigma_distance_mm,quality,status"

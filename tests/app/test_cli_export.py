@@ -8,6 +8,10 @@ import zipfile
 
 import pytest
 from builders import wait_until
+from processes import Process
+
+from app.reports.signing import fingerprint
+from app.storage.signing_key import SigningKey
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +82,7 @@ def test_what_a_format_cannot_hold_is_told(chainage, shared, tagged, tmp_path):
     [
         ("nothing", "csv", "no inspection has the id or the name 'nothing'"),
         ("", "csv", "no inspection has the id or the name ''"),
-        ("Jalan Besar", "docx", "there is no 'docx'; there are csv, json"),
+        ("Jalan Besar", "docx", "there is no 'docx'; there are pdf, html"),
         ("Jalan Besar", "geojson", "coordinates"),
     ],
 )
@@ -187,3 +191,15 @@ def test_the_key_is_backed_up_and_restored(chainage, shared, evidence, tmp_path)
     key = tmp_path / "new" / "signing-key.pem"
     assert key.read_bytes() == (shared.data / "signing-key.pem").read_bytes()
     assert stat.S_IMODE(key.stat().st_mode) == 0o600
+
+
+def test_a_server_prints_the_fingerprint_of_its_key(tmp_path):
+    server = Process(tmp_path / "data", tmp_path / "log")
+    try:
+        line = server._process.stdout.readline()
+        assert line.strip() == (
+            "Evidence bundles are signed with the key "
+            + fingerprint(SigningKey(tmp_path / "data").public_key)
+        )
+    finally:
+        server.end()
