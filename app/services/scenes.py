@@ -13,11 +13,11 @@ import tempfile
 import threading
 import time
 from collections.abc import AsyncIterator, Sequence
-from contextlib import ExitStack, asynccontextmanager
+from contextlib import ExitStack, asynccontextmanager, suppress
 from pathlib import Path
 
 from app.catalogue.table import CodeTable
-from app.errors import NoScene, TileNotFound
+from app.errors import InspectionNotFound, NoScene, TileNotFound
 from app.services.corrections import Corrections
 from app.services.inspections import Inspections
 from app.services.live import (
@@ -160,6 +160,10 @@ class SceneFeed:
         self.scene.set_pins(_pins(views, table))
 
     def _on_event(self, event: Event) -> None:
+        with suppress(InspectionNotFound):  # deleted while somebody looked at it
+            self._draw_after(event)
+
+    def _draw_after(self, event: Event) -> None:
         match event:
             case Update(estimates=()):
                 self._on_state(event.state)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import pytest
 import zstandard
 from builders import Client
 from websockets.sync.client import ClientConnection
@@ -49,6 +50,16 @@ def test_a_pin_appears_with_its_tag_and_goes_with_it(server: Client, clip: Path)
         until(socket, says("BAB"))
         server.delete(f"/api/inspections/{inspection_id}/observations/{tag['id']}")
         until(socket, lambda m: m.get("name") == "/pins/heads" and m.get("visible") is False)
+
+
+def test_who_looks_at_a_deleted_inspection_is_no_fault(
+    server: Client, clip: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    inspection_id = server.tracked(clip)
+    with look(server, inspection_id) as socket:
+        messages(socket)
+        assert server.delete(f"/api/inspections/{inspection_id}").status_code == 204
+    assert "failed" not in caplog.text
 
 
 def test_who_opens_the_view_later_sees_the_tags(server: Client, clip: Path) -> None:
