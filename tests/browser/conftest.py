@@ -18,11 +18,24 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
         yield running
 
 
+WITHOUT_WEBGL = """(() => {
+  const { getContext } = HTMLCanvasElement.prototype;
+  HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+    return kind.startsWith('webgl') ? null : getContext.call(this, kind, ...rest);
+  };
+})()"""
+
+
 @pytest.fixture
-def page(browser: Browser) -> Iterator[Page]:
-    """A new browser window; a script error or a violated content policy fails the test."""
+def page(browser: Browser, request: pytest.FixtureRequest) -> Iterator[Page]:
+    """A new browser window; a script error or a violated content policy fails the test.
+
+    Without the mark `webgl` it is one that cannot draw in 3D: software takes a core for that.
+    """
     context = browser.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
     page = context.new_page()
+    if request.node.get_closest_marker("webgl") is None:
+        page.add_init_script(WITHOUT_WEBGL)
     page.set_default_timeout(20_000)
     faults: list[str] = []
     page.on("pageerror", lambda error: faults.extend(_ours(str(error))))

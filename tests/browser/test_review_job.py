@@ -18,6 +18,8 @@ from steps import Server, export, log_in, start_inspection, wait_until_done
 from app.simulation import SCENARIOS, SimulatedRun, simulate
 from vo_core.rig import Rig
 
+pytestmark = pytest.mark.webgl
+
 LENGTH_MM = 1500.0
 TOLERANCE_M = 0.005
 FIRST_3D_PICTURE_MS = 60_000

@@ -15,6 +15,8 @@ from steps import Server, export, export_track, log_in, start_inspection, wait_u
 
 from app.simulation import SCENARIOS, SimulatedRun, simulate
 
+pytestmark = pytest.mark.webgl
+
 TOLERANCE_M = 0.005
 """What the issue asks of tagged distances on the nominal scenario."""
 DRAWN_LIMIT = 40
