@@ -219,7 +219,7 @@ def test_whatever_is_done_the_server_keeps_what_it_acknowledged(tmp_path: Path, 
         run_state_machine_as_test(
             lambda: Tagging(site, clip),
             settings=settings(
-                max_examples=max(2, round(8 * SHARE)), stateful_step_count=15, deadline=None,
+                max_examples=max(2, round(4 * SHARE)), stateful_step_count=15, deadline=None,
                 database=None, suppress_health_check=list(HealthCheck), phases=(Phase.generate,),
             ),
         )  # fmt: skip

@@ -22,8 +22,6 @@ from test_frames_are_exact import READ
 from app.simulation import SCENARIOS, render
 from vo_core.rig import Rig
 
-pytestmark = pytest.mark.webgl
-
 RATE_HZ = 7
 SPEED_MM_S = 140.0
 """8.4 m/min; crews are asked to stay below 9."""
