@@ -127,6 +127,17 @@ def required_to_issue(header: Mapping[str, Value]) -> list[str]:
     ]
 
 
+def number_of(value: object) -> float | None:
+    """Finite; also of a text that is one, as an imported header may hold its numbers."""
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        return None
+    try:
+        number = float(value)
+    except (ValueError, OverflowError):
+        return None
+    return number if math.isfinite(number) else None
+
+
 def is_empty(value: Value) -> bool:
     """Nothing, or blank text; zero and false are answers."""
     return value is None or (isinstance(value, str) and not value.strip())

@@ -77,6 +77,11 @@ def worst_first(report: Report) -> list[Entry]:
     return sorted(rated, key=lambda entry: -(entry.severity or 0))
 
 
+def urgent(report: Report) -> list[Entry]:
+    """What somebody has to act on now, along the pipe."""
+    return [entry for entry in worst_first(report) if entry.severity == ACT_NOW]
+
+
 def _stretch_percent(report: Report) -> float | None:
     """Of the length, each part of it counted once."""
     if not report.distance_m or report.distance_m <= 0:

@@ -44,7 +44,7 @@ _IN_BUNDLE = ("pdf", "html", "csv", "xlsx", "json")
 
 
 def _bundle(report: Report) -> Written:
-    return bundle.write(report, {kind: _FORMS[kind] for kind in _IN_BUNDLE if kind in _FORMS})
+    return bundle.write(report, {kind: _FORMS[kind] for kind in _IN_BUNDLE})
 
 
 FORMATS: Mapping[str, Format] = {

@@ -219,12 +219,6 @@ class Report:
         found = (_stretch(number, parts[number]) for number in sorted(parts))
         return tuple(stretch for stretch in found if stretch is not None)
 
-    @property
-    def worst(self) -> Entry | None:
-        """The severest entry, of several the first along the pipe."""
-        rated = [entry for entry in self.entries if entry.severity is not None]
-        return max(rated, key=lambda entry: entry.severity or 0, default=None)
-
 
 @dataclass(frozen=True)
 class Loss:

@@ -13,11 +13,12 @@ from dataclasses import dataclass
 from importlib import resources
 
 from app.catalogue.header import FIELDS, is_empty, required_to_issue
-from app.reports.condition import ACT_NOW, CLEANED_AWAY, condition_of, worst_first
-from app.reports.document.cover import cover_rows
+from app.reports.condition import ACT_NOW, CLEANED_AWAY, condition_of
+from app.reports.document.cover import cover_rows, warnings_of
 from app.reports.document.header_sheet import GROUPS, header_row
 from app.reports.document.measurement import (
     correction_rows,
+    joint_table,
     result_rows,
     rig_rows,
     video_rows,
@@ -31,7 +32,6 @@ from app.reports.pipe_strip import pipe_strip
 from app.reports.report import Entry, Loss, Report, Written
 from app.reports.table import iso
 from app.reports.text import legible
-from app.services.adjustment import U95
 from vo_core.errors import ChainageError
 
 ENOUGH_PX = 1280
@@ -163,16 +163,10 @@ def _table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], ki
 
 
 def _bands(report: Report, tell: Teller) -> str:
-    bands = []
-    urgent = [entry for entry in worst_first(report) if entry.severity == ACT_NOW]
-    if urgent:
-        more = tell("cover.more", n=len(urgent) - 1) if len(urgent) > 1 else ""
-        text = tell("cover.act_now", label=tell.label(urgent[0]), place=tell.place(urgent[0]))
-        bands.append(f'<p class="band alarm">{_e(text + more)}</p>')
-    blocking = sum(issue.level == "block" for issue in report.issues)
-    if blocking:
-        bands.append(f'<p class="band">{_e(tell("cover.draft", n=blocking))}</p>')
-    return "\n".join(bands)
+    return "\n".join(
+        f'<p class="{"band alarm" if warned.is_alarm else "band"}">{_e(warned.text)}</p>'
+        for warned in warnings_of(report, tell)
+    )
 
 
 def _summary(report: Report, tell: Teller) -> str:
@@ -329,21 +323,8 @@ def _measurement(report: Report, tell: Teller) -> str:
     ):
         parts.append(f"<h3>{_e(tell(f'measurement.{name}'))}</h3>{_pairs(rows)}")
     if report.joints:
-        heads = [
-            tell("entry.joint"), tell("entry.distance"), tell("measurement.left_over"),
-            tell("measurement.frame"), tell("measurement.seen"),
-        ]  # fmt: skip
-        joints = [
-            (
-                NOTHING if joint.number is None else str(joint.number),
-                f"{tell.number(joint.distance_mm / 1000)} ± "
-                f"{tell.half_width(U95 * joint.sigma_mm / 1000)} {tell.units}",
-                f"{joint.residual_mm:+.1f} mm",
-                str(joint.frame),
-                _e(tell("measurement.by_hand" if joint.is_marked else "measurement.found")),
-            )
-            for joint in report.joints
-        ]
+        heads, told = joint_table(report.joints, tell)
+        joints = [[_e(cell) for cell in row] for row in told]
         parts.append(_table(tell("measurement.joints"), heads, joints, "joints"))
     return "\n".join(parts)
 

@@ -21,7 +21,7 @@ from app.services.inspections import Inspections
 from app.services.live import Live
 from app.services.media import Media
 from app.services.meter_counter import MeterCounter, Peer
-from app.services.metrics import Metrics
+from app.services.metrics import Metrics, WatchedServices
 from app.services.observations import Observations
 from app.services.packs import Packs
 from app.services.photos import Photos
@@ -192,7 +192,9 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     stack.enter_context(live.listening(None, meter_counter.on_event))
     meter_counter.start()
     stack.callback(meter_counter.stop)
-    metrics.observe(inspection_store, folder, runs, media, recorder, scenes, alert_store)
+    metrics.observe(
+        WatchedServices(inspection_store, folder, runs, media, recorder, scenes, alert_store)
+    )
     token = settings.token.get_secret_value() if settings.token else folder.kept_token()
     return Services(
         access=Access(AccessStore(database), TokenFile(folder.root), token),

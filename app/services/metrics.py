@@ -87,20 +87,9 @@ class Metrics:
         self._dropped_before: dict[str, int] = {}
         """By live inspection that runs."""
 
-    def observe(
-        self,
-        inspections: InspectionStore,
-        folder: DataFolder,
-        runs: Runs,
-        media: Media,
-        recorder: Recorder,
-        scenes: Scenes,
-        alerts: AlertStore,
-    ) -> None:
-        """Look at these services whenever somebody asks."""
-        self._registry.register(
-            _Services(inspections, folder, runs, media, recorder, scenes, alerts)
-        )
+    def observe(self, services: WatchedServices) -> None:
+        """Look at them whenever somebody asks."""
+        self._registry.register(services)
 
     def text(self) -> bytes:
         """Everything, as it is now."""
@@ -134,7 +123,7 @@ class Metrics:
                 self._dropped_before.pop(event.inspection_id, None)
 
 
-class _Services(Collector):
+class WatchedServices(Collector):
     """What is looked up when it is asked for."""
 
     def __init__(

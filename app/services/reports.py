@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.catalogue.header import number_of
 from app.catalogue.table import CodeTable
 from app.errors import ExportNotAvailable
 from app.reports.formats import FORMATS
@@ -22,7 +23,7 @@ from app.services.checks import Checks
 from app.services.corrections import Corrections
 from app.services.observations import Observations, ObservationView, rig_of
 from app.services.packs import Packs
-from app.services.stretches import role_and_number
+from app.services.stretches import role_and_number, stretches
 from app.services.tracks import Tracks, is_unmeasured
 from app.services.unrolled import Unrolled
 from app.storage.files import Places
@@ -32,8 +33,6 @@ from vo_core import Rig
 from vo_core.errors import InvalidRig
 
 _ROLES: Mapping[str, Role] = {"A": "start", "C": "change", "B": "finish"}
-
-
 _LONGEST_PHOTO_STEM = 100
 """Of an asset in the name of a photo: file systems and exchange formats hold 255 characters."""
 
@@ -199,8 +198,8 @@ class _Line:
 def _line(header: Mapping[str, Any], surveyed_mm: float | None) -> _Line | None:
     """None unless both ends and the length between them are known."""
     names = ("start_lon", "start_lat", "end_lon", "end_lat")
-    ends = [_number(header.get(name)) for name in names]
-    known_m = _number(header.get("known_length_m"))
+    ends = [number_of(header.get(name)) for name in names]
+    known_m = number_of(header.get("known_length_m"))
     length_mm = known_m * 1000 if known_m else surveyed_mm
     if None in ends or not length_mm or length_mm <= 0:
         return None
@@ -270,18 +269,14 @@ def _along_the_pipe(entry: Entry) -> tuple[float, float, int]:
 
 def _stretch_lengths_m(observations: Sequence[ObservationView]) -> dict[str, float]:
     """Length of the stretch that an observation starts, if it is finished and tracked."""
-    finishes = {
-        view.row.fields["continuous"][1:]: view.place.distance_mm
-        for view in observations
-        if view.place and str(view.row.fields.get("continuous") or "").startswith("B")
+    place_mm = {view.row.id: view.place.distance_mm for view in observations if view.place}
+    tracked = [view.row for view in observations if view.place]
+    return {
+        start.id: round((place_mm[stretch.finishes[-1].id] - place_mm[start.id]) / 1000, 3)
+        for stretch in stretches(tracked)
+        if stretch.finishes
+        for start in stretch.starts
     }
-    lengths = {}
-    for view in observations:
-        continuous = str(view.row.fields.get("continuous") or "")
-        finish_mm = finishes.get(continuous[1:])
-        if continuous.startswith("A") and view.place and finish_mm is not None:
-            lengths[view.row.id] = round((finish_mm - view.place.distance_mm) / 1000, 3)
-    return lengths
 
 
 def _wall_point_m(
@@ -299,19 +294,8 @@ def _wall_point_m(
 
 def _to_go_m(header: Mapping[str, Any], distance_mm: float) -> float | None:
     """To the far end, if its distance was entered as a number."""
-    known_m = _number(header.get("known_length_m"))
+    known_m = number_of(header.get("known_length_m"))
     return None if known_m is None else round(known_m - distance_mm / 1000, 3)
-
-
-def _number(value: object) -> float | None:
-    """An imported header may hold its numbers as text."""
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
-        return None
-    try:
-        number = float(value)
-    except ValueError:
-        return None
-    return number if math.isfinite(number) else None
 
 
 def _last(values: NDArray[np.float64]) -> float | None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import Flowable, NextPageTemplate, PageBreak, Spacer
 
-from app.reports.condition import ACT_NOW, worst_first
+from app.reports.condition import urgent
 from app.reports.document.flow import Figure, Prose, pairs
 from app.reports.document.pictures import jpeg_of
 from app.reports.document.styles import (
@@ -33,7 +35,7 @@ def cover(report: Report, tell: Teller) -> list[Flowable]:
         Prose([(tell("cover.title"), TITLE)], after=1 * mm),
         Prose([(report.asset[:200], TITLE.on(INK))], after=3 * mm),
         Prose([(_where(report), BODY.soft())], after=10 * mm),
-        *_bands(report, tell),
+        *(_band(warned) for warned in warnings_of(report, tell)),
         Spacer(0, 6 * mm),
         pairs(cover_rows(report, tell)),
         NextPageTemplate("page"),
@@ -63,27 +65,35 @@ def _where(report: Report) -> str:
     return " · ".join(one_line(part)[:300] for part in parts if part)
 
 
-def _bands(report: Report, tell: Teller) -> list[Flowable]:
+@dataclass(frozen=True)
+class Warned:
     """What must not be overlooked."""
-    bands = []
-    urgent = [entry for entry in worst_first(report) if entry.severity == ACT_NOW]
-    if urgent:
-        place, label = tell.place(urgent[0]), tell.label(urgent[0])
-        more = tell("cover.more", n=len(urgent) - 1) if len(urgent) > 1 else ""
-        bands.append(_band(tell("cover.act_now", label=label, place=place) + more, is_alarm=True))
+
+    text: str
+    is_alarm: bool
+
+
+def warnings_of(report: Report, tell: Teller) -> list[Warned]:
+    """That somebody has to act now, and that the report is a draft."""
+    warnings = []
+    if entries := urgent(report):
+        place, label = tell.place(entries[0]), tell.label(entries[0])
+        more = tell("cover.more", n=len(entries) - 1) if len(entries) > 1 else ""
+        text = tell("cover.act_now", label=label, place=place) + more
+        warnings.append(Warned(text, is_alarm=True))
     blocking = sum(issue.level == "block" for issue in report.issues)
     if blocking:
-        bands.append(_band(tell("cover.draft", n=blocking), is_alarm=False))
-    return bands
+        warnings.append(Warned(tell("cover.draft", n=blocking), is_alarm=False))
+    return warnings
 
 
-def _band(text: str, *, is_alarm: bool) -> Flowable:
+def _band(warned: Warned) -> Flowable:
     def paint(canvas: Canvas) -> None:
-        canvas.setFillColor(ALARM if is_alarm else WASH)
-        canvas.setStrokeColor(ALARM if is_alarm else RULE)
+        canvas.setFillColor(ALARM if warned.is_alarm else WASH)
+        canvas.setStrokeColor(ALARM if warned.is_alarm else RULE)
         canvas.rect(0, 2 * mm, WIDTH, 9 * mm, 1, 1)
-        style = BODY.bold().on(WASH if is_alarm else INK)
-        draw(canvas, 4 * mm, 5.3 * mm, shortened(text, style, WIDTH - 8 * mm), style)
+        style = BODY.bold().on(WASH if warned.is_alarm else INK)
+        draw(canvas, 4 * mm, 5.3 * mm, shortened(warned.text, style, WIDTH - 8 * mm), style)
 
     return Figure(12 * mm, paint)
 

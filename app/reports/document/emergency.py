@@ -5,7 +5,7 @@ from __future__ import annotations
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 
-from app.reports.condition import ACT_NOW, worst_first
+from app.reports.condition import urgent
 from app.reports.document.flow import Figure, draw_badge
 from app.reports.document.pages import made
 from app.reports.document.photos import draw_photo
@@ -37,12 +37,11 @@ _REMARK_LINES = 5
 def write(report: Report) -> Written:
     """One page about every entry of severity 5: the first of them with photo, the others listed."""
     tell = Teller.of(report)
-    urgent = [entry for entry in worst_first(report) if entry.severity == ACT_NOW]
-    sheet = Figure(_HEIGHT, lambda canvas: _sheet(canvas, report, urgent, tell))
+    sheet = Figure(_HEIGHT, lambda canvas: _sheet(canvas, report, urgent(report), tell))
     return Written(made(report, tell, tell("emergency.title"), [sheet]))
 
 
-def _sheet(canvas: Canvas, report: Report, urgent: list[Entry], tell: Teller) -> None:
+def _sheet(canvas: Canvas, report: Report, entries: list[Entry], tell: Teller) -> None:
     y = _HEIGHT - 18 * mm
     canvas.setFillColor(ALARM)
     canvas.rect(0, y, WIDTH, 18 * mm, 0, 1)
@@ -51,13 +50,13 @@ def _sheet(canvas: Canvas, report: Report, urgent: list[Entry], tell: Teller) ->
     said = tell("emergency.made", at=tell.instant(report.made_at))
     draw(canvas, WIDTH - 5 * mm, y + 7 * mm, said, BODY.on(WASH), "right")
     y = _facts(canvas, y - 9 * mm, _where(report, tell), 0, WIDTH)
-    if not urgent:
+    if not entries:
         draw(canvas, 0, y - 8 * mm, tell("emergency.none"), SUBHEADING.on(INK))
         return
     y -= 4 * mm
     _rule(canvas, y)
-    y = _first(canvas, y - 8 * mm, urgent[0], tell)
-    _others(canvas, y - 4 * mm, urgent[1:], tell)
+    y = _first(canvas, y - 8 * mm, entries[0], tell)
+    _others(canvas, y - 4 * mm, entries[1:], tell)
     _sign(canvas, report, tell)
 
 

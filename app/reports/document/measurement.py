@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from app.reports.document.styles import INK, RULE, SOFT, TINY, WASH, WIDTH
 from app.reports.document.telling import NOTHING, Teller
 from app.reports.document.text import draw
 from app.reports.report import Report
-from app.services.adjustment import CLASS_FLOOR_MM, U95, Adjusted
+from app.services.adjustment import CLASS_FLOOR_MM, U95, Adjusted, FittedJoint
 from vo_core.health import complaints
 
 COMPLAINTS = ("too_fast", "too_dark", "too_bright", "blurred", "lens_dirty")
@@ -176,13 +176,22 @@ def _residuals(adjusted: Adjusted, tell: Teller) -> list[Flowable]:
     """What is left at every joint that was used."""
     if not adjusted.joints:
         return []
-    columns = (
-        Column(tell("entry.joint"), 18 * mm, "left"),
-        Column(tell("entry.distance"), 40 * mm, "right"),
-        Column(tell("measurement.left_over"), 34 * mm, "right"),
-        Column(tell("measurement.frame"), 28 * mm, "right"),
-        Column(tell("measurement.seen"), 54 * mm, "right"),
-    )
+    heads, rows = joint_table(adjusted.joints, tell)
+    columns = [
+        Column(head, width * mm, "right" if n else "left")
+        for n, (head, width) in enumerate(zip(heads, (18, 40, 34, 28, 54), strict=True))
+    ]
+    return [Grid(columns, rows)]
+
+
+def joint_table(
+    joints: Iterable[FittedJoint], tell: Teller
+) -> tuple[list[str], Sequence[Sequence[str]]]:
+    """Heads and rows: number, place, what is left, frame, how it was seen."""
+    names = (
+        "entry.joint", "entry.distance", "measurement.left_over", "measurement.frame",
+        "measurement.seen",
+    )  # fmt: skip
     rows = [
         (
             NOTHING if joint.number is None else str(joint.number),
@@ -192,9 +201,9 @@ def _residuals(adjusted: Adjusted, tell: Teller) -> list[Flowable]:
             str(joint.frame),
             tell("measurement.by_hand" if joint.is_marked else "measurement.found"),
         )
-        for joint in adjusted.joints
+        for joint in joints
     ]
-    return [Grid(columns, rows)]
+    return [tell(name) for name in names], rows
 
 
 def rig_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:

@@ -51,7 +51,7 @@ def summary(report: Report, tell: Teller) -> list[Flowable]:
 
 def worst_sentence(report: Report, tell: Teller) -> str:
     """The worst defect, or that nothing was rated."""
-    worst = report.worst
+    worst = next(iter(worst_first(report)), None)
     if worst is None:
         return tell("summary.no_worst")
     return tell(

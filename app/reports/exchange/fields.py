@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping
 from datetime import date
 from typing import Any
 
+from app.catalogue.header import number_of
 from app.reports.exchange.ascii import one_line
 from app.reports.report import Loss
 
@@ -36,26 +36,18 @@ class Fields:
 
     def number(self, name: str) -> float | None:
         """Finite; also of a text that is one."""
-        value = self._header.get(name)
-        if isinstance(value, bool) or not isinstance(value, str | int | float):
-            return None
-        try:
-            found = float(value)
-        except (ValueError, OverflowError):
-            return None
-        if not math.isfinite(found):
-            return None
-        self._told.add(name)
+        found = number_of(self._header.get(name))
+        if found is not None:
+            self._told.add(name)
         return found
 
     def number_within(self, name: str, least: float, most: float) -> float | None:
         """None outside the bounds too, which both belong to it."""
-        value = self._header.get(name)
         found = self.number(name)
         if found is not None and not least <= found <= most:
             self._told.discard(name)
             return None
-        return found if value is not None else None
+        return found
 
     def flag(self, name: str) -> bool | None:
         """True or false."""
