@@ -111,7 +111,12 @@ def correct_file(
     if rig is not None and max(height_sigma_mm, focal_sigma_px) > 0:
         evidence.append(
             StatedScale(
-                scale_sigma(rig, height_sigma_mm=height_sigma_mm, focal_sigma_px=focal_sigma_px)
+                scale_sigma(
+                    rig.known_to(
+                        height_mm=height_sigma_mm,
+                        focal_percent=100 * focal_sigma_px / rig.camera.focal_px,
+                    )
+                )
             )
         )
     if rig is not None and joints_file is not None:

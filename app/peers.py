@@ -66,6 +66,7 @@ class FrameToFrame(ABC):
             sigma_distance_mm=0.0,
             quality=0.0 if moved is None else 1.0,
             status="lost" if moved is None else "ok",
+            sigma_registration_mm=0.0,
         )
 
     def _chain(self, dx_px: float, dy_px: float, rotation_rad: float) -> None:

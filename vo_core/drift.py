@@ -32,8 +32,8 @@ class Drift:
 
     @classmethod
     def of(cls, track: Track) -> Drift:
-        """From `sigma_distance_mm`."""
-        variance = np.square(track.sigma_distance_mm)
+        """From `sigma_registration_mm`: a wrong scale is no drift."""
+        variance = np.square(track.sigma_registration_mm)
         shared = np.minimum.accumulate(variance[::-1])[::-1]
         return cls(shared, variance - shared)
 

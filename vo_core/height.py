@@ -69,24 +69,43 @@ def implied_height(rig: Rig, scale: float, sigma: float) -> Height | None:
     return Height(height_mm, float(np.hypot(sigma / scale, uneven) * height_mm / abs(power)))
 
 
-def scale_sigma(rig: Rig, *, height_sigma_mm: float = 0.0, focal_sigma_px: float = 0.0) -> float:
-    """Relative standard uncertainty of the distance from that of the height and focal length."""
-    camera = rig.camera
-    longer = camera.model_copy(
-        update={"fx": camera.fx * (1 + _SMALL), "fy": camera.fy * (1 + _SMALL)}
-    )
-    height_mm, pixels = rig.mount.height_mm, _patch_pixels(rig)
-    higher = _with_height(rig, height_mm * (1 + _SMALL))
-    longer_rig = rig.model_copy(update={"camera": longer})
+def scale_sigma(rig: Rig) -> float:
+    """Relative standard uncertainty of the distance by the rig's tolerances, added in quadrature.
+
+    The lengths by their derivatives; a tilt of the mount has none where the camera looks straight
+    down, so it is tried to either side.
+    """
+    tolerance, pixels = rig.tolerance, _patch_pixels(rig)
     read = _mean_reading(rig, rig, pixels)
-    by_height = _power(read, _mean_reading(rig, higher, pixels))
-    by_focal = _power(read, _mean_reading(rig, longer_rig, pixels))
-    return float(
-        np.hypot(
-            by_height * height_sigma_mm / height_mm,
-            by_focal * focal_sigma_px / np.sqrt(camera.fx * camera.fy),
+
+    def effect(changed: Rig) -> float:
+        return float(np.log(_mean_reading(rig, changed, pixels) / read))
+
+    camera, mount, pipe = rig.camera, rig.mount, rig.pipe
+    longer = {"fx": camera.fx * (1 + _SMALL), "fy": camera.fy * (1 + _SMALL)}
+    effects = [
+        effect(_with_height(rig, mount.height_mm * (1 + _SMALL)))
+        * tolerance.height_mm
+        / (_SMALL * mount.height_mm),
+        effect(rig.model_copy(update={"camera": camera.model_copy(update=longer)}))
+        * (tolerance.focal_percent / 100)
+        / _SMALL,
+    ]
+    if pipe.diameter_mm is not None:
+        wider = pipe.model_copy(update={"diameter_mm": pipe.diameter_mm * (1 + _SMALL)})
+        effects.append(
+            effect(rig.model_copy(update={"pipe": wider}))
+            * tolerance.diameter_mm
+            / (_SMALL * pipe.diameter_mm)
         )
-    )
+    for name in ("pitch_deg", "roll_deg"):
+        tilts = (getattr(mount, name) + side * tolerance.tilt_deg for side in (-1, 1))
+        tilted = (
+            rig.model_copy(update={"mount": mount.model_copy(update={name: tilt})})
+            for tilt in tilts
+        )
+        effects.append(max(map(effect, tilted), key=abs))
+    return float(np.linalg.norm(effects))
 
 
 def reading(rig: Rig, truth: Rig) -> float:

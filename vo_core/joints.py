@@ -398,4 +398,4 @@ def _relative(patch: GrayImage) -> GrayImage:
 
 
 def _variance(estimate: Estimate) -> float:
-    return estimate.sigma_distance_mm**2
+    return estimate.sigma_registration_mm**2

@@ -344,4 +344,4 @@ class _Packed:
 
 
 def _variance(estimate: Estimate) -> float:
-    return estimate.sigma_distance_mm**2
+    return estimate.sigma_registration_mm**2

@@ -13,6 +13,7 @@ import numpy as np
 from vo_core.errors import InvalidTime
 from vo_core.filters import low_pass, normalise
 from vo_core.health import NO_HEALTH, Health, HealthGauge
+from vo_core.height import scale_sigma
 from vo_core.locate import CERTAIN, LEAST_OVERLAP, Fix, Locator, Outlook, Picture, Reference
 from vo_core.pattern import FixedPattern
 from vo_core.rectify import Rectifier
@@ -82,6 +83,7 @@ class Odometry:
 
     def __init__(self, rig: Rig) -> None:
         self.rig = rig
+        self._scale_sigma = scale_sigma(rig)
         self._least_overlap = KEYFRAME_OVERLAP[rig.pipe.shape]
         self._rectify = Rectifier(rig)
         self._locator = Locator(self._rectify)
@@ -256,6 +258,7 @@ class Odometry:
 
     def _estimate(self, t_s: float, status: Status, quality: float) -> Estimate:
         pose = self._pose
+        sigma_mm = float(np.sqrt(self._covariance[0, 0] + self._model_mm**2))
         return Estimate(
             frame=self._frame,
             time_s=t_s,
@@ -263,9 +266,10 @@ class Odometry:
             y_mm=pose.y_mm,
             yaw_deg=float(np.degrees(pose.yaw_rad)),
             distance_mm=pose.x_mm,
-            sigma_distance_mm=float(np.sqrt(self._covariance[0, 0] + self._model_mm**2)),
+            sigma_distance_mm=float(np.hypot(sigma_mm, self._scale_sigma * pose.x_mm)),
             quality=quality,
             status=status,
+            sigma_registration_mm=sigma_mm,
         )
 
 

@@ -103,6 +103,7 @@ class PaperOdometry:
             self._variance_mm2 += (height_mm / camera.fx) ** 2 / 12
         self._previous = current
         self._frame += 1
+        sigma_mm = float(np.sqrt(self._variance_mm2))
         return Estimate(
             frame=self._frame - 1,
             time_s=t_s,
@@ -110,9 +111,10 @@ class PaperOdometry:
             y_mm=self._y_mm,
             yaw_deg=float(np.degrees(self._yaw_rad)),
             distance_mm=self._x_mm,
-            sigma_distance_mm=float(np.sqrt(self._variance_mm2)),
+            sigma_distance_mm=sigma_mm,
             quality=float(np.clip(peak, 0.0, 1.0)),
             status="ok",
+            sigma_registration_mm=sigma_mm,
         )
 
     def _chain(self, dx_mm: float, dy_mm: float, turn_rad: float) -> None:

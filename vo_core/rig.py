@@ -59,6 +59,10 @@ class Camera(_Part):
         description="Lens distortion: pinhole 0, 4, 5, 8, 12 or 14 numbers; fisheye 0 or 4.",
     )
 
+    readout_ms: float = Field(
+        0.0, ge=0, le=200, description="Rolling shutter: time from first row to last, ms; 0: none."
+    )
+
     @model_validator(mode="after")
     def _distortion_has_a_known_length(self) -> Self:
         allowed = (0, 4) if self.model == "fisheye" else (0, 4, 5, 8, 12, 14)
@@ -68,6 +72,11 @@ class Camera(_Part):
                 f"{', '.join(map(str, allowed[:-1]))} or {allowed[-1]}"
             )
         return self
+
+    @property
+    def focal_px(self) -> float:
+        """Geometric mean of the two focal lengths."""
+        return float(np.sqrt(self.fx * self.fy))
 
     @property
     def matrix(self) -> Matrix:
@@ -121,12 +130,28 @@ class Pipe(_Part):
         return self
 
 
+class Tolerance(_Part):
+    """How well the rig is known: one standard uncertainty (68 %) each.
+
+    The defaults are those of a tape and a data sheet.
+    """
+
+    height_mm: float = Field(2.0, ge=0, le=1000, description="Of the camera's height in mm.")
+    tilt_deg: float = Field(1.0, ge=0, le=30, description="Of pitch and of roll of the mount.")
+    focal_percent: float = Field(0.5, ge=0, le=20, description="Of the focal length in percent.")
+    diameter_mm: float = Field(3.0, ge=0, le=1000, description="Of the pipe's diameter in mm.")
+    segment_length_mm: float = Field(
+        5.0, ge=0, le=1000, description="Of the length of a pipe segment in mm, alike in all."
+    )
+
+
 class Rig(_Part):
-    """Camera, mount and pipe: all that turns pixels into millimetres."""
+    """Camera, mount and pipe: all that turns pixels into millimetres, and how well it is known."""
 
     camera: Camera
     mount: Mount
     pipe: Pipe
+    tolerance: Tolerance = Tolerance.model_construct()
 
     @model_validator(mode="after")
     def _camera_is_inside_the_pipe(self) -> Self:
@@ -155,6 +180,11 @@ class Rig(_Part):
             raise InvalidRig(f"{path.name} cannot be read: {error.strerror or error}.") from error
         except (ValueError, RecursionError) as error:
             raise InvalidRig(f"{path.name} is not a JSON file: {error}.") from error
+
+    def known_to(self, **tolerance: float) -> Rig:
+        """The same rig with these fields of `tolerance` in place of its own."""
+        changed = self.tolerance.model_dump() | tolerance
+        return self.model_copy(update={"tolerance": Tolerance.parse(changed, origin="tolerance")})
 
     def require_picture_size(self, width: int, height: int) -> None:
         """Check that pictures of this size can come from the rig's camera.

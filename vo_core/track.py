@@ -36,17 +36,28 @@ class Estimate:
     distance_mm: float
     """Chainage: the axial coordinate of the camera, signed; not the length of the path."""
     sigma_distance_mm: float
-    """Standard deviation of `distance_mm` by registration and bridging; by scale only after
-    `scale.correct`."""
+    """Standard uncertainty of `distance_mm` against the true distance, with everything in it."""
     quality: float
     """0 (nothing recognised) to 1 (certain)."""
     status: Status
+    sigma_registration_mm: float
+    """The part of it by registration and bridging, without the rig's tolerances."""
+    z_mm: float = 0.0
+    """Below the first frame's height: down is positive."""
+    pitch_deg: float = 0.0
+    """Against the first frame, nose up positive."""
+    roll_deg: float = 0.0
+    """Against the first frame, right side down positive."""
 
 
 COLUMNS = tuple(field.name for field in fields(Estimate))
+_OF_OLD = COLUMNS[: COLUMNS.index("status") + 1]
+"""Columns that every track file has; older ones have no others."""
+
 _DECIMALS = {
     "time_s": 6, "x_mm": 4, "y_mm": 4, "yaw_deg": 5,
     "distance_mm": 4, "sigma_distance_mm": 4, "quality": 3,
+    "sigma_registration_mm": 4, "z_mm": 4, "pitch_deg": 5, "roll_deg": 5,
 }  # fmt: skip
 
 
@@ -63,6 +74,10 @@ class Track:
     sigma_distance_mm: NDArray[np.float64]
     quality: NDArray[np.float64]
     status: NDArray[np.str_]
+    sigma_registration_mm: NDArray[np.float64]
+    z_mm: NDArray[np.float64]
+    pitch_deg: NDArray[np.float64]
+    roll_deg: NDArray[np.float64]
 
     def __len__(self) -> int:
         return len(self.frame)
@@ -101,20 +116,30 @@ class Track:
     def from_csv(cls, text: str) -> Track:
         """Read track.csv; lines that start with # are metadata.
 
+        A file of old ends with `status`; its sigma is that of the registration.
+
         Raises:
             InvalidTrack: A column is missing, a value is no finite number, or the frames do not
                 rise; names the line.
         """
         lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line[:1] != "#"]
         reader = csv.DictReader(line for _, line in lines)
-        missing = set(COLUMNS) - set(reader.fieldnames or ())
+        missing = set(_OF_OLD) - set(reader.fieldnames or ())
         if missing:
             raise InvalidTrack(f"The track has no column {', '.join(sorted(missing))}.")
         rows: list[list[Any]] = []
         for record in reader:
             number = lines[reader.line_num - 1][0]
             try:
-                values = [_finite(record[name]) for name in COLUMNS[:-1]]
+                values = {name: _finite(record[name]) for name in _OF_OLD if name != "status"}
+                further = {
+                    "sigma_registration_mm": values["sigma_distance_mm"],
+                    **dict.fromkeys(("z_mm", "pitch_deg", "roll_deg"), 0.0),
+                }
+                values |= {
+                    name: _finite(record[name]) if name in record else default
+                    for name, default in further.items()
+                }
             except (TypeError, ValueError) as error:
                 raise InvalidTrack(f"Line {number} of the track is not a row: {error}.") from error
             if record["status"] not in get_args(Status):
@@ -122,24 +147,36 @@ class Track:
                     f"Line {number} of the track has status {record['status']!r}; "
                     "allowed are ok, weak, lost."
                 )
-            if not (rows[-1][0] if rows else -1) < values[0] < 2**53:
+            if not (rows[-1][0] if rows else -1) < values["frame"] < 2**53:
                 raise InvalidTrack(
                     f"Line {number} of the track is out of order: frames rise from 0."
                 )
-            rows.append([*values, record["status"]])
+            rows.append([(values | {"status": record["status"]})[name] for name in COLUMNS])
         return cls._from_rows(rows)
 
     def to_tum(self) -> str:
         """TUM trajectory: `t x y z qx qy qz qw`, metres, z down, as evo reads it."""
-        half_rad = np.radians(self.yaw_deg) / 2
+        position_m = np.column_stack([self.x_mm, self.y_mm, self.z_mm]) / 1e3
         lines = (
-            f"{t:.6f} {x:.7f} {y:.7f} 0 0 0 {qz:.9f} {qw:.9f}\n"
-            for t, x, y, qz, qw in zip(
-                self.time_s, self.x_mm / 1e3, self.y_mm / 1e3,
-                np.sin(half_rad), np.cos(half_rad), strict=True,
+            f"{t:.6f} {x:.7f} {y:.7f} {z:.7f} {qx:.9f} {qy:.9f} {qz:.9f} {qw:.9f}\n"
+            for t, (x, y, z), (qx, qy, qz, qw) in zip(
+                self.time_s, position_m, self._quaternions(), strict=True
             )
-        )  # fmt: skip
+        )
         return "".join(lines)
+
+    def _quaternions(self) -> NDArray[np.float64]:
+        """(N, 4) x y z w of R_z(yaw) R_y(pitch) R_x(roll)."""
+        half = [np.radians(angle) / 2 for angle in (self.yaw_deg, self.pitch_deg, self.roll_deg)]
+        (cz, cy, cx), (sz, sy, sx) = np.cos(half), np.sin(half)
+        return np.column_stack(
+            [
+                cz * cy * sx - sz * sy * cx,
+                cz * sy * cx + sz * cy * sx,
+                sz * cy * cx - cz * sy * sx,
+                cz * cy * cx + sz * sy * sx,
+            ]
+        )
 
     def to_json(
         self,

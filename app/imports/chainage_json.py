@@ -331,6 +331,10 @@ class _TrackColumns(_Part):
     sigma_distance_mm: Annotated[list[Annotated[float, Field(ge=0, le=1e9)]], _Rows]
     quality: Annotated[list[_Share], _Rows]
     status: Annotated[list[Literal["ok", "weak", "lost"]], _Rows]
+    sigma_registration_mm: Annotated[list[Annotated[float, Field(ge=0, le=1e9)]], _Rows]
+    z_mm: Annotated[list[_Number], _Rows]
+    pitch_deg: Annotated[list[_Number], _Rows]
+    roll_deg: Annotated[list[_Number], _Rows]
 
     @model_validator(mode="after")
     def _rows_are_frames(self) -> _TrackColumns:

@@ -118,6 +118,10 @@ def _row(estimate: Estimate, index: int) -> Row:
         float(estimate.sigma_distance_mm),
         float(estimate.quality),
         estimate.status,
+        float(estimate.sigma_registration_mm),
+        float(estimate.z_mm),
+        float(estimate.pitch_deg),
+        float(estimate.roll_deg),
     )
 
 
@@ -129,6 +133,7 @@ def _along(estimate: Estimate, row: Row) -> Estimate:
         x_mm=row.x_mm,
         distance_mm=row.distance_mm,
         sigma_distance_mm=row.sigma_distance_mm,
+        sigma_registration_mm=row.sigma_registration_mm,
     )
 
 
@@ -151,6 +156,7 @@ def _placed(row: Row, start: Row) -> Row:
         yaw_deg=start.yaw_deg + row.yaw_deg,
         distance_mm=start.distance_mm + row.distance_mm,
         sigma_distance_mm=math.hypot(start.sigma_distance_mm, row.sigma_distance_mm),
+        sigma_registration_mm=math.hypot(start.sigma_registration_mm, row.sigma_registration_mm),
     )
 
 

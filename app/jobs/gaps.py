@@ -12,7 +12,10 @@ from app.jobs.messages import Row
 UNKNOWN_ACCELERATION_MM_S2 = 500.0
 """One sigma of what a robot may have done unseen; the odometry bridges a loss by the same."""
 
-_IN_PROPORTION = ("x_mm", "y_mm", "yaw_deg", "distance_mm")
+_IN_PROPORTION = (
+    *("x_mm", "y_mm", "yaw_deg", "distance_mm"),
+    *("z_mm", "pitch_deg", "roll_deg"),
+)
 
 
 def between(before: Row, after: Row, skipped: Sequence[tuple[int, float]]) -> Iterator[Row]:
@@ -26,7 +29,10 @@ def between(before: Row, after: Row, skipped: Sequence[tuple[int, float]]) -> It
         skipped: Number and time in s of each frame between them.
     """
     length_s = after.time_s - before.time_s
-    sigma_mm = max(before.sigma_distance_mm, after.sigma_distance_mm)
+    neighbours_mm = {
+        name: max(getattr(before, name), getattr(after, name))
+        for name in ("sigma_distance_mm", "sigma_registration_mm")
+    }
     is_lost = "lost" in (before.status, after.status)
     for frame, time_s in skipped:
         passed_s = time_s - before.time_s
@@ -36,11 +42,11 @@ def between(before: Row, after: Row, skipped: Sequence[tuple[int, float]]) -> It
             before,
             frame=frame,
             time_s=time_s,
-            sigma_distance_mm=math.hypot(sigma_mm, unseen_mm),
             quality=min(before.quality, after.quality) / 2,
             status="lost" if is_lost else "weak",
             **{
                 name: (1 - share) * getattr(before, name) + share * getattr(after, name)
                 for name in _IN_PROPORTION
             },
+            **{name: math.hypot(sigma, unseen_mm) for name, sigma in neighbours_mm.items()},
         )

@@ -92,6 +92,10 @@ class Row(msgspec.Struct, frozen=True, array_like=True):
     sigma_distance_mm: float
     quality: float
     status: Literal["ok", "weak", "lost"]
+    sigma_registration_mm: float
+    z_mm: float = 0.0
+    pitch_deg: float = 0.0
+    roll_deg: float = 0.0
 
 
 class Gauged(msgspec.Struct, frozen=True, array_like=True):

@@ -428,7 +428,11 @@ def _by_rig(rig: Rig, sigma: RigSigma | None) -> list[StatedScale]:
     """None or one."""
     if sigma is None:
         return []
-    relative = scale_sigma(rig, height_sigma_mm=sigma.height_mm, focal_sigma_px=sigma.focal_px)
+    relative = scale_sigma(
+        rig.known_to(
+            height_mm=sigma.height_mm, focal_percent=100 * sigma.focal_px / rig.camera.focal_px
+        )
+    )
     return [StatedScale(relative)] if relative > 0 else []
 
 

@@ -261,6 +261,7 @@ def _track(rows: Sequence[ImportedObservation]) -> Track:
         Estimate(
             frame=frame, time_s=time_s, x_mm=1000 * row.distance_m, y_mm=0.0, yaw_deg=0.0,
             distance_mm=1000 * row.distance_m, sigma_distance_mm=0.0, quality=0.0, status="ok",
+            sigma_registration_mm=0.0,
         )
         for frame, (row, time_s) in enumerate(zip(rows, times_s, strict=True))
     )  # fmt: skip

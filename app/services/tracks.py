@@ -14,7 +14,7 @@ import numpy as np
 from app.storage.files import Places, write_durably
 from vo_core.health import Health
 from vo_core.joints import Sighting, from_csv, to_csv
-from vo_core.track import Estimate, Track
+from vo_core.track import COLUMNS, Estimate, Track
 
 HEALTH = tuple(field.name for field in fields(Health))
 """Names of the columns."""
@@ -22,7 +22,7 @@ HEALTH = tuple(field.name for field in fields(Health))
 Kept = TypeVar("Kept")
 
 _CACHED = 8
-_NUMBERS = ("time_s", "x_mm", "y_mm", "yaw_deg", "distance_mm", "sigma_distance_mm", "quality")
+_NUMBERS = tuple(name for name in COLUMNS if name not in ("frame", "status"))
 
 
 class HealthColumns:
@@ -72,7 +72,7 @@ class HealthColumns:
 
 
 class _Growing:
-    """Columns of a track that is still being made: 84 bytes a frame, and what it showed."""
+    """Columns of a track that is still being made: 116 bytes a frame, and what it showed."""
 
     def __init__(self) -> None:
         self.health = HealthColumns()

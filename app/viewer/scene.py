@@ -280,7 +280,7 @@ class _Drawing:
         self._observers = Observers(server, section)
         self._observers.set_initial(self._culvert.reach_m)
         self._mode: CameraMode = "overview"
-        self._pose = Estimate(0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, "ok")
+        self._pose = Estimate(0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, "ok", 0.0)
         self._pins_shown: tuple[Pin, ...] = ()
         self._preview: bytes | None = None
         self._preview_due_s = 0.0  # time.monotonic

@@ -23,13 +23,22 @@ def test_above_a_floor_the_height_follows_the_scale(factor):
     assert height.sigma_mm == pytest.approx(0.23, rel=1e-3)
 
 
+NOTHING = {"height_mm": 0.0, "tilt_deg": 0.0, "focal_percent": 0.0, "diameter_mm": 0.0}
+"""Is uncertain."""
+
+
 def test_above_a_floor_height_and_focal_length_count_fully():
-    rig = make_rig(pipe=FLAT)
-    assert scale_sigma(rig, height_sigma_mm=2.3) == pytest.approx(0.01, rel=1e-3)
-    assert scale_sigma(rig, focal_sigma_px=11.94) == pytest.approx(0.01, rel=1e-3)
-    both = scale_sigma(rig, height_sigma_mm=2.3, focal_sigma_px=11.94)
+    rig = make_rig(pipe=FLAT).known_to(**NOTHING)
+    assert scale_sigma(rig.known_to(height_mm=2.3)) == pytest.approx(0.01, rel=1e-3)
+    assert scale_sigma(rig.known_to(focal_percent=1.0)) == pytest.approx(0.01, rel=1e-3)
+    both = scale_sigma(rig.known_to(height_mm=2.3, focal_percent=1.0))
     assert both == pytest.approx(0.01 * np.sqrt(2), rel=1e-3)
     assert scale_sigma(rig) == 0
+
+
+def test_a_rig_that_says_nothing_is_known_by_a_tape_and_a_data_sheet():
+    expected = np.hypot(2.0 / 230, 0.005)
+    assert scale_sigma(make_rig(pipe=FLAT)) == pytest.approx(expected, rel=0.01)
 
 
 def depth_mm(height_mm, slope):
@@ -56,7 +65,9 @@ def test_in_a_pipe_the_height_comes_back():
 
 def test_looking_along_the_pipe_no_height_is_derived():
     assert implied_height(FORWARD, 1.01, 1e-4) is None
-    assert scale_sigma(FORWARD, height_sigma_mm=1.0) < 0.001
+    known = FORWARD.known_to(**NOTHING)
+    assert scale_sigma(known.known_to(height_mm=1.0)) < 0.001
+    assert scale_sigma(known.known_to(diameter_mm=3.0)) == pytest.approx(0.01, rel=0.02)
 
 
 def test_no_height_outside_the_pipe_is_made_up():

@@ -69,7 +69,7 @@ def shoot(floor, x_mm, y_mm=0.0, yaw_deg=0.0):
 
 
 def estimate(frame, x_mm, y_mm=0.0, yaw_deg=0.0, sigma_mm=0.0, status="ok"):
-    return Estimate(frame, frame / 30, x_mm, y_mm, yaw_deg, x_mm, sigma_mm, 1.0, status)
+    return Estimate(frame, frame / 30, x_mm, y_mm, yaw_deg, x_mm, sigma_mm, 1.0, status, sigma_mm)
 
 
 def drive(floor, x_mm, rig=RIG, off_mm=0.0, sigma_mm=0.0):

@@ -18,6 +18,7 @@ def straight_track(x_mm, sigma_mm=None):
     return Track(
         np.arange(count), np.arange(count) / 30, x_mm, zero, zero, x_mm,
         zero if sigma_mm is None else sigma_mm, np.ones(count), np.array(["ok"] * count),
+        zero if sigma_mm is None else sigma_mm, zero, zero, zero,
     )  # fmt: skip
 
 

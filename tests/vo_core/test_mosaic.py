@@ -23,7 +23,7 @@ RIGS = {
 
 
 def estimate(x_mm, y_mm=0.0, yaw_deg=0.0, *, frame=0, status="ok", sigma_mm=0.0):
-    return Estimate(frame, frame / 30, x_mm, y_mm, yaw_deg, x_mm, sigma_mm, 1.0, status)
+    return Estimate(frame, frame / 30, x_mm, y_mm, yaw_deg, x_mm, sigma_mm, 1.0, status, sigma_mm)
 
 
 def drive(rig, x_mm, light=1.0, mosaic=None, **about):

@@ -35,6 +35,8 @@ def make_track(distance_mm, sigma_mm, status=None):
         sigma_distance_mm=sigma_mm,
         quality=np.full(count, 0.9),
         status=np.array(["ok"] * count if status is None else status),
+        sigma_registration_mm=sigma_mm,
+        **dict.fromkeys(("z_mm", "pitch_deg", "roll_deg"), np.zeros(count)),
     )
 
 

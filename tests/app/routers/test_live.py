@@ -85,7 +85,7 @@ def test_who_reads_nothing_holds_up_nobody_and_takes_no_memory(server: Client, c
     published = server.server.app.state.services.live.publish
     noise = np.random.default_rng(3).integers(0, 256, (480, 640), np.uint8)
     jpeg = cv2.imencode(".jpg", noise, [cv2.IMWRITE_JPEG_QUALITY, 95])[1].tobytes()
-    pose = Estimate(39, 1.56, 62.4, 0.0, 0.0, 62.4, 0.1, 1.0, "ok")
+    pose = Estimate(39, 1.56, 62.4, 0.0, 0.0, 62.4, 0.1, 1.0, "ok", 0.1)
     with live(server, inspection_id, max_queue=1) as deaf, live(server, inspection_id) as reader:
         acknowledge(reader, receive(reader)[0])
         before = memory_bytes()

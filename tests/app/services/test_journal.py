@@ -33,7 +33,7 @@ def journal(folder: DataFolder, *, sha256: str = "5", focal_px: float = 250.0) -
 
 
 def batch(frame: int) -> Batch:
-    row = Row(frame, 0.1 * frame, frame / 3, 0.1, 0.2, frame / 3, 0.01, 0.9, "ok")
+    row = Row(frame, 0.1 * frame, frame / 3, 0.1, 0.2, frame / 3, 0.01, 0.9, "ok", 0.01)
     return Batch(
         [row],
         b"picture",

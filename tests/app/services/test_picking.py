@@ -41,6 +41,8 @@ def make_track(x_mm: ArrayLike, **columns: Any) -> Track:
         "sigma_distance_mm": np.full(n, 1.0),
         "quality": np.full(n, 0.9),
         "status": np.full(n, "ok"),
+        "sigma_registration_mm": np.full(n, 1.0),
+        **dict.fromkeys(("z_mm", "pitch_deg", "roll_deg"), np.zeros(n)),
     }
     return Track(**fields | columns)
 

@@ -59,6 +59,7 @@ def make_estimate(distance_mm: float, *, status: Any = "ok") -> Estimate:
         sigma_distance_mm=5.0,
         quality=0.9,
         status=status,
+        sigma_registration_mm=5.0,
     )
 
 
