@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from app.simulation.defects import Defect
 from vo_core.rig import Rig
 
-
 BURST_S = 0.003
 """Between the time stamps of two frames that a network delivers at once."""
 
