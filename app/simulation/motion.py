@@ -18,6 +18,10 @@ _SHAKING_SHARES = (0.6, 0.4)
 """Of the amplitude, in the two waves of a shaking robot."""
 
 
+_PHASE_STEP_RAD = 2.4
+"""Between two movements of a shaking robot, so that none goes with another."""
+
+
 @dataclass(frozen=True)
 class Pose:
     """Six degrees of freedom of the camera, from where the robot stands nominally at x = 0.
@@ -213,7 +217,7 @@ def _shaken(shaking: Shaking, t_s: float) -> list[float]:
     return [
         value
         * sum(
-            share * sin(2 * pi * hz * t_s + 1.3 * number)
+            share * sin(2 * pi * hz * t_s + _PHASE_STEP_RAD * number)
             for share, hz in zip(_SHAKING_SHARES, frequencies_hz, strict=True)
         )
         for number, value in enumerate(largest)

@@ -185,6 +185,15 @@ _DIRTY = replace(
     dirt_share=0.18,
 )
 
+_FISHEYE = {"model": "fisheye", "fx": 210.0, "fy": 210.0}
+
+_WIDE = replace(
+    _NOMINAL,
+    name="wide_lens",
+    description="A fisheye lens on the axis of the pipe.",
+    rig=_rig(camera=_FISHEYE, mount={"height_mm": 150.0}),
+)
+
 _ALL = (
     _NOMINAL,
     replace(
@@ -292,12 +301,7 @@ _ALL = (
         contrast=0.35,
         tile_mm=200.0,
     ),
-    replace(
-        _NOMINAL,
-        name="wide_lens",
-        description="A fisheye lens on the axis of the pipe.",
-        rig=_rig(camera={"model": "fisheye", "fx": 210.0, "fy": 210.0}, mount={"height_mm": 150.0}),
-    ),
+    _WIDE,
     replace(
         _NOMINAL,
         name="forward",
@@ -309,7 +313,7 @@ _ALL = (
         name="forward_wide",
         description="The same with a fisheye lens that sees the wall beside it.",
         rig=_rig(
-            camera={"model": "fisheye", "fx": 210.0, "fy": 210.0},
+            camera=_FISHEYE,
             mount={"view": "forward", "height_mm": 150.0},
         ),
     ),
@@ -408,6 +412,19 @@ _ALL = (
         name="silt_rising",
         description="Silt that rises from nothing to 25 mm in six metres.",
         silt=Silt(slope=25.0 / 6000.0),
+    ),
+    replace(
+        _WIDE,
+        name="silt_wide_lens",
+        description="25 mm of silt under a fisheye lens that sees the clean wall beside it, too.",
+        silt=Silt(start_mm=25.0),
+    ),
+    replace(
+        _WIDE,
+        name="tape_height_wide_lens",
+        description="A fisheye lens 2 mm below the height that the rig says.",
+        rig=_rig(camera=_FISHEYE, mount={"height_mm": 152.0}),
+        true_rig=_WIDE.rig,
     ),
     replace(
         _NOMINAL,
