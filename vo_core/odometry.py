@@ -11,13 +11,14 @@ from __future__ import annotations
 import numpy as np
 
 from vo_core.errors import InvalidTime
+from vo_core.fields import Interlacing
 from vo_core.filters import low_pass, normalise
 from vo_core.health import NO_HEALTH, Health, HealthGauge
 from vo_core.height import scale_sigma
 from vo_core.locate import CERTAIN, LEAST_OVERLAP, Fix, Locator, Outlook, Picture, Reference
 from vo_core.pattern import FixedPattern
 from vo_core.rectify import Rectifier
-from vo_core.resample import reduce_to
+from vo_core.resample import grey_frame, reduce_to
 from vo_core.rig import Rig
 from vo_core.track import Estimate, Status
 from vo_core.types import GrayImage, Image, Matrix
@@ -86,6 +87,7 @@ class Odometry:
         self._scale_sigma = scale_sigma(rig)
         self._least_overlap = KEYFRAME_OVERLAP[rig.pipe.shape]
         self._rectify = Rectifier(rig)
+        self._interlacing = Interlacing()
         self._locator = Locator(self._rectify)
         self._pattern = FixedPattern()
         self._gauge = HealthGauge(self._rectify.valid)
@@ -127,7 +129,8 @@ class Odometry:
         if self._frame == 0:
             self._fix_s = t_s
         before = self._pose
-        patch = self._rectify(image)
+        image = grey_frame(self.rig.camera, image)
+        patch = self._rectify(image, self._interlacing(image))
         normal = normalise(low_pass(patch))
         picture = Picture(self._pattern.remove(normal))
         predicted = self._predict(t_s)
