@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vo_core.align import LOCK, OPEN_PX, Alignment, Template, align
+from vo_core.align import LOCK, OPEN_PX, Alignment, Prior, Template, align
 from vo_core.blocks import BlockGrid
 from vo_core.correlate import (
     LOBE_PX,
@@ -19,17 +19,26 @@ from vo_core.correlate import (
     spectrum,
 )
 from vo_core.filters import taper
-from vo_core.motion import WallMotion, moved_by_content
+from vo_core.motion import (
+    MOUNT,
+    MOVING,
+    PARAMETERS,
+    REFERENCE,
+    WallMotion,
+    moved_by_content,
+    parameters,
+)
 from vo_core.rectify import Rectifier
 from vo_core.resample import double, halve, resample, resample_mask
+from vo_core.sway import Sway
 from vo_core.types import ByteImage, GrayImage, Matrix
 from vo_core.wall import Pose
 
 LEAST_OVERLAP = 0.15
 """Below this share of common wall a reference is out of reach."""
 
-STANDS_PX, APART_PX = 2.0, 6.0
-"""Nearer to the reference is standstill; nearer is no motion of its own beside a standstill."""
+STANDS_PX, APART_PX = 3.0, 6.0
+"""Content that moved by less stands still, and by more it moves beside one that stands."""
 
 RIVAL = 0.9
 """Share of the best support that makes another pose as good."""
@@ -40,6 +49,13 @@ such blocks that unmasks a fixed pattern."""
 
 CERTAIN = 14.0
 """Significance (see `LOCK`) from which an alignment is sure."""
+
+SWAY_MM = 300.0
+"""Way after which nothing is left of a robot's deviation from its mean pose, about."""
+
+_KNOWN = [*range(MOUNT.stop)[REFERENCE], *range(MOUNT.stop)[MOUNT]]
+_KEPT = [*range(MOUNT.stop)[MOVING], *range(MOUNT.stop)[MOUNT]]
+"""Parameters that are known beforehand, and those that are kept."""
 
 
 @dataclass(frozen=True)
@@ -60,15 +76,29 @@ class Picture:
 
 
 @dataclass(frozen=True)
+class State:
+    """A pose and the tilt of the mount, and how well both are known."""
+
+    pose: Pose
+    mount_rad: Matrix
+    """(2,) pitch and roll of the mount against the rig."""
+    covariance: Matrix
+    """(8, 8), in the order of `Pose`, then the mount."""
+
+
+@dataclass(frozen=True)
 class Reference:
     """A frame that others are located against."""
 
     picture: Picture
     valid: ByteImage
     """1 where the picture shows the wall."""
-    pose: Pose
-    covariance: Matrix
-    """(3, 3) of x mm, y mm, yaw rad."""
+    state: State
+
+    @property
+    def pose(self) -> Pose:
+        """Of its camera."""
+        return self.state.pose
 
     @cached_property
     def template(self) -> Template:
@@ -80,15 +110,21 @@ class Reference:
 class Fix:
     """A pose measured against a reference."""
 
-    pose: Pose
-    covariance: Matrix
-    """(3, 3) of x mm, y mm, yaw rad, the reference's own included."""
+    state: State
+    """The reference's own uncertainty is in it."""
     reference: Reference
     alignment: Alignment
+    moved_px: float
+    """How far the content lies from where the reference shows it: the median over its blocks."""
     is_ambiguous: bool = False
     """Does another pose fit as well (a wall that repeats itself)?"""
     is_doubtful: bool = False
     """Is it a standstill that speaks for a fixed pattern, were the motion not out of reach?"""
+
+    @property
+    def pose(self) -> Pose:
+        """Of the moving camera."""
+        return self.state.pose
 
 
 @dataclass(frozen=True)
@@ -97,9 +133,13 @@ class Outlook:
 
     reach_mm: float
     """How far from the guess the robot can be; inf if that is not known."""
+    last: Pose
+    """At the last fix."""
     reliability: Matrix | None
     """(blocks,) how well each block used to agree when the robot moved: dirt and water lie in bad
     ones. None before the robot has moved."""
+    sway: Sway
+    """How far this robot leaves its mean pose."""
 
 
 class Locator:
@@ -111,6 +151,7 @@ class Locator:
         self.valid = rectifier.valid
         self._whole = self._blocks.whole(self.valid)
         self._motion = WallMotion(self._rig, self._grid, self._blocks.nodes())
+        self._centres = self._blocks.centres(self._blocks.nodes())
         self._coarse_valid = (halve(self.valid.astype(np.float32)) > 0.99).astype(np.uint8)
         self._coarse_blocks = BlockGrid.over(self._coarse_valid.shape)
         self._coarse_motion = WallMotion(
@@ -127,7 +168,7 @@ class Locator:
         cannot stop that hard or where it is a fixed pattern (see `_is_pattern`); else the blocks
         decide that have shown the wall before.
         """
-        fixes = self._fixes(reference, picture, guess)
+        fixes = self._fixes(reference, picture, guess, outlook)
         in_reach = [fix for fix in fixes if _distance_mm(fix.pose, guess) <= outlook.reach_mm]
         return self._best(fixes, in_reach, outlook)
 
@@ -139,34 +180,28 @@ class Locator:
         # The content turns one way when the camera turns the other.
         turn = rotation_between(before, now)
         at = reference.pose
-        guesses = [at, Pose(at.x_mm, at.y_mm, at.yaw_rad - turn)]
-        fixes = [fix for guess in guesses for fix in self._fixes(reference, picture, guess)]
+        guesses = [at, replace(at, yaw_rad=at.yaw_rad - turn)]
+        fixes = [fix for at in guesses for fix in self._fixes(reference, picture, at, outlook)]
         return self._best(fixes, fixes, outlook)
 
-    def _fixes(self, reference: Reference, picture: Picture, guess: Pose) -> list[Fix]:
+    def _fixes(
+        self, reference: Reference, picture: Picture, guess: Pose, outlook: Outlook
+    ) -> list[Fix]:
         starts = self._starts(reference, picture, guess)
-        aligned = (self._align(reference, picture, start) for start in starts)
+        aligned = (self._align(reference, picture, start, outlook.sway) for start in starts)
         return [fix for fix in aligned if fix is not None]
 
     def _best(self, found: list[Fix], in_reach: list[Fix], outlook: Outlook) -> Fix | None:
         """The fix of the wall; uncertain by the distance to a rival that is as good."""
-        fixes = [
-            fix
-            for fix in found
-            if not self._stands(fix)
-            or (
-                (fix in in_reach or not in_reach)
-                and not any(self._is_pattern(fix, other) for other in in_reach)
-            )
-        ]
+        fixes = [fix for fix in found if self._is_credible(fix, found, in_reach, outlook)]
+        if not fixes:
+            return None
         reliability = outlook.reliability
         if reliability is None:
             reliability = np.ones(self._blocks.rows * self._blocks.columns)
-        if not fixes:
-            return None
         supports = [fix.alignment.support(reliability) for fix in fixes]
         best = fixes[int(np.argmax(supports))]
-        if self._stands(best) and any(self._is_pattern(best, other) for other in found):
+        if _stands(best) and any(_is_pattern(best, other) for other in found):
             best = replace(best, is_doubtful=True)
         rivals = [
             abs(fix.pose.x_mm - best.pose.x_mm)
@@ -175,24 +210,27 @@ class Locator:
         ]
         if max(rivals) < self._grid.mm_per_px:
             return best
-        uncertain = best.covariance + np.diag([max(rivals) ** 2, 0.0, 0.0])
-        return replace(best, covariance=uncertain, is_ambiguous=True)
+        uncertain = best.state.covariance.copy()
+        uncertain[0, 0] += max(rivals) ** 2
+        state = replace(best.state, covariance=uncertain)
+        return replace(best, state=state, is_ambiguous=True)
 
-    def _stands(self, fix: Fix) -> bool:
-        """Does the picture lie on the reference, to within what a fixed pattern pulls it?"""
-        return self.overlap(fix.reference, fix.pose) > 1 - STANDS_PX / max(self._grid.shape)
+    def _is_credible(
+        self, fix: Fix, found: list[Fix], in_reach: list[Fix], outlook: Outlook
+    ) -> bool:
+        """Is it no standstill that only the lens shows?
 
-    def _is_pattern(self, fix: Fix, other: Fix) -> bool:
-        """Is `fix` the standstill of what sticks to the lens, and `other` the motion of the wall?
-
-        A wall that stands still agrees everywhere, also where a repeating texture agrees once more
-        a period off. Dirt agrees where it lies only: elsewhere some places speak for the motion
-        that do not speak for standstill.
+        Dirt stands still against every reference.  A robot that stops dead stands against the
+        newest picture only; against an older one it would have to jump back to stand.
         """
-        if self.overlap(other.reference, other.pose) > 1 - APART_PX / max(self._grid.shape):
+        if not _stands(fix):
+            return True
+        if fix in in_reach:
+            return not any(_is_pattern(fix, other) for other in in_reach)
+        back_mm = _distance_mm(fix.pose, outlook.last)
+        if in_reach or back_mm > APART_PX * self._grid.mm_per_px:
             return False
-        clearer = other.alignment.trust - fix.alignment.trust > CLEARER
-        return float(clearer.mean()) > LEAST_CLEARER
+        return not any(_is_pattern(fix, other) for other in found)
 
     def overlap(self, reference: Reference, pose: Pose) -> float:
         """Share of the reference's wall that a camera at `pose` sees, about."""
@@ -200,8 +238,8 @@ class Locator:
 
     def _starts(self, reference: Reference, picture: Picture, guess: Pose) -> list[Pose]:
         """Poses at which the phase correlation of the reference with the moved picture peaks."""
-        warp = self._coarse_motion.against(reference.pose.x_mm)
-        positions = (warp(_parameters(reference, guess)) - 0.5) / 2  # of the half-size picture
+        moved = self._coarse_motion.positions(_parameters(reference, guess))
+        positions = (moved - 0.5) / 2  # of the half-size picture
         maps = self._coarse_blocks.dense(positions)
         seen = resample(picture.coarse, maps)
         common = resample_mask(self._coarse_valid, maps)
@@ -219,25 +257,58 @@ class Locator:
             shifts_mm.append((0.0, 0.0))
         return [moved_by_content(guess, shift, reference.pose.yaw_rad) for shift in shifts_mm]
 
-    def _align(self, reference: Reference, picture: Picture, start: Pose) -> Fix | None:
-        # Only x, y, yaw are measured freely; of the reference's y and yaw there is prior knowledge.
-        prior = np.zeros((5, 5))
-        prior[3:, 3:] = np.linalg.inv(reference.covariance[1:, 1:])
+    def _align(self, reference: Reference, picture: Picture, start: Pose, sway: Sway) -> Fix | None:
+        parameters = _parameters(reference, start)
         fit = align(
             reference.template,
             picture.doubled,
             self._whole,
-            self._motion.against(reference.pose.x_mm),
-            _parameters(reference, start),
+            self._motion.positions,
+            parameters,
             self._motion.scales,
-            prior=prior,
+            derivative=self._motion.derivative,
+            prior=_prior(reference, start, parameters, sway),
         )
-        covariance = fit.covariance[:3, :3].copy()
-        is_open = covariance[0, 0] > (OPEN_PX * self._grid.mm_per_px) ** 2
+        covariance = fit.covariance[np.ix_(_KEPT, _KEPT)]
+        is_open = fit.uncertainty_px > OPEN_PX
         if not fit.converged or is_open or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
             return None
-        covariance[0, 0] += reference.covariance[0, 0]
-        return Fix(Pose(*fit.parameters[:3].tolist()), covariance, reference, fit)
+        moved = self._blocks.centres(self._motion.positions(fit.parameters)) - self._centres
+        state = State(Pose(*fit.parameters[MOVING].tolist()), fit.parameters[MOUNT], covariance)
+        return Fix(state, reference, fit, float(np.nanmedian(np.hypot(*moved.T))))
+
+
+def _prior(reference: Reference, start: Pose, parameters: Matrix, sway: Sway) -> Prior:
+    """What is known of the reference and the mount, and how far the robot leaves its mean pose.
+
+    Near the reference the pose is as that one's, and its sway says nothing new.
+    """
+    information = np.zeros((PARAMETERS, PARAMETERS))
+    known = np.ix_(_KNOWN, _KNOWN)
+    information[known] = np.linalg.inv(reference.state.covariance)
+    way_mm = abs(start.x_mm - reference.pose.x_mm)
+    information[MOVING, MOVING] = min(way_mm / SWAY_MM, 1.0) * np.linalg.inv(sway.covariance)
+    mean = parameters.copy()
+    mean[MOVING] = sway.mean(start)
+    return Prior(mean, information)
+
+
+def _stands(fix: Fix) -> bool:
+    """Does the picture lie on the reference, to within what a fixed pattern pulls it?"""
+    return fix.moved_px < STANDS_PX
+
+
+def _is_pattern(fix: Fix, other: Fix) -> bool:
+    """Is `fix` the standstill of what sticks to the lens, and `other` the motion of the wall?
+
+    A wall that stands still agrees everywhere, also where a repeating texture agrees once more a
+    period off. Dirt agrees where it lies only: elsewhere some places speak for the motion that do
+    not speak for standstill.
+    """
+    if other.moved_px < APART_PX:
+        return False
+    clearer = other.alignment.trust - fix.alignment.trust > CLEARER
+    return float(clearer.mean()) > LEAST_CLEARER
 
 
 def _distance_mm(a: Pose, b: Pose) -> float:
@@ -245,6 +316,4 @@ def _distance_mm(a: Pose, b: Pose) -> float:
 
 
 def _parameters(reference: Reference, pose: Pose) -> Matrix:
-    """Parameters of `WallMotion`."""
-    at = reference.pose
-    return np.array([pose.x_mm, pose.y_mm, pose.yaw_rad, at.y_mm, at.yaw_rad])
+    return parameters(pose, reference.pose, reference.state.mount_rad)
