@@ -45,6 +45,10 @@ COVERED = 0.9
 BINNING_PX = 0.1
 """What pixels that fall into bins leave of a position, one sigma."""
 
+MISPLACED_MM = 3.0
+"""A frame that may lie so far beside the wall that was spread before, one sigma, starts it anew;
+less only widens a ring."""
+
 STRIP_BINS = 2048
 """Columns of a strip of wall; at most a handful of strips is held."""
 
@@ -124,7 +128,7 @@ class JointFinder:
     def spread(self, patch: GrayImage, estimate: Estimate) -> None:
         """Take a frame that is wanted, as `Rectifier` has put it onto the wall."""
         last = self._last
-        if last is not None and _variance(estimate) - _variance(last) > self._bin_mm**2:
+        if last is not None and _variance(estimate) - _variance(last) > MISPLACED_MM**2:
             self._close(self._open)  # after a loss the wall continues at another place
         self._spread(patch, estimate)
         self._last = estimate

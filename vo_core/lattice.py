@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from vo_core.drift import Drift, row_of
 from vo_core.errors import InvalidCorrection
-from vo_core.joints import Sighting, places_mm
+from vo_core.joints import Sighting, numbered, places_mm
 from vo_core.track import Track
 from vo_core.types import Matrix
 
@@ -121,7 +121,11 @@ def count_joints(
     best = paths[int(scores.argmax())]
     # Some scale brings any two rings onto a lattice: what counts is the mean over all scales.
     odds = np.logaddexp.reduce(scores) - np.log(max(len(ordered) - 1, 1))
-    if odds < _LEAST or best.is_too_fine():
+    if not best.links() and len(set(numbered(track, ordered))) == 1:
+        raise InvalidCorrection(
+            "All rings that were seen are the same joint; give a taped length instead."
+        )
+    if odds < _LEAST or not best.links() or best.is_too_fine():
         raise InvalidCorrection(
             f"Segments of {segment_mm:g} mm cannot be counted by the {len(ordered)} rings that "
             "were seen; check the length of a segment, or give a taped length."
@@ -133,10 +137,6 @@ def count_joints(
                 f"How many segments lie between the joints in frames {first} and {last} is not "
                 "certain; give a taped length too."
             )
-    if not best.links():
-        raise InvalidCorrection(
-            "All rings that were seen are the same joint; give a taped length instead."
-        )
     # Once more with the scatter of this pipe: rings beside the joints are told from them.
     again = search.best_paths(search.scatter_mm(best))
     return max(again, key=lambda path: path.score).joints(ordered)
