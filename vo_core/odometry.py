@@ -8,17 +8,29 @@ motion before them and say so; they are not read as standstill before `FROZEN_LI
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from vo_core.errors import InvalidTime
 from vo_core.filters import low_pass, normalise
 from vo_core.health import NO_HEALTH, Health, HealthGauge
 from vo_core.height import scale_sigma
-from vo_core.locate import CERTAIN, LEAST_OVERLAP, Fix, Locator, Outlook, Picture, Reference
+from vo_core.locate import (
+    CERTAIN,
+    LEAST_OVERLAP,
+    Fix,
+    Locator,
+    Outlook,
+    Picture,
+    Reference,
+    State,
+)
 from vo_core.pattern import FixedPattern
 from vo_core.rectify import Rectifier
 from vo_core.resample import reduce_to
 from vo_core.rig import Rig
+from vo_core.sway import Sway
 from vo_core.track import Estimate, Status
 from vo_core.types import GrayImage, Image, Matrix
 from vo_core.wall import Pose
@@ -51,8 +63,11 @@ PATTERN_STEP = 0.1
 RELIABILITY_GAIN, RELIABILITY_FLOOR = 0.05, 0.05
 """Share of the newest frame in the mean, and what every block keeps: a lens may be wiped."""
 
-START_SIGMA = (0.0, 0.5, float(np.radians(0.2)))
-"""How well the mount describes the pose at the start: mm along, mm across, rad."""
+START_SIGMA = (1e-3, 0.5, np.radians(0.2), 1e-3, 1e-5, 1e-5)
+"""How well the rig describes the pose at the start, in the order of `Pose`: mm and rad."""
+
+LINK_ERROR = (0.0, 0.0, 0.0, 0.01, np.radians(0.003), np.radians(0.003), 0.0, 0.0)
+"""Error of z, pitch and roll, mm and rad, that each keyframe adds beyond its covariance."""
 
 BRIDGE_SPEED = 0.1
 """Relative change of speed, one sigma, that a loss may hide."""
@@ -97,7 +112,12 @@ class Odometry:
         """The newest frame with a fix; after a long loss the newest one, at a guessed pose."""
         self._pose = self._fix_pose = Pose()
         """Of the last frame, and of the last frame that was measured."""
-        self._covariance = self._fix_covariance = np.diag(np.square(START_SIGMA))
+        tilt_rad = np.radians(rig.tolerance.tilt_deg)
+        self._covariance = np.diag(np.square([*START_SIGMA, tilt_rad, tilt_rad]))
+        self._fix_covariance = self._covariance
+        """(8, 8), as in `State`."""
+        self._mount_rad = np.zeros(2)
+        self._sway = Sway(rig)
         self._model_mm = 0.0
         """Error of one sign that may have added up, signed like the distance."""
         self._velocity: Matrix | None = None
@@ -164,13 +184,17 @@ class Odometry:
             return self._fix_pose
         x, y, yaw = self._velocity * (t_s - self._fix_s)
         at = self._fix_pose
-        return Pose(at.x_mm + x, at.y_mm + y, at.yaw_rad + yaw)
+        return replace(at, x_mm=at.x_mm + x, y_mm=at.y_mm + y, yaw_rad=at.yaw_rad + yaw)
 
     def _outlook(self, t_s: float) -> Outlook:
         """What to expect of the next frame."""
         gone_s = t_s - self._fix_s
         reach_mm = ACCELERATION_MM_S2 * gone_s**2 + REACH_PX * self._rectify.grid.mm_per_px
-        return Outlook(np.inf if self._velocity is None else reach_mm, self._reliability)
+        return Outlook(
+            np.inf if self._velocity is None else reach_mm,
+            self._reliability,
+            np.linalg.inv(self._sway.covariance),
+        )
 
     def _is_frozen(self, fix: Fix, t_s: float) -> bool:
         """Is the robot where it was at the last fix, although none could stop that hard?"""
@@ -213,10 +237,12 @@ class Odometry:
         else:
             self._velocity = (_vector(fix.pose) - _vector(self._fix_pose)) / elapsed_s
         self._pose = self._fix_pose = fix.pose
-        self._covariance = self._fix_covariance = fix.covariance
+        self._covariance = self._fix_covariance = fix.state.covariance
+        self._mount_rad = fix.state.mount_rad
         self._fix_s = t_s
         self._fallback = self._reference(picture, turn_rad=_systematic(TURN_ERROR, fix))
         if fix.reference is not self._keyframe or fix.alignment.overlap < self._least_overlap:
+            self._learn_sway(fix)
             self._keyframe = self._fallback
         sure = fix.alignment.significance >= CERTAIN and not fix.is_ambiguous
         return "ok" if sure else "weak", float(np.clip(fix.alignment.agreement, 0.0, 1.0))
@@ -231,7 +257,9 @@ class Odometry:
             unknown * gone_s + np.minimum(BRIDGE_ACCELERATION * gone_s / 2, UNKNOWN_SPEED) * gone_s
         )
         self._pose = predicted
-        self._covariance = self._fix_covariance + np.diag(np.square(drift))
+        self._covariance = self._fix_covariance.copy()
+        self._covariance[:3, :3] += np.diag(np.square(drift))
+        self._covariance[3:6, 3:6] += self._sway.covariance[3:6, 3:6] * min(gone_s, 1.0)
         if visible and self._keyframe is not None:
             out_of_sight = self._locator.overlap(self._keyframe, predicted) < LEAST_OVERLAP
             if out_of_sight or gone_s > FROZEN_LIMIT_S:
@@ -239,8 +267,14 @@ class Odometry:
         return "lost", 0.0
 
     def _reference(self, picture: Picture, turn_rad: float = 0.0) -> Reference:
-        covariance = self._covariance + np.diag([0.0, 0.0, turn_rad**2])
-        return Reference(picture, self._locator.valid, self._pose, covariance)
+        covariance = self._covariance + np.diag(np.square(LINK_ERROR))
+        covariance[2, 2] += turn_rad**2
+        state = State(self._pose, self._mount_rad, covariance)
+        return Reference(picture, self._locator.valid, state)
+
+    def _learn_sway(self, fix: Fix) -> None:
+        added = np.diag(fix.state.covariance - fix.reference.state.covariance)[3:6]
+        self._sway.learn(fix.reference.pose, fix.pose, np.maximum(added, 0.0))
 
     def _learn(self, normal: GrayImage, fix: Fix) -> None:
         """Teach the fixed pattern and the reliability one frame for each piece of new wall."""
@@ -270,6 +304,9 @@ class Odometry:
             quality=quality,
             status=status,
             sigma_registration_mm=sigma_mm,
+            z_mm=pose.z_mm,
+            pitch_deg=float(np.degrees(pose.pitch_rad)),
+            roll_deg=float(np.degrees(pose.roll_rad)),
         )
 
 
