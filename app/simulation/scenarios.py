@@ -162,6 +162,11 @@ class Scenario:
         return self.true_rig or self.rig
 
     @property
+    def is_stated_wrong(self) -> bool:
+        """Is the rig, or the pipe in it, not what rig.json says?"""
+        return self.true_rig is not None or self.silt.is_there
+
+    @property
     def is_available(self) -> bool:
         """Can it be rendered here?  The photographs come with scikit-image, an optional package."""
         return self.photo is None or importlib.util.find_spec("skimage") is not None
