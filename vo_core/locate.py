@@ -30,7 +30,7 @@ from vo_core.motion import (
 )
 from vo_core.rectify import Rectifier
 from vo_core.resample import double, halve, resample, resample_mask
-from vo_core.rig import Rig
+from vo_core.sway import Sway
 from vo_core.types import ByteImage, GrayImage, Matrix
 from vo_core.wall import Pose
 
@@ -134,8 +134,8 @@ class Outlook:
     reliability: Matrix | None
     """(blocks,) how well each block used to agree when the robot moved: dirt and water lie in bad
     ones. None before the robot has moved."""
-    sway: Matrix
-    """(6, 6) information about any pose of this robot, in the order of `Pose`: see `Sway`."""
+    sway: Sway
+    """How far this robot leaves its mean pose."""
 
 
 class Locator:
@@ -259,9 +259,7 @@ class Locator:
             shifts_mm.append((0.0, 0.0))
         return [moved_by_content(guess, shift, reference.pose.yaw_rad) for shift in shifts_mm]
 
-    def _align(
-        self, reference: Reference, picture: Picture, start: Pose, sway: Matrix
-    ) -> Fix | None:
+    def _align(self, reference: Reference, picture: Picture, start: Pose, sway: Sway) -> Fix | None:
         parameters = _parameters(reference, start)
         fit = align(
             reference.template,
@@ -271,7 +269,7 @@ class Locator:
             parameters,
             self._motion.scales,
             derivative=self._motion.derivative,
-            prior=_prior(reference, parameters, sway),
+            prior=_prior(reference, start, parameters, sway),
         )
         covariance = fit.covariance[np.ix_(_KEPT, _KEPT)]
         is_open = fit.uncertainty_px > OPEN_PX
@@ -281,19 +279,18 @@ class Locator:
         return Fix(state, reference, fit)
 
 
-def _prior(reference: Reference, parameters: Matrix, sway: Matrix) -> Prior:
+def _prior(reference: Reference, start: Pose, parameters: Matrix, sway: Sway) -> Prior:
     """What is known of the reference and the mount, and how far the robot leaves its mean pose.
 
-    `sway` is the (6, 6) information about a pose that is independent of the reference's: near it
-    the frame says nothing new.
+    Near the reference the pose is as that one's, and its sway says nothing new.
     """
     information = np.zeros((PARAMETERS, PARAMETERS))
     known = np.ix_(_KNOWN, _KNOWN)
     information[known] = np.linalg.inv(reference.state.covariance)
-    way_mm = abs(parameters[0] - reference.pose.x_mm)
-    information[MOVING, MOVING] = min(way_mm / SWAY_MM, 1.0) * sway
+    way_mm = abs(start.x_mm - reference.pose.x_mm)
+    information[MOVING, MOVING] = min(way_mm / SWAY_MM, 1.0) * np.linalg.inv(sway.covariance)
     mean = parameters.copy()
-    mean[MOVING] = 0.0
+    mean[MOVING] = sway.mean(start)
     return Prior(mean, information)
 
 

@@ -64,6 +64,12 @@ class Sway:
         excess = np.square(change) - np.asarray(variance)[[0, 1, 2, 2]]
         self._excess += share * (excess - self._excess)
 
+    def mean(self, pose: Pose) -> Matrix:
+        """(6,) the mean pose: level, but a camera above the axis comes down while it climbs."""
+        if self._arm_mm is None:
+            return np.zeros(6)
+        return np.array([0.0, 0.0, 0.0, self._arm_mm * (1 - np.cos(pose.roll_rad)), 0.0, 0.0])
+
     @property
     def covariance(self) -> Matrix:
         """(6, 6) of a pose about the mean one, in the order of `Pose`; open along the pipe."""
