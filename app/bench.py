@@ -120,7 +120,7 @@ class ScaleTarget:
 SCALE_TARGET = ScaleTarget()
 STEP_TARGET = 2.0
 """Largest time of a step over that of one windowed `cv2.phaseCorrelate`."""
-TRACK_TARGET = 6.0
+TRACK_TARGET = 3.0
 """Largest wall time of `chainage track` over that of decoding the same file to grey."""
 
 
