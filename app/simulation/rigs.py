@@ -14,7 +14,8 @@ def drawn_rigs(true: Rig, seed: int) -> Iterator[Rig]:
     """Stated rigs without end, drawn from the tolerances of the true one around it.
 
     Height, pitch, roll, focal length, diameter and the length of a segment have normal errors that
-    do not depend on each other.  A rig that cannot be, with its camera outside its pipe, is drawn anew.
+    do not depend on each other.  A rig that cannot be, with its camera outside its pipe, is drawn
+    anew.
     """
     rng = np.random.default_rng(seed)
     while True:
