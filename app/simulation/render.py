@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from app.simulation.camera import REACH_MM, FloatImage, WallCaster
 from app.simulation.motion import Pose, Trajectory
-from app.simulation.scenarios import Scenario
+from app.simulation.scenario import Scenario
 from app.simulation.time_stamps import time_stamps
 from app.simulation.wall import Wall, make_wall
 

@@ -7,7 +7,7 @@ import pytest
 
 from app.simulation import SCENARIOS
 from app.simulation.motion import Trajectory
-from app.simulation.scenarios import Shaking
+from app.simulation.scenario import Shaking
 
 
 def drive(scenario):

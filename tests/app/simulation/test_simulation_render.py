@@ -12,7 +12,7 @@ from test_simulation_camera import project
 
 from app.simulation import SCENARIOS, render
 from app.simulation.motion import Pose
-from app.simulation.scenarios import NO_SILT, Shaking, Silt
+from app.simulation.scenario import NO_SILT, Shaking, Silt
 from app.simulation.wall import PhotographNotAvailable
 from vo_core import Rig
 
