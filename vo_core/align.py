@@ -55,7 +55,7 @@ BY_CHANCE = 5.0
 """Standard deviations of two gradients' correlation that do not count as common texture."""
 
 PIXEL_ERROR = 0.012
-"""What interpolation leaves of an alignment's error, px, however good the picture."""
+"""Displacement, px, that all blocks err by together, however good the picture."""
 
 LOCK = 6.0
 """Significance from which an alignment shows the same wall and not a chance."""
@@ -80,6 +80,8 @@ class Template:
     gradient: tuple[GrayImage, GrayImage]
     root: Matrix
     """(blocks, 2, 2) square root of the mean g g'."""
+    texture: Matrix
+    """(blocks,) mean square of the gradient."""
     coarse_gradient: tuple[GrayImage, GrayImage]
     """Of the picture at half the resolution: enough to tell texture from noise."""
     energy: Matrix
@@ -104,6 +106,7 @@ class Template:
             seen=grid.means(grid.crop(valid).astype(np.float32)) == 1,
             gradient=(gx, gy),
             root=_root(np.stack([xx, xy, xy, yy], 1).reshape(-1, 2, 2)),
+            texture=xx + yy,
             coarse_gradient=gradient(_coarse(covered, row_step)),
             energy=grid.means(covered * covered),
         )
@@ -127,6 +130,10 @@ class Alignment:
     """(n,)"""
     covariance: Matrix
     """(n, n), the prior included."""
+    free: Matrix
+    """(n,) without the habit."""
+    free_covariance: Matrix
+    """(n, n)"""
     uncertainty_px: float
     """Of where the reference's content lies, in the worse direction, over all blocks."""
     agreement: float
@@ -158,6 +165,7 @@ def align(
     *,
     derivative: Callable[[Matrix], Matrix] | None = None,
     prior: Prior | None = None,
+    habit: Prior | None = None,
 ) -> Alignment:
     """Fit the parameters of a motion model.
 
@@ -171,10 +179,12 @@ def align(
         scales: (n,) change of each parameter that moves the content by about a pixel.
         derivative: (nodes, 2, n) dw/dq; taken by differences if there is none.
         prior: What is known of the parameters beforehand.
+        habit: What they usually are; `Alignment.free` is without it.
     """
     loose = np.diag(1 / (START_PX * scales) ** 2)
-    known = prior or Prior(start, np.zeros_like(loose))
-    information = loose + known.information
+    nothing = Prior(start, np.zeros_like(loose))
+    known, usual = prior or nothing, habit or nothing
+    information = loose + known.information + usual.information
     parameters, step_px = np.array(start, np.float64), np.inf
     positions = warp(parameters)
     slopes = (derivative or _differences(warp, scales))(parameters)
@@ -186,7 +196,8 @@ def align(
             _hessian(rooted, seen.weights) + information,
             _scores(jacobian, seen).sum(0)
             + loose @ (parameters - start)
-            + known.information @ (parameters - known.mean),
+            + known.information @ (parameters - known.mean)
+            + usual.information @ (parameters - usual.mean),
         )
         parameters = parameters + step
         step_px = float(np.abs(jacobian @ step).max())
@@ -199,12 +210,18 @@ def align(
     clear = seen.trust > CLEAR
     scores = _scores(jacobian, seen)
     observed = template.root @ _common_texture(template, seen, independent).T @ jacobian
-    bread = np.linalg.inv(_hessian(observed, seen.weights) + information)
-    filling = INFLATION * scores.T @ scores + information
+    seen_information = _hessian(observed, seen.weights)
+    hessian = seen_information + information
+    bread = np.linalg.inv(hessian)
+    pull = usual.information @ (parameters - usual.mean)
+    unforced = np.linalg.inv(hessian - usual.information)
+    filling = INFLATION * scores.T @ scores + seen.shared * seen_information + information
     covariance = bread @ filling @ bread
     return Alignment(
         parameters=parameters,
-        covariance=covariance + np.diag(np.square(PIXEL_ERROR * scales)),
+        covariance=covariance,
+        free=parameters + unforced @ pull,
+        free_covariance=unforced,
         uncertainty_px=_spread_px(jacobian[template.seen], covariance),
         agreement=seen.agreement,
         fidelity=seen.fidelity,
@@ -228,7 +245,9 @@ class _Comparison:
     product: Matrix
     """(blocks, 2) mean g r."""
     weights: Matrix
-    """(blocks,) information that a block's means carry."""
+    """(blocks,) information that a block's means carry, free of what they share."""
+    shared: float
+    """Share of the variance of a displacement that all blocks have in common."""
     trust: Matrix
     agreement: float
     fidelity: float
@@ -252,11 +271,18 @@ def _compare(
     variance = own + power - 2 * common
     energy = np.sqrt(own.sum() * power.sum()) + LEAST_ENERGY * len(own)
     vote = trust**2
+    weights = vote / (variance + VARIANCE_FLOOR) * grid.side_px**2 / CORRELATED_PX / INFLATION
+    # Information about a displacement alike in all blocks, per px^2.  What interpolation, lens and
+    # coding leave does not average out over the blocks, so a direction that the picture hardly
+    # shows must not be told by it: information of 1 / (1/i + e^2) in the place of i.
+    information = float(weights @ template.texture) / 2
+    unshared = 1 / (1 + PIXEL_ERROR**2 * information)
     agreeing = np.sqrt((vote @ own) * (vote @ power)) + LEAST_ENERGY
     return _Comparison(
         picture=seen,
         product=np.stack([grid.means(g * residual) for g in template.gradient], 1),
-        weights=vote / (variance + VARIANCE_FLOOR) * grid.side_px**2 / CORRELATED_PX / INFLATION,
+        weights=unshared * weights,
+        shared=1 - unshared,
         trust=trust,
         agreement=float(common.sum() / energy),
         fidelity=float(vote @ common / agreeing),
