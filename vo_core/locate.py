@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,9 +24,9 @@ from vo_core.motion import (
     MOVING,
     PARAMETERS,
     POSE,
+    RATES,
     REFERENCE,
     RollingMotion,
-    Sweep,
     WallMotion,
     moved_by_content,
     parameters,
@@ -52,6 +52,9 @@ such blocks that unmasks a fixed pattern."""
 
 CERTAIN = 14.0
 """Significance (see `LOCK`) from which an alignment is sure."""
+
+RATE_SIGMA = np.array([100.0, 30.0, 0.3])
+"""How well the change of x, y and yaw is known from the frame before, mm/s and rad/s."""
 
 _DIFFERENCE = np.zeros((POSE, PARAMETERS))
 _DIFFERENCE[:, MOVING], _DIFFERENCE[:, REFERENCE] = np.eye(POSE), -np.eye(POSE)
@@ -87,7 +90,7 @@ class State:
     covariance: Matrix
     """(8, 8), in the order of `Pose`, then the mount."""
     rate: Matrix
-    """(6,) change of the pose a second."""
+    """(3,) change of x, y and yaw a second, as far as a rolling shutter showed it."""
 
 
 @dataclass(frozen=True)
@@ -143,8 +146,8 @@ class Outlook:
     """How far from the guess the robot can be; inf if that is not known."""
     last: Pose
     """At the last fix."""
-    since_s: float
-    """Since then."""
+    rate: Matrix
+    """(3,) change of x, y and yaw a second, about."""
     reliability: Matrix | None
     """(blocks,) how well each block used to agree when the robot moved: dirt and water lie in bad
     ones. None before the robot has moved."""
@@ -272,20 +275,24 @@ class Locator:
     ) -> Fix | None:
         parameters = _parameters(reference, start)
         motion: WallMotion | RollingMotion = self._motion
-        if self._rig.camera.readout_ms > 0 and outlook.since_s > 0:
-            before = np.array(astuple(outlook.last))
-            sweep = Sweep(reference.state.rate, before, outlook.since_s)
-            motion = RollingMotion(self._motion, sweep)
+        scales, known = self._motion.scales, _known(reference, parameters)
+        habit = _habit(reference, start, parameters, outlook.sway)
+        if self._rig.camera.readout_ms > 0:
+            motion = RollingMotion(self._motion, reference.state.rate)
+            parameters = np.append(parameters, outlook.rate)
+            scales = np.append(scales, RATE_SIGMA)
+            known = _widened(known, outlook.rate, 1 / np.square(RATE_SIGMA))
+            habit = _widened(habit, outlook.rate, np.zeros(RATES))
         fit = align(
             reference.template,
             picture.doubled,
             self._whole,
             motion.positions,
             parameters,
-            self._motion.scales,
+            scales,
             linearise=motion.linearise,
-            prior=_known(reference, parameters),
-            habit=_habit(reference, start, parameters, outlook.sway),
+            prior=known,
+            habit=habit,
         )
         covariance = fit.covariance[np.ix_(_KEPT, _KEPT)]
         is_open = fit.uncertainty_px > OPEN_PX
@@ -293,7 +300,7 @@ class Locator:
             return None
         moved = self._blocks.centres(fit.positions) - self._centres
         at = fit.parameters[MOVING]
-        rate = (at - astuple(outlook.last)) / outlook.since_s if outlook.since_s > 0 else 0 * at
+        rate = fit.parameters[PARAMETERS:] if len(parameters) > PARAMETERS else outlook.rate
         state = State(Pose(*at.tolist()), fit.parameters[MOUNT], covariance, rate)
         return Fix(
             state=state,
@@ -301,7 +308,9 @@ class Locator:
             alignment=fit,
             moved_px=float(np.nanmedian(np.hypot(*moved.T))),
             change=fit.free[MOVING] - fit.free[REFERENCE],
-            change_variance=np.diag(_DIFFERENCE @ fit.free_covariance @ _DIFFERENCE.T),
+            change_variance=np.diag(
+                _DIFFERENCE @ fit.free_covariance[:PARAMETERS, :PARAMETERS] @ _DIFFERENCE.T
+            ),
         )
 
 
@@ -325,6 +334,14 @@ def _habit(reference: Reference, start: Pose, parameters: Matrix, sway: Sway) ->
     mean[MOVING] = left * parameters[REFERENCE] + (1 - left) * sway.mean(start)
     weight = np.linalg.inv(spread(way_mm) * sway.covariance)
     return Prior(mean, follows.T @ weight @ follows)
+
+
+def _widened(prior: Prior, mean: Matrix, information: Matrix) -> Prior:
+    """The same for further parameters behind those that it has."""
+    wide = np.zeros((len(prior.mean) + len(mean),) * 2)
+    wide[: len(prior.mean), : len(prior.mean)] = prior.information
+    wide[len(prior.mean) :, len(prior.mean) :] = np.diag(information)
+    return Prior(np.append(prior.mean, mean), wide)
 
 
 def _stands(fix: Fix) -> bool:
