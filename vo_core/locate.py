@@ -56,6 +56,9 @@ CERTAIN = 14.0
 RATE_SIGMA = np.array([100.0, 30.0, 0.3])
 """How well the change of x, y and yaw is known from the frame before, mm/s and rad/s."""
 
+UNKNOWN_RATE = Prior(np.zeros(RATES), np.diag(1 / np.square(RATE_SIGMA)))
+"""Before anything moved."""
+
 _DIFFERENCE = np.zeros((POSE, PARAMETERS))
 _DIFFERENCE[:, MOVING], _DIFFERENCE[:, REFERENCE] = np.eye(POSE), -np.eye(POSE)
 _KNOWN = [*range(MOUNT.stop)[REFERENCE], *range(MOUNT.stop)[MOUNT]]
@@ -89,7 +92,7 @@ class State:
     """(2,) pitch and roll of the mount against the rig."""
     covariance: Matrix
     """(8, 8), in the order of `Pose`, then the mount."""
-    rate: Matrix
+    rate: Prior
     """(3,) change of x, y and yaw a second, as far as a rolling shutter showed it."""
 
 
@@ -146,8 +149,8 @@ class Outlook:
     """How far from the guess the robot can be; inf if that is not known."""
     last: Pose
     """At the last fix."""
-    rate: Matrix
-    """(3,) change of x, y and yaw a second, about."""
+    since_s: float
+    """Since then."""
     reliability: Matrix | None
     """(blocks,) how well each block used to agree when the robot moved: dirt and water lie in bad
     ones. None before the robot has moved."""
@@ -278,11 +281,18 @@ class Locator:
         scales, known = self._motion.scales, _known(reference, parameters)
         habit = _habit(reference, start, parameters, outlook.sway)
         if self._rig.camera.readout_ms > 0:
-            motion = RollingMotion(self._motion, reference.state.rate)
-            parameters = np.append(parameters, outlook.rate)
-            scales = np.append(scales, RATE_SIGMA)
-            known = _widened(known, outlook.rate, 1 / np.square(RATE_SIGMA))
-            habit = _widened(habit, outlook.rate, np.zeros(RATES))
+            motion = RollingMotion(self._motion)
+            before = reference.state.rate
+            rates = np.append(_rate(outlook.last, start, outlook.since_s), before.mean)
+            information = np.zeros((2 * RATES, 2 * RATES))
+            information[:RATES, :RATES] = np.diag(1 / np.square(RATE_SIGMA))
+            information[RATES:, RATES:] = before.information
+            parameters, scales = (
+                np.append(parameters, rates),
+                np.append(scales, [*RATE_SIGMA, *RATE_SIGMA]),
+            )
+            known = _widened(known, Prior(rates, information))
+            habit = _widened(habit, Prior(rates, 0 * information))
         fit = align(
             reference.template,
             picture.doubled,
@@ -300,7 +310,10 @@ class Locator:
             return None
         moved = self._blocks.centres(fit.positions) - self._centres
         at = fit.parameters[MOVING]
-        rate = fit.parameters[PARAMETERS:] if len(parameters) > PARAMETERS else outlook.rate
+        rate = UNKNOWN_RATE
+        if len(parameters) > PARAMETERS:
+            shown = slice(PARAMETERS, PARAMETERS + RATES)
+            rate = Prior(fit.parameters[shown], np.linalg.inv(fit.covariance[shown, shown]))
         state = State(Pose(*at.tolist()), fit.parameters[MOUNT], covariance, rate)
         return Fix(
             state=state,
@@ -336,12 +349,18 @@ def _habit(reference: Reference, start: Pose, parameters: Matrix, sway: Sway) ->
     return Prior(mean, follows.T @ weight @ follows)
 
 
-def _widened(prior: Prior, mean: Matrix, information: Matrix) -> Prior:
-    """The same for further parameters behind those that it has."""
-    wide = np.zeros((len(prior.mean) + len(mean),) * 2)
-    wide[: len(prior.mean), : len(prior.mean)] = prior.information
-    wide[len(prior.mean) :, len(prior.mean) :] = np.diag(information)
-    return Prior(np.append(prior.mean, mean), wide)
+def _rate(before: Pose, after: Pose, since_s: float) -> Matrix:
+    """(3,) change of x, y and yaw a second."""
+    x_mm, y_mm = after.x_mm - before.x_mm, after.y_mm - before.y_mm
+    return np.array([x_mm, y_mm, after.yaw_rad - before.yaw_rad]) / max(since_s, 1e-3)
+
+
+def _widened(prior: Prior, further: Prior) -> Prior:
+    """The same with further parameters behind those that it has."""
+    count = len(prior.mean)
+    wide = np.zeros((count + len(further.mean),) * 2)
+    wide[:count, :count], wide[count:, count:] = prior.information, further.information
+    return Prior(np.append(prior.mean, further.mean), wide)
 
 
 def _stands(fix: Fix) -> bool:

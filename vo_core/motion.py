@@ -106,12 +106,12 @@ class WallMotion:
 class RollingMotion:
     """The same of a rolling shutter: each point has the poses of the rows that show it.
 
-    q = (that of `WallMotion`, rate), (17,): how fast x, y and yaw of the moving camera change, in
+    q = (that of `WallMotion`, rate, rate of the reference), (20,): how fast x, y and yaw change, in
     mm/s and rad/s.  Rows of different times show it, as a shear or a stretch of the picture.
     """
 
-    def __init__(self, motion: WallMotion, reference_rate: Matrix) -> None:
-        self._motion, self._reference_rate = motion, reference_rate
+    def __init__(self, motion: WallMotion) -> None:
+        self._motion = motion
 
     def positions(self, q: Matrix) -> Points:
         """w(q), (N, 2) px."""
@@ -121,15 +121,16 @@ class RollingMotion:
         """w(q) and dw/dq; by the poses that of a global shutter, which is near enough."""
         positions, offset_s = self._appears(q)
         by_pose = self._motion.linearise(q[:PARAMETERS])[1]
-        return positions, np.concatenate(
-            [by_pose, by_pose[..., :RATES] * offset_s[:, None, None]], -1
-        )
+        by_rate = by_pose[..., :RATES] * offset_s[:, None, None]
+        by_reference = by_pose[..., REFERENCE][..., :RATES]
+        before = by_reference * self._motion.exposure.offset_s[:, None, None]
+        return positions, np.concatenate([by_pose, by_rate, before], -1)
 
     def _appears(self, q: Matrix) -> tuple[Points, Matrix]:
         """w(q), and when each point was exposed in the moving picture, s."""
-        motion, rate = self._motion, q[PARAMETERS:]
+        motion, (rate, before) = self._motion, q[PARAMETERS:].reshape(2, RATES)
         moving, reference = poses(q)
-        then = _along(reference, self._reference_rate, motion.exposure.offset_s)
+        then = _along(reference, before, motion.exposure.offset_s)
         moved_mm = motion.appears(then, moving) - motion.places_mm
         offset_s = motion.exposure.of_moved(moved_mm, -rate[:2])
         now = _along(moving, rate, offset_s)

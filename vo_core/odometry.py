@@ -22,6 +22,7 @@ from vo_core.height import scale_sigma
 from vo_core.locate import (
     CERTAIN,
     LEAST_OVERLAP,
+    UNKNOWN_RATE,
     Fix,
     Locator,
     Outlook,
@@ -29,7 +30,6 @@ from vo_core.locate import (
     Reference,
     State,
 )
-from vo_core.motion import RATES
 from vo_core.pattern import FixedPattern
 from vo_core.rectify import Rectifier
 from vo_core.resample import grey_frame, reduce_to
@@ -120,7 +120,7 @@ class Odometry:
         self._covariance = np.diag(np.square([*START_SIGMA, tilt_rad, tilt_rad]))
         self._fix_covariance = self._covariance
         """(8, 8), as in `State`."""
-        self._mount_rad, self._rate = np.zeros(2), np.zeros(RATES)
+        self._mount_rad, self._rate = np.zeros(2), UNKNOWN_RATE
         self._sway = Sway(rig)
         self._model_mm = 0.0
         """Error of one sign that may have added up, signed like the distance."""
@@ -222,7 +222,8 @@ class Odometry:
             way_mm = float(np.hypot(*self._velocity[:2])) * self._gone
             reach_mm = ACCELERATION_MM_S2 * gone_s**2 + REACH_PX * self._rectify.grid.mm_per_px
             reach_mm += self._clock.jitter * way_mm
-        return Outlook(reach_mm, self._fix_pose, self._rate, self._reliability, self._sway)
+        since_s = self._gone * self._clock.period_s
+        return Outlook(reach_mm, self._fix_pose, since_s, self._reliability, self._sway)
 
     def _measure(self, picture: Picture) -> Fix | None:
         """The pose by the keyframe, else by the newest frame.
