@@ -128,6 +128,8 @@ class Alignment:
 
     parameters: Matrix
     """(n,)"""
+    positions: Points
+    """Where the nodes of the reference's blocks lie, to within the last step."""
     covariance: Matrix
     """(n, n), the prior included."""
     free: Matrix
@@ -163,7 +165,7 @@ def align(
     start: Matrix,
     scales: Matrix,
     *,
-    derivative: Callable[[Matrix], Matrix] | None = None,
+    linearise: Callable[[Matrix], tuple[Points, Matrix]] | None = None,
     prior: Prior | None = None,
     habit: Prior | None = None,
 ) -> Alignment:
@@ -177,7 +179,7 @@ def align(
         warp: The motion model, at the nodes of the template's blocks.
         start: (n,) parameters to start from; within about 2 px of the truth everywhere.
         scales: (n,) change of each parameter that moves the content by about a pixel.
-        derivative: (nodes, 2, n) dw/dq; taken by differences if there is none.
+        linearise: w(q) and dw/dq, (nodes, 2, n); taken by differences if there is none.
         prior: What is known of the parameters beforehand.
         habit: What they usually are; `Alignment.free` is without it.
     """
@@ -186,8 +188,7 @@ def align(
     known, usual = prior or nothing, habit or nothing
     information = loose + known.information + usual.information
     parameters, step_px = np.array(start, np.float64), np.inf
-    positions = warp(parameters)
-    slopes = (derivative or _differences(warp, scales))(parameters)
+    positions, slopes = (linearise or _differences(warp, scales))(parameters)
     jacobian = _on_reference(template.grid, positions, slopes)
     rooted = template.root @ jacobian
     for _ in range(MAX_STEPS):
@@ -219,6 +220,7 @@ def align(
     covariance = bread @ filling @ bread
     return Alignment(
         parameters=parameters,
+        positions=positions,
         covariance=covariance,
         free=parameters + unforced @ pull,
         free_covariance=unforced,
@@ -298,7 +300,9 @@ def _scores(jacobian: Matrix, seen: _Comparison) -> Matrix:
 
 def _spread_px(jacobian: Matrix, covariance: Matrix) -> float:
     """Standard deviation of the displacements J q, rms over the blocks, in the worse direction."""
-    spread = np.einsum("bim,mn,bjn->ij", jacobian, covariance, jacobian, optimize=True)
+    spread = np.swapaxes(jacobian, 0, 1).reshape(2, -1) @ (jacobian @ covariance).transpose(
+        0, 2, 1
+    ).reshape(-1, 2)
     return float(np.sqrt(np.linalg.eigvalsh(spread)[-1] / max(len(jacobian), 1)))
 
 
@@ -349,14 +353,14 @@ def _coarse(image: GrayImage, row_step: int) -> GrayImage:
     return reduce_to(image, (width // 2, height * row_step // 2))
 
 
-def _differences(warp: Warp, scales: Matrix) -> Callable[[Matrix], Matrix]:
+def _differences(warp: Warp, scales: Matrix) -> Callable[[Matrix], tuple[Points, Matrix]]:
     steps = DIFFERENCE * scales
 
-    def derivative(parameters: Matrix) -> Matrix:
+    def linearise(parameters: Matrix) -> tuple[Points, Matrix]:
         at, *moved = warp(parameters + np.vstack([np.zeros_like(steps), np.diag(steps)]))
-        return np.asarray((np.stack(moved, -1) - at[..., None]) / steps)
+        return at, np.asarray((np.stack(moved, -1) - at[..., None]) / steps)
 
-    return derivative
+    return linearise
 
 
 def _on_reference(grid: BlockGrid, positions: Points, slopes: Matrix) -> Matrix:

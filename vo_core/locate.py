@@ -270,7 +270,7 @@ class Locator:
             self._motion.positions,
             parameters,
             self._motion.scales,
-            derivative=self._motion.derivative,
+            linearise=self._motion.linearise,
             prior=_known(reference, parameters),
             habit=_habit(reference, start, parameters, sway),
         )
@@ -278,7 +278,7 @@ class Locator:
         is_open = fit.uncertainty_px > OPEN_PX
         if not fit.converged or is_open or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
             return None
-        moved = self._blocks.centres(self._motion.positions(fit.parameters)) - self._centres
+        moved = self._blocks.centres(fit.positions) - self._centres
         state = State(Pose(*fit.parameters[MOVING].tolist()), fit.parameters[MOUNT], covariance)
         return Fix(
             state=state,

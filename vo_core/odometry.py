@@ -15,6 +15,7 @@ import numpy as np
 
 from vo_core.clock import Clock
 from vo_core.errors import InvalidTime
+from vo_core.fields import Interlacing
 from vo_core.filters import low_pass, normalise
 from vo_core.health import NO_HEALTH, Health, HealthGauge
 from vo_core.height import scale_sigma
@@ -30,7 +31,7 @@ from vo_core.locate import (
 )
 from vo_core.pattern import FixedPattern
 from vo_core.rectify import Rectifier
-from vo_core.resample import reduce_to
+from vo_core.resample import grey_frame, reduce_to
 from vo_core.rig import Rig
 from vo_core.sway import Sway
 from vo_core.track import Estimate, Status
@@ -102,6 +103,7 @@ class Odometry:
         self._scale_sigma = scale_sigma(rig)
         self._least_overlap = KEYFRAME_OVERLAP[rig.pipe.shape]
         self._rectify = Rectifier(rig)
+        self._interlacing = Interlacing()
         self._locator = Locator(self._rectify)
         self._pattern = FixedPattern()
         self._gauge = HealthGauge(self._rectify.valid)
@@ -149,7 +151,8 @@ class Odometry:
             raise InvalidTime(f"Frame {self._frame} has the time {t_s} s; it must be finite.")
         self._clock.tick(t_s)
         before = self._pose
-        patch = self._rectify(image)
+        image = grey_frame(self.rig.camera, image)
+        patch = self._rectify(image, self._interlacing(image))
         normal = normalise(low_pass(patch))
         picture = Picture(self._pattern.remove(normal))
         is_new = _contrast(patch) >= LEAST_CONTRAST and not self._is_repeated(patch)
