@@ -23,22 +23,25 @@ from vo_core.motion import (
     MOUNT,
     MOVING,
     PARAMETERS,
+    POSE,
+    RATES,
     REFERENCE,
+    RollingMotion,
     WallMotion,
     moved_by_content,
     parameters,
 )
 from vo_core.rectify import Rectifier
 from vo_core.resample import double, halve, resample, resample_mask
-from vo_core.rig import Rig
+from vo_core.sway import Sway, kept, spread
 from vo_core.types import ByteImage, GrayImage, Matrix
 from vo_core.wall import Pose
 
 LEAST_OVERLAP = 0.15
 """Below this share of common wall a reference is out of reach."""
 
-STANDS_PX, APART_PX = 2.0, 6.0
-"""Nearer to the reference is standstill; nearer is no motion of its own beside a standstill."""
+STANDS_PX, APART_PX = 3.0, 6.0
+"""Content that moved by less stands still, and by more it moves beside one that stands."""
 
 RIVAL = 0.9
 """Share of the best support that makes another pose as good."""
@@ -50,9 +53,11 @@ such blocks that unmasks a fixed pattern."""
 CERTAIN = 14.0
 """Significance (see `LOCK`) from which an alignment is sure."""
 
-SWAY_MM = 300.0
-"""Way after which nothing is left of a robot's deviation from its mean pose, about."""
+RATE_SIGMA = np.array([100.0, 30.0, 0.3])
+"""How well the change of x, y and yaw is known from the frame before, mm/s and rad/s."""
 
+_DIFFERENCE = np.zeros((POSE, PARAMETERS))
+_DIFFERENCE[:, MOVING], _DIFFERENCE[:, REFERENCE] = np.eye(POSE), -np.eye(POSE)
 _KNOWN = [*range(MOUNT.stop)[REFERENCE], *range(MOUNT.stop)[MOUNT]]
 _KEPT = [*range(MOUNT.stop)[MOVING], *range(MOUNT.stop)[MOUNT]]
 """Parameters that are known beforehand, and those that are kept."""
@@ -84,6 +89,8 @@ class State:
     """(2,) pitch and roll of the mount against the rig."""
     covariance: Matrix
     """(8, 8), in the order of `Pose`, then the mount."""
+    rate: Matrix
+    """(3,) change of x, y and yaw a second, as far as a rolling shutter showed it."""
 
 
 @dataclass(frozen=True)
@@ -114,6 +121,12 @@ class Fix:
     """The reference's own uncertainty is in it."""
     reference: Reference
     alignment: Alignment
+    moved_px: float
+    """How far the content lies from where the reference shows it: the median over its blocks."""
+    change: Matrix
+    """(6,) of the pose since the reference, without what is usual for this robot."""
+    change_variance: Matrix
+    """(6,)"""
     is_ambiguous: bool = False
     """Does another pose fit as well (a wall that repeats itself)?"""
     is_doubtful: bool = False
@@ -131,11 +144,15 @@ class Outlook:
 
     reach_mm: float
     """How far from the guess the robot can be; inf if that is not known."""
+    last: Pose
+    """At the last fix."""
+    rate: Matrix
+    """(3,) change of x, y and yaw a second, about."""
     reliability: Matrix | None
     """(blocks,) how well each block used to agree when the robot moved: dirt and water lie in bad
     ones. None before the robot has moved."""
-    sway: Matrix
-    """(6, 6) information about any pose of this robot, in the order of `Pose`: see `Sway`."""
+    sway: Sway
+    """How far this robot leaves its mean pose."""
 
 
 class Locator:
@@ -147,6 +164,7 @@ class Locator:
         self.valid = rectifier.valid
         self._whole = self._blocks.whole(self.valid)
         self._motion = WallMotion(self._rig, self._grid, self._blocks.nodes())
+        self._centres = self._blocks.centres(self._blocks.nodes())
         self._coarse_valid = (halve(self.valid.astype(np.float32)) > 0.99).astype(np.uint8)
         self._coarse_blocks = BlockGrid.over(self._coarse_valid.shape)
         self._coarse_motion = WallMotion(
@@ -183,28 +201,20 @@ class Locator:
         self, reference: Reference, picture: Picture, guess: Pose, outlook: Outlook
     ) -> list[Fix]:
         starts = self._starts(reference, picture, guess)
-        aligned = (self._align(reference, picture, start, outlook.sway) for start in starts)
+        aligned = (self._align(reference, picture, start, outlook) for start in starts)
         return [fix for fix in aligned if fix is not None]
 
     def _best(self, found: list[Fix], in_reach: list[Fix], outlook: Outlook) -> Fix | None:
         """The fix of the wall; uncertain by the distance to a rival that is as good."""
-        fixes = [
-            fix
-            for fix in found
-            if not self._stands(fix)
-            or (
-                (fix in in_reach or not in_reach)
-                and not any(self._is_pattern(fix, other) for other in in_reach)
-            )
-        ]
+        fixes = [fix for fix in found if self._is_credible(fix, found, in_reach, outlook)]
+        if not fixes:
+            return None
         reliability = outlook.reliability
         if reliability is None:
             reliability = np.ones(self._blocks.rows * self._blocks.columns)
-        if not fixes:
-            return None
         supports = [fix.alignment.support(reliability) for fix in fixes]
         best = fixes[int(np.argmax(supports))]
-        if self._stands(best) and any(self._is_pattern(best, other) for other in found):
+        if _stands(best) and any(_is_pattern(best, other) for other in found):
             best = replace(best, is_doubtful=True)
         rivals = [
             abs(fix.pose.x_mm - best.pose.x_mm)
@@ -218,21 +228,22 @@ class Locator:
         state = replace(best.state, covariance=uncertain)
         return replace(best, state=state, is_ambiguous=True)
 
-    def _stands(self, fix: Fix) -> bool:
-        """Does the picture lie on the reference, to within what a fixed pattern pulls it?"""
-        return self.overlap(fix.reference, fix.pose) > 1 - STANDS_PX / max(self._grid.shape)
+    def _is_credible(
+        self, fix: Fix, found: list[Fix], in_reach: list[Fix], outlook: Outlook
+    ) -> bool:
+        """Is it no standstill that only the lens shows?
 
-    def _is_pattern(self, fix: Fix, other: Fix) -> bool:
-        """Is `fix` the standstill of what sticks to the lens, and `other` the motion of the wall?
-
-        A wall that stands still agrees everywhere, also where a repeating texture agrees once more
-        a period off. Dirt agrees where it lies only: elsewhere some places speak for the motion
-        that do not speak for standstill.
+        Dirt stands still against every reference.  A robot that stops dead stands against the
+        newest picture only; against an older one it would have to jump back to stand.
         """
-        if self.overlap(other.reference, other.pose) > 1 - APART_PX / max(self._grid.shape):
+        if not _stands(fix):
+            return True
+        if fix in in_reach:
+            return not any(_is_pattern(fix, other) for other in in_reach)
+        back_mm = _distance_mm(fix.pose, outlook.last)
+        if in_reach or back_mm > APART_PX * self._grid.mm_per_px:
             return False
-        clearer = other.alignment.trust - fix.alignment.trust > CLEARER
-        return float(clearer.mean()) > LEAST_CLEARER
+        return not any(_is_pattern(fix, other) for other in found)
 
     def overlap(self, reference: Reference, pose: Pose) -> float:
         """Share of the reference's wall that a camera at `pose` sees, about."""
@@ -260,41 +271,95 @@ class Locator:
         return [moved_by_content(guess, shift, reference.pose.yaw_rad) for shift in shifts_mm]
 
     def _align(
-        self, reference: Reference, picture: Picture, start: Pose, sway: Matrix
+        self, reference: Reference, picture: Picture, start: Pose, outlook: Outlook
     ) -> Fix | None:
         parameters = _parameters(reference, start)
+        motion: WallMotion | RollingMotion = self._motion
+        scales, known = self._motion.scales, _known(reference, parameters)
+        habit = _habit(reference, start, parameters, outlook.sway)
+        if self._rig.camera.readout_ms > 0:
+            motion = RollingMotion(self._motion, reference.state.rate)
+            parameters = np.append(parameters, outlook.rate)
+            scales = np.append(scales, RATE_SIGMA)
+            known = _widened(known, outlook.rate, 1 / np.square(RATE_SIGMA))
+            habit = _widened(habit, outlook.rate, np.zeros(RATES))
         fit = align(
             reference.template,
             picture.doubled,
             self._whole,
-            self._motion.positions,
+            motion.positions,
             parameters,
-            self._motion.scales,
-            derivative=self._motion.derivative,
-            prior=_prior(reference, parameters, sway),
+            scales,
+            linearise=motion.linearise,
+            prior=known,
+            habit=habit,
         )
         covariance = fit.covariance[np.ix_(_KEPT, _KEPT)]
         is_open = fit.uncertainty_px > OPEN_PX
         if not fit.converged or is_open or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
             return None
-        state = State(Pose(*fit.parameters[MOVING].tolist()), fit.parameters[MOUNT], covariance)
-        return Fix(state, reference, fit)
+        moved = self._blocks.centres(fit.positions) - self._centres
+        at = fit.parameters[MOVING]
+        rate = fit.parameters[PARAMETERS:] if len(parameters) > PARAMETERS else outlook.rate
+        state = State(Pose(*at.tolist()), fit.parameters[MOUNT], covariance, rate)
+        return Fix(
+            state=state,
+            reference=reference,
+            alignment=fit,
+            moved_px=float(np.nanmedian(np.hypot(*moved.T))),
+            change=fit.free[MOVING] - fit.free[REFERENCE],
+            change_variance=np.diag(
+                _DIFFERENCE @ fit.free_covariance[:PARAMETERS, :PARAMETERS] @ _DIFFERENCE.T
+            ),
+        )
 
 
-def _prior(reference: Reference, parameters: Matrix, sway: Matrix) -> Prior:
-    """What is known of the reference and the mount, and how far the robot leaves its mean pose.
-
-    `sway` is the (6, 6) information about a pose that is independent of the reference's: near it
-    the frame says nothing new.
-    """
+def _known(reference: Reference, parameters: Matrix) -> Prior:
+    """What is known of the reference and of the mount."""
     information = np.zeros((PARAMETERS, PARAMETERS))
-    known = np.ix_(_KNOWN, _KNOWN)
-    information[known] = np.linalg.inv(reference.state.covariance)
-    way_mm = abs(parameters[0] - reference.pose.x_mm)
-    information[MOVING, MOVING] = min(way_mm / SWAY_MM, 1.0) * sway
+    information[np.ix_(_KNOWN, _KNOWN)] = np.linalg.inv(reference.state.covariance)
+    return Prior(parameters, information)
+
+
+def _habit(reference: Reference, start: Pose, parameters: Matrix, sway: Sway) -> Prior:
+    """How the pose usually follows from the reference's.
+
+    A part of its deviation from the mean pose is left, and some of the robot's sway comes new.
+    """
+    way_mm = start.x_mm - reference.pose.x_mm
+    left = kept(way_mm)
+    follows = np.zeros((POSE, PARAMETERS))
+    follows[:, MOVING], follows[:, REFERENCE] = np.eye(POSE), -left * np.eye(POSE)
     mean = parameters.copy()
-    mean[MOVING] = 0.0
-    return Prior(mean, information)
+    mean[MOVING] = left * parameters[REFERENCE] + (1 - left) * sway.mean(start)
+    weight = np.linalg.inv(spread(way_mm) * sway.covariance)
+    return Prior(mean, follows.T @ weight @ follows)
+
+
+def _widened(prior: Prior, mean: Matrix, information: Matrix) -> Prior:
+    """The same for further parameters behind those that it has."""
+    wide = np.zeros((len(prior.mean) + len(mean),) * 2)
+    wide[: len(prior.mean), : len(prior.mean)] = prior.information
+    wide[len(prior.mean) :, len(prior.mean) :] = np.diag(information)
+    return Prior(np.append(prior.mean, mean), wide)
+
+
+def _stands(fix: Fix) -> bool:
+    """Does the picture lie on the reference, to within what a fixed pattern pulls it?"""
+    return fix.moved_px < STANDS_PX
+
+
+def _is_pattern(fix: Fix, other: Fix) -> bool:
+    """Is `fix` the standstill of what sticks to the lens, and `other` the motion of the wall?
+
+    A wall that stands still agrees everywhere, also where a repeating texture agrees once more a
+    period off. Dirt agrees where it lies only: elsewhere some places speak for the motion that do
+    not speak for standstill.
+    """
+    if other.moved_px < APART_PX:
+        return False
+    clearer = other.alignment.trust - fix.alignment.trust > CLEARER
+    return float(clearer.mean()) > LEAST_CLEARER
 
 
 def _distance_mm(a: Pose, b: Pose) -> float:

@@ -15,10 +15,12 @@ import numpy as np
 
 from vo_core.rectify import NOMINAL, PatchGrid
 from vo_core.rig import Rig
+from vo_core.shutter import Exposure
 from vo_core.types import Matrix
 from vo_core.wall import (
     Points,
     Pose,
+    Poses,
     camera_position,
     cast,
     develop,
@@ -37,6 +39,9 @@ MOUNT = slice(2 * POSE, 2 * POSE + 2)
 
 PARAMETERS = 2 * POSE + 2
 
+RATES = 3
+"""Of x, y and yaw, where a shutter rolls."""
+
 
 class WallMotion:
     """The motion model at fixed points of the patch, whose rays are computed once.
@@ -45,8 +50,10 @@ class WallMotion:
     """
 
     def __init__(self, rig: Rig, grid: PatchGrid, points_px: Points) -> None:
-        self._rig, self._grid = rig, grid
-        self._rays = sight(rig, NOMINAL, enclose(rig, grid.to_mm(points_px)))
+        self._rig, self.grid = rig, grid
+        self.places_mm = grid.to_mm(points_px)
+        self._rays = sight(rig, NOMINAL, enclose(rig, self.places_mm))
+        self.exposure = Exposure.of(rig, self.places_mm)
         turn_rad = 2 / max(grid.shape)
         tilt_rad = grid.mm_per_px / rig.mount.height_mm
         pose = [grid.mm_per_px, grid.mm_per_px, turn_rad, turn_rad * rig.mount.height_mm]
@@ -57,12 +64,15 @@ class WallMotion:
     def positions(self, q: Matrix) -> Points:
         """w(q): where the points of a reference's patch lie in the moving camera's patch, px."""
         moving, reference = poses(q)
-        wall = cast(self._rig, reference, self._rays)
-        appears = cast(self._rig, NOMINAL, sight(self._rig, moving, wall))
-        return self._grid.to_px(develop(self._rig, appears))
+        return self.grid.to_px(self.appears(reference, moving))
 
-    def derivative(self, q: Matrix) -> Matrix:
-        """dw/dq at the points, (N, 2, 14).
+    def appears(self, reference: Pose | Poses, moving: Pose | Poses) -> Points:
+        """Where the moving camera shows the points of the reference's patch, (axial, arc) mm."""
+        wall = cast(self._rig, reference, self._rays)
+        return develop(self._rig, cast(self._rig, NOMINAL, sight(self._rig, moving, wall)))
+
+    def linearise(self, q: Matrix) -> tuple[Points, Matrix]:
+        """w(q) and dw/dq at the points, (N, 2) and (N, 2, 14), of a global shutter.
 
         A change of the reference moves the wall point W = o + v along the wall, one of the moving
         camera the ray d = R' (W - o) by which it sees W; the patch shows where the nominal camera
@@ -76,7 +86,7 @@ class WallMotion:
         away = appears - camera_position(self._rig, NOMINAL)
         around, outward = wall_axes(self._rig, appears)
         # Rows of d(axial, arc)/d(ray in robot axes), (N, 3) each, times the distance ratio.
-        nearer = _norm(away) / _norm(seen) / self._grid.mm_per_px
+        nearer = _norm(away) / _norm(seen) / self.grid.mm_per_px
         along = np.zeros_like(around)
         along[:, 0] = 1.0
         rows = [_on_wall(row, away, outward) * nearer for row in (along, around)]
@@ -89,7 +99,41 @@ class WallMotion:
         of_moving = -_by_pose(by_wall, moving, wall - camera_position(self._rig, moving))
         of_reference = _by_pose(by_shift, reference, before)
         mount = of_moving[..., 4:] + of_reference[..., 4:]
-        return np.concatenate([of_moving, of_reference, mount], -1)
+        slopes = np.concatenate([of_moving, of_reference, mount], -1)
+        return self.grid.to_px(develop(self._rig, appears)), slopes
+
+
+class RollingMotion:
+    """The same of a rolling shutter: each point has the poses of the rows that show it.
+
+    q = (that of `WallMotion`, rate), (17,): how fast x, y and yaw of the moving camera change, in
+    mm/s and rad/s.  Rows of different times show it, as a shear or a stretch of the picture.
+    """
+
+    def __init__(self, motion: WallMotion, reference_rate: Matrix) -> None:
+        self._motion, self._reference_rate = motion, reference_rate
+
+    def positions(self, q: Matrix) -> Points:
+        """w(q), (N, 2) px."""
+        return self._appears(q)[0]
+
+    def linearise(self, q: Matrix) -> tuple[Points, Matrix]:
+        """w(q) and dw/dq; by the poses that of a global shutter, which is near enough."""
+        positions, offset_s = self._appears(q)
+        by_pose = self._motion.linearise(q[:PARAMETERS])[1]
+        return positions, np.concatenate(
+            [by_pose, by_pose[..., :RATES] * offset_s[:, None, None]], -1
+        )
+
+    def _appears(self, q: Matrix) -> tuple[Points, Matrix]:
+        """w(q), and when each point was exposed in the moving picture, s."""
+        motion, rate = self._motion, q[PARAMETERS:]
+        moving, reference = poses(q)
+        then = _along(reference, self._reference_rate, motion.exposure.offset_s)
+        moved_mm = motion.appears(then, moving) - motion.places_mm
+        offset_s = motion.exposure.of_moved(moved_mm, -rate[:2])
+        now = _along(moving, rate, offset_s)
+        return motion.grid.to_px(motion.appears(then, now)), offset_s
 
 
 def parameters(moving: Pose, reference: Pose, mount_rad: Matrix) -> Matrix:
@@ -101,6 +145,13 @@ def poses(q: Matrix) -> tuple[Pose, Pose]:
     """The moving and the reference pose of q, with the tilt of the mount in both."""
     tilt = np.array([0.0, 0.0, 0.0, 0.0, *q[MOUNT]])
     return Pose(*(q[MOVING] + tilt).tolist()), Pose(*(q[REFERENCE] + tilt).tolist())
+
+
+def _along(pose: Pose, rate: Matrix, offset_s: Matrix) -> Poses:
+    """The pose at other times, (N,) each."""
+    x, y, yaw = np.array(astuple(pose))[:RATES, None] + rate[:, None] * offset_s
+    still = np.zeros_like(offset_s)
+    return Poses(x, y, yaw, pose.z_mm + still, pose.pitch_rad + still, pose.roll_rad + still)
 
 
 def _norm(vectors: Points) -> Matrix:
