@@ -156,10 +156,10 @@ def _weights(axial_mm: Matrix, log_resolution: Matrix, good: Mask) -> Matrix:
     ramp = np.clip(depth / (BORDER * min(good.shape)), 0, 1)
     fine = ramp * np.exp(-4 * log_resolution)
     axial = np.where(good, axial_mm, 0.0)
-    best_mm = (fine * axial).sum() / fine.sum()
+    best_mm = (fine * axial).sum() / max(fine.sum(), 1e-12)
     off = (axial - best_mm) / (axial[good].max() - axial[good].min()) * RIDGE
     weight = fine / np.square(1 + off * off)
-    return np.asarray(PEAK * weight / weight.max())
+    return np.asarray(PEAK * weight / max(weight.max(), 1e-12))
 
 
 class Canvas:
