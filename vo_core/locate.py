@@ -24,7 +24,9 @@ from vo_core.motion import (
     MOVING,
     PARAMETERS,
     POSE,
+    RATES,
     REFERENCE,
+    RollingMotion,
     WallMotion,
     moved_by_content,
     parameters,
@@ -50,6 +52,12 @@ such blocks that unmasks a fixed pattern."""
 
 CERTAIN = 14.0
 """Significance (see `LOCK`) from which an alignment is sure."""
+
+RATE_SIGMA = np.array([100.0, 30.0, 0.3])
+"""How well the change of x, y and yaw is known from the frame before, mm/s and rad/s."""
+
+UNKNOWN_RATE = Prior(np.zeros(RATES), np.diag(1 / np.square(RATE_SIGMA)))
+"""Before anything moved."""
 
 _DIFFERENCE = np.zeros((POSE, PARAMETERS))
 _DIFFERENCE[:, MOVING], _DIFFERENCE[:, REFERENCE] = np.eye(POSE), -np.eye(POSE)
@@ -84,6 +92,8 @@ class State:
     """(2,) pitch and roll of the mount against the rig."""
     covariance: Matrix
     """(8, 8), in the order of `Pose`, then the mount."""
+    rate: Prior
+    """(3,) change of x, y and yaw a second, as far as a rolling shutter showed it."""
 
 
 @dataclass(frozen=True)
@@ -139,6 +149,8 @@ class Outlook:
     """How far from the guess the robot can be; inf if that is not known."""
     last: Pose
     """At the last fix."""
+    since_s: float
+    """Since then."""
     reliability: Matrix | None
     """(blocks,) how well each block used to agree when the robot moved: dirt and water lie in bad
     ones. None before the robot has moved."""
@@ -192,7 +204,7 @@ class Locator:
         self, reference: Reference, picture: Picture, guess: Pose, outlook: Outlook
     ) -> list[Fix]:
         starts = self._starts(reference, picture, guess)
-        aligned = (self._align(reference, picture, start, outlook.sway) for start in starts)
+        aligned = (self._align(reference, picture, start, outlook) for start in starts)
         return [fix for fix in aligned if fix is not None]
 
     def _best(self, found: list[Fix], in_reach: list[Fix], outlook: Outlook) -> Fix | None:
@@ -261,32 +273,57 @@ class Locator:
             shifts_mm.append((0.0, 0.0))
         return [moved_by_content(guess, shift, reference.pose.yaw_rad) for shift in shifts_mm]
 
-    def _align(self, reference: Reference, picture: Picture, start: Pose, sway: Sway) -> Fix | None:
+    def _align(
+        self, reference: Reference, picture: Picture, start: Pose, outlook: Outlook
+    ) -> Fix | None:
         parameters = _parameters(reference, start)
+        motion: WallMotion | RollingMotion = self._motion
+        scales, known = self._motion.scales, _known(reference, parameters)
+        habit = _habit(reference, start, parameters, outlook.sway)
+        if self._rig.camera.readout_ms > 0:
+            motion = RollingMotion(self._motion)
+            before = reference.state.rate
+            rates = np.append(_rate(outlook.last, start, outlook.since_s), before.mean)
+            information = np.zeros((2 * RATES, 2 * RATES))
+            information[:RATES, :RATES] = np.diag(1 / np.square(RATE_SIGMA))
+            information[RATES:, RATES:] = before.information
+            parameters, scales = (
+                np.append(parameters, rates),
+                np.append(scales, [*RATE_SIGMA, *RATE_SIGMA]),
+            )
+            known = _widened(known, Prior(rates, information))
+            habit = _widened(habit, Prior(rates, 0 * information))
         fit = align(
             reference.template,
             picture.doubled,
             self._whole,
-            self._motion.positions,
+            motion.positions,
             parameters,
-            self._motion.scales,
-            linearise=self._motion.linearise,
-            prior=_known(reference, parameters),
-            habit=_habit(reference, start, parameters, sway),
+            scales,
+            linearise=motion.linearise,
+            prior=known,
+            habit=habit,
         )
         covariance = fit.covariance[np.ix_(_KEPT, _KEPT)]
         is_open = fit.uncertainty_px > OPEN_PX
         if not fit.converged or is_open or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
             return None
         moved = self._blocks.centres(fit.positions) - self._centres
-        state = State(Pose(*fit.parameters[MOVING].tolist()), fit.parameters[MOUNT], covariance)
+        at = fit.parameters[MOVING]
+        rate = UNKNOWN_RATE
+        if len(parameters) > PARAMETERS:
+            shown = slice(PARAMETERS, PARAMETERS + RATES)
+            rate = Prior(fit.parameters[shown], np.linalg.inv(fit.covariance[shown, shown]))
+        state = State(Pose(*at.tolist()), fit.parameters[MOUNT], covariance, rate)
         return Fix(
             state=state,
             reference=reference,
             alignment=fit,
             moved_px=float(np.nanmedian(np.hypot(*moved.T))),
             change=fit.free[MOVING] - fit.free[REFERENCE],
-            change_variance=np.diag(_DIFFERENCE @ fit.free_covariance @ _DIFFERENCE.T),
+            change_variance=np.diag(
+                _DIFFERENCE @ fit.free_covariance[:PARAMETERS, :PARAMETERS] @ _DIFFERENCE.T
+            ),
         )
 
 
@@ -310,6 +347,20 @@ def _habit(reference: Reference, start: Pose, parameters: Matrix, sway: Sway) ->
     mean[MOVING] = left * parameters[REFERENCE] + (1 - left) * sway.mean(start)
     weight = np.linalg.inv(spread(way_mm) * sway.covariance)
     return Prior(mean, follows.T @ weight @ follows)
+
+
+def _rate(before: Pose, after: Pose, since_s: float) -> Matrix:
+    """(3,) change of x, y and yaw a second."""
+    x_mm, y_mm = after.x_mm - before.x_mm, after.y_mm - before.y_mm
+    return np.array([x_mm, y_mm, after.yaw_rad - before.yaw_rad]) / max(since_s, 1e-3)
+
+
+def _widened(prior: Prior, further: Prior) -> Prior:
+    """The same with further parameters behind those that it has."""
+    count = len(prior.mean)
+    wide = np.zeros((count + len(further.mean),) * 2)
+    wide[:count, :count], wide[count:, count:] = prior.information, further.information
+    return Prior(np.append(prior.mean, further.mean), wide)
 
 
 def _stands(fix: Fix) -> bool:

@@ -15,10 +15,12 @@ import numpy as np
 
 from vo_core.rectify import NOMINAL, PatchGrid
 from vo_core.rig import Rig
+from vo_core.shutter import Exposure
 from vo_core.types import Matrix
 from vo_core.wall import (
     Points,
     Pose,
+    Poses,
     camera_position,
     cast,
     develop,
@@ -37,6 +39,9 @@ MOUNT = slice(2 * POSE, 2 * POSE + 2)
 
 PARAMETERS = 2 * POSE + 2
 
+RATES = 3
+"""Of x, y and yaw, where a shutter rolls."""
+
 
 class WallMotion:
     """The motion model at fixed points of the patch, whose rays are computed once.
@@ -45,8 +50,10 @@ class WallMotion:
     """
 
     def __init__(self, rig: Rig, grid: PatchGrid, points_px: Points) -> None:
-        self._rig, self._grid = rig, grid
-        self._rays = sight(rig, NOMINAL, enclose(rig, grid.to_mm(points_px)))
+        self._rig, self.grid = rig, grid
+        self.places_mm = grid.to_mm(points_px)
+        self._rays = sight(rig, NOMINAL, enclose(rig, self.places_mm))
+        self.exposure = Exposure.of(rig, self.places_mm)
         turn_rad = 2 / max(grid.shape)
         tilt_rad = grid.mm_per_px / rig.mount.height_mm
         pose = [grid.mm_per_px, grid.mm_per_px, turn_rad, turn_rad * rig.mount.height_mm]
@@ -57,12 +64,15 @@ class WallMotion:
     def positions(self, q: Matrix) -> Points:
         """w(q): where the points of a reference's patch lie in the moving camera's patch, px."""
         moving, reference = poses(q)
+        return self.grid.to_px(self.appears(reference, moving))
+
+    def appears(self, reference: Pose | Poses, moving: Pose | Poses) -> Points:
+        """Where the moving camera shows the points of the reference's patch, (axial, arc) mm."""
         wall = cast(self._rig, reference, self._rays)
-        appears = cast(self._rig, NOMINAL, sight(self._rig, moving, wall))
-        return self._grid.to_px(develop(self._rig, appears))
+        return develop(self._rig, cast(self._rig, NOMINAL, sight(self._rig, moving, wall)))
 
     def linearise(self, q: Matrix) -> tuple[Points, Matrix]:
-        """w(q) and dw/dq at the points, (N, 2) and (N, 2, 14).
+        """w(q) and dw/dq at the points, (N, 2) and (N, 2, 14), of a global shutter.
 
         A change of the reference moves the wall point W = o + v along the wall, one of the moving
         camera the ray d = R' (W - o) by which it sees W; the patch shows where the nominal camera
@@ -76,7 +86,7 @@ class WallMotion:
         away = appears - camera_position(self._rig, NOMINAL)
         around, outward = wall_axes(self._rig, appears)
         # Rows of d(axial, arc)/d(ray in robot axes), (N, 3) each, times the distance ratio.
-        nearer = _norm(away) / _norm(seen) / self._grid.mm_per_px
+        nearer = _norm(away) / _norm(seen) / self.grid.mm_per_px
         along = np.zeros_like(around)
         along[:, 0] = 1.0
         rows = [_on_wall(row, away, outward) * nearer for row in (along, around)]
@@ -90,7 +100,41 @@ class WallMotion:
         of_reference = _by_pose(by_shift, reference, before)
         mount = of_moving[..., 4:] + of_reference[..., 4:]
         slopes = np.concatenate([of_moving, of_reference, mount], -1)
-        return self._grid.to_px(develop(self._rig, appears)), slopes
+        return self.grid.to_px(develop(self._rig, appears)), slopes
+
+
+class RollingMotion:
+    """The same of a rolling shutter: each point has the poses of the rows that show it.
+
+    q = (that of `WallMotion`, rate, rate of the reference), (20,): how fast x, y and yaw change, in
+    mm/s and rad/s.  Rows of different times show it, as a shear or a stretch of the picture.
+    """
+
+    def __init__(self, motion: WallMotion) -> None:
+        self._motion = motion
+
+    def positions(self, q: Matrix) -> Points:
+        """w(q), (N, 2) px."""
+        return self._appears(q)[0]
+
+    def linearise(self, q: Matrix) -> tuple[Points, Matrix]:
+        """w(q) and dw/dq; by the poses that of a global shutter, which is near enough."""
+        positions, offset_s = self._appears(q)
+        by_pose = self._motion.linearise(q[:PARAMETERS])[1]
+        by_rate = by_pose[..., :RATES] * offset_s[:, None, None]
+        by_reference = by_pose[..., REFERENCE][..., :RATES]
+        before = by_reference * self._motion.exposure.offset_s[:, None, None]
+        return positions, np.concatenate([by_pose, by_rate, before], -1)
+
+    def _appears(self, q: Matrix) -> tuple[Points, Matrix]:
+        """w(q), and when each point was exposed in the moving picture, s."""
+        motion, (rate, before) = self._motion, q[PARAMETERS:].reshape(2, RATES)
+        moving, reference = poses(q)
+        then = _along(reference, before, motion.exposure.offset_s)
+        moved_mm = motion.appears(then, moving) - motion.places_mm
+        offset_s = motion.exposure.of_moved(moved_mm, -rate[:2])
+        now = _along(moving, rate, offset_s)
+        return motion.grid.to_px(motion.appears(then, now)), offset_s
 
 
 def parameters(moving: Pose, reference: Pose, mount_rad: Matrix) -> Matrix:
@@ -102,6 +146,13 @@ def poses(q: Matrix) -> tuple[Pose, Pose]:
     """The moving and the reference pose of q, with the tilt of the mount in both."""
     tilt = np.array([0.0, 0.0, 0.0, 0.0, *q[MOUNT]])
     return Pose(*(q[MOVING] + tilt).tolist()), Pose(*(q[REFERENCE] + tilt).tolist())
+
+
+def _along(pose: Pose, rate: Matrix, offset_s: Matrix) -> Poses:
+    """The pose at other times, (N,) each."""
+    x, y, yaw = np.array(astuple(pose))[:RATES, None] + rate[:, None] * offset_s
+    still = np.zeros_like(offset_s)
+    return Poses(x, y, yaw, pose.z_mm + still, pose.pitch_rad + still, pose.roll_rad + still)
 
 
 def _norm(vectors: Points) -> Matrix:
