@@ -7,7 +7,16 @@ from functools import cached_property
 
 import numpy as np
 
-from vo_core.align import LOCK, OPEN_PX, Alignment, Prior, Template, align
+from vo_core.align import (
+    LOCK,
+    OPEN_PX,
+    START_PX,
+    Alignment,
+    Prior,
+    Template,
+    align,
+    inverse,
+)
 from vo_core.blocks import BlockGrid
 from vo_core.correlate import (
     LOBE_PX,
@@ -281,7 +290,8 @@ class Locator:
         parameters = _parameters(reference, start)
         motion: WallMotion | RollingMotion = self._motion
         scales, known = self._motion.scales, _known(reference, parameters)
-        habit = _habit(reference, start, parameters, outlook.sway)
+        reach_mm = START_PX * self._grid.mm_per_px
+        habit = _habit(reference, start, parameters, outlook.sway, reach_mm)
         if self._rig.camera.readout_ms > 0:
             motion = RollingMotion(self._motion)
             before = reference.state.rate
@@ -307,7 +317,7 @@ class Locator:
             habit=habit,
         )
         covariance = fit.covariance[np.ix_(_KEPT, _KEPT)]
-        is_open = fit.uncertainty_px > OPEN_PX
+        is_open = fit.uncertainty_px[0] > OPEN_PX
         if not fit.converged or is_open or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
             return None
         moved = self._blocks.centres(fit.positions) - self._centres
@@ -332,22 +342,29 @@ class Locator:
 def _known(reference: Reference, parameters: Matrix) -> Prior:
     """What is known of the reference and of the mount."""
     information = np.zeros((PARAMETERS, PARAMETERS))
-    information[np.ix_(_KNOWN, _KNOWN)] = np.linalg.inv(reference.state.covariance)
+    information[np.ix_(_KNOWN, _KNOWN)] = inverse(reference.state.covariance)
     return Prior(parameters, information)
 
 
-def _habit(reference: Reference, start: Pose, parameters: Matrix, sway: Sway) -> Prior:
+def _habit(
+    reference: Reference, start: Pose, parameters: Matrix, sway: Sway, reach_mm: float
+) -> Prior:
     """How the pose usually follows from the reference's.
 
     A part of its deviation from the mean pose is left, and some of the robot's sway comes new.
+    Along the pipe the start may be off by `reach_mm`, one sigma.
     """
     way_mm = start.x_mm - reference.pose.x_mm
     left = kept(way_mm)
     follows = np.zeros((POSE, PARAMETERS))
     follows[:, MOVING], follows[:, REFERENCE] = np.eye(POSE), -left * np.eye(POSE)
+    follows[0, REFERENCE.start] = -1.0  # a way is not forgotten
     mean = parameters.copy()
     mean[MOVING] = left * parameters[REFERENCE] + (1 - left) * sway.mean(start)
-    weight = np.linalg.inv(spread(way_mm) * sway.covariance)
+    mean[0] = start.x_mm
+    covariance = spread(way_mm) * sway.covariance
+    covariance[0, 0] = reach_mm**2
+    weight = np.linalg.inv(covariance)
     return Prior(mean, follows.T @ weight @ follows)
 
 
