@@ -89,7 +89,7 @@ def test_a_blurred_wall_under_noise_is_locked_however_many_steps_it_takes(shift_
     there, back = (register(*images) for images in both_ways(pair(VGA, shift_px, **kind)))
     assert there.quality > 0
     assert (there.dx_px, there.dy_px) == pytest.approx(shift_px, abs=0.2)
-    assert (back.dx_px, back.dy_px) == pytest.approx((-there.dx_px, -there.dy_px), abs=0.02)
+    assert (back.dx_px, back.dy_px) == pytest.approx((-there.dx_px, -there.dy_px), abs=0.05)
 
 
 def both_ways(images):
