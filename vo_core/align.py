@@ -33,8 +33,9 @@ CONVERGED_PX = 0.02
 MOST_STEPS = 60
 """However slowly they lead nearer."""
 
-SETTLED = 8
-"""Steps after which the same blocks agree, so that further ones form a series (see `_stride`)."""
+MOST_STEPS = 8
+"""Of an alignment that is not extrapolated: where several motions are tried (wall, water, dirt), a
+start that needs more is not near its own."""
 
 LONGEST_STRIDE = 10.0
 """Most Gauss-Newton steps taken at once."""
@@ -182,7 +183,7 @@ def align(
     linearise: Callable[[Matrix], tuple[Points, Matrix]] | None = None,
     prior: Prior | None = None,
     habit: Prior | None = None,
-    settled: int = SETTLED,
+    settled: int | None = None,
     enough_px: float = CONVERGED_PX,
 ) -> Alignment:
     """Fit the parameters of a motion model.
@@ -198,7 +199,8 @@ def align(
         linearise: w(q) and dw/dq, (nodes, 2, n); taken by differences if there is none.
         prior: What is known of the parameters beforehand.
         habit: What they usually are; `Alignment.free` is without it.
-        settled: Steps after which what is left is extrapolated (see `_stride`).
+        settled: Steps after which what is left is extrapolated (see `_stride`) and goes on while it
+            shrinks; None for at most `MOST_STEPS`, each as it is.
         enough_px: The iteration ends where no block has further to go.
     """
     loose = np.diag(1 / ((START_PX if prior is None else OPEN_END_PX) * scales) ** 2)
@@ -220,14 +222,16 @@ def align(
             + usual.information @ (parameters - usual.mean),
         )
         last, moved = moved, jacobian @ step
-        if taken > settled:
+        extrapolated = settled is not None and taken > settled
+        if extrapolated:
             stride = _stride(stride, last, moved)
         parameters = parameters + stride * step
         before_px, left_px = left_px, stride * float(np.abs(moved).max())
-        waited += taken > settled and left_px >= before_px
-        if taken == settled:
+        waited += extrapolated and left_px >= before_px
+        if taken == (settled or MOST_STEPS):
             enough_px *= 2
-        if left_px < enough_px or left_px > 2 * template.grid.side_px or waited == PATIENCE:
+        out_of_steps = waited == PATIENCE or (settled is None and taken == MOST_STEPS)
+        if left_px < enough_px or left_px > 2 * template.grid.side_px or out_of_steps:
             break
         positions = warp(parameters)
     # Sandwich: the bread is the Hessian, the filling what the blocks really scatter.
