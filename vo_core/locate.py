@@ -55,7 +55,7 @@ STANDS_PX, APART_PX = 3.0, 6.0
 RIVAL = 0.9
 """Share of the best support that makes another pose as good."""
 
-CLEARER, LEAST_CLEARER = 0.3, 0.03
+CLEARER, LEAST_CLEARER = 0.3, 0.01
 """How much better a block must agree to speak for one motion and not the other, and the share of
 such blocks that unmasks a fixed pattern."""
 
