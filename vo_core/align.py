@@ -63,7 +63,7 @@ of an alignment exceeds what the scatter between its blocks says. Measured on co
 START_PX = 100.0
 """How far off a start can be, one sigma: what a picture leaves open stays within that."""
 
-OPEN_END_PX = 1e6
+OPEN_END_PX = 1e8
 """The same where the parameters have priors of their own: so that equations can be solved."""
 
 BY_CHANCE = 5.0

@@ -197,7 +197,7 @@ class Locator:
         """
         fixes = self._fixes(reference, picture, guess, outlook)
         in_reach = [fix for fix in fixes if _distance_mm(fix.pose, guess) <= outlook.reach_mm]
-        return self._best(in_reach if outlook.is_bound else fixes, in_reach, outlook)
+        return self._best(in_reach if outlook.is_bound else fixes, in_reach, outlook, guess)
 
     def search(self, reference: Reference, picture: Picture, outlook: Outlook) -> Fix | None:
         """The pose without any guess: no motion, and the rotation of the polar spectrum."""
@@ -209,7 +209,7 @@ class Locator:
         at = reference.pose
         guesses = [at, replace(at, yaw_rad=at.yaw_rad - turn)]
         fixes = [fix for at in guesses for fix in self._fixes(reference, picture, at, outlook)]
-        return self._best(fixes, fixes, outlook)
+        return self._best(fixes, fixes, outlook, outlook.last)
 
     def _fixes(
         self, reference: Reference, picture: Picture, guess: Pose, outlook: Outlook
@@ -218,8 +218,13 @@ class Locator:
         aligned = (self._align(reference, picture, start, outlook) for start in starts)
         return [fix for fix in aligned if fix is not None]
 
-    def _best(self, found: list[Fix], in_reach: list[Fix], outlook: Outlook) -> Fix | None:
-        """The fix of the wall; uncertain by the distance to a rival that is as good."""
+    def _best(
+        self, found: list[Fix], in_reach: list[Fix], outlook: Outlook, guess: Pose
+    ) -> Fix | None:
+        """The fix of the wall: of those that are as good the one nearest to the guess.
+
+        It is uncertain by the distance to the others.
+        """
         fixes = [fix for fix in found if self._is_credible(fix, found, in_reach, outlook)]
         if not fixes:
             return None
@@ -227,14 +232,15 @@ class Locator:
         if reliability is None:
             reliability = np.ones(self._blocks.rows * self._blocks.columns)
         supports = [fix.alignment.support(reliability) for fix in fixes]
-        best = fixes[int(np.argmax(supports))]
+        as_good = [
+            fix
+            for fix, support in zip(fixes, supports, strict=True)
+            if support >= RIVAL * max(supports)
+        ]
+        best = min(as_good, key=lambda fix: _distance_mm(fix.pose, guess))
         if _stands(best) and any(_is_pattern(best, other) for other in found):
             best = replace(best, is_doubtful=True)
-        rivals = [
-            abs(fix.pose.x_mm - best.pose.x_mm)
-            for fix, support in zip(fixes, supports, strict=True)
-            if support > RIVAL * max(supports)
-        ]
+        rivals = [abs(fix.pose.x_mm - best.pose.x_mm) for fix in as_good]
         if max(rivals) < self._grid.mm_per_px:
             return best
         uncertain = best.state.covariance.copy()
