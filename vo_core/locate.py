@@ -221,7 +221,7 @@ class Locator:
     def _best(
         self, found: list[Fix], in_reach: list[Fix], outlook: Outlook, guess: Pose
     ) -> Fix | None:
-        """The fix of the wall: of those that are as good the one nearest to the guess.
+        """The fix of the wall: of those that are as good the one nearest to a guess by the speed.
 
         It is uncertain by the distance to the others.
         """
@@ -237,7 +237,9 @@ class Locator:
             for fix, support in zip(fixes, supports, strict=True)
             if support >= RIVAL * max(supports)
         ]
-        best = min(as_good, key=lambda fix: _distance_mm(fix.pose, guess))
+        best = fixes[int(np.argmax(supports))]
+        if np.isfinite(outlook.reach_mm):
+            best = min(as_good, key=lambda fix: _distance_mm(fix.pose, guess))
         if _stands(best) and any(_is_pattern(best, other) for other in found):
             best = replace(best, is_doubtful=True)
         rivals = [abs(fix.pose.x_mm - best.pose.x_mm) for fix in as_good]
