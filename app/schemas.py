@@ -22,7 +22,8 @@ from pydantic import (
 from app.catalogue.header import HeaderField, faults
 from app.errors import EVERYWHERE, STATUS
 from app.reports.report import Written
-from app.services.adjustment import U95, Stated
+from app.interval import half_width_m
+from app.services.adjustment import Stated
 from app.services.checks import Issue
 from app.services.clicks import Click
 from app.services.corrections import Corrected, result_of
@@ -573,7 +574,7 @@ class InspectionOut(BaseModel):
                 eta_s=_rounded(view.progress.eta_s, 1),
             ),
             distance_m=metres(view.distance_mm),
-            distance_u95_m=metres(None if sigma_mm is None else U95 * sigma_mm),
+            distance_u95_m=None if sigma_mm is None else half_width_m(sigma_mm),
             distance_raw_m=metres(view.raw_distance_mm),
             revision=row.revision,
             corrected=view.is_corrected,
@@ -648,7 +649,7 @@ class ObservationOut(BaseModel):
             id=row.id,
             seq=row.seq,
             distance_m=metres(place.distance_mm) if place else None,
-            distance_u95_m=None if place is None or place.u95_mm is None else metres(place.u95_mm),
+            distance_u95_m=place.u95_m if place else None,
             distance_raw_m=metres(place.raw_mm) if place else None,
             distance_source=place.source if place else None,
             clock=view.clock,

@@ -21,7 +21,8 @@ from app.reports import table
 from app.reports.report import Loss, Report, Written
 from app.reports.table import DICTIONARY, Cell, Column, iso
 from app.reports.text import legible
-from app.services.adjustment import U95, Stated
+from app.interval import half_width_m
+from app.services.adjustment import Stated
 
 _LONGEST_TEXT = 32_767
 """Characters that a cell may hold, by the programs that read it."""
@@ -176,8 +177,8 @@ def _joints(report: Report) -> Iterable[Row]:
         yield (
             joint.number,
             round(joint.distance_mm / 1000, 3),
-            round(U95 * joint.sigma_mm / 1000, 3),
-            round(joint.residual_mm, 1),
+            half_width_m(joint.sigma_mm),
+            None if joint.residual_mm is None else round(joint.residual_mm, 1),
             joint.frame,
             int(joint.is_marked),
         )

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from app.errors import DiskFull, body_of
-from app.services.adjustment import U95, Adjusted, Stated, adjust
+from app.interval import half_width_m
+from app.services.adjustment import Adjusted, Joints, Stated, adjust
 from app.services.live import Live
 from app.services.tracks import Tracks
 from app.storage.inspections import InspectionStore
@@ -164,8 +165,9 @@ class Corrections:
         return self._statement(inspection_id).revision
 
     def is_stated(self, inspection: Inspection) -> bool:
-        """Whether anything is stated."""
-        return Stated.from_json(inspection.corrections) != Stated()
+        """Whether anything is stated that moves distances."""
+        stated = Stated.from_json(inspection.corrections)
+        return stated not in (Stated(), Stated(joints=Joints(use=False)))
 
     def end(self, inspection: Inspection) -> tuple[float, float | None] | None:
         """Distance and its sigma, mm, in the last frame of an ended inspection; None without.
@@ -174,8 +176,8 @@ class Corrections:
         """
         if inspection.distance_mm is None:
             return None
-        if not self.is_stated(inspection):
-            return inspection.distance_mm, inspection.sigma_distance_mm
+        if inspection.sigma_distance_mm is None and not self.is_stated(inspection):
+            return inspection.distance_mm, None
         if inspection.corrected_mm is not None and inspection.sigma_corrected_mm is not None:
             return inspection.corrected_mm, inspection.sigma_corrected_mm
         track = self.track(inspection.id)
@@ -209,7 +211,7 @@ class Corrections:
     def _solution(self, inspection_id: str) -> _Solution:
         """Not older than some seconds while the run goes on."""
         known = self._last_solution(inspection_id)
-        is_settled = not known.is_growing or known.corrected.stated == Stated()
+        is_settled = not known.is_growing or not known.adjusted.can_change
         if is_settled or time.monotonic() < known.solved_s + _SOLVE_EVERY_S:
             return known
         return self._solve(inspection_id)
@@ -219,12 +221,13 @@ class Corrections:
         statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
         raw = self._tracks.get(inspection_id)
         stated = statement.stated.within(len(raw)) if run[1] else statement.stated
-        sightings = self._tracks.sightings(inspection_id) if stated.joints.use else []
+        sightings = self._tracks.sightings(inspection_id)
         try:
             adjusted = adjust(raw, statement.rig, stated, sightings)
             error = _refusal(adjusted)
         except InvalidCorrection as failure:
-            adjusted = adjust(raw, statement.rig, stated.within(len(raw)).unadjusted(), [])
+            unadjusted = stated.within(len(raw)).unadjusted()
+            adjusted = adjust(raw, statement.rig, unadjusted, sightings)
             error = body_of(failure)[1]
         corrected = Corrected(statement.stated, adjusted, error)
         solution = _Solution(statement.revision, run, time.monotonic(), corrected, adjusted)
@@ -285,13 +288,18 @@ def result_of(adjusted: Adjusted) -> dict[str, Any] | None:
             {
                 "number": joint.number,
                 "distance_m": _metres(joint.distance_mm),
-                "u95_m": _metres(U95 * joint.sigma_mm),
+                "u95_m": half_width_m(joint.sigma_mm),
                 "residual_mm": _rounded(joint.residual_mm, 2),
                 "frame": joint.frame,
                 "is_marked": joint.is_marked,
             }
             for joint in adjusted.joints
         ],
+        "expected_joints": [
+            {"number": joint.number, "distance_m": _metres(joint.distance_mm)}
+            for joint in adjusted.expected_joints()
+        ],
+        "joints_refusal": adjusted.joints_refusal,
         "closure": None
         if closure is None
         else {
@@ -309,7 +317,7 @@ def result_of(adjusted: Adjusted) -> dict[str, Any] | None:
         },
         "distance_class": {
             "percent": met.percent,
-            "half_width_m": _metres(met.half_width_mm),
+            "half_width_m": met.half_width_m,
             "residual_m": _metres(met.residual_mm),
             "length_m": _metres(met.length_mm),
         },

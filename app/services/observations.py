@@ -18,7 +18,8 @@ from app.errors import (
     ObservationNotFound,
     PixelOutsidePicture,
 )
-from app.services.adjustment import U95, Adjusted, NearJoint, Source
+from app.interval import half_width_m
+from app.services.adjustment import Adjusted, NearJoint, Source
 from app.services.corrections import Corrections
 from app.services.live import Live
 from app.services.stretches import next_stretch_number
@@ -41,8 +42,8 @@ class Place:
     """Corrected, of the wall point under the pixel; of the camera if there is no pixel."""
     raw_mm: float
     """The same as it was measured."""
-    u95_mm: float | None
-    """None where nobody knows: another program has told the distance."""
+    u95_m: float | None
+    """Half of the 95 % interval; None where nobody knows: another program has told the distance."""
     source: Source
     """What the distance rests on."""
     time_s: float
@@ -320,7 +321,7 @@ def _place(course: Course, row: Observation) -> Place | None:
     return Place(
         distance_mm=distance_mm,
         raw_mm=wall.raw_mm if wall else raw.distance_mm,
-        u95_mm=None if course.is_unmeasured else U95 * corrected.sigma_distance_mm,
+        u95_m=None if course.is_unmeasured else half_width_m(corrected.sigma_distance_mm),
         source="typed" if course.is_unmeasured else course.adjusted.source,
         time_s=raw.time_s,
         wall=wall,

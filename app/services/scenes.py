@@ -313,7 +313,7 @@ def _pin(view: ObservationView, finish: ObservationView | None, table: CodeTable
         id=view.row.id,
         distance_m=place.distance_mm / 1000,
         clock=fields.get("clock_from", wall.clock_h if wall else None),
-        u95_m=None if place.u95_mm is None else place.u95_mm / 1000,
+        u95_m=place.u95_m,
         severity=fields.get("severity"),
         label=f"{code} {row.label.partition(':')[0]}" if row else code or "?",
         lateral_m=wall.lateral_mm / 1000 if wall else 0.0,

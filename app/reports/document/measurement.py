@@ -16,7 +16,8 @@ from app.reports.document.styles import INK, RULE, SOFT, TINY, WASH, WIDTH
 from app.reports.document.telling import NOTHING, Teller
 from app.reports.document.text import draw
 from app.reports.report import Report
-from app.services.adjustment import CLASS_FLOOR_MM, U95, Adjusted, FittedJoint
+from app.interval import U95, half_width_m
+from app.services.adjustment import CLASS_FLOOR_MM, Adjusted, FittedJoint
 from vo_core.health import complaints
 
 COMPLAINTS = ("too_fast", "too_dark", "too_bright", "blurred", "lens_dirty")
@@ -62,7 +63,7 @@ def result_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
     else:
         floor = tell.length(CLASS_FLOOR_MM / 1000)
         text = tell("measurement.class_met", percent=f"{met.percent:g}", floor=floor)
-    text += " " + tell("measurement.class_half", half=tell.length(met.half_width_mm / 1000))
+    text += " " + tell("measurement.class_half", half=f"{tell.half_width(met.half_width_m)} {tell.units}")
     if met.residual_mm is None:
         text += " " + tell("measurement.class_open")
     rows = [
@@ -196,8 +197,8 @@ def joint_table(
         (
             NOTHING if joint.number is None else str(joint.number),
             f"{tell.number(joint.distance_mm / 1000)} ± "
-            f"{tell.half_width(U95 * joint.sigma_mm / 1000)} {tell.units}",
-            f"{joint.residual_mm:+.1f} mm",
+            f"{tell.half_width(half_width_m(joint.sigma_mm))} {tell.units}",
+            NOTHING if joint.residual_mm is None else f"{joint.residual_mm:+.1f} mm",
             str(joint.frame),
             tell("measurement.by_hand" if joint.is_marked else "measurement.found"),
         )
