@@ -69,43 +69,72 @@ def implied_height(rig: Rig, scale: float, sigma: float) -> Height | None:
     return Height(height_mm, float(np.hypot(sigma / scale, uneven) * height_mm / abs(power)))
 
 
-def scale_sigma(rig: Rig) -> float:
-    """Relative standard uncertainty of the distance by the rig's tolerances, added in quadrature.
+@dataclass(frozen=True)
+class ScaleEffects:
+    """Relative errors of the distance by one standard uncertainty of what the rig states, signed.
+
+    Positive where the track of a rig that states too much reads too long.
+    """
+
+    height: float
+    focal: float
+    diameter: float
+    tilt: float
+    """Pitch and roll of the mount together, not below 0."""
+
+    @property
+    def sigma(self) -> float:
+        """All of them, added in quadrature."""
+        return float(np.linalg.norm([self.height, self.focal, self.diameter, self.tilt]))
+
+
+def scale_effects(rig: Rig) -> ScaleEffects:
+    """What each tolerance of the rig does to the distance.
 
     The lengths by their derivatives; a tilt of the mount has none where the camera looks straight
     down, so it is tried to either side.
     """
     tolerance, pixels = rig.tolerance, _patch_pixels(rig)
+    camera, mount, pipe = rig.camera, rig.mount, rig.pipe
     read = _mean_reading(rig, rig, pixels)
 
-    def effect(changed: Rig) -> float:
-        return float(np.log(_mean_reading(rig, changed, pixels) / read))
+    def effect(truth: Rig) -> float:
+        return float(np.log(_mean_reading(rig, truth, pixels) / read))
 
-    camera, mount, pipe = rig.camera, rig.mount, rig.pipe
+    def share(truth: Rig, relative: float) -> float:
+        """Of a relative uncertainty, by a rig whose true value is larger by `_SMALL`."""
+        return -effect(truth) * relative / _SMALL
+
     longer = {"fx": camera.fx * (1 + _SMALL), "fy": camera.fy * (1 + _SMALL)}
-    effects = [
-        effect(_with_height(rig, mount.height_mm * (1 + _SMALL)))
-        * tolerance.height_mm
-        / (_SMALL * mount.height_mm),
-        effect(rig.model_copy(update={"camera": camera.model_copy(update=longer)}))
-        * (tolerance.focal_percent / 100)
-        / _SMALL,
-    ]
+    focal = rig.model_copy(update={"camera": camera.model_copy(update=longer)})
+    diameter = 0.0
     if pipe.diameter_mm is not None:
         wider = pipe.model_copy(update={"diameter_mm": pipe.diameter_mm * (1 + _SMALL)})
-        effects.append(
-            effect(rig.model_copy(update={"pipe": wider}))
-            * tolerance.diameter_mm
-            / (_SMALL * pipe.diameter_mm)
+        diameter = share(
+            rig.model_copy(update={"pipe": wider}), tolerance.diameter_mm / pipe.diameter_mm
         )
+    tilts = []
     for name in ("pitch_deg", "roll_deg"):
-        tilts = (getattr(mount, name) + side * tolerance.tilt_deg for side in (-1, 1))
+        sides = (getattr(mount, name) + side * tolerance.tilt_deg for side in (-1, 1))
         tilted = (
             rig.model_copy(update={"mount": mount.model_copy(update={name: tilt})})
-            for tilt in tilts
+            for tilt in sides
         )
-        effects.append(max(map(effect, tilted), key=abs))
-    return float(np.linalg.norm(effects))
+        tilts.append(max(map(effect, tilted), key=abs))
+    return ScaleEffects(
+        height=share(
+            _with_height(rig, mount.height_mm * (1 + _SMALL)),
+            tolerance.height_mm / mount.height_mm,
+        ),
+        focal=share(focal, tolerance.focal_percent / 100),
+        diameter=diameter,
+        tilt=float(np.linalg.norm(tilts)),
+    )
+
+
+def scale_sigma(rig: Rig) -> float:
+    """Relative standard uncertainty of the distance by the rig's tolerances."""
+    return scale_effects(rig).sigma
 
 
 def reading(rig: Rig, truth: Rig) -> float:

@@ -24,13 +24,18 @@ import numpy as np
 
 from vo_core.drift import Drift, Rows, row_of
 from vo_core.errors import InvalidCorrection
+from vo_core.height import scale_sigma
 from vo_core.joints import Sighting, places_mm
 from vo_core.lattice import PRIOR_SCATTER_MM, SCALE_SIGMA, Joint, count_joints, seen_variance
+from vo_core.rig import Rig
 from vo_core.track import Track
 from vo_core.types import Matrix
 
 TAPE_SIGMA_MM = 5.0
 """Of a taped length, one sigma, the choice of the two frames included, unless it is said."""
+
+SEGMENT_SIGMA_MM = 5.0
+"""Of the stated length of a segment, one sigma, alike in all of them, unless it is said."""
 
 SCALE_LIMITS = (0.5, 2.0)
 """Beyond them a length is not of the frames that it was given for."""
@@ -64,6 +69,7 @@ class JointSpacing:
 
     joints: tuple[Joint, ...]
     segment_mm: float
+    segment_sigma_mm: float = SEGMENT_SIGMA_MM
 
     def __str__(self) -> str:
         different = {(joint.count, joint.number) for joint in self.joints}
@@ -105,6 +111,17 @@ class Residual:
 
 
 @dataclass(frozen=True)
+class Stretch:
+    """A piece of the way with a scale of its own."""
+
+    from_mm: float
+    """Corrected distance; `to_mm` is larger."""
+    to_mm: float
+    scale: float
+    sigma: float
+
+
+@dataclass(frozen=True)
 class Correction:
     """A corrected track and how it came about; the raw one is left as it is."""
 
@@ -117,6 +134,11 @@ class Correction:
     residuals: tuple[Residual, ...]
     scatter_mm: float | None
     """Of single segments about their stated length, one sigma; None without joints."""
+    doubts_rig: bool = False
+    """The rig's own scale contradicts all else, and was left out."""
+    stretches: tuple[Stretch, ...] = ()
+    """From joint to joint in the order of the distance, where the scale changes along the run; else
+    none."""
 
     def metadata(self) -> dict[str, str]:
         """For the head of a track file: what was corrected by what."""
@@ -127,11 +149,28 @@ class Correction:
         return {"scale": f"{self.scale:.6f} ± {self.sigma:.6f}", **findings}
 
 
+def rig_scale(rig: Rig) -> list[StatedScale]:
+    """The scale by the tolerances of a rig as evidence; none if it states that it is exact."""
+    sigma = scale_sigma(rig)
+    return [StatedScale(sigma)] if sigma > 0 else []
+
+
 def joint_spacing(
-    track: Track, sightings: Sequence[Sighting], segment_mm: float, others: Sequence[Evidence] = ()
+    track: Track,
+    sightings: Sequence[Sighting],
+    segment_mm: float,
+    others: Sequence[Evidence] = (),
+    *,
+    segment_sigma_mm: float = SEGMENT_SIGMA_MM,
 ) -> JointSpacing:
     """The joints among sightings as evidence; other evidence helps to count them.
 
+    Args:
+        track: With which the sightings were made.
+        sightings: Of rings that may be joints.
+        segment_mm: From joint to joint.
+        others: The rig's own scale, taped lengths.
+        segment_sigma_mm: Standard uncertainty of `segment_mm`.
     Raises:
         InvalidCorrection: The joints cannot be counted, or the others not be used.
     """
@@ -140,7 +179,7 @@ def joint_spacing(
         told = correct(track, others)
         scale, sigma = told.scale, told.sigma
     joints = count_joints(track, sightings, segment_mm, scale=scale, scale_sigma=sigma)
-    return JointSpacing(tuple(joints), segment_mm)
+    return JointSpacing(tuple(joints), segment_mm, segment_sigma_mm)
 
 
 def correct(
@@ -304,7 +343,8 @@ def _of_joints(track: Track, drift: Drift, spacing: JointSpacing) -> _Equations:
         noise=np.diag(seen_variance(sightings)),
     )
     scatter_mm = _scatter(drift, perfect, walk)
-    noise = perfect.noise + scatter_mm**2 * walk
+    alike = np.outer(number, number) * spacing.segment_sigma_mm**2
+    noise = perfect.noise + scatter_mm**2 * walk + alike
     return replace(perfect, noise=noise, scatter_mm=scatter_mm)
 
 
