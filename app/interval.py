@@ -30,9 +30,9 @@ def half_width_text(half_m: float, *, unit_m: float = 1.0, decimals: int = 2) ->
         unit_m: Metres in the unit that is shown.
         decimals: That distances have in this unit.
     """
-    return f"{max(_up(half_m / unit_m, decimals), 10**-decimals):.{decimals}f}"
+    return f"{max(_up(half_m / unit_m, decimals), 10.0**-decimals):.{decimals}f}"
 
 
 def _up(value: float, decimals: int) -> float:
-    steps = 10**decimals
+    steps = 10.0**decimals
     return math.ceil(value * steps - _ROUNDING) / steps

@@ -21,8 +21,8 @@ from pydantic import (
 
 from app.catalogue.header import HeaderField, faults
 from app.errors import EVERYWHERE, STATUS
-from app.reports.report import Written
 from app.interval import half_width_m
+from app.reports.report import Written
 from app.services.adjustment import Stated
 from app.services.checks import Issue
 from app.services.clicks import Click
@@ -248,7 +248,10 @@ class LeftOutIn(_In):
 class JointsIn(_In):
     """Which joints count."""
 
-    use: bool = False
+    use: Annotated[
+        bool | None,
+        Field(description="null: they count by themselves where they can be counted for certain."),
+    ] = None
     marked: Annotated[list[MarkIn], Field(max_length=1000)] = Field(default_factory=list)
     left_out: Annotated[list[LeftOutIn], Field(max_length=10_000)] = Field(default_factory=list)
 

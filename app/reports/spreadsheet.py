@@ -17,11 +17,11 @@ from xlsxwriter.format import Format
 from xlsxwriter.worksheet import Worksheet
 
 from app.catalogue.header import FIELDS
+from app.interval import half_width_m
 from app.reports import table
 from app.reports.report import Loss, Report, Written
 from app.reports.table import DICTIONARY, Cell, Column, iso
 from app.reports.text import legible
-from app.interval import half_width_m
 from app.services.adjustment import Stated
 
 _LONGEST_TEXT = 32_767
@@ -210,7 +210,7 @@ def _stated(fields: Mapping[str, Any] | None) -> str:
         f"{length.length_m:.3f} m apart, +/- {length.sigma_mm:g} mm"
         for length in stated.lengths
     ]
-    if stated.joints.use:
+    if stated.joints.use is not False:
         parts.append(
             f"joints: {len(stated.joints.marked)} marked, {len(stated.joints.left_out)} left out"
         )

@@ -20,7 +20,7 @@ from app.services.tracks import estimate_at, is_unmeasured
 from vo_core import Rig, Track, wall_point
 from vo_core.drift import row_of
 from vo_core.errors import InvalidCorrection
-from vo_core.height import Height, implied_height, scale_sigma
+from vo_core.height import Height, implied_height
 from vo_core.joints import Sighting
 from vo_core.lattice import SCALE_SIGMA, Joint
 from vo_core.scale import (
@@ -32,6 +32,7 @@ from vo_core.scale import (
     StatedScale,
     correct,
     joint_spacing,
+    rig_scale,
     zeroed,
 )
 from vo_core.track import Estimate
@@ -147,7 +148,7 @@ class FittedJoint:
     distance_mm: float
     sigma_mm: float
     residual_mm: float | None
-    """Known less measured when the track is scaled and nothing else; None if joints do not count."""
+    """Known less measured when the track is scaled and nothing else; None if none counts."""
     frame: int
     is_marked: bool
 
@@ -502,8 +503,7 @@ def _by_rig(raw: Track, rig: Rig, sigma: RigSigma | None) -> list[StatedScale]:
         )
     elif len(raw) and is_unmeasured(raw):
         return []
-    relative = scale_sigma(rig)
-    return [StatedScale(relative)] if relative > 0 else []
+    return rig_scale(rig)
 
 
 def _marked(raw: Track, rig: Rig, joints: Joints) -> list[Sighting]:
@@ -561,12 +561,13 @@ def _spacing(
         raise InvalidCorrection(
             "The rig does not say how long a segment is; joints need pipe.segment_length_mm."
         )
+    sigma_mm = rig.tolerance.segment_length_mm
     try:
-        return joint_spacing(raw, seen, segment_mm, firm)
+        return joint_spacing(raw, seen, segment_mm, firm, segment_sigma_mm=sigma_mm)
     except InvalidCorrection:
         if not known:
             raise
-    return joint_spacing(raw, seen, segment_mm, [*firm, *known])
+    return joint_spacing(raw, seen, segment_mm, [*firm, *known], segment_sigma_mm=sigma_mm)
 
 
 def _seen_spacing(
@@ -577,7 +578,9 @@ def _seen_spacing(
     if segment_mm is None or not seen or not evidence:
         return None
     try:
-        return joint_spacing(raw, seen, segment_mm, evidence)
+        return joint_spacing(
+            raw, seen, segment_mm, evidence, segment_sigma_mm=rig.tolerance.segment_length_mm
+        )
     except InvalidCorrection:
         return None
 

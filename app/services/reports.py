@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from app.catalogue.header import number_of
 from app.catalogue.table import CodeTable
 from app.errors import ExportNotAvailable
+from app.interval import half_width_m
 from app.reports.formats import FORMATS
 from app.reports.report import Company, Entry, Language, Photo, Report, Role, Source, Units, Written
 from app.reports.signing import Signer
-from app.interval import half_width_m
 from app.services.checks import Checks
 from app.services.corrections import Corrections
 from app.services.observations import Observations, ObservationView, rig_of

@@ -10,13 +10,13 @@ from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import CondPageBreak, Flowable, PageBreak
 
+from app.interval import U95, half_width_m
 from app.reports.document.axis import Axis, tick_step_m
 from app.reports.document.flow import Column, Figure, Grid, Heading, note, pairs
 from app.reports.document.styles import INK, RULE, SOFT, TINY, WASH, WIDTH
 from app.reports.document.telling import NOTHING, Teller
 from app.reports.document.text import draw
 from app.reports.report import Report
-from app.interval import U95, half_width_m
 from app.services.adjustment import CLASS_FLOOR_MM, Adjusted, FittedJoint
 from vo_core.health import complaints
 
@@ -63,7 +63,9 @@ def result_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
     else:
         floor = tell.length(CLASS_FLOOR_MM / 1000)
         text = tell("measurement.class_met", percent=f"{met.percent:g}", floor=floor)
-    text += " " + tell("measurement.class_half", half=f"{tell.half_width(met.half_width_m)} {tell.units}")
+    text += " " + tell(
+        "measurement.class_half", half=f"{tell.half_width(met.half_width_m)} {tell.units}"
+    )
     if met.residual_mm is None:
         text += " " + tell("measurement.class_open")
     rows = [
