@@ -374,7 +374,7 @@ def remarks(case: Case) -> Iterator[Issue]:
 def joints(case: Case) -> Iterator[Issue]:
     """What can only be at a joint."""
     adjusted = case.corrected.adjusted
-    if adjusted is None or adjusted.rig.pipe.segment_length_mm is None:
+    if adjusted is None or not adjusted.joints:
         return
     for view in case.views:
         code = view.row.fields.get("code")

@@ -18,6 +18,7 @@ from pathlib import Path
 
 from app.catalogue.table import CodeTable
 from app.errors import InspectionNotFound, NoScene, TileNotFound
+from app.services.adjustment import Adjusted
 from app.services.corrections import Corrections
 from app.services.inspections import Inspections
 from app.services.live import (
@@ -36,6 +37,7 @@ from app.services.unrolled import Unrolled
 from app.viewer.scene import (
     CameraMode,
     CulvertScene,
+    JointMark,
     Pin,
     ViewerUnavailable,
     WallLayout,
@@ -111,6 +113,10 @@ class SceneFeed:
         with self._lock:
             self._extend_path(track)
         self._show_robot(track)
+        self._draw_joints()
+
+    def _draw_joints(self) -> None:
+        self.scene.set_joints(joint_marks(self._corrections.adjusted(self._inspection_id)))
 
     def _show_robot(self, track: Track) -> None:
         frame = len(track) - 1 if self._shown_frame is None else self._shown_frame
@@ -290,6 +296,21 @@ class Scenes:
         feed = self._feeds.pop(inspection_id)
         self._left_at.pop(inspection_id, None)
         await asyncio.to_thread(feed.close)
+
+
+def joint_marks(adjusted: Adjusted) -> list[JointMark]:
+    """Joints that were seen, each once, and where others are expected."""
+    counted = {joint.number: joint for joint in adjusted.joints if (joint.number or 0) >= 1}
+    uncounted = [joint for joint in adjusted.joints if joint.number is None]
+    seen = [
+        JointMark(joint.number, joint.distance_mm / 1000, is_seen=True)
+        for joint in (*counted.values(), *uncounted)
+    ]
+    expected = [
+        JointMark(joint.number, joint.distance_mm / 1000, is_seen=False)
+        for joint in adjusted.expected_joints()
+    ]
+    return seen + expected
 
 
 def _pins(views: Sequence[ObservationView], table: CodeTable) -> list[Pin]:

@@ -43,14 +43,15 @@ class CorrectionOutcome extends Component {
     this.#show();
   }
 
-  /** The far end without anything stated; asked for once while the track stays as long as it is. */
+  /** The far end with neither joints nor anything stated; asked for once while the track stays as long as it is. */
   async #measure() {
     const { desk } = this;
     const rows = desk.track.length;
     if (desk.inspection.isUnfinished || rows === this.#measuredRows || rows === 0) return;
     this.#measuredRows = rows;
     try {
-      const { result } = await desk.corrections.ask(UNSTATED, this.signal);
+      const without = { ...UNSTATED, joints: { ...UNSTATED.joints, use: false } };
+      const { result } = await desk.corrections.ask(without, this.signal);
       this.#rawM = result?.distance_class.length_m ?? null;
     } catch (error) {
       if (error.name === 'AbortError') return;
@@ -141,7 +142,7 @@ function evidenceText(evidence) {
 /** What a length leaves over; of joints their root mean square. */
 function leftText(evidence, left, joints) {
   if (left.has(evidence)) return `${withSign(left.get(evidence), 1)} mm`;
-  if (!FORMS[1][0].test(evidence) || joints.length === 0) return '';
+  if (!FORMS[1][0].test(evidence) || joints.length === 0 || joints[0].residual_mm === null) return '';
   const squares = joints.reduce((sum, { residual_mm: mm }) => sum + mm * mm, 0);
   return t('corrections.rms', { mm: Math.sqrt(squares / joints.length).toFixed(1) });
 }

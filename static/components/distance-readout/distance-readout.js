@@ -2,6 +2,7 @@
 
 import { html, render, setText } from '../../core/html.js';
 import { isUnmeasured } from '../../core/inspection.js';
+import { isSeen, jointBehind } from '../../core/joints.js';
 import { Component } from '../../core/store.js';
 import { chainage, chainageNumber, lengthUnit, plusMinus, speed, u95FromSigma } from '../../core/units.js';
 import { t } from '../../core/words.js';
@@ -39,7 +40,7 @@ class DistanceReadout extends Component {
         <p class="visually-hidden" role="status" data-part="told"></p>`,
     );
     this.listen(this.desk.playhead, 'change', () => this.repaint());
-    this.listen(this.desk.health, 'change', () => this.repaint());
+    for (const store of [this.desk.health, this.desk.corrections]) this.listen(store, 'change', () => this.repaint());
     this.signal.addEventListener('abort', () => clearTimeout(this.#tellTimer));
     this.paint();
   }
@@ -55,13 +56,14 @@ class DistanceReadout extends Component {
     this.#showHealth(isTold ? { level: 'none', what: 'told', text: t('readout.told') } : this.#healthWords(row, isLive), isLive);
   }
 
-  /** The nearest joint behind, which a repair crew counts in the pipe. */
+  /** The nearest joint behind, which a repair crew counts in the pipe; whether it was seen. */
   #joint(distanceMm) {
-    const length = this.desk.inspection.value.rig.pipe.segment_length_mm;
-    if (!length || distanceMm < 0) return '';
-    const number = Math.floor(distanceMm / length);
-    const past = chainage((distanceMm - number * length) / 1000);
-    return number === 0 ? t('readout.before_joint') : t('readout.joint', { number, past });
+    const { joints } = this.desk;
+    if (joints.length === 0 || distanceMm < 0) return '';
+    const joint = jointBehind(joints, distanceMm / 1000);
+    if (joint === null) return isSeen(joints[0]) && joints[0].number !== null ? t('readout.before_joint', joints[0]) : '';
+    const past = { number: joint.number, past: chainage(distanceMm / 1000 - joint.distance_m) };
+    return isSeen(joint) ? t('readout.joint', past) : t('readout.joint_expected', past);
   }
 
   #speed(row, isLive) {

@@ -209,10 +209,9 @@ export class Desk extends EventTarget {
     return this.#placeOf(this.playhead.value.frame, this.#middle).distance_m;
   }
 
-  /** The joints of the pipe as far as `endMm`. */
-  jointsUpTo(endMm) {
-    const { segment_length_mm: unitMm } = this.inspection.value.rig.pipe;
-    return jointsOf(this.corrections.value?.result ?? null, endMm, unitMm);
+  /** The joints of the pipe, seen and expected. */
+  get joints() {
+    return jointsOf(this.corrections.value?.result ?? null);
   }
 
   /** The hour of the wall under the pixel of an observation, null where none is seen. */
