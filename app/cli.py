@@ -312,10 +312,16 @@ def correct(
         ),
     ] = None,
     height_sigma_mm: Annotated[
-        float, typer.Option(min=0, help="How well the rig's height is known, one sigma.")
+        float,
+        typer.Option(
+            min=0, help="How well the rig's height is known, one sigma; 0: as its tolerance says."
+        ),
     ] = 0.0,
     focal_sigma_px: Annotated[
-        float, typer.Option(min=0, help="How well its focal length is known, one sigma.")
+        float,
+        typer.Option(
+            min=0, help="How well its focal length is known, one sigma; 0: as its tolerance says."
+        ),
     ] = 0.0,
 ) -> None:
     """Bring a finished track to scale by known lengths and joints, without decoding again."""
@@ -351,6 +357,8 @@ def correct(
     if lengths or joints:
         _out.print(table)
     _print_rows(result.rows())
+    if result.by_joints is not None:
+        _out.print(str(result.by_joints))
     _out.print(f"{out}: corrected track")
 
 

@@ -9,16 +9,9 @@ from pathlib import Path
 
 from vo_core import Rig, Track, joints
 from vo_core.errors import InvalidCorrection, InvalidTrack
-from vo_core.height import Height, implied_height, scale_sigma
-from vo_core.scale import (
-    TAPE_SIGMA_MM,
-    Correction,
-    Evidence,
-    KnownLength,
-    StatedScale,
-    correct,
-    joint_spacing,
-)
+from vo_core.height import Height, implied_height
+from vo_core.proposal import ScaleProposal, propose
+from vo_core.scale import TAPE_SIGMA_MM, Correction, KnownLength, correct, rig_scale
 
 _LENGTH = re.compile(
     r"(?P<first>\d+):(?P<last>\d+)=(?P<metres>\d+(\.\d*)?)((±|\+-)(?P<sigma>\d+(\.\d*)?))?"
@@ -53,6 +46,7 @@ class CorrectedFile:
     """Of the raw file, and what was corrected by what."""
     rig: Rig | None
     height: Height | None
+    by_joints: ScaleProposal | None
 
     def rows(self) -> list[tuple[str, str]]:
         """Name and value of every figure, for a table."""
@@ -62,6 +56,13 @@ class CorrectedFile:
             for found in done.findings
         ]
         rows.append(("scale", _with_sigma(done.scale, done.sigma)))
+        rows += [
+            (
+                f"from {stretch.from_mm / 1000:.3f} to {stretch.to_mm / 1000:.3f} m",
+                _with_sigma(stretch.scale, stretch.sigma),
+            )
+            for stretch in done.stretches
+        ]
         if done.scatter_mm is not None:
             rows.append(("scatter of a segment", f"{done.scatter_mm:.1f} mm"))
         if self.rig is not None:
@@ -94,8 +95,8 @@ def correct_file(
     """Correct the track in a file by all that is known.
 
     Args:
-        rig: With which the track was made; joints and what follows need it.
-        height_sigma_mm, focal_sigma_px: Standard uncertainty of what the rig states.
+        rig: With which the track was made; its tolerances are evidence too, and joints need it.
+        height_sigma_mm, focal_sigma_px: In place of the tolerances of the rig, if above 0.
     Raises:
         InvalidTrack: A file that cannot be read, or a track that was corrected before.
         InvalidCorrection: What is known does not go with the track.
@@ -107,32 +108,46 @@ def correct_file(
             f"{track.name} was corrected before, to a scale of {metadata['scale']}; correct the "
             "raw track with all that is known at once."
         )
-    evidence: list[Evidence] = list(lengths)
-    if rig is not None and max(height_sigma_mm, focal_sigma_px) > 0:
-        evidence.append(
-            StatedScale(
-                scale_sigma(
-                    rig.known_to(
-                        height_mm=height_sigma_mm,
-                        focal_percent=100 * focal_sigma_px / rig.camera.focal_px,
-                    )
-                )
-            )
-        )
-    if rig is not None and joints_file is not None:
-        segment_mm = rig.pipe.segment_length_mm
-        if segment_mm is None:
-            raise InvalidCorrection(
-                "The rig does not say how long a segment is; joints need pipe.segment_length_mm."
-            )
-        sightings = joints.from_csv(joints_file.read_text(encoding="utf-8"))
-        evidence.append(joint_spacing(raw, sightings, segment_mm, evidence))
-    done = correct(raw, evidence)
-    height = None if rig is None else implied_height(rig, done.scale, done.sigma)
+    by_joints = None
+    if rig is None:
+        done = correct(raw, lengths)
+    else:
+        rig = _with_tolerance(rig, height_sigma_mm, focal_sigma_px)
+        if joints_file is not None:
+            by_joints = _proposed(raw, joints_file, rig, lengths)
+        done = by_joints.correction if by_joints else correct(raw, [*lengths, *rig_scale(rig)])
+    height = None
+    if rig is not None and not done.stretches:
+        height = implied_height(rig, done.scale, done.sigma)
     metadata |= {"raw_track": track.name} | done.metadata()
     if height is not None:
         metadata["height_mm"] = f"{height.height_mm:.2f} ± {height.sigma_mm:.2f}"
-    return CorrectedFile(raw, done, metadata, rig, height)
+    return CorrectedFile(raw, done, metadata, rig, height, by_joints)
+
+
+def _with_tolerance(rig: Rig, height_sigma_mm: float, focal_sigma_px: float) -> Rig:
+    stated = {
+        "height_mm": height_sigma_mm,
+        "focal_percent": 100 * focal_sigma_px / rig.camera.focal_px,
+    }
+    return rig.known_to(**{name: sigma for name, sigma in stated.items() if sigma > 0})
+
+
+def _proposed(
+    raw: Track, joints_file: Path, rig: Rig, lengths: Sequence[KnownLength]
+) -> ScaleProposal:
+    if rig.pipe.segment_length_mm is None:
+        raise InvalidCorrection(
+            "The rig does not say how long a segment is; joints need pipe.segment_length_mm."
+        )
+    sightings = joints.from_csv(joints_file.read_text(encoding="utf-8"))
+    proposal = propose(raw, sightings, rig, lengths)
+    if proposal is None:
+        raise InvalidCorrection(
+            f"{'One joint was' if sightings else 'No joints were'} seen, two at least are needed; "
+            "correct the track by a taped length instead."
+        )
+    return proposal
 
 
 def _metadata(text: str) -> dict[str, str]:

@@ -181,7 +181,10 @@ class _Search:
         rows = np.array([row_of(track, sighting.frame) for sighting in sightings])
         seen = seen_variance(sightings)
         drift = Drift.of(track)
-        between = np.stack([drift.between(np.full_like(rows, row), rows) for row in rows])
+        places = drift.places(rows)
+        between = np.stack(
+            [drift.between(drift.places(np.full_like(rows, row)), places) for row in rows]
+        )
         at_mm = places_mm(track, sightings)
         return cls(segment_mm, at_mm, between + np.add.outer(seen, seen))
 

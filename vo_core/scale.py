@@ -7,26 +7,39 @@ One camera measures lengths in units of its height above the wall.  The true dis
 with the distance d of the track, a scale s for the whole run, and a drift w whose covariance the
 track states (see `drift`).  A known length between two frames says D(b) - D(a) = L.  The joints of
 a pipe say D = P + n L + r at each of them, with an unknown P; segments scatter, so that r is a
-random walk too.  Generalised least squares over everything that is known gives s with its
-uncertainty and D between the marks with its own (universal kriging, Cressie 1993, section 3.4): at
-the end of a taped length the distance is as certain as the tape, and a stretch without a lock takes
-up what the joints on either side of it ask for.
+random walk too, and all are longer or shorter than stated by the same.  Least squares over all that
+is known (see `kriging`) give s with its uncertainty and D between the marks with its own: at the
+end of a taped length the distance is as certain as the tape, and a stretch without a lock takes up
+what the joints on either side of it ask for.  Where joints ask for more than segments can scatter,
+the scale wanders along the run, as over silt of changing depth.
+
+What a rig states is no measurement of the run.  Where it contradicts lengths or joints it is
+doubted and left out, and beside joints it only helps to count them; measurements that contradict
+each other are refused.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import assert_never
 
 import numpy as np
 
-from vo_core.drift import Drift, Rows, row_of
+from vo_core.drift import Drift, Places, row_of
 from vo_core.errors import InvalidCorrection
 from vo_core.height import scale_sigma
 from vo_core.joints import Sighting, places_mm
-from vo_core.lattice import PRIOR_SCATTER_MM, SCALE_SIGMA, Joint, count_joints, seen_variance
+from vo_core.kriging import Equations, Solution, Source, joined
+from vo_core.lattice import (
+    PRIOR_SCATTER_MM,
+    SCALE_SIGMA,
+    SCATTER_MM,
+    Joint,
+    count_joints,
+    seen_variance,
+)
 from vo_core.rig import Rig
 from vo_core.track import Track
 from vo_core.types import Matrix
@@ -43,8 +56,15 @@ SCALE_LIMITS = (0.5, 2.0)
 CONTRADICTION = 3.29
 """Standard deviations between two pieces of evidence that chance exceeds once in a thousand."""
 
-_BLOCK = 4096
-"""Rows of a track that are worked out at once, so that an hour of video does not fill memory."""
+DOUBT = 2.58
+"""The same of a rig's own scale against all else, once in a hundred: then the rig is wrong."""
+
+WANDER = 0.005
+"""By how much the scale changes over a metre, relative, one sigma, where the rig is doubted, before
+the joints say it: a bed of silt is seldom even."""
+
+CHANGE = 2.0
+"""Log odds that a scale is constant rather than wandering, before anything is seen."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +166,14 @@ class Correction:
             f"scale_by_{number}": f"{found.scale:.6f} ± {found.sigma:.6f} from {found.evidence}"
             for number, found in enumerate(self.findings, 1)
         }
-        return {"scale": f"{self.scale:.6f} ± {self.sigma:.6f}", **findings}
+        stretches = {
+            f"scale_{stretch.from_mm / 1000:.3f}_to_{stretch.to_mm / 1000:.3f}_m": (
+                f"{stretch.scale:.6f} ± {stretch.sigma:.6f}"
+            )
+            for stretch in self.stretches
+        }
+        doubt = {"rig_doubted": "its own scale was left out"} if self.doubts_rig else {}
+        return {"scale": f"{self.scale:.6f} ± {self.sigma:.6f}", **findings, **stretches, **doubt}
 
 
 def rig_scale(rig: Rig) -> list[StatedScale]:
@@ -199,19 +226,10 @@ def correct(
         InvalidCorrection: There is no evidence, a frame that the track has not or in which the wall
             was not recognised, a length that cannot be that of its frames, or a contradiction.
     """
-    if not evidence:
-        raise InvalidCorrection("Nothing was given to correct the track by.")
-    drift = Drift.of(track)
-    pieces = [_equations(track, drift, piece) for piece in evidence]
-    findings = tuple(
-        Finding(piece, *_Solution.of(drift, own).scale)
-        for piece, own in zip(evidence, pieces, strict=True)
-    )
-    _require_agreement(findings)
-    solution = _Solution.of(drift, _joined(pieces))
-    scale, sigma = solution.scale
+    solved = _solve(track, evidence)
     zero = None if zero_frame is None else row_of(track, zero_frame)
-    distance_mm, variance_mm2 = solution.distances(track.distance_mm, zero)
+    distance_mm, variance_mm2 = solved.solution.distances(zero)
+    scale, sigma = _mean_scale(solved.solution)
     return Correction(
         track=replace(
             track,
@@ -222,85 +240,182 @@ def correct(
         ),
         scale=scale,
         sigma=sigma,
-        findings=findings,
-        residuals=tuple(_residuals(evidence, pieces, solution)),
-        scatter_mm=next((p.scatter_mm for p in pieces if p.scatter_mm is not None), None),
+        findings=solved.findings,
+        residuals=tuple(_residuals(solved)),
+        scatter_mm=next((p.scatter_mm for p in solved.pieces if p.scatter_mm is not None), None),
+        doubts_rig=solved.doubts_rig,
+        stretches=tuple(_stretches(solved, distance_mm)) if solved.changes else (),
     )
 
 
+def sigma_parts(
+    track: Track, evidence: Sequence[Evidence], frame: int, *, zero_frame: int | None = None
+) -> Mapping[Source, float]:
+    """What the uncertainty of a distance of `correct` is made of: mm, they add in quadrature.
+
+    Raises:
+        InvalidCorrection: As `correct` does.
+    """
+    zero = None if zero_frame is None else row_of(track, zero_frame)
+    return _solve(track, evidence).solution.parts(row_of(track, frame), zero)
+
+
 def zeroed(track: Track, frame: int) -> Track:
-    """The same track with its distance counted from a frame, and sigma that of the way from there.
+    """A raw track with its distance counted from a frame, and sigma that of the way from there.
 
     Raises:
         InvalidCorrection: The track has no such frame.
     """
     row = row_of(track, frame)
-    rows = np.arange(len(track))
+    drift, rows = Drift.of(track), np.arange(len(track))
+    way_mm = track.distance_mm - track.distance_mm[row]
+    walked = drift.between(drift.places(rows), drift.places(np.full_like(rows, row)))
     return replace(
         track,
         x_mm=track.x_mm - track.x_mm[row],
-        distance_mm=track.distance_mm - track.distance_mm[row],
-        sigma_distance_mm=np.sqrt(Drift.of(track).between(rows, np.full_like(rows, row))),
+        distance_mm=way_mm,
+        sigma_distance_mm=np.hypot(np.sqrt(walked), _scale_sigma_of(track) * way_mm),
     )
 
 
-def _residuals(
-    evidence: Sequence[Evidence], pieces: Sequence[_Equations], solution: _Solution
-) -> Iterator[Residual]:
-    """Of the lengths and joints, in the order of the evidence."""
-    residual = iter(solution.residual)
-    for piece, own in zip(evidence, pieces, strict=True):
-        names = [str(piece)]
-        if isinstance(piece, JointSpacing):
-            names = [f"joint {j.number} in frame {j.sighting.frame}" for j in piece.joints]
-        for name, slope in zip(names, own.slope, strict=True):
-            found = Residual(name, float(solution.scale[0] * slope), float(next(residual)))
-            if not isinstance(piece, StatedScale):
-                yield found
+def _scale_sigma_of(track: Track) -> float:
+    """Relative, by what a raw track states beside its registration where that counts most."""
+    far = int(np.abs(track.distance_mm).argmax())
+    whole, own = track.sigma_distance_mm[far], track.sigma_registration_mm[far]
+    if track.distance_mm[far] == 0:
+        return 0.0
+    return float(np.sqrt(max(whole**2 - own**2, 0.0)) / abs(track.distance_mm[far]))
 
 
-def _require_agreement(findings: Sequence[Finding]) -> None:
-    for one, other in combinations(findings, 2):
-        if abs(one.scale - other.scale) > CONTRADICTION * np.hypot(one.sigma, other.sigma):
-            raise InvalidCorrection(
-                f"Two corrections contradict each other: the scale is {one.scale:.4f} ± "
-                f"{one.sigma:.4f} by {one.evidence}, but {other.scale:.4f} ± {other.sigma:.4f} by "
-                f"{other.evidence}; one of them is wrong or less certain than stated."
-            )
+@dataclass(frozen=True, eq=False)
+class _Piece:
+    """One piece of evidence as equations."""
+
+    evidence: Evidence
+    equations: Equations
+    scatter_mm: float | None = None
+    """Of single segments, one sigma; None without joints."""
+    wander: float = 0.0
+    """How the scale wanders, as far as the joints ask for it: see `Drift.wander`."""
+    may_wander: float = WANDER
+    """The same where something else speaks for a scale that changes."""
 
 
 @dataclass(frozen=True)
-class _Equations:
-    """M linear equations, z = s slope + offsets P + A w + noise."""
+class _Solved:
+    """The evidence that was used, and what follows from it."""
 
-    known: Matrix
-    """(M,) z in mm."""
-    slope: Matrix
-    """(M,)"""
-    offsets: Matrix
-    """(M, K), for K unknown offsets P."""
-    rows: Rows
-    """(F,) rows of the track whose drift w takes part."""
-    drift: Matrix
-    """(M, F) A."""
-    noise: Matrix
-    """(M, M) covariance in mm^2 of the evidence itself."""
-    scatter_mm: float | None = None
+    pieces: tuple[_Piece, ...]
+    solution: Solution
+    findings: tuple[Finding, ...]
+    doubts_rig: bool
+    changes: bool
+    """The joints ask for a scale that changes along the run."""
 
 
-def _equations(track: Track, drift: Drift, evidence: Evidence) -> _Equations:
+def _solve(track: Track, evidence: Sequence[Evidence]) -> _Solved:
+    """All the evidence together, unless it contradicts itself.
+
+    A rig is no measurement of this run: where it contradicts all else it is doubted.  Beside joints
+    it is left out: it helped to count them, and would bring back some of its own error.
+    """
+    if not evidence:
+        raise InvalidCorrection("Nothing was given to correct the track by.")
+    drift = Drift.of(track)
+    pieces = tuple(_piece(track, drift, one) for one in evidence)
+    measured = tuple(p for p in pieces if not isinstance(p.evidence, StatedScale))
+    stated = tuple(p for p in pieces if isinstance(p.evidence, StatedScale))
+    wander, doubts_rig = max(piece.wander for piece in pieces), False
+    drift = replace(drift, wander=wander)
+    if measured:
+        told, sigma = _mean_scale(_together(drift, measured))
+        own = {piece: _together(drift, [piece]).scale[1] for piece in stated}
+        doubts_rig = any(abs(told - 1) > DOUBT * np.hypot(sigma, own[p]) for p in stated)
+        if doubts_rig:
+            drift = replace(drift, wander=max(wander, *(p.may_wander for p in measured)))
+        if doubts_rig or any(isinstance(p.evidence, JointSpacing) for p in measured):
+            stated = ()
+    findings = tuple(Finding(p.evidence, *_mean_scale(_together(drift, [p]))) for p in pieces)
+    _require_agreement(drift, dict(zip(pieces, findings, strict=True)), measured)
+    used = (*measured, *stated)
+    return _Solved(used, _together(drift, used), findings, doubts_rig, wander > 0)
+
+
+def _together(drift: Drift, pieces: Sequence[_Piece]) -> Solution:
+    return Solution.of(drift, joined([piece.equations for piece in pieces]))
+
+
+def _mean_scale(solution: Solution) -> tuple[float, float]:
+    """With its standard uncertainty; where it wanders, over the way that the equations are of."""
+    places = solution.equations.places
+    if solution.model.wander == 0 or len(places.rows) == 0:
+        return solution.scale
+    ends = (places.rows[places.at_mm.argmin()], places.rows[places.at_mm.argmax()])
+    return solution.scale_between(*map(int, ends))
+
+
+def _require_agreement(
+    drift: Drift, findings: Mapping[_Piece, Finding], measured: Sequence[_Piece]
+) -> None:
+    for one, other in combinations(measured, 2):
+        # One unknown less than each by itself has: the scale.
+        excess = _together(drift, [one, other]).squares
+        excess -= _together(drift, [one]).squares + _together(drift, [other]).squares
+        if excess > CONTRADICTION**2:
+            here, there = findings[one], findings[other]
+            raise InvalidCorrection(
+                f"Two corrections contradict each other: the scale is {here.scale:.4f} ± "
+                f"{here.sigma:.4f} by {here.evidence}, but {there.scale:.4f} ± {there.sigma:.4f} "
+                f"by {there.evidence}; one of them is wrong or less certain than stated."
+            )
+
+
+def _residuals(solved: _Solved) -> Iterator[Residual]:
+    """Of the lengths and joints, in the order of the evidence."""
+    solution, first = solved.solution, 0
+    measured_mm = solution.scale[0] * solution.equations.slope + solution.wandered_mm
+    residual_mm = solution.residual - solution.wandered_mm
+    for piece in solved.pieces:
+        count = len(piece.equations.known)
+        if not isinstance(piece.evidence, StatedScale):
+            names = [str(piece.evidence)]
+            if isinstance(piece.evidence, JointSpacing):
+                joints = piece.evidence.joints
+                names = [f"joint {j.number} in frame {j.sighting.frame}" for j in joints]
+            for index, name in enumerate(names, first):
+                yield Residual(name, float(measured_mm[index]), float(residual_mm[index]))
+        first += count
+
+
+def _stretches(solved: _Solved, distance_mm: Matrix) -> Iterator[Stretch]:
+    """From joint to joint, each where a camera was nearest to it."""
+    nearest: dict[tuple[int, int], tuple[float, int]] = {}
+    for piece in solved.pieces:
+        if isinstance(piece.evidence, JointSpacing):
+            rows = piece.equations.places.rows
+            for joint, row in zip(piece.evidence.joints, rows, strict=True):
+                found = (abs(joint.sighting.ahead_mm), int(row))
+                key = (joint.count, joint.number)
+                nearest[key] = min(found, nearest.get(key, found))
+    frames = sorted((row for _, row in nearest.values()), key=lambda row: distance_mm[row])
+    for first, last in pairwise(frames):
+        scale, sigma = solved.solution.scale_between(first, last)
+        yield Stretch(float(distance_mm[first]), float(distance_mm[last]), scale, sigma)
+
+
+def _piece(track: Track, drift: Drift, evidence: Evidence) -> _Piece:
     match evidence:
         case KnownLength():
-            return _of_length(track, evidence)
+            return _Piece(evidence, _of_length(track, drift, evidence))
         case JointSpacing():
             return _of_joints(track, drift, evidence)
         case StatedScale():
-            return _of_rig(evidence)
+            return _Piece(evidence, _of_rig(evidence))
         case _:
             assert_never(evidence)
 
 
-def _of_length(track: Track, length: KnownLength) -> _Equations:
+def _of_length(track: Track, drift: Drift, length: KnownLength) -> Equations:
     if not (length.length_mm > 0 and length.sigma_mm > 0):
         raise InvalidCorrection(f"A length and its uncertainty must be above 0; found {length}.")
     rows = np.array([row_of(track, frame) for frame in (length.first_frame, length.last_frame)])
@@ -317,156 +432,87 @@ def _of_length(track: Track, length: KnownLength) -> _Equations:
             f"The known length of {length} cannot be right: the track has {abs(way) / 1000:.3f} m "
             "there; check the frames and the length."
         )
-    return _Equations(
+    return Equations(
         known=np.array([length.length_mm]),
         slope=np.array([abs(way)]),
         offsets=np.zeros((1, 0)),
-        rows=rows,
+        places=drift.places(rows),
         drift=np.sign(way) * np.array([[-1.0, 1.0]]),
-        noise=np.array([[length.sigma_mm**2]]),
+        noise={"tape": np.array([[length.sigma_mm**2]])},
     )
 
 
-def _of_joints(track: Track, drift: Drift, spacing: JointSpacing) -> _Equations:
+def _of_joints(track: Track, drift: Drift, spacing: JointSpacing) -> _Piece:
+    """Segments that differ and a scale that wanders both leave residuals; the likelier has them."""
     sightings = [joint.sighting for joint in spacing.joints]
     count = np.array([joint.count for joint in spacing.joints])
     number = np.array([joint.number for joint in spacing.joints])
     # With unknown offsets it does not matter from which joint the segments' errors add up.
     steps = number - np.array([number[count == own].min() for own in count])
     walk = np.minimum.outer(steps, steps) * np.equal.outer(count, count)
-    perfect = _Equations(
+    rows = np.array([row_of(track, sighting.frame) for sighting in sightings])
+    at_mm, seen = places_mm(track, sightings), np.diag(seen_variance(sightings))
+    perfect = Equations(
         known=number * spacing.segment_mm,
-        slope=places_mm(track, sightings),
+        slope=at_mm,
         offsets=np.where(np.equal.outer(count, np.unique(count)), -1.0, 0.0),
-        rows=np.array([row_of(track, sighting.frame) for sighting in sightings]),
+        places=Places(rows, at_mm),
         drift=np.eye(len(sightings)),
-        noise=np.diag(seen_variance(sightings)),
     )
-    scatter_mm = _scatter(drift, perfect, walk)
+
+    def scattered(scatter_mm: float) -> Equations:
+        return perfect.with_noise({"joints": seen + scatter_mm**2 * walk})
+
+    def constant(scatter_mm: float) -> Solution:
+        return Solution.of(drift, scattered(scatter_mm))
+
+    def changing(wander: float) -> Solution:
+        return Solution.of(replace(drift, wander=wander), scattered(PRIOR_SCATTER_MM))
+
+    scatter_mm = _spread(constant, PRIOR_SCATTER_MM)
+    wander = _spread(changing, WANDER)
+    against = CHANGE - (scatter_mm / SCATTER_MM) ** 2 / 2
+    changes = changing(wander).log_likelihood > constant(scatter_mm).log_likelihood + against
+    if changes:
+        scatter_mm = PRIOR_SCATTER_MM
     alike = np.outer(number, number) * spacing.segment_sigma_mm**2
-    noise = perfect.noise + scatter_mm**2 * walk + alike
-    return replace(perfect, noise=noise, scatter_mm=scatter_mm)
+    return _Piece(
+        spacing,
+        scattered(scatter_mm).with_noise({"segment": alike}),
+        scatter_mm,
+        wander=wander if changes else 0.0,
+        may_wander=wander,
+    )
 
 
-def _scatter(drift: Drift, perfect: _Equations, walk: Matrix) -> float:
-    """Scatter of single segments, one sigma in mm, that makes the residuals as large as they are.
+def _spread(solve: Callable[[float], Solution], prior: float) -> float:
+    """A standard deviation of the model that makes the residuals as large as they are.
 
     With it the weighted sum of squares is the number of degrees of freedom (Paule & Mandel 1982).
-    `PRIOR_SCATTER_MM` counts as one residual more.
+    The prior value counts as one residual more.
     """
-    freedom = len(perfect.known) - perfect.offsets.shape[1]  # one more, less the scale
 
-    def excess(scatter_mm: float) -> float:
-        noise = perfect.noise + scatter_mm**2 * walk
-        solution = _Solution.of(drift, replace(perfect, noise=noise))
-        return float(solution.squares + (PRIOR_SCATTER_MM / scatter_mm) ** 2 - freedom)
+    def excess(spread: float) -> float:
+        solution = solve(spread)
+        rows, unknown = solution.design.shape
+        return float(solution.squares + (prior / spread) ** 2 - (rows - unknown + 1))
 
-    low, high = 1e-3, 1e2
-    for _ in range(40):  # bisection of its logarithm: the excess falls with the scatter
+    low, high = prior / 1e3, prior * 1e2
+    for _ in range(40):  # bisection of its logarithm: the excess falls with the spread
         middle = float(np.sqrt(low * high))
         low, high = (middle, high) if excess(middle) > 0 else (low, middle)
     return low
 
 
-def _of_rig(stated: StatedScale) -> _Equations:
+def _of_rig(stated: StatedScale) -> Equations:
     if not stated.sigma > 0:
         raise InvalidCorrection("The uncertainty of a rig's scale must be above 0.")
     one = np.ones((1, 1))
-    none = np.zeros((1, 0))
-    return _Equations(one[0], one[0], none, np.zeros(0, np.intp), none, one * stated.sigma**2)
-
-
-def _joined(pieces: Sequence[_Equations]) -> _Equations:
-    """All of them as one; each keeps its own offsets."""
-    return _Equations(
-        known=np.concatenate([piece.known for piece in pieces]),
-        slope=np.concatenate([piece.slope for piece in pieces]),
-        offsets=_block_diagonal([piece.offsets for piece in pieces]),
-        rows=np.concatenate([piece.rows for piece in pieces]),
-        drift=_block_diagonal([piece.drift for piece in pieces]),
-        noise=_block_diagonal([piece.noise for piece in pieces]),
+    return Equations(
+        known=one[0],
+        slope=one[0],
+        offsets=np.zeros((1, 0)),
+        places=Places(np.zeros(0, np.intp), np.zeros(0)),
+        drift=np.zeros((1, 0)),
+        noise={"rig": one * stated.sigma**2},
     )
-
-
-def _block_diagonal(blocks: Sequence[Matrix]) -> Matrix:
-    ends = np.cumsum([block.shape for block in blocks], axis=0)
-    whole = np.zeros(ends[-1])
-    for block, (row, column) in zip(blocks, ends - [block.shape for block in blocks], strict=True):
-        whole[row : row + block.shape[0], column : column + block.shape[1]] = block
-    return whole
-
-
-@dataclass(frozen=True)
-class _Solution:
-    """Scale and offsets that fit best, and what they leave."""
-
-    model: Drift
-    equations: _Equations
-    design: Matrix
-    """(M, 1 + K) slope and offsets."""
-    weight: Matrix
-    """(M, M) inverse of the covariance of z."""
-    parameters: Matrix
-    """(1 + K,)"""
-    covariance: Matrix
-    residual: Matrix
-    """(M,)"""
-
-    @classmethod
-    def of(cls, model: Drift, equations: _Equations) -> _Solution:
-        """By generalised least squares (Aitken 1935)."""
-        along = model.covariance(equations.rows, equations.rows)
-        spread = equations.drift @ along @ equations.drift.T + equations.noise
-        design = np.column_stack([equations.slope, equations.offsets])
-        weight = np.asarray(np.linalg.inv(spread))
-        covariance = np.asarray(np.linalg.inv(design.T @ weight @ design))
-        parameters = covariance @ design.T @ weight @ equations.known
-        residual = equations.known - design @ parameters
-        return cls(model, equations, design, weight, parameters, covariance, residual)
-
-    @property
-    def scale(self) -> tuple[float, float]:
-        """With its standard uncertainty."""
-        return float(self.parameters[0]), float(np.sqrt(self.covariance[0, 0]))
-
-    @property
-    def squares(self) -> float:
-        """Weighted sum of the squared residuals."""
-        return float(self.residual @ self.weight @ self.residual)
-
-    def distances(self, distance_mm: Matrix, zero: int | None) -> tuple[Matrix, Matrix]:
-        """The true distance of every row of the track, and its variance in mm^2.
-
-        Args:
-            distance_mm: (N,) of the track.
-            zero: The row from which the way is counted; None for where the track's distance is 0.
-        """
-        blocks = np.array_split(np.arange(len(distance_mm)), 1 + len(distance_mm) // _BLOCK)
-        found = [self._distances(rows, distance_mm, zero) for rows in blocks]
-        mean, variance = (np.concatenate(part) for part in zip(*found, strict=True))
-        return mean, variance
-
-    def _distances(
-        self, rows: Rows, distance_mm: Matrix, zero: int | None
-    ) -> tuple[Matrix, Matrix]:
-        common = self._common(rows)
-        way_mm = distance_mm[rows]
-        prior = self.model.shared_mm2[rows] + self.model.own_mm2[rows]
-        if zero is not None:
-            common = common - self._common(np.array([zero]))
-            way_mm = way_mm - distance_mm[zero]
-            prior = self.model.between(rows, np.full_like(rows, zero))
-        gain = common @ self.weight
-        mean = self.parameters[0] * way_mm + gain @ self.residual
-        slope = -gain @ self.design
-        slope[:, 0] += way_mm
-        variance = (
-            prior
-            - np.einsum("nm,nm->n", gain, common)
-            + np.einsum("np,pq,nq->n", slope, self.covariance, slope)
-        )
-        return mean, np.maximum(variance, 0.0)  # rounding may take it below
-
-    def _common(self, rows: Rows) -> Matrix:
-        """(len(rows), M) covariance of the drift of the rows with the equations."""
-        return np.asarray(self.model.covariance(rows, self.equations.rows) @ self.equations.drift.T)

@@ -111,7 +111,7 @@ def test_a_length_and_the_rig_correct_together_and_the_file_says_so(chainage, fo
     ]  # fmt: skip
     assert metadata[4].startswith("# scale: 0.99")
     assert metadata[5].endswith(f"from 1.6 m ± 2 mm between frames 0 and {last}")
-    assert metadata[6].endswith("from the rig, to 1.3 %")
+    assert metadata[6].endswith("from the rig, to 1.4 %")
     assert metadata[7].startswith("# height_mm: 230.")
 
 

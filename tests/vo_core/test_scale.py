@@ -216,7 +216,7 @@ def test_joints_correct_scale_and_drift_and_their_scatter_is_told():
             Sighting(int(f), float((at - true_mm[f]) / 1.01 + rng.normal(0, 0.2)), 0.2, -0.3)
             for at, f in zip(joints_mm, frames, strict=True)
         ]
-        done = correct(track, [joint_spacing(track, sightings, SEGMENT_MM)])
+        done = correct(track, [joint_spacing(track, sightings, SEGMENT_MM, segment_sigma_mm=0)])
         scale_errors.append((done.scale - 1.01) / done.sigma)
         scatters.append(done.scatter_mm)
         errors.append((done.track.distance_mm - true_mm)[-1] / done.track.sigma_distance_mm[-1])
@@ -284,7 +284,7 @@ def test_joints_of_a_rendered_pipe_put_a_wrong_height_right(long_run, factor):
         finder.add(frame.image, estimates[-1])
     raw, true_mm = Track.from_estimates(estimates), np.array([f.x_mm for f in long_run])
     assert np.abs(raw.distance_mm - true_mm).max() > 100
-    spacing = joint_spacing(raw, finder.finish(), SEGMENT_MM)
+    spacing = joint_spacing(raw, finder.finish(), SEGMENT_MM, segment_sigma_mm=0)
     done = correct(raw, [spacing])
     error = np.abs(done.track.distance_mm - true_mm)
     assert [joint.number for joint in spacing.joints] == list(range(10))

@@ -1,0 +1,200 @@
+"""Distances by generalised least squares, from linear equations about a scale and a drift.
+
+With the distance d of a track the true one is D = s d + w, with a scale s and a drift w of known
+covariance (see `drift`).  Equations about D give s and D with their uncertainties (universal
+kriging, Cressie 1993, section 3.4); the rest of an error is put down to its sources.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from vo_core.drift import Drift, Places, Rows
+from vo_core.types import Matrix
+
+Source = Literal["tracking", "wander", "joints", "segment", "tape", "rig"]
+"""Of an error: registration and bridging; a scale that changes along the run; places of joints and
+single segments; the stated length of all segments; taped lengths; what the rig states."""
+
+_BLOCK = 4096
+"""Rows of a track that are worked out at once, so that an hour of video does not fill memory."""
+
+
+@dataclass(frozen=True)
+class Equations:
+    """M linear equations, z = s slope + offsets P + A w + noise."""
+
+    known: Matrix
+    """(M,) z in mm."""
+    slope: Matrix
+    """(M,)"""
+    offsets: Matrix
+    """(M, K), for K unknown offsets P."""
+    places: Places
+    """(F,) whose drift w takes part."""
+    drift: Matrix
+    """(M, F) A."""
+    noise: Mapping[Source, Matrix] = field(default_factory=dict)
+    """(M, M) covariances in mm^2 of the evidence itself."""
+
+    def with_noise(self, noise: Mapping[Source, Matrix]) -> Equations:
+        """The same with further noise."""
+        return replace(self, noise={**self.noise, **noise})
+
+
+def joined(pieces: Sequence[Equations]) -> Equations:
+    """All of them as one; each keeps its own offsets."""
+    sources = {source for piece in pieces for source in piece.noise}
+    return Equations(
+        known=np.concatenate([piece.known for piece in pieces]),
+        slope=np.concatenate([piece.slope for piece in pieces]),
+        offsets=_block_diagonal([piece.offsets for piece in pieces]),
+        places=Places(
+            np.concatenate([piece.places.rows for piece in pieces]),
+            np.concatenate([piece.places.at_mm for piece in pieces]),
+        ),
+        drift=_block_diagonal([piece.drift for piece in pieces]),
+        noise={
+            source: _block_diagonal(
+                [
+                    piece.noise.get(source, np.zeros((len(piece.known), len(piece.known))))
+                    for piece in pieces
+                ]
+            )
+            for source in sources
+        },
+    )
+
+
+def _block_diagonal(blocks: Sequence[Matrix]) -> Matrix:
+    ends = np.cumsum([block.shape for block in blocks], axis=0)
+    whole = np.zeros(ends[-1])
+    for block, (row, column) in zip(blocks, ends - [block.shape for block in blocks], strict=True):
+        whole[row : row + block.shape[0], column : column + block.shape[1]] = block
+    return whole
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Scale and offsets that fit best, and what they leave."""
+
+    model: Drift
+    equations: Equations
+    design: Matrix
+    """(M, 1 + K) slope and offsets."""
+    weight: Matrix
+    """(M, M) inverse of the covariance of z."""
+    parameters: Matrix
+    """(1 + K,)"""
+    covariance: Matrix
+    residual: Matrix
+    """(M,)"""
+    log_likelihood: float
+    """Restricted (Patterson & Thompson 1971), to compare models of the same equations."""
+
+    @classmethod
+    def of(cls, model: Drift, equations: Equations) -> Solution:
+        """By generalised least squares (Aitken 1935)."""
+        along = model.covariance(equations.places, equations.places)
+        spread = equations.drift @ along @ equations.drift.T + sum(equations.noise.values())
+        design = np.column_stack([equations.slope, equations.offsets])
+        weight = np.asarray(np.linalg.inv(spread))
+        information = design.T @ weight @ design
+        covariance = np.asarray(np.linalg.inv(information))
+        parameters = covariance @ design.T @ weight @ equations.known
+        residual = equations.known - design @ parameters
+        determinants = np.linalg.slogdet(spread)[1] + np.linalg.slogdet(information)[1]
+        likelihood = -float(determinants + residual @ weight @ residual) / 2
+        return cls(model, equations, design, weight, parameters, covariance, residual, likelihood)
+
+    @property
+    def scale(self) -> tuple[float, float]:
+        """At the zero of the track, with its standard uncertainty."""
+        return float(self.parameters[0]), float(np.sqrt(self.covariance[0, 0]))
+
+    @property
+    def squares(self) -> float:
+        """Weighted sum of the squared residuals."""
+        return float(self.residual @ self.weight @ self.residual)
+
+    @property
+    def wandered_mm(self) -> Matrix:
+        """(M,) of the residuals, what the scale that wanders explains."""
+        at_mm, drift = self.equations.places.at_mm, self.equations.drift
+        common = drift @ self.model.wandering(at_mm[:, None], at_mm) @ drift.T
+        return np.asarray(common @ self.weight @ self.residual)
+
+    def scale_between(self, first: int, last: int) -> tuple[float, float]:
+        """The mean scale from one row of the track to another, with its standard uncertainty."""
+        way_mm = float(self.model.distance_mm[last] - self.model.distance_mm[first])
+        mean, variance = self._distances(np.array([last]), first)
+        return float(mean[0] / way_mm), float(np.sqrt(variance[0]) / abs(way_mm))
+
+    def distances(self, zero: int | None) -> tuple[Matrix, Matrix]:
+        """The true distance of every row of the track, and its variance in mm^2.
+
+        Args:
+            zero: The row from which the way is counted; None for where the track's distance is 0.
+        """
+        rows = np.arange(len(self.model.distance_mm))
+        blocks = np.array_split(rows, 1 + len(rows) // _BLOCK)
+        found = [self._distances(block, zero) for block in blocks]
+        mean, variance = (np.concatenate(part) for part in zip(*found, strict=True))
+        return mean, variance
+
+    def parts(self, row: int, zero: int | None) -> dict[Source, float]:
+        """Standard uncertainties in mm, source by source, of the distance of one row."""
+        rows = np.array([row])
+        gain, slope, _, variance = self._gain(rows, zero)
+        # The distance is this combination of what is known, so their errors go into it alike.
+        combined = (slope @ self.covariance @ self.design.T @ self.weight + gain)[0]
+        found: dict[Source, float] = {
+            source: float(combined @ noise @ combined)
+            for source, noise in self.equations.noise.items()
+        }
+        found["wander"] = self._of_wander(rows, zero, combined)
+        whole = variance + slope @ self.covariance @ slope.T
+        found["tracking"] = float(whole[0, 0]) - sum(found.values())
+        return {source: float(np.sqrt(max(square, 0.0))) for source, square in found.items()}
+
+    def _of_wander(self, rows: Rows, zero: int | None, combined: Matrix) -> float:
+        """Variance of what the scale's wandering leaves of a distance."""
+        ends_mm = self.model.distance_mm[[*rows, *([] if zero is None else [zero])]]
+        at_mm = np.concatenate([ends_mm, self.equations.places.at_mm])
+        share = np.concatenate([[1.0, -1.0][: len(ends_mm)], -combined @ self.equations.drift])
+        return float(share @ self.model.wandering(at_mm[:, None], at_mm) @ share)
+
+    def _distances(self, rows: Rows, zero: int | None) -> tuple[Matrix, Matrix]:
+        gain, slope, way_mm, variance = self._gain(rows, zero)
+        mean = self.parameters[0] * way_mm + gain @ self.residual
+        variance = variance + np.einsum("np,pq,nq->n", slope, self.covariance, slope)
+        return mean, np.maximum(variance, 0.0)  # rounding may take it below
+
+    def _gain(self, rows: Rows, zero: int | None) -> tuple[Matrix, Matrix, Matrix, Matrix]:
+        """(N, M) weights of the residuals, (N, 1 + K) and of the parameters, (N,) way by the track,
+        and (N,) the variance for known parameters.
+        """
+        model, places = self.model, self.model.places(rows)
+        common = self._common(places)
+        way_mm = places.at_mm
+        if zero is None:
+            prior = model.variance(places)
+        else:
+            start = model.places(np.full_like(rows, zero))
+            common = common - self._common(start)
+            way_mm = way_mm - start.at_mm
+            prior = model.between(places, start)
+        gain = common @ self.weight
+        slope = -gain @ self.design
+        slope[:, 0] += way_mm
+        return gain, slope, way_mm, prior - np.einsum("nm,nm->n", gain, common)
+
+    def _common(self, places: Places) -> Matrix:
+        """(len(places), M) covariance of the drift there with the equations."""
+        return np.asarray(
+            self.model.covariance(places, self.equations.places) @ self.equations.drift.T
+        )
