@@ -22,7 +22,7 @@ from app.reports import table
 from app.reports.report import Loss, Report, Written
 from app.reports.table import DICTIONARY, Cell, Column, iso
 from app.reports.text import legible
-from app.services.adjustment import Stated
+from app.services.adjustment import Joints, Stated
 
 _LONGEST_TEXT = 32_767
 """Characters that a cell may hold, by the programs that read it."""
@@ -210,7 +210,9 @@ def _stated(fields: Mapping[str, Any] | None) -> str:
         f"{length.length_m:.3f} m apart, +/- {length.sigma_mm:g} mm"
         for length in stated.lengths
     ]
-    if stated.joints.use is not False:
+    if stated.joints.use is False:
+        parts.append("joints: not used")
+    elif stated.joints != Joints():
         parts.append(
             f"joints: {len(stated.joints.marked)} marked, {len(stated.joints.left_out)} left out"
         )

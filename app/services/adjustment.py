@@ -289,12 +289,18 @@ class Adjusted:
         raw = np.bincount(place, self.raw.distance_mm) / count
         return raw, np.bincount(place, self.track.distance_mm) / count
 
+    @property
+    def _last_scale(self) -> float:
+        """Where the run is now; it may change along the run."""
+        stretches = self.correction.stretches if self.correction else ()
+        return stretches[-1].scale if stretches else self.scale
+
     def _onward_mm(self, way_mm: Matrix) -> Matrix:
         """Corrected from raw distances behind the last row."""
         if not len(self.track):
             return way_mm
         last_mm, raw_mm = float(self.track.distance_mm[-1]), float(self.raw.distance_mm[-1])
-        return last_mm + self.scale * (way_mm - raw_mm)
+        return last_mm + self._last_scale * (way_mm - raw_mm)
 
     def _onward_variance(self, way_mm: Matrix, variance: Matrix) -> Matrix:
         """As certain as the last row, with what was added since by registration and by scale."""
