@@ -949,7 +949,11 @@ class UnrolledOut(BaseModel):
 
 
 def live_header(
-    update: Update, told: Estimate | None, revision: int | None, now_s: float
+    update: Update,
+    told: Estimate | None,
+    revision: int | None,
+    joints: int | None,
+    now_s: float,
 ) -> dict[str, Any]:
     """Header of one message of the live socket.
 
@@ -957,6 +961,7 @@ def live_header(
         update: What is told.
         told: Its last estimate, corrected.
         revision: Of the corrections; None if the inspection has been deleted.
+        joints: How many are known, seen or expected; None likewise.
         now_s: By `time.monotonic`.
     """
     last = update.estimates[-1] if update.estimates else None
@@ -979,6 +984,7 @@ def live_header(
             "eta_s": _rounded(progress.eta_s, 1),
         },
         "revision": revision,
+        "joints": joints,
         "distance_raw_mm": last.distance_mm if last else None,
         "age_ms": None if age_s is None else round(1000 * age_s, 1),
         "camera": None

@@ -212,7 +212,7 @@ class Report:
     @property
     def expected_joints(self) -> tuple[ExpectedJoint, ...]:
         """Where others should be that were not seen."""
-        return self.adjusted.expected_joints() if self.adjusted else ()
+        return self.adjusted.expected_joints if self.adjusted else ()
 
     @property
     def stretches(self) -> tuple[Stretch, ...]:

@@ -23,6 +23,7 @@ from vo_core.errors import InvalidCorrection
 from vo_core.height import Height, implied_height
 from vo_core.joints import Sighting
 from vo_core.lattice import SCALE_SIGMA, Joint
+from vo_core.proposal import ScaleProposal
 from vo_core.scale import (
     Correction,
     Evidence,
@@ -236,6 +237,8 @@ class Adjusted:
     refused: Closure | None = None
     """A known length that is not plausible and was not forced; the track is without it."""
     source: Source = "odometry"
+    spacing: JointSpacing | None = None
+    """The joints by which the track was brought to scale; None if they do not count."""
     joints_refusal: str | None = None
     """Why joints that were seen do not count although nobody has said so; a sentence."""
 
@@ -330,6 +333,23 @@ class Adjusted:
             return None
         return NearJoint(nearest.number)
 
+    @cached_property
+    def by_joints(self) -> ScaleProposal | None:
+        """What the joints have done; None if they do not count."""
+        done, spacing = self.correction, self.spacing
+        if done is None or spacing is None:
+            return None
+        return ScaleProposal(
+            spacing=spacing,
+            correction=done,
+            joints=len({(joint.count, joint.number) for joint in spacing.joints}),
+            scale=done.scale,
+            sigma=done.sigma,
+            stated_height_mm=self.rig.mount.height_mm,
+            height=self.height,
+        )
+
+    @cached_property
     def expected_joints(self) -> tuple[ExpectedJoint, ...]:
         """Where joints should be, as far as the track goes, and none was seen.
 
@@ -364,7 +384,7 @@ class Adjusted:
     def height(self) -> Height | None:
         """That explains the scale; None if there is no other evidence for it than the rig."""
         done = self.correction
-        if done is None or self._is_by_rig:
+        if done is None or self._is_by_rig or done.stretches:
             return None
         return implied_height(self.rig, done.scale, done.sigma)
 
@@ -479,6 +499,7 @@ def _adjusted(
         closures=closures,
         refused=None if stated.forced else implausible,
         source="joint" if by_joints else "closure" if len(lengths) > len(tapes) else "odometry",
+        spacing=by_joints[0] if by_joints else None,
     )
 
 

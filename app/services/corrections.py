@@ -11,7 +11,8 @@ import logging
 import threading
 import time
 from collections import OrderedDict
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from app.errors import DiskFull, body_of
@@ -131,6 +132,30 @@ class Corrections:
             logger.info("Inspection %s corrected by %s.", inspection_id, who)
             self._live.corrected(inspection_id)
         return corrected
+
+    def rescaled(
+        self,
+        inspection_id: str,
+        who: str,
+        before: Mapping[str, Any] | None,
+        after: Mapping[str, Any] | None,
+        remark: str,
+    ) -> None:
+        """Record that the newest solution has another scale than was told; all is read again.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+            DiskFull: It could not be recorded.
+        """
+        statement, solution = self._statement(inspection_id), self._last_solution(inspection_id)
+        revision = self._inspections.rescale(inspection_id, who, before, after, remark)
+        self._keep(inspection_id, replace(statement, revision=revision))
+        self._keep_solution(inspection_id, replace(solution, revision=revision))
+        self._live.corrected(inspection_id)
+
+    def newest(self, inspection_id: str) -> Adjusted:
+        """The last solution of any age; cheap."""
+        return self._last_solution(inspection_id).adjusted
 
     def adjusted(self, inspection_id: str) -> Adjusted:
         """The newest solution; the last frames of a run that goes on may not be in it."""
@@ -297,7 +322,7 @@ def result_of(adjusted: Adjusted) -> dict[str, Any] | None:
         ],
         "expected_joints": [
             {"number": joint.number, "distance_m": _metres(joint.distance_mm)}
-            for joint in adjusted.expected_joints()
+            for joint in adjusted.expected_joints
         ],
         "joints_refusal": adjusted.joints_refusal,
         "closure": None

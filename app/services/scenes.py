@@ -80,6 +80,8 @@ class SceneFeed:
         self._shown_frame: int | None = None
         self._drawn = 0
         """Frames whose path is drawn."""
+        self._joints_of: Adjusted | None = None
+        """Whose joints are drawn."""
         self._subscription = ExitStack()
         self._subscription.enter_context(live.listening(inspection_id, self._on_event))
         try:
@@ -113,10 +115,12 @@ class SceneFeed:
         with self._lock:
             self._extend_path(track)
         self._show_robot(track)
-        self._draw_joints()
+        self._draw_joints(self._corrections.adjusted(self._inspection_id))
 
-    def _draw_joints(self) -> None:
-        self.scene.set_joints(joint_marks(self._corrections.adjusted(self._inspection_id)))
+    def _draw_joints(self, adjusted: Adjusted) -> None:
+        if adjusted is not self._joints_of:
+            self._joints_of = adjusted
+            self.scene.set_joints(joint_marks(adjusted))
 
     def _show_robot(self, track: Track) -> None:
         frame = len(track) - 1 if self._shown_frame is None else self._shown_frame
@@ -211,6 +215,7 @@ class SceneFeed:
                 self._drawn += len(new)
             else:  # the scene was made between two batches
                 self._extend_path(self._corrections.track(self._inspection_id))
+        self._draw_joints(self._corrections.newest(self._inspection_id))
         if self._shown_frame is None:
             self.scene.show_pose(new[-1])
             if update.jpeg:
@@ -308,7 +313,7 @@ def joint_marks(adjusted: Adjusted) -> list[JointMark]:
     ]
     expected = [
         JointMark(joint.number, joint.distance_mm / 1000, is_seen=False)
-        for joint in adjusted.expected_joints()
+        for joint in adjusted.expected_joints
     ]
     return seen + expected
 

@@ -182,6 +182,13 @@ class Tracks:
                 self._remember(inspection_id, track)
         return track
 
+    def newest_mm(self, inspection_id: str) -> float:
+        """Raw distance of the last frame of a run that goes on; 0 without one."""
+        with self._lock:
+            growing = self._growing.get(inspection_id)
+            columns = growing.columns["distance_mm"] if growing is not None else ()
+            return columns[-1] if columns else 0.0
+
     def health(self, inspection_id: str) -> HealthColumns:
         """How good the frames were to measure on, as far as they are tracked."""
         with self._lock:

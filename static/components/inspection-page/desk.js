@@ -259,13 +259,16 @@ export class Desk extends EventTarget {
     }
   }
 
-  /** Somebody else may have corrected the distances. */
-  async #compareRevision({ revision }) {
-    if (revision === undefined || revision <= this.#revision) return;
-    this.#revision = revision;
+  /** Somebody else, or the joints, may have corrected the distances; a joint may have been seen. */
+  async #compareRevision({ revision, joints }) {
+    const isOther = revision !== undefined && revision > this.#revision;
+    const hasMoreJoints = this.#joints !== null && joints !== this.#joints;
+    this.#joints = joints;
+    if (!isOther && !hasMoreJoints) return;
+    this.#revision = Math.max(this.#revision, revision ?? 0);
     try {
-      await this.inspection.load();
-      await this.reload();
+      if (isOther) await Promise.all([this.inspection.load(), this.reload()]);
+      else await this.corrections.load();
     } catch (error) {
       if (error.name !== 'AbortError') this.fault(errorText(error));
     }

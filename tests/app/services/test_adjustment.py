@@ -228,7 +228,7 @@ FITTED = adjusted(Stated(joints=Joints(use=True)), [SEEN[0], SEEN[1], SEEN[2], S
 
 
 def test_joints_are_expected_whole_segments_from_those_that_were_seen() -> None:
-    expected = FITTED.expected_joints()
+    expected = FITTED.expected_joints
     assert [joint.number for joint in expected] == [4, 5, 8]
     assert [joint.distance_mm for joint in expected] == pytest.approx([5300, 6800, 11_300], abs=20)
 
@@ -238,7 +238,7 @@ def test_where_no_joint_was_seen_they_are_expected_from_the_zero_that_was_set(
     zero: Zero | None, numbers: list[int]
 ) -> None:
     found = adjusted(Stated(zero=zero))
-    expected = found.expected_joints()
+    expected = found.expected_joints
     assert [joint.number for joint in expected] == numbers
     assert [joint.distance_mm for joint in expected] == [SEGMENT_MM * n for n in numbers]
     assert found.joint_near(SEGMENT_MM) is None
