@@ -78,8 +78,8 @@ class Template:
     seen: NDArray[np.bool_]
     """(blocks,) does the picture show all of the block? (`cover` below: do both pictures?)"""
     gradient: tuple[GrayImage, GrayImage]
-    tensor: Matrix
-    """(blocks, 2, 2) mean g g'."""
+    root: Matrix
+    """(blocks, 2, 2) square root of the mean g g'."""
     coarse_gradient: tuple[GrayImage, GrayImage]
     """Of the picture at half the resolution: enough to tell texture from noise."""
     energy: Matrix
@@ -103,10 +103,20 @@ class Template:
             image=covered,
             seen=grid.means(grid.crop(valid).astype(np.float32)) == 1,
             gradient=(gx, gy),
-            tensor=np.stack([xx, xy, xy, yy], 1).reshape(-1, 2, 2),
+            root=_root(np.stack([xx, xy, xy, yy], 1).reshape(-1, 2, 2)),
             coarse_gradient=gradient(_coarse(covered, row_step)),
             energy=grid.means(covered * covered),
         )
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is known of the parameters before the pictures are compared."""
+
+    mean: Matrix
+    """(n,)"""
+    information: Matrix
+    """(n, n) inverse covariance, 0 where nothing is known."""
 
 
 @dataclass(frozen=True)
@@ -117,6 +127,8 @@ class Alignment:
     """(n,)"""
     covariance: Matrix
     """(n, n), the prior included."""
+    uncertainty_px: float
+    """Of where the reference's content lies, in the worse direction, over all blocks."""
     agreement: float
     """Normalised correlation over the overlap, -1 to 1: the share of texture seen again."""
     fidelity: float
@@ -144,7 +156,8 @@ def align(
     start: Matrix,
     scales: Matrix,
     *,
-    prior: Matrix | None = None,
+    derivative: Callable[[Matrix], Matrix] | None = None,
+    prior: Prior | None = None,
 ) -> Alignment:
     """Fit the parameters of a motion model.
 
@@ -156,17 +169,24 @@ def align(
         warp: The motion model, at the nodes of the template's blocks.
         start: (n,) parameters to start from; within about 2 px of the truth everywhere.
         scales: (n,) change of each parameter that moves the content by about a pixel.
-        prior: (n, n) information about the parameters at `start`; None for none.
+        derivative: (nodes, 2, n) dw/dq; taken by differences if there is none.
+        prior: What is known of the parameters beforehand.
     """
-    information = np.diag(1 / (START_PX * scales) ** 2) + (0 if prior is None else prior)
+    loose = np.diag(1 / (START_PX * scales) ** 2)
+    known = prior or Prior(start, np.zeros_like(loose))
+    information = loose + known.information
     parameters, step_px = np.array(start, np.float64), np.inf
-    positions, jacobian = _linearise(template.grid, warp, parameters, scales)
-    hessians = _hessians(template.tensor, jacobian)
+    positions = warp(parameters)
+    slopes = (derivative or _differences(warp, scales))(parameters)
+    jacobian = _on_reference(template.grid, positions, slopes)
+    rooted = template.root @ jacobian
     for _ in range(MAX_STEPS):
         seen = _compare(template, doubled, whole, positions)
         step = -np.linalg.solve(
-            np.tensordot(seen.weights, hessians, 1) + information,
-            _scores(jacobian, seen).sum(0) + information @ (parameters - start),
+            _hessian(rooted, seen.weights) + information,
+            _scores(jacobian, seen).sum(0)
+            + loose @ (parameters - start)
+            + known.information @ (parameters - known.mean),
         )
         parameters = parameters + step
         step_px = float(np.abs(jacobian @ step).max())
@@ -178,12 +198,14 @@ def align(
     independent = seen.overlap * template.seen.sum() * per_block
     clear = seen.trust > CLEAR
     scores = _scores(jacobian, seen)
-    observed = _hessians(_common_texture(template, seen, independent), jacobian)
-    bread = np.linalg.inv(np.tensordot(seen.weights, observed, 1) + information)
+    observed = template.root @ _common_texture(template, seen, independent).T @ jacobian
+    bread = np.linalg.inv(_hessian(observed, seen.weights) + information)
     filling = INFLATION * scores.T @ scores + information
+    covariance = bread @ filling @ bread
     return Alignment(
         parameters=parameters,
-        covariance=bread @ filling @ bread + np.diag(np.square(PIXEL_ERROR * scales)),
+        covariance=covariance + np.diag(np.square(PIXEL_ERROR * scales)),
+        uncertainty_px=_spread_px(jacobian[template.seen], covariance),
         agreement=seen.agreement,
         fidelity=seen.fidelity,
         overlap=seen.overlap,
@@ -248,13 +270,27 @@ def _scores(jacobian: Matrix, seen: _Comparison) -> Matrix:
     return np.asarray((jacobian * weighted[:, :, None]).sum(1))
 
 
-def _hessians(tensor: Matrix, jacobian: Matrix) -> Matrix:
-    """J' g g' J of each block, (blocks, n, n)."""
-    return np.asarray(np.swapaxes(jacobian, 1, 2) @ (tensor @ jacobian))
+def _spread_px(jacobian: Matrix, covariance: Matrix) -> float:
+    """Standard deviation of the displacements J q, rms over the blocks, in the worse direction."""
+    spread = np.einsum("bim,mn,bjn->ij", jacobian, covariance, jacobian, optimize=True)
+    return float(np.sqrt(np.linalg.eigvalsh(spread)[-1] / max(len(jacobian), 1)))
+
+
+def _root(tensor: Matrix) -> Matrix:
+    """Symmetric square roots of (blocks, 2, 2) tensors."""
+    values, vectors = np.linalg.eigh(tensor)
+    roots = np.sqrt(np.maximum(values, 0.0))
+    return np.asarray((vectors * roots[:, None]) @ np.swapaxes(vectors, 1, 2))
+
+
+def _hessian(rooted: Matrix, weights: Matrix) -> Matrix:
+    """Sum of w J' g g' J, (n, n), of roots times Jacobians, (blocks, 2, n)."""
+    rows = (rooted * np.sqrt(weights)[:, None, None]).reshape(-1, rooted.shape[-1])
+    return np.asarray(rows.T @ rows)
 
 
 def _common_texture(template: Template, seen: _Comparison, independent: float) -> Matrix:
-    """The template's tensors without the gradients of noise, which say nothing, (blocks, 2, 2).
+    """(2, 2) K for which K T K' are the tensors without the gradients of noise, which say nothing.
 
     The product of two pictures' gradients averages to that of their common texture: with A the mean
     tensor of the template and C that product, the eigenvalues of A^-1/2 C A^-1/2 are the shares of
@@ -278,8 +314,7 @@ def _common_texture(template: Template, seen: _Comparison, independent: float) -
     whitener = vectors / np.sqrt(values) @ vectors.T
     shares, directions = np.linalg.eigh(whitener @ both @ whitener)
     kept = np.clip(shares - BY_CHANCE / np.sqrt(max(independent, 1.0)), 0.0, 1.0)
-    keep = root @ (directions * np.sqrt(kept)) @ directions.T @ whitener
-    return np.asarray(keep @ template.tensor @ keep.T)
+    return np.asarray(root @ (directions * np.sqrt(kept)) @ directions.T @ whitener)
 
 
 def _coarse(image: GrayImage, row_step: int) -> GrayImage:
@@ -288,17 +323,22 @@ def _coarse(image: GrayImage, row_step: int) -> GrayImage:
     return reduce_to(image, (width // 2, height * row_step // 2))
 
 
-def _linearise(
-    grid: BlockGrid, warp: Warp, parameters: Matrix, scales: Matrix
-) -> tuple[Points, Matrix]:
-    """w(q), and dw/dq a block, (blocks, 2, n), in the reference's pixels by (dw/dp)^-1.
+def _differences(warp: Warp, scales: Matrix) -> Callable[[Matrix], Matrix]:
+    steps = DIFFERENCE * scales
+
+    def derivative(parameters: Matrix) -> Matrix:
+        at, *moved = warp(parameters + np.vstack([np.zeros_like(steps), np.diag(steps)]))
+        return np.asarray((np.stack(moved, -1) - at[..., None]) / steps)
+
+    return derivative
+
+
+def _on_reference(grid: BlockGrid, positions: Points, slopes: Matrix) -> Matrix:
+    """dw/dq a block, (blocks, 2, n), in the reference's pixels: by (dw/dp)^-1.
 
     Taken once, at the start: it changes little within the two pixels of an alignment.
     """
-    steps = DIFFERENCE * scales
-    positions, *moved = warp(parameters + np.vstack([np.zeros_like(steps), np.diag(steps)]))
-    columns = (np.stack(moved, -1) - positions[..., None]) / steps
-    dq = grid.at_nodes(columns)[1:-1, 1:-1]
+    dq = grid.at_nodes(slopes)[1:-1, 1:-1]
     at = grid.at_nodes(positions)
     dx = (at[1:-1, 2:] - at[1:-1, :-2]) / (2 * grid.side_px)
     dy = (at[2:, 1:-1] - at[:-2, 1:-1]) / (2 * grid.side_px)
@@ -306,4 +346,4 @@ def _linearise(
     blind = np.isnan(dp).any((-1, -2), keepdims=True) | np.isnan(dq).any((-1, -2), keepdims=True)
     dp = np.where(blind, np.eye(2), dp)
     dq = np.where(blind, 0.0, dq)
-    return positions, np.asarray(np.linalg.solve(dp, dq).reshape(-1, 2, len(parameters)))
+    return np.asarray(np.linalg.solve(dp, dq).reshape(-1, 2, slopes.shape[-1]))

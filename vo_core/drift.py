@@ -37,7 +37,8 @@ class Drift:
     The scale may wander too, as over a bed of silt of changing depth.  It belongs to the place on
     the wall, so that it is the same on the way back; as a random walk of variance q per mm that is
     0 at the zero of the track it takes the distances u <= v to one side of it together by
-    q (u^2 v / 2 - u^3 / 6), the kernel of cubic splines (Wahba 1978).
+    q (u^2 v / 2 - u^3 / 6), the kernel of cubic splines (Wahba 1978).  A bed that falls or rises
+    all along adds a trend of the scale, of the same size over the first metre.
     """
 
     shared_mm2: Matrix
@@ -87,7 +88,8 @@ class Drift:
         low, high = np.minimum(u, v), np.maximum(u, v)
         same_side = np.sign(here_mm) == np.sign(there_mm)
         together = np.where(same_side, low**2 * high / 2 - low**3 / 6, 0.0)
-        return np.asarray(self.wander**2 / 1000 * together)
+        trend = (here_mm * there_mm) ** 2 / 4 / 1000
+        return np.asarray(self.wander**2 / 1000 * (together + trend))
 
 
 def row_of(track: Track, frame: int) -> int:

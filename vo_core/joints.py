@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass, fields, replace
 
 import cv2
 import numpy as np
@@ -21,7 +21,7 @@ from vo_core.rectify import NOMINAL, Rectifier
 from vo_core.rig import Rig
 from vo_core.track import Estimate, Track
 from vo_core.types import GrayImage, Image, Matrix
-from vo_core.wall import Pose, cast, develop, enclose, sight
+from vo_core.wall import cast, develop, enclose, sight
 
 SECTORS = 16
 """Parts of the visible arc with a profile each."""
@@ -44,6 +44,10 @@ COVERED = 0.9
 
 BINNING_PX = 0.1
 """What pixels that fall into bins leave of a position, one sigma."""
+
+MISPLACED_MM = 3.0
+"""A frame that may lie so far beside the wall that was spread before, one sigma, starts it anew;
+less only widens a ring."""
 
 STRIP_BINS = 2048
 """Columns of a strip of wall; at most a handful of strips is held."""
@@ -124,7 +128,7 @@ class JointFinder:
     def spread(self, patch: GrayImage, estimate: Estimate) -> None:
         """Take a frame that is wanted, as `Rectifier` has put it onto the wall."""
         last = self._last
-        if last is not None and _variance(estimate) - _variance(last) > self._bin_mm**2:
+        if last is not None and _variance(estimate) - _variance(last) > MISPLACED_MM**2:
             self._close(self._open)  # after a loss the wall continues at another place
         self._spread(patch, estimate)
         self._last = estimate
@@ -147,7 +151,7 @@ class JointFinder:
         relative = _relative(patch)[: rows * self._pooled]
         pooled = cv2.resize(relative, size_wh, interpolation=cv2.INTER_AREA)
         # Axial coordinates from the camera first: bins must not lose digits far into a pipe.
-        pose = Pose(0.0, estimate.y_mm, float(np.radians(estimate.yaw_deg)))
+        pose = replace(estimate.pose, x_mm=0.0)
         axial, arc = develop(self._rig, cast(self._rig, pose, self._rays)).T
         low_mm, high_mm = self._arc_mm
         sector = np.floor((arc - low_mm) / (high_mm - low_mm) * SECTORS)

@@ -2,13 +2,15 @@
 
 The joints of a pipe lie on a lattice of known spacing and unknown offset, and the track that
 measures them has an unknown scale; some joints are not seen, and some rings are none.  The most
-likely chain of sightings is found from each to the next by dynamic programming (Viterbi 1967), for
-every scale that a wrong height may cause: no scale slips by a segment over a long way, because it
-would have to miss every single joint on it.
+likely chain of sightings is found from each to the next by dynamic programming (Viterbi 1967), over
+every scale that a wrong rig may cause, and a bed of silt or water.  The scale may change from joint
+to joint, at a price; so no scale slips by a segment over a long way, because it would have to miss
+every single joint on it.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -18,7 +20,7 @@ from numpy.typing import NDArray
 
 from vo_core.drift import Drift, row_of
 from vo_core.errors import InvalidCorrection
-from vo_core.joints import Sighting, places_mm
+from vo_core.joints import Sighting, numbered, places_mm
 from vo_core.track import Track
 from vo_core.types import Matrix
 
@@ -34,27 +36,49 @@ PRIOR_SCATTER_MM = 3.0
 EDGE_SIGMA_MM = 0.5
 """Joints are broken and filled: seen anew, in another light, one is found so far off."""
 
-_STEP, _TRIED = 0.001, 50
-"""Between the scales that are tried, and how many to either side: 5 % in all.  A step moves a joint
-by a millimetre or two against the one before."""
+_STEP = 0.001
+"""Between the scales that are tried.  A step moves a joint by a millimetre or two against the one
+before."""
+
+_LOWEST, _HIGHEST = 0.75, 1.10
+"""Scales that are tried, over what is known of it: silt is nearer than the wall, so that the track
+over-reads by up to a third; water makes the wall seem nearer than it is, by a quarter of its depth.
+"""
+
+_UNUSUAL = 0.1
+"""Share of the runs whose scale has nothing to do with what is known of it: any of the above."""
 
 _REACH = 20
 """A joint is followed by another one within so many sightings."""
 
-_MISSED, _MOST_MISSED = 0.5, 8
-"""Log odds against each joint that should have been seen between two, up to so many: they are
-missed in stretches, under water or after a loss.  It tells a lattice from one finer than it."""
+_RING = 2.0
+"""Log odds that a ring is a joint, by what the finder shows beside them."""
+
+_MISSED, _MISSED_TOO, _MOST_MISSED = 1.6, 0.5, 8
+"""Log odds against a joint that should have been seen between two, and against each more, up to so
+many: they are missed in stretches, under water or after a loss.  It tells a lattice from one finer
+than it."""
+
+_CHANGE = 0.02
+"""By how much a scale changes between two joints where it does."""
+
+_LEAVES_USUAL, _LEAVES_UNUSUAL = 2.5, 1.25
+"""Log odds against a change, half of them for the scale before it and half for the one after: a run
+whose rig is right has none, over silt they are the rule."""
+
+_FINER = 4
+"""So many joints do not lie on every second place of a lattice by chance."""
 
 _COUNTABLE = 1 / 6
 """Deviation of a way over the length of a segment, beyond which its segments cannot be counted."""
 
 _BREAK = 7.0
-"""Log odds against a count that starts anew; a joint on its place is worth about 4.5."""
+"""Log odds against a count that starts anew; a joint on its place is worth about 6.5."""
 
 _SURE = 3.0
 """Log odds that the best count must have against every other one."""
 
-_LEAST = 2.0
+_LEAST = 1.0
 """Log odds for the lattice as a whole, below which the rings may as well lie anywhere."""
 
 
@@ -91,35 +115,31 @@ def count_joints(
     ordered = sorted(sightings, key=lambda sighting: sighting.frame)
     if not ordered:
         raise InvalidCorrection("No joints were seen; correct the track by a taped length instead.")
-    search = _Search.of(track, ordered, segment_mm)
-    scales = scale + _STEP * np.arange(-_TRIED, _TRIED + 1, dtype=np.float64)
-    paths = search.best_paths(scales, SCATTER_MM, _STEP / 2)
-    # Bounded, so that a wrong scale is contradicted by many joints and not obeyed.
-    against = np.minimum(((scales - scale) / scale_sigma) ** 2 / 2, _BREAK)
-    scores = np.array([path.score for path in paths]) - against
+    search = _Search.of(track, ordered, segment_mm, scale, scale_sigma)
+    paths = search.best_paths(SCATTER_MM)
+    scores = np.array([path.score for path in paths])
+    best = paths[int(scores.argmax())]
     # Some scale brings any two rings onto a lattice: what counts is the mean over all scales.
-    mean = np.sum(np.exp(scores - scores.max())) / np.sum(np.exp(-against))
-    odds = scores.max() + np.log(mean) - np.log(max(len(ordered) - 1, 1))
-    if odds < _LEAST:
+    odds = np.logaddexp.reduce(scores) - np.log(max(len(ordered) - 1, 1))
+    if not best.links() and len(set(numbered(track, ordered))) == 1:
+        raise InvalidCorrection(
+            "All rings that were seen are the same joint; give a taped length instead."
+        )
+    if odds < _LEAST or not best.links() or best.is_too_fine():
         raise InvalidCorrection(
             f"Segments of {segment_mm:g} mm cannot be counted by the {len(ordered)} rings that "
             "were seen; check the length of a segment, or give a taped length."
         )
-    best = paths[int(scores.argmax())]
-    for path, score in zip(paths, scores, strict=True):
-        if score > scores.max() - _SURE and (gap := best.contradiction(path)) is not None:
+    for path in paths:
+        if path.score > best.score - _SURE and (gap := best.contradiction(path)) is not None:
             first, last = (ordered[i].frame for i in gap)
             raise InvalidCorrection(
                 f"How many segments lie between the joints in frames {first} and {last} is not "
                 "certain; give a taped length too."
             )
-    if not best.links():
-        raise InvalidCorrection(
-            "All rings that were seen are the same joint; give a taped length instead."
-        )
     # Once more with the scatter of this pipe: rings beside the joints are told from them.
-    (final,) = search.best_paths(*search.measured(best), 0.0)
-    return final.joints(ordered)
+    again = search.best_paths(search.scatter_mm(best))
+    return max(again, key=lambda path: path.score).joints(ordered)
 
 
 def seen_variance(sightings: Sequence[Sighting]) -> Matrix:
@@ -136,6 +156,8 @@ class _Path:
     members: tuple[int, ...]
     counts: tuple[int, ...]
     numbers: tuple[int, ...]
+    scales: tuple[float, ...]
+    """Of the way to each member from the one before."""
 
     def links(self) -> list[tuple[int, int, int]]:
         """(from, to, segments) of members that follow one another and are not the same joint."""
@@ -145,6 +167,11 @@ class _Path:
             for (i, count, here), (j, same, there) in pairwise(chain)
             if count == same and here != there
         ]
+
+    def is_too_fine(self) -> bool:
+        """Whether the same places of a finer lattice stay empty all along."""
+        places = set(zip(self.counts, self.numbers, strict=True))
+        return len(places) >= _FINER and math.gcd(*(n for _, _, n in self.links())) > 1
 
     def contradiction(self, other: _Path) -> tuple[int, int] | None:
         """Two members that another path counts otherwise, if there are any."""
@@ -175,9 +202,22 @@ class _Search:
     """(N,) axial coordinates by the track."""
     variance_mm2: Matrix
     """(N, N) of their differences, by track and picture."""
+    scales: Matrix
+    """(S,) that are tried, evenly spaced."""
+    prior: Matrix
+    """(S,) their log probabilities before any joint was seen."""
+    change: Matrix
+    """(S,) half the log odds against a change from or to them."""
 
     @classmethod
-    def of(cls, track: Track, sightings: Sequence[Sighting], segment_mm: float) -> _Search:
+    def of(
+        cls,
+        track: Track,
+        sightings: Sequence[Sighting],
+        segment_mm: float,
+        scale: float,
+        scale_sigma: float,
+    ) -> _Search:
         rows = np.array([row_of(track, sighting.frame) for sighting in sightings])
         seen = seen_variance(sightings)
         drift = Drift.of(track)
@@ -185,65 +225,148 @@ class _Search:
         between = np.stack(
             [drift.between(drift.places(np.full_like(rows, row)), places) for row in rows]
         )
-        at_mm = places_mm(track, sightings)
-        return cls(segment_mm, at_mm, between + np.add.outer(seen, seen))
+        steps = np.arange(np.rint((_LOWEST - 1) / _STEP), np.rint((_HIGHEST - 1) / _STEP) + 1)
+        usual = np.exp(-((steps * _STEP) ** 2) / (2 * max(scale_sigma / scale, _STEP) ** 2))
+        usual *= (1 - _UNUSUAL) / usual.sum()
+        prior = usual + _UNUSUAL / len(steps)
+        return cls(
+            segment_mm,
+            places_mm(track, sightings),
+            between + np.add.outer(seen, seen),
+            scale * (1 + _STEP * steps),
+            np.log(prior),
+            _LEAVES_UNUSUAL + (_LEAVES_USUAL - _LEAVES_UNUSUAL) * usual / prior,
+        )
 
-    def best_paths(self, scales: Matrix, scatter_mm: float, step: float) -> list[_Path]:
-        """The best chain for each scale, which is uncertain by `step`."""
-        count, tried = len(self.at_mm), np.arange(len(scales))
-        score = np.zeros((count, len(scales)))  # a chain may begin anywhere
-        before = np.full((count, len(scales)), -1)
-        segments = np.zeros((count, len(scales)), np.int64)
-        broken = np.zeros((count, len(scales)), bool)
-        for j in range(1, count):
-            anew = score[:j].argmax(axis=0)
-            breaks = score[anew, tried] - _BREAK
-            broken[j] = breaks > 0
-            score[j], before[j] = np.maximum(breaks, 0), np.where(broken[j], anew, -1)
-            for i in range(max(0, j - _REACH), j):
-                gain, number = self._gain(i, j, scales, scatter_mm, step)
-                better = score[i] + gain > score[j]
-                score[j] = np.where(better, score[i] + gain, score[j])
-                before[j] = np.where(better, i, before[j])
-                segments[j] = np.where(better, number, segments[j])
-                broken[j] &= ~better
-        return [_traced(score[:, s], before[:, s], segments[:, s], broken[:, s]) for s in tried]
+    def best_paths(self, scatter_mm: float) -> list[_Path]:
+        """The best chain for each scale that it may end with."""
+        count, tried = len(self.at_mm), np.arange(len(self.scales))
+        score = np.tile(self.prior, (count, 1))  # a chain may begin anywhere
+        relaxed, origin = np.zeros_like(score), np.zeros(score.shape, np.intp)
+        links = _Links.none(score.shape)
+        for j in range(count):
+            if j > 0:
+                anew = score[:j].argmax(axis=0)
+                links.take(j, score, score[anew, tried] - _BREAK, before=anew, came=tried, broken=1)
+                first = max(0, j - _REACH)
+                gain, number = self._gains(first, j, scatter_mm)
+                through = relaxed[first:j] + gain
+                best = through.argmax(axis=0)
+                links.take(
+                    j,
+                    score,
+                    through[best, tried],
+                    before=first + best,
+                    came=origin[first:j][best, tried],
+                    segments=number[best, tried],
+                )
+            relaxed[j], origin[j] = _relaxed(score[j], self.change)
+        return [links.traced(score, self.scales, int(s)) for s in tried]
 
-    def _gain(
-        self, i: int, j: int, scales: Matrix, scatter_mm: float, step: float
-    ) -> tuple[Matrix, NDArray[np.int64]]:
-        """Log odds that j lies whole segments from i, against anywhere, and how many."""
-        way = self.at_mm[j] - self.at_mm[i]
-        number = np.rint(scales * way / self.segment_mm).astype(np.int64)
-        residual = scales * way - number * self.segment_mm
-        variance = self.variance_mm2[i, j] + scatter_mm**2 * np.abs(number) + (step * way) ** 2
+    def _gains(self, first: int, j: int, scatter_mm: float) -> tuple[Matrix, NDArray[np.int64]]:
+        """(j - first, S) log odds that j lies whole segments from those before it, against
+        anywhere, and how many segments.
+        """
+        way = (self.at_mm[j] - self.at_mm[first:j])[:, None]
+        true = self.scales * way
+        number = np.rint(true / self.segment_mm).astype(np.int64)
+        gone = np.abs(number)
+        variance = (
+            self.variance_mm2[first:j, j, None] + scatter_mm**2 * gone + (_STEP / 2 * way) ** 2
+        )
         spread = np.log(self.segment_mm / np.sqrt(2 * np.pi * variance))
+        further = np.clip(gone - 2, 0, _MOST_MISSED)
+        missed = np.where(gone > 1, _MISSED + _MISSED_TOO * further, 0.0)
+        residual = true - number * self.segment_mm
+        gain = _RING + spread - residual**2 / (2 * variance) - missed
         countable = variance < (_COUNTABLE * self.segment_mm) ** 2
-        missed = _MISSED * np.clip(np.abs(number) - 1, 0, _MOST_MISSED)
-        gain = spread - residual**2 / (2 * variance) - missed
         return np.where(countable, gain, -np.inf), number
 
-    def measured(self, path: _Path) -> tuple[Matrix, float]:
-        """Scale, as an array of one, and scatter of single segments by the links of a path."""
+    def scatter_mm(self, path: _Path) -> float:
+        """Of single segments, by the links of a path."""
         i, j, segments = np.array(path.links()).T
-        way, true = self.at_mm[j] - self.at_mm[i], segments * self.segment_mm
-        weight = 1 / (self.variance_mm2[i, j] + SCATTER_MM**2 * np.abs(segments))
-        scale = np.sum(weight * way * true) / np.sum(weight * way * way)
-        residual = np.abs(scale * way - true) / np.sqrt(np.abs(segments))
-        return np.array([scale]), max(1.4826 * float(np.median(residual)), PRIOR_SCATTER_MM)
+        scales = dict(zip(path.members, path.scales, strict=True))
+        way = np.array([scales[k] for k in j]) * (self.at_mm[j] - self.at_mm[i])
+        residual = np.abs(way - segments * self.segment_mm) / np.sqrt(np.abs(segments))
+        return max(1.4826 * float(np.median(residual)), PRIOR_SCATTER_MM)
 
 
-def _traced(
-    score: Matrix, before: NDArray[np.int64], segments: NDArray[np.int64], broken: NDArray[np.bool_]
-) -> _Path:
-    """The chain that ends where the score is best, from its begin on."""
-    last = int(score.argmax())
-    members = [last]
-    while before[members[-1]] >= 0:
-        members.append(int(before[members[-1]]))
-    members.reverse()
-    counts, numbers = [0], [0]
-    for j in members[1:]:
-        counts.append(counts[-1] + int(broken[j]))
-        numbers.append(0 if broken[j] else numbers[-1] + int(segments[j]))
-    return _Path(float(score[last]), tuple(members), tuple(counts), tuple(numbers))
+@dataclass(frozen=True)
+class _Links:
+    """How the best chain came to each sighting, for each scale there: (N, S) each."""
+
+    before: NDArray[np.intp]
+    """The sighting before it; -1 where the chain begins."""
+    came: NDArray[np.intp]
+    """Which scale it had there."""
+    segments: NDArray[np.int64]
+    broken: NDArray[np.bool_]
+    """The count starts anew."""
+
+    @classmethod
+    def none(cls, shape: tuple[int, ...]) -> _Links:
+        return cls(
+            np.full(shape, -1, np.intp),
+            np.zeros(shape, np.intp),
+            np.zeros(shape, np.int64),
+            np.zeros(shape, np.bool_),
+        )
+
+    def take(
+        self,
+        j: int,
+        score: Matrix,
+        offered: Matrix,
+        *,
+        before: NDArray[np.intp],
+        came: NDArray[np.intp],
+        segments: NDArray[np.int64] | int = 0,
+        broken: int = 0,
+    ) -> None:
+        """Link j where that is worth more than what it has."""
+        better = offered > score[j]
+        score[j] = np.where(better, offered, score[j])
+        self.before[j] = np.where(better, before, self.before[j])
+        self.came[j] = np.where(better, came, self.came[j])
+        self.segments[j] = np.where(better, segments, self.segments[j])
+        self.broken[j] = np.where(better, broken, self.broken[j])
+
+    def traced(self, score: Matrix, scales: Matrix, s: int) -> _Path:
+        """The chain that ends with a scale where its score is best, from its begin on."""
+        last = int(score[:, s].argmax())
+        chain = [(last, s)]
+        while self.before[chain[-1]] >= 0:
+            at = chain[-1]
+            chain.append((int(self.before[at]), int(self.came[at])))
+        chain.reverse()
+        counts, numbers = [0], [0]
+        for at in chain[1:]:
+            counts.append(counts[-1] + int(self.broken[at]))
+            numbers.append(0 if self.broken[at] else numbers[-1] + int(self.segments[at]))
+        return _Path(
+            float(score[last, s]),
+            tuple(j for j, _ in chain),
+            tuple(counts),
+            tuple(numbers),
+            tuple(float(scales[k]) for _, k in chain),
+        )
+
+
+def _relaxed(score: Matrix, change: Matrix) -> tuple[Matrix, NDArray[np.intp]]:
+    """(S,) the best score from which a scale is come to, changed or not, and which that was.
+
+    Changes cost by their size, so that one pass up and one down find the best (Felzenszwalb &
+    Huttenlocher 2012, distance transforms).
+    """
+    tried = np.arange(len(score))
+    slope = _STEP / _CHANGE * tried
+    best, origin = score, tried
+    for order, cost in ((slice(None), slope), (slice(None, None, -1), slope[::-1])):
+        lifted = (score - change)[order] + slope
+        highest = np.maximum.accumulate(lifted)
+        where = np.maximum.accumulate(np.where(lifted >= highest, tried, 0))
+        moved = highest[order] - cost - change
+        better = moved > best
+        best = np.where(better, moved, best)
+        origin = np.where(better, tried[order][where][order], origin)
+    return best, origin

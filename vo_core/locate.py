@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vo_core.align import LOCK, OPEN_PX, Alignment, Template, align
+from vo_core.align import LOCK, OPEN_PX, Alignment, Prior, Template, align
 from vo_core.blocks import BlockGrid
 from vo_core.correlate import (
     LOBE_PX,
@@ -19,9 +19,18 @@ from vo_core.correlate import (
     spectrum,
 )
 from vo_core.filters import taper
-from vo_core.motion import WallMotion, moved_by_content
+from vo_core.motion import (
+    MOUNT,
+    MOVING,
+    PARAMETERS,
+    REFERENCE,
+    WallMotion,
+    moved_by_content,
+    parameters,
+)
 from vo_core.rectify import Rectifier
 from vo_core.resample import double, halve, resample, resample_mask
+from vo_core.sway import Sway
 from vo_core.types import ByteImage, GrayImage, Matrix
 from vo_core.wall import Pose
 
@@ -40,6 +49,13 @@ such blocks that unmasks a fixed pattern."""
 
 CERTAIN = 14.0
 """Significance (see `LOCK`) from which an alignment is sure."""
+
+SWAY_MM = 300.0
+"""Way after which nothing is left of a robot's deviation from its mean pose, about."""
+
+_KNOWN = [*range(MOUNT.stop)[REFERENCE], *range(MOUNT.stop)[MOUNT]]
+_KEPT = [*range(MOUNT.stop)[MOVING], *range(MOUNT.stop)[MOUNT]]
+"""Parameters that are known beforehand, and those that are kept."""
 
 
 @dataclass(frozen=True)
@@ -60,15 +76,29 @@ class Picture:
 
 
 @dataclass(frozen=True)
+class State:
+    """A pose and the tilt of the mount, and how well both are known."""
+
+    pose: Pose
+    mount_rad: Matrix
+    """(2,) pitch and roll of the mount against the rig."""
+    covariance: Matrix
+    """(8, 8), in the order of `Pose`, then the mount."""
+
+
+@dataclass(frozen=True)
 class Reference:
     """A frame that others are located against."""
 
     picture: Picture
     valid: ByteImage
     """1 where the picture shows the wall."""
-    pose: Pose
-    covariance: Matrix
-    """(3, 3) of x mm, y mm, yaw rad."""
+    state: State
+
+    @property
+    def pose(self) -> Pose:
+        """Of its camera."""
+        return self.state.pose
 
     @cached_property
     def template(self) -> Template:
@@ -80,15 +110,19 @@ class Reference:
 class Fix:
     """A pose measured against a reference."""
 
-    pose: Pose
-    covariance: Matrix
-    """(3, 3) of x mm, y mm, yaw rad, the reference's own included."""
+    state: State
+    """The reference's own uncertainty is in it."""
     reference: Reference
     alignment: Alignment
     is_ambiguous: bool = False
     """Does another pose fit as well (a wall that repeats itself)?"""
     is_doubtful: bool = False
     """Is it a standstill that speaks for a fixed pattern, were the motion not out of reach?"""
+
+    @property
+    def pose(self) -> Pose:
+        """Of the moving camera."""
+        return self.state.pose
 
 
 @dataclass(frozen=True)
@@ -100,6 +134,8 @@ class Outlook:
     reliability: Matrix | None
     """(blocks,) how well each block used to agree when the robot moved: dirt and water lie in bad
     ones. None before the robot has moved."""
+    sway: Sway
+    """How far this robot leaves its mean pose."""
 
 
 class Locator:
@@ -127,7 +163,7 @@ class Locator:
         cannot stop that hard or where it is a fixed pattern (see `_is_pattern`); else the blocks
         decide that have shown the wall before.
         """
-        fixes = self._fixes(reference, picture, guess)
+        fixes = self._fixes(reference, picture, guess, outlook)
         in_reach = [fix for fix in fixes if _distance_mm(fix.pose, guess) <= outlook.reach_mm]
         return self._best(fixes, in_reach, outlook)
 
@@ -139,13 +175,15 @@ class Locator:
         # The content turns one way when the camera turns the other.
         turn = rotation_between(before, now)
         at = reference.pose
-        guesses = [at, Pose(at.x_mm, at.y_mm, at.yaw_rad - turn)]
-        fixes = [fix for guess in guesses for fix in self._fixes(reference, picture, guess)]
+        guesses = [at, replace(at, yaw_rad=at.yaw_rad - turn)]
+        fixes = [fix for at in guesses for fix in self._fixes(reference, picture, at, outlook)]
         return self._best(fixes, fixes, outlook)
 
-    def _fixes(self, reference: Reference, picture: Picture, guess: Pose) -> list[Fix]:
+    def _fixes(
+        self, reference: Reference, picture: Picture, guess: Pose, outlook: Outlook
+    ) -> list[Fix]:
         starts = self._starts(reference, picture, guess)
-        aligned = (self._align(reference, picture, start) for start in starts)
+        aligned = (self._align(reference, picture, start, outlook.sway) for start in starts)
         return [fix for fix in aligned if fix is not None]
 
     def _best(self, found: list[Fix], in_reach: list[Fix], outlook: Outlook) -> Fix | None:
@@ -175,8 +213,10 @@ class Locator:
         ]
         if max(rivals) < self._grid.mm_per_px:
             return best
-        uncertain = best.covariance + np.diag([max(rivals) ** 2, 0.0, 0.0])
-        return replace(best, covariance=uncertain, is_ambiguous=True)
+        uncertain = best.state.covariance.copy()
+        uncertain[0, 0] += max(rivals) ** 2
+        state = replace(best.state, covariance=uncertain)
+        return replace(best, state=state, is_ambiguous=True)
 
     def _stands(self, fix: Fix) -> bool:
         """Does the picture lie on the reference, to within what a fixed pattern pulls it?"""
@@ -200,8 +240,8 @@ class Locator:
 
     def _starts(self, reference: Reference, picture: Picture, guess: Pose) -> list[Pose]:
         """Poses at which the phase correlation of the reference with the moved picture peaks."""
-        warp = self._coarse_motion.against(reference.pose.x_mm)
-        positions = (warp(_parameters(reference, guess)) - 0.5) / 2  # of the half-size picture
+        moved = self._coarse_motion.positions(_parameters(reference, guess))
+        positions = (moved - 0.5) / 2  # of the half-size picture
         maps = self._coarse_blocks.dense(positions)
         seen = resample(picture.coarse, maps)
         common = resample_mask(self._coarse_valid, maps)
@@ -219,25 +259,39 @@ class Locator:
             shifts_mm.append((0.0, 0.0))
         return [moved_by_content(guess, shift, reference.pose.yaw_rad) for shift in shifts_mm]
 
-    def _align(self, reference: Reference, picture: Picture, start: Pose) -> Fix | None:
-        # Only x, y, yaw are measured freely; of the reference's y and yaw there is prior knowledge.
-        prior = np.zeros((5, 5))
-        prior[3:, 3:] = np.linalg.inv(reference.covariance[1:, 1:])
+    def _align(self, reference: Reference, picture: Picture, start: Pose, sway: Sway) -> Fix | None:
+        parameters = _parameters(reference, start)
         fit = align(
             reference.template,
             picture.doubled,
             self._whole,
-            self._motion.against(reference.pose.x_mm),
-            _parameters(reference, start),
+            self._motion.positions,
+            parameters,
             self._motion.scales,
-            prior=prior,
+            derivative=self._motion.derivative,
+            prior=_prior(reference, start, parameters, sway),
         )
-        covariance = fit.covariance[:3, :3].copy()
-        is_open = covariance[0, 0] > (OPEN_PX * self._grid.mm_per_px) ** 2
+        covariance = fit.covariance[np.ix_(_KEPT, _KEPT)]
+        is_open = fit.uncertainty_px > OPEN_PX
         if not fit.converged or is_open or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
             return None
-        covariance[0, 0] += reference.covariance[0, 0]
-        return Fix(Pose(*fit.parameters[:3].tolist()), covariance, reference, fit)
+        state = State(Pose(*fit.parameters[MOVING].tolist()), fit.parameters[MOUNT], covariance)
+        return Fix(state, reference, fit)
+
+
+def _prior(reference: Reference, start: Pose, parameters: Matrix, sway: Sway) -> Prior:
+    """What is known of the reference and the mount, and how far the robot leaves its mean pose.
+
+    Near the reference the pose is as that one's, and its sway says nothing new.
+    """
+    information = np.zeros((PARAMETERS, PARAMETERS))
+    known = np.ix_(_KNOWN, _KNOWN)
+    information[known] = np.linalg.inv(reference.state.covariance)
+    way_mm = abs(start.x_mm - reference.pose.x_mm)
+    information[MOVING, MOVING] = min(way_mm / SWAY_MM, 1.0) * np.linalg.inv(sway.covariance)
+    mean = parameters.copy()
+    mean[MOVING] = sway.mean(start)
+    return Prior(mean, information)
 
 
 def _distance_mm(a: Pose, b: Pose) -> float:
@@ -245,6 +299,4 @@ def _distance_mm(a: Pose, b: Pose) -> float:
 
 
 def _parameters(reference: Reference, pose: Pose) -> Matrix:
-    """Parameters of `WallMotion`."""
-    at = reference.pose
-    return np.array([pose.x_mm, pose.y_mm, pose.yaw_rad, at.y_mm, at.yaw_rad])
+    return parameters(pose, reference.pose, reference.state.mount_rad)

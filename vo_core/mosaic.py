@@ -177,8 +177,7 @@ class Mosaic:
         self._turn_to(estimate)
         colour = self._optics.reduce(picture)
         light = self._lamp.learn(colour)
-        pose = Pose(estimate.distance_mm, estimate.y_mm, float(np.radians(estimate.yaw_deg)))
-        positions = self._canvas.positions(pose)
+        positions = self._canvas.positions(estimate.pose)
         weight = resample(light.weight, positions)
         if estimate.status == "weak":
             weight *= np.float32(WEAK)

@@ -1,48 +1,131 @@
 """How the developed wall moves in a patch when the robot moves: the exact motion model.
 
-A patch is rectified as if the camera stood centred and straight.  With the camera y mm beside the
-axis or turned by a yaw this is not quite so, and driving on then shears the patch (by dx y / (R h)
-on a cylinder); a rigid fit reads half of that as rotation.  So the model is not rigid: each patch
-point goes out along its ray to the wall from the reference pose, and back from there to the patch
-of the moving camera.
+A patch is rectified as if the camera stood centred, straight and at the stated height.  Otherwise
+driving on shears and bends the patch (by dx y / (R h) for y mm beside the axis of a cylinder), and
+a rigid fit reads half of a shear as rotation.  So the model is not rigid: each patch point goes out
+along its ray to the wall from the reference pose, and back from there to the patch of the moving
+camera.
 """
 
 from __future__ import annotations
 
+from dataclasses import astuple, replace
+
 import numpy as np
 
-from vo_core.align import Warp
 from vo_core.rectify import NOMINAL, PatchGrid
 from vo_core.rig import Rig
 from vo_core.types import Matrix
-from vo_core.wall import Points, Pose, Poses, cast, develop, enclose, sight
+from vo_core.wall import (
+    Points,
+    Pose,
+    camera_position,
+    cast,
+    develop,
+    enclose,
+    rotation,
+    sight,
+    wall_axes,
+)
+
+POSE = 6
+"""Parameters of a pose, in the order of `Pose`: x, y, yaw, z, pitch, roll."""
+
+MOVING, REFERENCE = slice(0, POSE), slice(POSE, 2 * POSE)
+MOUNT = slice(2 * POSE, 2 * POSE + 2)
+"""Pitch and roll by which the mount differs from the rig, in both pictures alike."""
+
+PARAMETERS = 2 * POSE + 2
 
 
 class WallMotion:
     """The motion model at fixed points of the patch, whose rays are computed once.
 
-    q = (x, y, yaw, y_reference, yaw_reference) in mm and rad: the pose of the moving camera, and
-    what of the reference's pose shows in the picture.  Its axial coordinate does not: it is given.
+    q = (moving pose, reference pose, pitch and roll of the mount) in mm and rad, (14,).
     """
 
     def __init__(self, rig: Rig, grid: PatchGrid, points_px: Points) -> None:
         self._rig, self._grid = rig, grid
         self._rays = sight(rig, NOMINAL, enclose(rig, grid.to_mm(points_px)))
         turn_rad = 2 / max(grid.shape)
-        self.scales = np.array([grid.mm_per_px, grid.mm_per_px, turn_rad, grid.mm_per_px, turn_rad])
-        """Steps of q that move the content by about a pixel at the border of the patch."""
+        tilt_rad = grid.mm_per_px / rig.mount.height_mm
+        pose = [grid.mm_per_px, grid.mm_per_px, turn_rad, turn_rad * rig.mount.height_mm]
+        pose += [tilt_rad, tilt_rad]
+        self.scales = np.array([*pose, *pose, tilt_rad, tilt_rad])
+        """Steps of q that move the content by about a pixel, at the border of the patch."""
 
-    def against(self, reference_x_mm: float) -> Warp:
+    def positions(self, q: Matrix) -> Points:
         """w(q): where the points of a reference's patch lie in the moving camera's patch, px."""
+        moving, reference = poses(q)
+        wall = cast(self._rig, reference, self._rays)
+        appears = cast(self._rig, NOMINAL, sight(self._rig, moving, wall))
+        return self._grid.to_px(develop(self._rig, appears))
 
-        def warp(q: Matrix) -> Points:
-            x, y, yaw, y_reference, yaw_reference = (q[..., i, None] for i in range(5))
-            at = Poses(np.full_like(x, reference_x_mm), y_reference, yaw_reference)
-            wall = cast(self._rig, at, self._rays)
-            appears = cast(self._rig, NOMINAL, sight(self._rig, Poses(x, y, yaw), wall))
-            return self._grid.to_px(develop(self._rig, appears))
+    def derivative(self, q: Matrix) -> Matrix:
+        """dw/dq at the points, (N, 2, 14).
 
-        return warp
+        A change of the reference moves the wall point W = o + v along the wall, one of the moving
+        camera the ray d = R' (W - o) by which it sees W; the patch shows where the nominal camera
+        sees d.  A point of the wall stays on it: of a change u only the part (I - r n' / n'r) u
+        counts, with the ray r and the normal n.
+        """
+        moving, reference = poses(q)
+        wall = cast(self._rig, reference, self._rays)
+        seen = sight(self._rig, moving, wall)
+        appears = cast(self._rig, NOMINAL, seen)
+        away = appears - camera_position(self._rig, NOMINAL)
+        around, outward = wall_axes(self._rig, appears)
+        # Rows of d(axial, arc)/d(ray in robot axes), (N, 3) each, times the distance ratio.
+        nearer = _norm(away) / _norm(seen) / self._grid.mm_per_px
+        along = np.zeros_like(around)
+        along[:, 0] = 1.0
+        rows = [_on_wall(row, away, outward) * nearer for row in (along, around)]
+        by_wall = np.stack(rows, 1) @ np.array(rotation(moving)).T
+        _, outward = wall_axes(self._rig, wall)
+        before = wall - camera_position(self._rig, reference)
+        by_shift = np.stack(
+            [_on_wall(row, before, outward) for row in np.moveaxis(by_wall, 1, 0)], 1
+        )
+        of_moving = -_by_pose(by_wall, moving, wall - camera_position(self._rig, moving))
+        of_reference = _by_pose(by_shift, reference, before)
+        mount = of_moving[..., 4:] + of_reference[..., 4:]
+        return np.concatenate([of_moving, of_reference, mount], -1)
+
+
+def parameters(moving: Pose, reference: Pose, mount_rad: Matrix) -> Matrix:
+    """q of `WallMotion`; `mount_rad` is (2,), pitch and roll."""
+    return np.array([*astuple(moving), *astuple(reference), *mount_rad])
+
+
+def poses(q: Matrix) -> tuple[Pose, Pose]:
+    """The moving and the reference pose of q, with the tilt of the mount in both."""
+    tilt = np.array([0.0, 0.0, 0.0, 0.0, *q[MOUNT]])
+    return Pose(*(q[MOVING] + tilt).tolist()), Pose(*(q[REFERENCE] + tilt).tolist())
+
+
+def _norm(vectors: Points) -> Matrix:
+    return np.asarray(np.linalg.norm(vectors, axis=-1, keepdims=True))
+
+
+def _on_wall(row: Points, ray: Points, normal: Points) -> Points:
+    """(N, 3) a' (I - r n' / n'r) for rows a."""
+    slope = np.einsum("ij,ij->i", row, ray) / np.einsum("ij,ij->i", normal, ray)
+    return np.asarray(row - slope[:, None] * normal)
+
+
+def _by_pose(rows: Matrix, pose: Pose, arm: Points) -> Matrix:
+    """(N, 2, 6) what rows (N, 2, 3) make of a shift of the origin, and of its turns times an arm.
+
+    Turns are about the world's z (yaw), the yawed y (pitch) and the robot's x (roll); of a turn w
+    the arm moves by w x arm, and a . (w x arm) = w . (arm x a).
+    """
+    turned = np.cross(arm[:, None], rows)  # (N, 2, 3)
+    matrix = np.array(rotation(pose))
+    cos, sin = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
+    axes = np.column_stack([(0.0, 0.0, 1.0), (-sin, cos, 0.0), matrix[:, 0]])
+    yaw, pitch, roll = np.moveaxis(turned @ axes, -1, 0)
+    x, y, z = np.moveaxis(rows, -1, 0)
+    return np.stack([x, y, yaw, z, pitch, roll], -1)
 
 
 def moved_by_content(pose: Pose, shift_mm: tuple[float, float], reference_yaw_rad: float) -> Pose:
@@ -52,6 +135,8 @@ def moved_by_content(pose: Pose, shift_mm: tuple[float, float], reference_yaw_ra
     """
     cos, sin = np.cos(reference_yaw_rad), np.sin(reference_yaw_rad)
     axial, arc = shift_mm
-    return Pose(
-        pose.x_mm - (cos * axial - sin * arc), pose.y_mm - (sin * axial + cos * arc), pose.yaw_rad
+    return replace(
+        pose,
+        x_mm=pose.x_mm - (cos * axial - sin * arc),
+        y_mm=pose.y_mm - (sin * axial + cos * arc),
     )

@@ -2,23 +2,37 @@
 
 The path of a frame through `Odometry.step`: rectify -> low-pass -> normalise -> remove the fixed
 pattern -> predict -> locate against the keyframe, else the newest frame -> pose and status -> teach
-the fixed pattern.  Frames that show nothing new (black, frozen, unrecognised) are bridged by the
-motion before them and say so; they are not read as standstill before `FROZEN_LIMIT_S`.
+the fixed pattern.  Frames that show nothing new (black, repeated, unrecognised) are bridged by the
+motion before them and say so.  Times only say where to look first: no stamp moves a pose.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import product
+
 import numpy as np
 
+from vo_core.clock import Clock
 from vo_core.errors import InvalidTime
 from vo_core.filters import low_pass, normalise
 from vo_core.health import NO_HEALTH, Health, HealthGauge
 from vo_core.height import scale_sigma
-from vo_core.locate import CERTAIN, LEAST_OVERLAP, Fix, Locator, Outlook, Picture, Reference
+from vo_core.locate import (
+    CERTAIN,
+    LEAST_OVERLAP,
+    Fix,
+    Locator,
+    Outlook,
+    Picture,
+    Reference,
+    State,
+)
 from vo_core.pattern import FixedPattern
 from vo_core.rectify import Rectifier
 from vo_core.resample import reduce_to
 from vo_core.rig import Rig
+from vo_core.sway import Sway
 from vo_core.track import Estimate, Status
 from vo_core.types import GrayImage, Image, Matrix
 from vo_core.wall import Pose
@@ -32,18 +46,17 @@ On a floor only the chain of keyframes tells the heading: fewer, longer links dr
 LEAST_CONTRAST = 0.5
 """Deviation in grey levels, noise averaged away, below which a frame shows nothing (black, fog)."""
 
-FROZEN_SHARE = 0.1
-"""Of the way that the speed promises: less than that is none."""
-
 ACCELERATION_MM_S2 = 2000.0
 """What a robot can do; what a picture shows beyond that is not the robot's motion."""
 
 REACH_PX = 2.0
 """By how many pixels of the patch a good prediction may be off."""
 
-FROZEN_LIMIT_S = 1.0
-"""A picture that repeats itself for longer does show standstill (a robot that stops dead is lost
-until then)."""
+APART = 4.0
+"""Pixels of the patch by which two guesses must differ to be tried both."""
+
+LOST_LIMIT_S = 1.0
+"""After so long without a fix the newest picture becomes a reference, at a guessed pose."""
 
 PATTERN_STEP = 0.1
 """Share of the patch that the wall must move before the fixed pattern learns from a frame again."""
@@ -51,8 +64,11 @@ PATTERN_STEP = 0.1
 RELIABILITY_GAIN, RELIABILITY_FLOOR = 0.05, 0.05
 """Share of the newest frame in the mean, and what every block keeps: a lens may be wiped."""
 
-START_SIGMA = (0.0, 0.5, float(np.radians(0.2)))
-"""How well the mount describes the pose at the start: mm along, mm across, rad."""
+START_SIGMA = (1e-3, 0.5, np.radians(0.2), 1e-3, 1e-5, 1e-5)
+"""How well the rig describes the pose at the start, in the order of `Pose`: mm and rad."""
+
+LINK_ERROR = (0.0, 0.0, 0.0, 0.01, np.radians(0.003), np.radians(0.003), 0.0, 0.0)
+"""Error of z, pitch and roll, mm and rad, that each keyframe adds beyond its covariance."""
 
 BRIDGE_SPEED = 0.1
 """Relative change of speed, one sigma, that a loss may hide."""
@@ -97,12 +113,19 @@ class Odometry:
         """The newest frame with a fix; after a long loss the newest one, at a guessed pose."""
         self._pose = self._fix_pose = Pose()
         """Of the last frame, and of the last frame that was measured."""
-        self._covariance = self._fix_covariance = np.diag(np.square(START_SIGMA))
+        tilt_rad = np.radians(rig.tolerance.tilt_deg)
+        self._covariance = np.diag(np.square([*START_SIGMA, tilt_rad, tilt_rad]))
+        self._fix_covariance = self._covariance
+        """(8, 8), as in `State`."""
+        self._mount_rad = np.zeros(2)
+        self._sway = Sway(rig)
         self._model_mm = 0.0
         """Error of one sign that may have added up, signed like the distance."""
         self._velocity: Matrix | None = None
-        """mm/s along, mm/s across, rad/s, at the last fix; unknown before the second frame."""
-        self._time_s = self._fix_s = 0.0
+        """mm along, mm across, rad a frame period at the last fix; unknown before the second one."""
+        self._clock = Clock()
+        self._fix_periods = 0.0
+        """Of the clock at the last fix."""
         self._frame = 0
         self._pose_before = Pose()
         self._health: Health | None = NO_HEALTH
@@ -115,7 +138,7 @@ class Odometry:
 
         Args:
             image: (H, W) or (H, W, 3), of the rig's size; left unchanged.
-            t_s: Its presentation time, rising; where it does not, the speed is taken as unknown.
+            t_s: Its presentation or arrival time, a hint of how far the robot may have gone.
         Returns:
             Estimate: The pose; `lost` when the wall was not recognised and the motion was bridged.
         Raises:
@@ -124,27 +147,23 @@ class Odometry:
         """
         if not np.isfinite(t_s):
             raise InvalidTime(f"Frame {self._frame} has the time {t_s} s; it must be finite.")
-        if self._frame == 0:
-            self._fix_s = t_s
+        self._clock.tick(t_s)
         before = self._pose
         patch = self._rectify(image)
         normal = normalise(low_pass(patch))
         picture = Picture(self._pattern.remove(normal))
-        predicted = self._predict(t_s)
-        visible = _contrast(patch) >= LEAST_CONTRAST
-        fix = self._measure(picture, predicted, t_s) if visible else None
-        frozen = fix is not None and self._is_frozen(fix, t_s)
+        is_new = _contrast(patch) >= LEAST_CONTRAST and not self._is_repeated(patch)
+        fix = self._measure(picture) if is_new else None
         if self._keyframe is None:
-            status, quality = self._begin(picture, t_s, visible=visible)
-        elif fix is not None and not frozen:
-            status, quality = self._take(fix, picture, t_s)
+            status, quality = self._begin(picture, is_new=is_new)
+        elif fix is not None:
+            status, quality = self._take(fix, picture)
             self._learn(normal, fix)
         else:
-            new = visible and not frozen
-            status, quality = self._bridge(picture, predicted, t_s, visible=new)
+            status, quality = self._bridge(picture, is_new=is_new)
         estimate = self._estimate(t_s, status, quality)
         self.patch, self._pose_before, self._health = patch, before, None
-        self._time_s, self._frame = t_s, self._frame + 1
+        self._frame += 1
         return estimate
 
     @property
@@ -158,37 +177,62 @@ class Odometry:
             )
         return self._health or NO_HEALTH
 
-    def _predict(self, t_s: float) -> Pose:
-        """The pose if the robot went on as before."""
+    @property
+    def _gone(self) -> float:
+        """Frame periods since the last fix."""
+        return self._clock.periods - self._fix_periods
+
+    def _is_repeated(self, patch: GrayImage) -> bool:
+        """Is it the last picture once more, although the robot was moving?
+
+        Every camera's noise is new in each picture; of one that stands still, too, coding leaves a
+        little.  A recorder that repeats a picture leaves nothing.
+        """
+        if self.patch is None or self._velocity is None:
+            return False
+        moves_mm = np.hypot(*self._velocity[:2])
+        return moves_mm > self._rectify.grid.mm_per_px and np.array_equal(patch, self.patch)
+
+    def _predict(self) -> Pose:
+        """The pose if the robot went on as before, but never out of sight of the last fix."""
         if self._velocity is None:
             return self._fix_pose
-        x, y, yaw = self._velocity * (t_s - self._fix_s)
+        x, y, yaw = self._velocity * self._gone * min(1.0, self._most_periods / self._gone)
         at = self._fix_pose
-        return Pose(at.x_mm + x, at.y_mm + y, at.yaw_rad + yaw)
+        return replace(at, x_mm=at.x_mm + x, y_mm=at.y_mm + y, yaw_rad=at.yaw_rad + yaw)
 
-    def _outlook(self, t_s: float) -> Outlook:
+    @property
+    def _most_periods(self) -> float:
+        """In which the robot leaves the wall that it saw at the last fix."""
+        if self._velocity is None:
+            return 0.0
+        columns = self._rectify.grid.shape[1]
+        view_mm = columns * self._rectify.grid.mm_per_px
+        return float(view_mm / max(abs(self._velocity[0]), 1e-9))
+
+    def _outlook(self) -> Outlook:
         """What to expect of the next frame."""
-        gone_s = t_s - self._fix_s
-        reach_mm = ACCELERATION_MM_S2 * gone_s**2 + REACH_PX * self._rectify.grid.mm_per_px
-        return Outlook(np.inf if self._velocity is None else reach_mm, self._reliability)
+        reach_mm = np.inf
+        if self._velocity is not None:
+            gone_s = self._gone * self._clock.period_s
+            way_mm = float(np.hypot(*self._velocity[:2])) * self._gone
+            reach_mm = ACCELERATION_MM_S2 * gone_s**2 + REACH_PX * self._rectify.grid.mm_per_px
+            reach_mm += self._clock.jitter * way_mm
+        return Outlook(reach_mm, self._reliability, self._sway)
 
-    def _is_frozen(self, fix: Fix, t_s: float) -> bool:
-        """Is the robot where it was at the last fix, although none could stop that hard?"""
-        gone_s = t_s - self._fix_s
-        if self._velocity is None or gone_s > FROZEN_LIMIT_S:
-            return False
-        speed = abs(self._velocity[0])
-        could_stop = speed <= ACCELERATION_MM_S2 * (t_s - self._time_s)
-        moved_mm = abs(fix.pose.x_mm - self._fix_pose.x_mm)
-        return not could_stop and moved_mm < FROZEN_SHARE * speed * gone_s
+    def _measure(self, picture: Picture) -> Fix | None:
+        """The pose by the keyframe, else by the newest frame.
 
-    def _measure(self, picture: Picture, predicted: Pose, t_s: float) -> Fix | None:
-        """The pose by the keyframe, else by the newest frame, with the prediction and without."""
-        outlook = self._outlook(t_s)
+        Sought where the robot would be had it gone on, then where it was, then without a guess.
+        """
+        outlook, predicted = self._outlook(), self._predict()
         references = [r for r in (self._keyframe, self._fallback) if r is not None]
-        for reference in references:
-            if self._locator.overlap(reference, predicted) >= LEAST_OVERLAP:
-                fix = self._locator.locate(reference, picture, predicted, outlook)
+        guesses = [predicted]
+        if _apart_mm(predicted, self._fix_pose) > APART * self._rectify.grid.mm_per_px:
+            guesses.append(self._fix_pose)
+        for guess, reference in product(guesses, references):
+            if self._locator.overlap(reference, guess) >= LEAST_OVERLAP:
+                fix = self._locator.locate(reference, picture, guess, outlook)
                 if fix is not None:
                     return fix
         for reference in references:
@@ -196,51 +240,60 @@ class Odometry:
                 return fix
         return None
 
-    def _begin(self, picture: Picture, t_s: float, *, visible: bool) -> tuple[Status, float]:
-        if not visible:
-            return self._bridge(picture, self._pose, t_s, visible=False)
-        self._fix_s, self._fix_covariance = t_s, self._covariance
+    def _begin(self, picture: Picture, *, is_new: bool) -> tuple[Status, float]:
+        if not is_new:
+            return self._bridge(picture, is_new=False)
+        self._fix_periods, self._fix_covariance = self._clock.periods, self._covariance
         self._keyframe = self._fallback = self._reference(picture)
         return "ok", 1.0
 
-    def _take(self, fix: Fix, picture: Picture, t_s: float) -> tuple[Status, float]:
+    def _take(self, fix: Fix, picture: Picture) -> tuple[Status, float]:
         share = _systematic(SCALE_ERROR, fix) * self._rectify.unevenness
         self._model_mm += share * (fix.pose.x_mm - self._fix_pose.x_mm)
-        elapsed_s = t_s - self._fix_s
         # A standstill that may be dirt says nothing of the speed, so the next frame can unmask it.
-        if elapsed_s <= 0 or (fix.is_doubtful and self._reliability is None):
+        if fix.is_doubtful and self._reliability is None:
             self._velocity = None
         else:
-            self._velocity = (_vector(fix.pose) - _vector(self._fix_pose)) / elapsed_s
+            self._velocity = (_vector(fix.pose) - _vector(self._fix_pose)) / self._gone
         self._pose = self._fix_pose = fix.pose
-        self._covariance = self._fix_covariance = fix.covariance
-        self._fix_s = t_s
+        self._covariance = self._fix_covariance = fix.state.covariance
+        self._mount_rad = fix.state.mount_rad
+        self._fix_periods = self._clock.periods
         self._fallback = self._reference(picture, turn_rad=_systematic(TURN_ERROR, fix))
         if fix.reference is not self._keyframe or fix.alignment.overlap < self._least_overlap:
+            self._learn_sway(fix)
             self._keyframe = self._fallback
         sure = fix.alignment.significance >= CERTAIN and not fix.is_ambiguous
         return "ok" if sure else "weak", float(np.clip(fix.alignment.agreement, 0.0, 1.0))
 
-    def _bridge(
-        self, picture: Picture, predicted: Pose, t_s: float, *, visible: bool
-    ) -> tuple[Status, float]:
+    def _bridge(self, picture: Picture, *, is_new: bool) -> tuple[Status, float]:
         """Go on as before, less and less certain; anchor anew when the old wall is out of sight."""
-        gone_s = max(t_s - self._fix_s, 0.0)
-        unknown = UNKNOWN_SPEED if self._velocity is None else BRIDGE_SPEED * np.abs(self._velocity)
-        drift = (
-            unknown * gone_s + np.minimum(BRIDGE_ACCELERATION * gone_s / 2, UNKNOWN_SPEED) * gone_s
-        )
-        self._pose = predicted
-        self._covariance = self._fix_covariance + np.diag(np.square(drift))
-        if visible and self._keyframe is not None:
-            out_of_sight = self._locator.overlap(self._keyframe, predicted) < LEAST_OVERLAP
-            if out_of_sight or gone_s > FROZEN_LIMIT_S:
+        gone, gone_s = self._gone, self._gone * self._clock.period_s
+        unknown = UNKNOWN_SPEED * self._clock.period_s
+        if self._velocity is not None:
+            unknown = BRIDGE_SPEED * np.abs(self._velocity)
+            unknown[0] += abs(self._velocity[0]) * max(0.0, 1 - self._most_periods / gone)
+        drift = unknown * gone
+        drift += np.minimum(BRIDGE_ACCELERATION * gone_s / 2, UNKNOWN_SPEED) * gone_s
+        self._pose = self._predict()
+        self._covariance = self._fix_covariance.copy()
+        self._covariance[:3, :3] += np.diag(np.square(drift))
+        self._covariance[3:6, 3:6] += self._sway.covariance[3:6, 3:6] * min(gone_s, 1.0)
+        if is_new and self._keyframe is not None:
+            out_of_sight = gone > (1 - LEAST_OVERLAP) * self._most_periods > 0
+            if out_of_sight or gone_s > LOST_LIMIT_S:
                 self._fallback = self._reference(picture)
         return "lost", 0.0
 
     def _reference(self, picture: Picture, turn_rad: float = 0.0) -> Reference:
-        covariance = self._covariance + np.diag([0.0, 0.0, turn_rad**2])
-        return Reference(picture, self._locator.valid, self._pose, covariance)
+        covariance = self._covariance + np.diag(np.square(LINK_ERROR))
+        covariance[2, 2] += turn_rad**2
+        state = State(self._pose, self._mount_rad, covariance)
+        return Reference(picture, self._locator.valid, state)
+
+    def _learn_sway(self, fix: Fix) -> None:
+        added = np.diag(fix.state.covariance - fix.reference.state.covariance)[3:6]
+        self._sway.learn(fix.reference.pose, fix.pose, np.maximum(added, 0.0))
 
     def _learn(self, normal: GrayImage, fix: Fix) -> None:
         """Teach the fixed pattern and the reliability one frame for each piece of new wall."""
@@ -270,6 +323,9 @@ class Odometry:
             quality=quality,
             status=status,
             sigma_registration_mm=sigma_mm,
+            z_mm=pose.z_mm,
+            pitch_deg=float(np.degrees(pose.pitch_rad)),
+            roll_deg=float(np.degrees(pose.roll_rad)),
         )
 
 
@@ -279,6 +335,10 @@ def _systematic(error: Matrix, fix: Fix) -> float:
     Noise in the pictures pulls a registration a little, always the same way.
     """
     return float(error[0] + error[1] * (1 - fix.alignment.fidelity))
+
+
+def _apart_mm(a: Pose, b: Pose) -> float:
+    return float(np.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm))
 
 
 def _vector(pose: Pose) -> Matrix:

@@ -175,7 +175,7 @@ class Canvas:
     def positions(self, pose: Pose) -> GrayImage:
         """(rows, columns, 2): where each pixel of the canvas lies in the reduced picture."""
         # Axial coordinates from the nearest column: far into a pipe no digits are lost.
-        near = Pose(pose.x_mm % self._mm_per_px, pose.y_mm, pose.yaw_rad)
+        near = replace(pose, x_mm=pose.x_mm % self._mm_per_px)
         uv = robot_pixels(self._rig, sight(self._rig, near, self._nodes))
         positions = self._grid.dense(self._optics.reduced_px(uv))
         blind = np.isnan(uv).any(1)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from vo_core.height import Height, implied_height
-from vo_core.joints import Sighting
+from vo_core.joints import Sighting, numbered
 from vo_core.rig import Rig
 from vo_core.scale import (
     Correction,
@@ -99,15 +99,15 @@ def propose(
         rig: With which it was measured; its tolerances bound the count of the segments.
         others: Taped lengths, which count too.
     Returns:
-        None as long as nothing can be said: the rig states no length of a segment, or fewer than
-        two sightings were made.
+        None as long as nothing can be said: the rig states no length of a segment, or rings were
+        seen at fewer than two places.
     Raises:
         InvalidCorrection: The sightings cannot be counted as joints (yet), or they contradict each
             other or a taped length; a sentence that says which.
     """
     segment_mm = rig.pipe.segment_length_mm
     seen = [sighting for sighting in sightings if sighting.frame in track.frame]
-    if segment_mm is None or len(seen) < LEAST_JOINTS:
+    if segment_mm is None or len(set(numbered(track, seen))) < LEAST_JOINTS:
         return None
     evidence: list[Evidence] = [*others, *rig_scale(rig)]
     spacing = joint_spacing(

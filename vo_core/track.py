@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vo_core.errors import InvalidTrack
+from vo_core.wall import Pose
 
 Status = Literal["ok", "weak", "lost"]
 """ok: measured; weak: measured with low confidence; lost: bridged from the motion before."""
@@ -48,6 +49,12 @@ class Estimate:
     """Against the first frame, nose up positive."""
     roll_deg: float = 0.0
     """Against the first frame, right side down positive."""
+
+    @property
+    def pose(self) -> Pose:
+        """The camera's, as the geometry of the wall takes it."""
+        yaw, pitch, roll = (math.radians(a) for a in (self.yaw_deg, self.pitch_deg, self.roll_deg))
+        return Pose(self.distance_mm, self.y_mm, yaw, self.z_mm, pitch, roll)
 
 
 COLUMNS = tuple(field.name for field in fields(Estimate))

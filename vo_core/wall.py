@@ -2,8 +2,8 @@
 
 Frames.  Robot: x forward, y right, z down.  World: X along the pipe's axis from the zero point, Y
 right, Z down, the axis of a circular pipe at Y = Z = 0, a flat floor at Z = 0.  With R the radius
-and h the height of the camera above the invert, the camera stands at (x, lateral + y, R - h), or
-(x, lateral + y, -h) above a floor, turned by the yaw about its vertical.
+and h the height of the camera above the invert, the camera stands at (x, lateral + y, R - h + z),
+or (x, lateral + y, z - h) above a floor, turned by roll, then pitch, then yaw.
 
 Developed wall: (axial mm, arc mm).  The angle phi of a wall point is 0 at the invert and rises to
 the right, so that arc = R phi; on a floor the arc is Y itself.
@@ -12,6 +12,7 @@ the right, so that arc = R phi; on a floor the arc is Y itself.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -26,11 +27,21 @@ Points = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Pose of the camera relative to the first frame: [X, Y, theta] of the paper."""
+    """Pose of the camera: [X, Y, theta] of the paper, and what soft wheels add to it.
+
+    The robot's axes are turned by R_z(yaw) R_y(pitch) R_x(roll), all right-handed.
+    """
 
     x_mm: float = 0.0
     y_mm: float = 0.0
     yaw_rad: float = 0.0
+    """From x towards y."""
+    z_mm: float = 0.0
+    """Down, against the height that the rig states."""
+    pitch_rad: float = 0.0
+    """Nose up."""
+    roll_rad: float = 0.0
+    """Right side down."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +51,9 @@ class Poses:
     x_mm: Matrix
     y_mm: Matrix
     yaw_rad: Matrix
+    z_mm: Matrix
+    pitch_rad: Matrix
+    roll_rad: Matrix
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,10 +74,14 @@ def wall_point(
     x_mm: float = 0.0,
     y_mm: float = 0.0,
     yaw_deg: float = 0.0,
+    *,
+    z_mm: float = 0.0,
+    pitch_deg: float = 0.0,
+    roll_deg: float = 0.0,
 ) -> WallPoint | None:
     """The wall point that a pixel shows from the given pose, by exact ray casting, or None."""
-    rays = robot_rays(rig, [pixel_uv])
-    (point,) = cast(rig, Pose(x_mm, y_mm, float(np.radians(yaw_deg))), rays)
+    yaw, pitch, roll = np.radians([yaw_deg, pitch_deg, roll_deg]).tolist()
+    (point,) = cast(rig, Pose(x_mm, y_mm, yaw, z_mm, pitch, roll), robot_rays(rig, [pixel_uv]))
     if not np.isfinite(point).all():
         return None
     ((distance_mm, arc_mm),) = develop(rig, point[None])
@@ -185,7 +203,7 @@ def robot_pixels(rig: Rig, rays: Points) -> Points:
 
 def camera_position(rig: Rig, pose: Pose) -> Matrix:
     """(3,) position in the world."""
-    return np.array([pose.x_mm, rig.mount.lateral_mm + pose.y_mm, _camera_z(rig)])
+    return np.array([pose.x_mm, rig.mount.lateral_mm + pose.y_mm, _camera_z(rig) + pose.z_mm])
 
 
 def cast(rig: Rig, pose: Pose | Poses, robot_rays: Points) -> Points:
@@ -194,10 +212,9 @@ def cast(rig: Rig, pose: Pose | Poses, robot_rays: Points) -> Points:
     Cylinder: |o + t d| = R in the plane across the axis:
     a = dy^2 + dz^2, b = oy dy + oz dz, c = oy^2 + oz^2 - R^2, t = (-b + sqrt(b^2 - a c)) / a.
     """
-    oy, oz = rig.mount.lateral_mm + pose.y_mm, _camera_z(rig)
-    cos, sin = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
-    ahead, right, dz = (robot_rays[..., i] for i in range(3))
-    dx, dy = cos * ahead - sin * right, sin * ahead + cos * right
+    oy, oz = rig.mount.lateral_mm + pose.y_mm, _camera_z(rig) + pose.z_mm
+    ahead, right, down = (robot_rays[..., i] for i in range(3))
+    dx, dy, dz = (row[0] * ahead + row[1] * right + row[2] * down for row in rotation(pose))
     radius = _radius(rig)
     with np.errstate(invalid="ignore", divide="ignore"):
         if radius is None:
@@ -214,8 +231,20 @@ def sight(rig: Rig, pose: Pose | Poses, wall_xyz: Points) -> Points:
     """Directions in robot axes, not normalised, in which world points appear from a pose."""
     dx = wall_xyz[..., 0] - pose.x_mm
     dy = wall_xyz[..., 1] - (rig.mount.lateral_mm + pose.y_mm)
-    cos, sin = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
-    return _xyz(cos * dx + sin * dy, cos * dy - sin * dx, wall_xyz[..., 2] - _camera_z(rig))
+    dz = wall_xyz[..., 2] - (_camera_z(rig) + pose.z_mm)
+    columns = zip(*rotation(pose), strict=True)
+    return _xyz(*(column[0] * dx + column[1] * dy + column[2] * dz for column in columns))
+
+
+def rotation(pose: Pose | Poses) -> tuple[tuple[Any, Any, Any], ...]:
+    """The rows of R_z(yaw) R_y(pitch) R_x(roll), robot to world; numbers or arrays as the pose."""
+    cy, cp, cr = np.cos(pose.yaw_rad), np.cos(pose.pitch_rad), np.cos(pose.roll_rad)
+    sy, sp, sr = np.sin(pose.yaw_rad), np.sin(pose.pitch_rad), np.sin(pose.roll_rad)
+    return (
+        (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        (-sp, cp * sr, cp * cr),
+    )
 
 
 def develop(rig: Rig, wall_xyz: Points) -> Points:
@@ -225,6 +254,16 @@ def develop(rig: Rig, wall_xyz: Points) -> Points:
         return np.asarray(wall_xyz[..., :2])
     arc = radius * np.arctan2(wall_xyz[..., 1], wall_xyz[..., 2])
     return np.stack([wall_xyz[..., 0], arc], -1)
+
+
+def wall_axes(rig: Rig, wall_xyz: Points) -> tuple[Points, Points]:
+    """(N, 3) unit vectors at points on the wall: along the arc, and outward through the wall."""
+    radius = _radius(rig)
+    zero, one = np.zeros(len(wall_xyz)), np.ones(len(wall_xyz))
+    if radius is None:
+        return _xyz(zero, one, zero), _xyz(zero, zero, one)
+    y, z = wall_xyz[:, 1] / radius, wall_xyz[:, 2] / radius
+    return _xyz(zero, z, -y), _xyz(zero, y, z)
 
 
 def enclose(rig: Rig, axial_arc: Points) -> Points:

@@ -5,9 +5,11 @@ a truth that it had no part in.
 
 Frames: camera x to the right of the picture, y down, z along the optical axis; robot x forward,
 y right, z down; world X along the pipe, Y right, Z down, with the pipe's axis (for a floor: the
-camera's height) at Y = Z = 0.  All rotations are right-handed:
+camera's nominal height) at Y = Z = 0.  All rotations are right-handed, pitch and roll are the
+mount's in the first line and the robot's in the second:
 
-    d_robot = R_y(pitch) R_x(roll) R_view R_z(rotation) d_camera,    d_world = R_z(yaw) d_robot
+    d_robot = R_y(pitch) R_x(roll) R_view R_z(rotation) d_camera
+    d_world = R_z(yaw) R_y(pitch) R_x(roll) d_robot
 
 so that pitch > 0 lifts the nose, roll > 0 lowers the right side and yaw > 0 turns to the right.
 R_view is the identity for `down`; for `forward` it takes the optical axis to robot x, the
@@ -16,6 +18,7 @@ picture's right to robot y and its lower edge to robot z.
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from math import cos, radians, sin
 
 import cv2
@@ -23,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.simulation.motion import Pose
+from app.simulation.scenarios import NO_SILT, Silt
 from vo_core.rig import Camera, Mount, Rig
 
 FloatImage = NDArray[np.float32]
@@ -85,53 +89,89 @@ def mount_rotation(mount: Mount) -> _Doubles:
 
 
 class WallCaster:
-    """Casts the rays of one rig onto its wall."""
+    """Casts the rays of one rig onto its wall, and onto silt that lies in it."""
 
-    def __init__(self, rig: Rig) -> None:
+    def __init__(self, rig: Rig, silt: Silt = NO_SILT) -> None:
         rays = camera_rays(rig.camera) @ mount_rotation(rig.mount).T
-        self._x, self._y, self._z = (
+        self._rays = tuple(
             np.ascontiguousarray(rays[..., axis], dtype=np.float32) for axis in range(3)
         )
         self._mount = rig.mount
+        self._silt = silt
         diameter_mm = rig.pipe.diameter_mm
         self.radius_mm = None if diameter_mm is None else diameter_mm / 2
 
-    def cast(self, pose: Pose) -> tuple[FloatImage, FloatImage, FloatImage]:
-        """Wall points of all pixels for a camera at `pose`.
+    def cast(self, *poses: Pose) -> tuple[FloatImage, FloatImage, FloatImage]:
+        """Wall points of all pixels, for a camera at one pose or one pose for each row.
 
         Returns:
             ahead_mm: Axial distance from the camera, within +-`REACH_MM`, (H, W).
-            arc_mm: Along the wall from the invert, to the right positive; on a floor, Y.
+            arc_mm: Along the wall from the invert, to the right positive; on a floor and on silt,
+                Y.
             range_mm: From the camera to the wall; far beyond `REACH_MM` where no wall is seen.
         """
-        sine, cosine = np.float32(sin(pose.yaw_rad)), np.float32(cos(pose.yaw_rad))
-        dx = cosine * self._x - sine * self._y
-        dy = sine * self._x + cosine * self._y
-        y0 = np.float32(self._mount.lateral_mm + pose.y_mm)
+        x_mm, y_mm, yaw_rad, z_mm, pitch_rad, roll_rad = np.array(
+            [astuple(pose) for pose in poses]
+        ).T[..., None]
+        dx, dy, dz = self._in_the_pipe(yaw_rad, pitch_rad, roll_rad)
+        y0 = np.float32(self._mount.lateral_mm + y_mm)
         if self.radius_mm is None:
-            down = np.maximum(self._z, np.float32(1e-6))
-            t = np.asarray(np.float32(self._mount.height_mm) / down, np.float32)
+            down = np.maximum(dz, np.float32(1e-6))
+            t = np.asarray(np.float32(self._mount.height_mm - z_mm) / down, np.float32)
             arc = np.asarray((y0 + t * dy).clip(-REACH_MM, REACH_MM), np.float32)
         else:
-            z0 = np.float32(self.radius_mm - self._mount.height_mm)
-            t = self._range_in_cylinder(dy, y0, z0, np.float32(self.radius_mm))
-            arc = np.arctan2(y0 + t * dy, z0 + t * self._z)
+            z0 = np.float32(self.radius_mm - self._mount.height_mm + z_mm)
+            t = _range_in_cylinder(dy, dz, y0, z0, np.float32(self.radius_mm))
+            arc = np.arctan2(y0 + t * dy, z0 + t * dz)
             arc *= np.float32(self.radius_mm)
+            if self._silt.is_there:
+                bed = self._range_to_silt(dx, dz, x_mm, z0)
+                is_covered = (bed > 0) & (bed < t)
+                t = np.where(is_covered, bed, t)
+                arc = np.where(is_covered, y0 + t * dy, arc)
         ahead = np.asarray((t * dx).clip(-REACH_MM, REACH_MM), np.float32)
         return ahead, arc, t
 
-    def _range_in_cylinder(
-        self, dy: FloatImage, y0: np.float32, z0: np.float32, radius: np.float32
+    def _in_the_pipe(
+        self, yaw_rad: _Doubles, pitch_rad: _Doubles, roll_rad: _Doubles
+    ) -> tuple[FloatImage, FloatImage, FloatImage]:
+        """The rays in the axes of the pipe; angles are (1, 1) or (H, 1)."""
+        x, y, z = self._rays
+        (cy, sy), (cp, sp), (cr, sr) = (
+            (np.cos(angle), np.sin(angle)) for angle in (yaw_rad, pitch_rad, roll_rad)
+        )
+        rotation = (
+            (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+            (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+            (-sp, cp * sr, cp * cr),
+        )
+        dx, dy, dz = (
+            np.float32(a) * x + np.float32(b) * y + np.float32(c) * z for a, b, c in rotation
+        )
+        return dx, dy, dz
+
+    def _range_to_silt(
+        self, dx: FloatImage, dz: FloatImage, x_mm: _Doubles, z0: np.float32
     ) -> FloatImage:
-        """The t > 0 of |(y0, z0) + t (dy, dz)| = R for a camera inside."""
-        a = dy * dy
-        a += self._z * self._z
-        np.maximum(a, np.float32(1e-9), out=a)
-        b = y0 * dy
-        b += z0 * self._z
-        t = b * b
-        t -= a * (y0 * y0 + z0 * z0 - radius * radius)
-        np.sqrt(t, out=t)
-        t -= b
-        t /= a
-        return t
+        """The t of z0 + t dz = R - depth(x + t dx), the bed of the silt."""
+        slope = np.float32(self._silt.slope)
+        above_mm = np.float32(self.radius_mm or 0) - np.float32(self._silt.depth_mm(x_mm)) - z0
+        down = dz + slope * dx
+        return np.asarray(above_mm / np.where(np.abs(down) > 1e-6, down, 1e-6), np.float32)
+
+
+def _range_in_cylinder(
+    dy: FloatImage, dz: FloatImage, y0: np.float32, z0: np.float32, radius: np.float32
+) -> FloatImage:
+    """The t > 0 of |(y0, z0) + t (dy, dz)| = R for a camera inside."""
+    a = dy * dy
+    a += dz * dz
+    np.maximum(a, np.float32(1e-9), out=a)
+    b = y0 * dy
+    b += z0 * dz
+    t = b * b
+    t -= a * (y0 * y0 + z0 * z0 - radius * radius)
+    np.sqrt(t, out=t)
+    t -= b
+    t /= a
+    return t

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import product
-from math import ceil, degrees, radians
+from math import ceil, degrees
 
 import cv2
 import numpy as np
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from app.simulation.camera import REACH_MM, FloatImage, WallCaster
 from app.simulation.motion import Pose, Trajectory
 from app.simulation.scenarios import Scenario
+from app.simulation.time_stamps import time_stamps
 from app.simulation.wall import Wall, make_wall
 
 _FULL_LIGHT_GREY = 235.0
@@ -31,11 +31,15 @@ class RenderedFrame:
 
     index: int
     t_s: float
+    """Time stamp, which a network may have made late; the picture is that of index / rate."""
     image: NDArray[np.uint8]
     """(H, W) grey."""
     x_mm: float
     y_mm: float
     yaw_deg: float
+    z_mm: float
+    pitch_deg: float
+    roll_deg: float
 
 
 def render(scenario: Scenario) -> Iterator[RenderedFrame]:
@@ -43,16 +47,19 @@ def render(scenario: Scenario) -> Iterator[RenderedFrame]:
     trajectory = Trajectory(scenario)
     scene = _Scene(scenario, trajectory)
     recorder = _Recorder(scenario, trajectory.frames)
-    for index in range(trajectory.frames):
+    for index, stamp_s in enumerate(time_stamps(scenario, trajectory.frames)):
         t_s = index / scenario.frames_per_s
-        pose = trajectory.pose(t_s)
+        pose = trajectory.truth(t_s)
         yield RenderedFrame(
             index=index,
-            t_s=t_s,
+            t_s=stamp_s,
             image=recorder.record(index, scene.light_at(t_s)),
             x_mm=pose.x_mm,
             y_mm=pose.y_mm,
             yaw_deg=degrees(pose.yaw_rad),
+            z_mm=pose.z_mm,
+            pitch_deg=degrees(pose.pitch_rad),
+            roll_deg=degrees(pose.roll_rad),
         )
 
 
@@ -62,7 +69,7 @@ class _Scene:
     def __init__(self, scenario: Scenario, trajectory: Trajectory) -> None:
         self._scenario = scenario
         self._trajectory = trajectory
-        self._caster = WallCaster(scenario.rig)
+        self._caster = WallCaster(scenario.rendered_rig, scenario.silt)
         ahead_mm, arc_mm, range_mm = self._caster.cast(Pose(0.0, 0.0, 0.0))
         pixel_mm = _pixel_size_mm(ahead_mm, arc_mm, self._caster.radius_mm)
         lit = range_mm < REACH_MM
@@ -75,6 +82,7 @@ class _Scene:
         # Sub-exposures lie at most about 1.2 px apart.
         swept_px = scenario.speed_mm_s * scenario.exposure_s / finest_mm
         self._sub_exposures = max(1, ceil(swept_px / 1.2))
+        self._row_delays_s = _row_delays_s(scenario)
 
     def light_at(self, t_s: float) -> FloatImage:
         """The picture without noise, exposed around `t_s`, in grey levels."""
@@ -88,17 +96,20 @@ class _Scene:
 
     def _sample(self, t_s: float) -> FloatImage:
         """Reflectance under each pixel at one moment."""
-        pose = self._trajectory.pose(t_s)
-        ahead_mm, arc_mm, _ = self._caster.cast(pose)
+        poses = [self._trajectory.pose(t_s + delay_s) for delay_s in self._row_delays_s]
+        ahead_mm, arc_mm, _ = self._caster.cast(*poses)
+        x_mm = np.array([[pose.x_mm] for pose in poses])
         if self._ripples is None:
-            return self._look_up(pose.x_mm, ahead_mm, arc_mm)
-        return self._through_water(self._ripples, t_s, pose.x_mm, ahead_mm, arc_mm)
+            return self._look_up(x_mm, ahead_mm, arc_mm)
+        return self._through_water(self._ripples, t_s, x_mm, ahead_mm, arc_mm)
 
-    def _look_up(self, x_mm: float, ahead_mm: FloatImage, arc_mm: FloatImage) -> FloatImage:
+    def _look_up(
+        self, x_mm: NDArray[np.float64], ahead_mm: FloatImage, arc_mm: FloatImage
+    ) -> FloatImage:
         """The wall's reflectance, each pixel from the level that matches its size."""
         wall = self._wall
         # Large numbers meet in double precision before they meet the float32 pictures.
-        first = int((x_mm + float(ahead_mm.min()) - wall.x0_mm) / wall.texel_x_mm)
+        first = int((float(x_mm.min()) + float(ahead_mm.min()) - wall.x0_mm) / wall.texel_x_mm)
         coarsest = 1 << (len(wall.levels) - 1)
         first = max(0, first // coarsest - 1) * coarsest
         columns = ahead_mm * np.float32(1 / wall.texel_x_mm)
@@ -124,7 +135,7 @@ class _Scene:
         self,
         ripples: FloatImage,
         t_s: float,
-        x_mm: float,
+        x_mm: NDArray[np.float64],
         ahead_mm: FloatImage,
         arc_mm: FloatImage,
     ) -> FloatImage:
@@ -158,24 +169,34 @@ class _Scene:
 
     def _visible_wall(self, texel_mm: float) -> Wall:
         """The wall over all that the camera can see on its way."""
-        scenario = self._scenario
-        yaw_rad = radians(scenario.yaw_deg)
         ahead: list[float] = []
         arc: list[float] = []
-        for y_share, yaw_share in product((-1, 0, 1), repeat=2):
-            ahead_mm, arc_mm, range_mm = self._caster.cast(
-                Pose(0.0, y_share * scenario.sway_mm, yaw_share * yaw_rad)
-            )
+        for pose in self._trajectory.extremes():
+            ahead_mm, arc_mm, range_mm = self._caster.cast(pose)
             seen = range_mm < REACH_MM
             ahead += [float(ahead_mm[seen].min()), float(ahead_mm[seen].max())]
             arc += [float(arc_mm[seen].min()), float(arc_mm[seen].max())]
         first_mm, last_mm = self._trajectory.x_range_mm
         return make_wall(
-            scenario,
+            self._scenario,
             x_range_mm=(first_mm + min(ahead) - 5, last_mm + max(ahead) + 5),
             arc_range_mm=(min(arc) - 5, max(arc) + 5),
             texel_mm=texel_mm,
         )
+
+
+def _row_delays_s(scenario: Scenario) -> list[float]:
+    """When each row is exposed, against the time of the frame; one number where all are alike.
+
+    An interlaced frame has the time of its upper field, which holds the even rows; a rolling
+    shutter that of its middle row.
+    """
+    camera = scenario.rendered_rig.camera
+    rows = np.arange(camera.height)
+    delays_s = camera.readout_ms / 1000 * (rows / camera.height - 0.5)
+    if scenario.interlaced:
+        delays_s = delays_s + rows % 2 / (2 * scenario.frames_per_s)
+    return delays_s.tolist() if delays_s.any() else [0.0]
 
 
 def _pixel_size_mm(ahead_mm: FloatImage, arc_mm: FloatImage, radius_mm: float | None) -> FloatImage:
@@ -208,7 +229,7 @@ def _level_weights(pixel_texels: FloatImage, levels: int) -> list[tuple[int, Flo
 
 def _lamp(scenario: Scenario, range_mm: FloatImage) -> FloatImage:
     """Light on the wall, times the lens's own fall-off, fixed to the picture, at most 1."""
-    camera = scenario.rig.camera
+    camera = scenario.rendered_rig.camera
     half_diagonal = np.hypot(camera.width, camera.height) / 2
     u, v = np.meshgrid(
         np.arange(camera.width, dtype=np.float32) - np.float32((camera.width - 1) / 2),
@@ -243,7 +264,7 @@ class _Recorder:
     def __init__(self, scenario: Scenario, frames: int) -> None:
         self._scenario = scenario
         self._rng = np.random.default_rng([scenario.seed, 1])
-        camera = scenario.rig.camera
+        camera = scenario.rendered_rig.camera
         self._noise = np.empty((camera.height, camera.width), np.float32)
         self._dirt = _dirt(scenario) if scenario.dirt_share else None
         self._faults = _drop_outs(scenario, frames)
@@ -276,7 +297,7 @@ class _Recorder:
 def _dirt(scenario: Scenario) -> tuple[FloatImage, FloatImage]:
     """Transmission of the glass, and how much of the mean light around it scatters, (H, W)."""
     rng = np.random.default_rng([scenario.seed, 2])
-    camera = scenario.rig.camera
+    camera = scenario.rendered_rig.camera
     shape = (camera.height, camera.width)
     cover = np.zeros(shape, np.float32)
     while float((cover > 0.5).mean()) < scenario.dirt_share:

@@ -81,7 +81,7 @@ def make_wall(
     Raises:
         PhotographNotAvailable: The wall is a photograph of scikit-image, which is not installed.
     """
-    diameter_mm = scenario.rig.pipe.diameter_mm
+    diameter_mm = scenario.rendered_rig.pipe.diameter_mm
     start_mm, end_mm = arc_range_mm
     girth_mm = np.inf if diameter_mm is None else pi * diameter_mm
     closed = end_mm - start_mm > 0.85 * girth_mm
@@ -105,9 +105,7 @@ def make_wall(
     reflectance += MEAN_REFLECTANCE
     if scenario.tile_mm is not None:
         _lay_tiles(reflectance, sheet, scenario.tile_mm)
-    segment_mm = scenario.rig.pipe.segment_length_mm
-    if segment_mm is not None:
-        _cut_joints(reflectance, sheet, scenario.first_joint_mm, segment_mm, scenario.contrast)
+    _cut_joints(reflectance, sheet, scenario)
     draw_defects(
         reflectance,
         scenario.defects,
@@ -264,11 +262,16 @@ def _cracks(sheet: _Sheet) -> FloatImage:
     return _blurred(depth, 0.2 / sheet.texel_mm)
 
 
-def _cut_joints(
-    reflectance: FloatImage, sheet: _Sheet, first_mm: float, segment_mm: float, contrast: float
-) -> None:
-    """Joint rings, centred exactly on first + k segment, drawn onto `reflectance`."""
-    strength = min(1.0, 0.35 + 0.65 * contrast)
+def _cut_joints(reflectance: FloatImage, sheet: _Sheet, scenario: Scenario) -> None:
+    """Joint rings, centred exactly on first + k segment, drawn onto `reflectance`.
+
+    Silt is drawn where it hides the wall, between its edges: over it a ring goes on as a line.
+    """
+    segment_mm = scenario.rendered_rig.pipe.segment_length_mm
+    if segment_mm is None:
+        return
+    first_mm = scenario.first_joint_mm
+    clean = min(1.0, 0.35 + 0.65 * scenario.contrast)
     first = np.ceil((sheet.x_mm[0] - first_mm) / segment_mm)
     last = np.floor((sheet.x_mm[-1] - first_mm) / segment_mm)
     for joint in np.arange(first, last + 1):
@@ -277,6 +280,8 @@ def _cut_joints(
         if not near.size:
             continue
         columns = slice(near[0], near[-1] + 1)
+        is_silt = np.abs(sheet.arc_mm) < _silt_edge_mm(scenario, first_mm + joint * segment_mm)
+        strength = np.where(is_silt, scenario.silt.joint_share * clean, clean)[:, None]
         right = right_mm[None, columns]
         gap = _rise(right + _JOINT_HALF_MM + _lip(sheet)) * _rise(
             _JOINT_HALF_MM + _lip(sheet) - right
@@ -284,6 +289,15 @@ def _cut_joints(
         mortar = np.exp(-0.5 * ((np.abs(right) - 2.5 * _JOINT_HALF_MM) / _JOINT_HALF_MM) ** 2)
         reflectance[:, columns] *= 1 - 0.75 * strength * gap
         reflectance[:, columns] += 0.06 * strength * mortar
+
+
+def _silt_edge_mm(scenario: Scenario, x_mm: float) -> float:
+    """Arc from the invert at which the bed of the silt meets the wall."""
+    diameter_mm = scenario.rendered_rig.pipe.diameter_mm
+    depth_mm = float(scenario.silt.depth_mm(np.array(x_mm)))
+    if diameter_mm is None or depth_mm <= 0:
+        return 0.0
+    return float(np.arccos(1 - 2 * depth_mm / diameter_mm)) * diameter_mm / 2
 
 
 def _lip(sheet: _Sheet) -> FloatImage:

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from app.simulation.motion import Trajectory
 from app.simulation.render import render
 from app.simulation.scenarios import Scenario
+from app.simulation.time_stamps import TICKS_PER_S
 
-TRUTH_HEADER = "frame,time_s,x_mm,y_mm,yaw_deg,distance_mm"
+TRUTH_HEADER = "frame,time_s,x_mm,y_mm,yaw_deg,distance_mm,z_mm,pitch_deg,roll_deg"
 
 # Studio range, as players expect it; the colour is that of a warm lamp.
 _LUMA = np.rint(16 + np.arange(256) * (219 / 255)).astype(np.uint8)
@@ -55,11 +56,12 @@ def simulate(
     rows = [TRUTH_HEADER]
     with _video_writer(run.video, scenario) as write:
         for frame in render(scenario):
-            write(frame.image)
-            x_mm = f"{frame.x_mm:.6f}"
-            rows.append(
-                f"{frame.index},{frame.t_s:.6f},{x_mm},{frame.y_mm:.6f},{frame.yaw_deg:.6f},{x_mm}"
-            )
+            write(frame.image, frame.t_s)
+            numbers = (
+                frame.t_s, frame.x_mm, frame.y_mm, frame.yaw_deg,
+                frame.x_mm, frame.z_mm, frame.pitch_deg, frame.roll_deg,
+            )  # fmt: skip
+            rows.append(",".join([str(frame.index), *(f"{number:.6f}" for number in numbers)]))
             if on_progress is not None:
                 on_progress(frame.index + 1, frames)
     run.truth.write_text("\n".join(rows) + "\n", encoding="utf-8")
@@ -67,29 +69,33 @@ def simulate(
 
 
 @contextmanager
-def _video_writer(path: Path, scenario: Scenario) -> Iterator[Callable[[NDArray[np.uint8]], None]]:
-    """A function that appends grey pictures to an H.264 file, frame n at exactly n / rate."""
-    camera = scenario.rig.camera
+def _video_writer(
+    path: Path, scenario: Scenario
+) -> Iterator[Callable[[NDArray[np.uint8], float], None]]:
+    """A function that appends grey pictures with their time stamps to an H.264 file."""
+    camera = scenario.rendered_rig.camera
     with av.open(str(path), "w", options={"movflags": "+faststart"}) as container:
         stream = container.add_stream("libx264", rate=scenario.frames_per_s)
         stream.width, stream.height = camera.width, camera.height
         stream.pix_fmt = "yuv420p"
+        stream.codec_context.time_base = Fraction(1, TICKS_PER_S)
         # A fixed number of threads, for equal files on all machines.
-        stream.options = {"crf": "18", "preset": "veryfast", "g": "30", "threads": "2"}
+        stream.options = {
+            "crf": str(scenario.crf), "preset": "veryfast", "g": "30", "threads": "2",
+        }  # fmt: skip
+        if scenario.coded_in_fields:
+            stream.options |= {"x264-params": "tff=1"}
         planes = np.empty((camera.height * 3 // 2, camera.width), np.uint8)
         chroma_rows = camera.height // 4
         planes[camera.height : camera.height + chroma_rows] = _CHROMA_BLUE
         planes[camera.height + chroma_rows :] = _CHROMA_RED
-        count = 0
 
-        def write(image: NDArray[np.uint8]) -> None:
-            nonlocal count
+        def write(image: NDArray[np.uint8], t_s: float) -> None:
             cv2.LUT(image, _LUMA, dst=planes[: camera.height])
             frame = av.VideoFrame.from_ndarray(planes, format="yuv420p")
-            frame.pts = count
-            frame.time_base = Fraction(1, scenario.frames_per_s)
+            frame.pts = round(t_s * TICKS_PER_S)
+            frame.time_base = Fraction(1, TICKS_PER_S)
             container.mux(stream.encode(frame))
-            count += 1
 
         yield write
         container.mux(stream.encode(None))

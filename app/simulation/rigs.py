@@ -1,0 +1,47 @@
+"""Rigs as people state them: wrong by about as much as their tolerance says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from vo_core.errors import InvalidRig
+from vo_core.rig import Rig
+
+
+def drawn_rigs(true: Rig, seed: int) -> Iterator[Rig]:
+    """Stated rigs without end, drawn from the tolerances of the true one around it.
+
+    Height, pitch, roll, focal length and diameter have normal errors that do not depend on each
+    other.  A rig that cannot be, with its camera outside its pipe, is drawn anew.
+    """
+    rng = np.random.default_rng(seed)
+    while True:
+        try:
+            yield _drawn(true, rng)
+        except InvalidRig:
+            continue
+
+
+def _drawn(true: Rig, rng: np.random.Generator) -> Rig:
+    tolerance = true.tolerance
+    height_mm, pitch_deg, roll_deg, focal_percent, diameter_mm = rng.normal(
+        0.0,
+        (
+            tolerance.height_mm,
+            tolerance.tilt_deg,
+            tolerance.tilt_deg,
+            tolerance.focal_percent,
+            tolerance.diameter_mm,
+        ),
+    ).tolist()
+    fields = true.model_dump()
+    fields["camera"]["fx"] *= 1 + focal_percent / 100
+    fields["camera"]["fy"] *= 1 + focal_percent / 100
+    fields["mount"]["height_mm"] += height_mm
+    fields["mount"]["pitch_deg"] += pitch_deg
+    fields["mount"]["roll_deg"] += roll_deg
+    if true.pipe.diameter_mm is not None:
+        fields["pipe"]["diameter_mm"] += diameter_mm
+    return Rig.parse(fields, origin="a rig drawn from the tolerances")

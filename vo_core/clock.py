@@ -1,0 +1,56 @@
+"""How many frame periods lie between two frames, by time stamps that need not be exact.
+
+Arrival times of a network camera come in bursts and jitter by more than a period, and recorders
+keep them in files.  So a frame counts as one period after the one before, unless the gap is clearly
+longer: then frames are missing.  Nothing here divides by a single interval.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+_MEMORY = 31
+"""Intervals of which the period is the median."""
+
+_GAP = 1.5
+"""Periods from which an interval counts as a gap."""
+
+_PERIOD_LIMITS_S = (1 / 240, 2.0)
+"""Of any camera; stamps beyond them are no times."""
+
+
+class Clock:
+    """Takes the time of every frame."""
+
+    def __init__(self) -> None:
+        self._last_s: float | None = None
+        self._intervals_s: deque[float] = deque(maxlen=_MEMORY)
+        self.periods = 0.0
+        """Since the first frame."""
+
+    def tick(self, t_s: float) -> None:
+        """Take the time of the next frame."""
+        if self._last_s is not None:
+            interval_s = t_s - self._last_s
+            if interval_s > 0:
+                self._intervals_s.append(interval_s)
+            periods = interval_s / self.period_s
+            self.periods += periods if periods > _GAP else 1.0
+        self._last_s = t_s
+
+    @property
+    def period_s(self) -> float:
+        """From one frame to the next."""
+        if not self._intervals_s:
+            return _PERIOD_LIMITS_S[1]
+        return float(np.clip(np.median(self._intervals_s), *_PERIOD_LIMITS_S))
+
+    @property
+    def jitter(self) -> float:
+        """Mean deviation of an interval from the period, over the period, 1 at most."""
+        if not self._intervals_s:
+            return 0.0
+        ratio = np.array(self._intervals_s) / self.period_s
+        return float(np.minimum(np.abs(ratio - 1), 1.0).mean())
