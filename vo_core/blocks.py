@@ -49,6 +49,10 @@ class BlockGrid:
         """Values at `nodes`, as (rows + 2, columns + 2, ...)."""
         return values.reshape(self.rows + 2, self.columns + 2, *values.shape[1:])
 
+    def centres(self, values: Points) -> Points:
+        """Values at `nodes`, of the blocks' centres only, (blocks, ...)."""
+        return self.at_nodes(values)[1:-1, 1:-1].reshape(-1, *values.shape[1:])
+
     def dense(self, positions: Points, row_step: int = 1) -> GrayImage:
         """Positions at the nodes to positions of every pixel of a `crop`, (H, W, 2), bilinear."""
         coarse = np.nan_to_num(self.at_nodes(positions), nan=-1e4).astype(np.float32)
@@ -66,7 +70,7 @@ class BlockGrid:
 
     def look_up(self, mask: ByteImage, positions: Points) -> NDArray[np.bool_]:
         """The nearest values of a mask at the positions of the blocks' centres, (blocks,)."""
-        centres = self.at_nodes(positions)[1:-1, 1:-1].reshape(-1, 2)
+        centres = self.centres(positions)
         height, width = mask.shape
         with np.errstate(invalid="ignore"):
             inside = np.all((centres > -0.5) & (centres < (width - 0.5, height - 0.5)), axis=1)

@@ -37,8 +37,8 @@ from vo_core.wall import Pose
 LEAST_OVERLAP = 0.15
 """Below this share of common wall a reference is out of reach."""
 
-STANDS_PX, APART_PX = 2.0, 6.0
-"""Nearer to the reference is standstill; nearer is no motion of its own beside a standstill."""
+STANDS_PX, APART_PX = 3.0, 6.0
+"""Content that moved by less stands still, and by more it moves beside one that stands."""
 
 RIVAL = 0.9
 """Share of the best support that makes another pose as good."""
@@ -114,6 +114,8 @@ class Fix:
     """The reference's own uncertainty is in it."""
     reference: Reference
     alignment: Alignment
+    moved_px: float
+    """How far the content lies from where the reference shows it: the median over its blocks."""
     is_ambiguous: bool = False
     """Does another pose fit as well (a wall that repeats itself)?"""
     is_doubtful: bool = False
@@ -131,6 +133,8 @@ class Outlook:
 
     reach_mm: float
     """How far from the guess the robot can be; inf if that is not known."""
+    last: Pose
+    """At the last fix."""
     reliability: Matrix | None
     """(blocks,) how well each block used to agree when the robot moved: dirt and water lie in bad
     ones. None before the robot has moved."""
@@ -147,6 +151,7 @@ class Locator:
         self.valid = rectifier.valid
         self._whole = self._blocks.whole(self.valid)
         self._motion = WallMotion(self._rig, self._grid, self._blocks.nodes())
+        self._centres = self._blocks.centres(self._blocks.nodes())
         self._coarse_valid = (halve(self.valid.astype(np.float32)) > 0.99).astype(np.uint8)
         self._coarse_blocks = BlockGrid.over(self._coarse_valid.shape)
         self._coarse_motion = WallMotion(
@@ -188,23 +193,15 @@ class Locator:
 
     def _best(self, found: list[Fix], in_reach: list[Fix], outlook: Outlook) -> Fix | None:
         """The fix of the wall; uncertain by the distance to a rival that is as good."""
-        fixes = [
-            fix
-            for fix in found
-            if not self._stands(fix)
-            or (
-                (fix in in_reach or not in_reach)
-                and not any(self._is_pattern(fix, other) for other in in_reach)
-            )
-        ]
+        fixes = [fix for fix in found if self._is_credible(fix, found, in_reach, outlook)]
+        if not fixes:
+            return None
         reliability = outlook.reliability
         if reliability is None:
             reliability = np.ones(self._blocks.rows * self._blocks.columns)
-        if not fixes:
-            return None
         supports = [fix.alignment.support(reliability) for fix in fixes]
         best = fixes[int(np.argmax(supports))]
-        if self._stands(best) and any(self._is_pattern(best, other) for other in found):
+        if _stands(best) and any(_is_pattern(best, other) for other in found):
             best = replace(best, is_doubtful=True)
         rivals = [
             abs(fix.pose.x_mm - best.pose.x_mm)
@@ -218,21 +215,22 @@ class Locator:
         state = replace(best.state, covariance=uncertain)
         return replace(best, state=state, is_ambiguous=True)
 
-    def _stands(self, fix: Fix) -> bool:
-        """Does the picture lie on the reference, to within what a fixed pattern pulls it?"""
-        return self.overlap(fix.reference, fix.pose) > 1 - STANDS_PX / max(self._grid.shape)
+    def _is_credible(
+        self, fix: Fix, found: list[Fix], in_reach: list[Fix], outlook: Outlook
+    ) -> bool:
+        """Is it no standstill that only the lens shows?
 
-    def _is_pattern(self, fix: Fix, other: Fix) -> bool:
-        """Is `fix` the standstill of what sticks to the lens, and `other` the motion of the wall?
-
-        A wall that stands still agrees everywhere, also where a repeating texture agrees once more
-        a period off. Dirt agrees where it lies only: elsewhere some places speak for the motion
-        that do not speak for standstill.
+        Dirt stands still against every reference.  A robot that stops dead stands against the
+        newest picture only; against an older one it would have to jump back to stand.
         """
-        if self.overlap(other.reference, other.pose) > 1 - APART_PX / max(self._grid.shape):
+        if not _stands(fix):
+            return True
+        if fix in in_reach:
+            return not any(_is_pattern(fix, other) for other in in_reach)
+        back_mm = _distance_mm(fix.pose, outlook.last)
+        if in_reach or back_mm > APART_PX * self._grid.mm_per_px:
             return False
-        clearer = other.alignment.trust - fix.alignment.trust > CLEARER
-        return float(clearer.mean()) > LEAST_CLEARER
+        return not any(_is_pattern(fix, other) for other in found)
 
     def overlap(self, reference: Reference, pose: Pose) -> float:
         """Share of the reference's wall that a camera at `pose` sees, about."""
@@ -275,8 +273,9 @@ class Locator:
         is_open = fit.uncertainty_px > OPEN_PX
         if not fit.converged or is_open or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
             return None
+        moved = self._blocks.centres(self._motion.positions(fit.parameters)) - self._centres
         state = State(Pose(*fit.parameters[MOVING].tolist()), fit.parameters[MOUNT], covariance)
-        return Fix(state, reference, fit)
+        return Fix(state, reference, fit, float(np.nanmedian(np.hypot(*moved.T))))
 
 
 def _prior(reference: Reference, start: Pose, parameters: Matrix, sway: Sway) -> Prior:
@@ -292,6 +291,24 @@ def _prior(reference: Reference, start: Pose, parameters: Matrix, sway: Sway) ->
     mean = parameters.copy()
     mean[MOVING] = sway.mean(start)
     return Prior(mean, information)
+
+
+def _stands(fix: Fix) -> bool:
+    """Does the picture lie on the reference, to within what a fixed pattern pulls it?"""
+    return fix.moved_px < STANDS_PX
+
+
+def _is_pattern(fix: Fix, other: Fix) -> bool:
+    """Is `fix` the standstill of what sticks to the lens, and `other` the motion of the wall?
+
+    A wall that stands still agrees everywhere, also where a repeating texture agrees once more a
+    period off. Dirt agrees where it lies only: elsewhere some places speak for the motion that do
+    not speak for standstill.
+    """
+    if other.moved_px < APART_PX:
+        return False
+    clearer = other.alignment.trust - fix.alignment.trust > CLEARER
+    return float(clearer.mean()) > LEAST_CLEARER
 
 
 def _distance_mm(a: Pose, b: Pose) -> float:

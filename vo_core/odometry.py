@@ -218,7 +218,7 @@ class Odometry:
             way_mm = float(np.hypot(*self._velocity[:2])) * self._gone
             reach_mm = ACCELERATION_MM_S2 * gone_s**2 + REACH_PX * self._rectify.grid.mm_per_px
             reach_mm += self._clock.jitter * way_mm
-        return Outlook(reach_mm, self._reliability, self._sway)
+        return Outlook(reach_mm, self._fix_pose, self._reliability, self._sway)
 
     def _measure(self, picture: Picture) -> Fix | None:
         """The pose by the keyframe, else by the newest frame.
