@@ -22,7 +22,6 @@ from vo_core.resample import resample, resample_colour
 from vo_core.rig import Rig
 from vo_core.track import Estimate
 from vo_core.types import ByteImage, GrayImage
-from vo_core.wall import Pose
 
 TILE_MM = 500.0
 

@@ -16,8 +16,8 @@ import msgspec
 import numpy as np
 
 from app.interval import half_width_m
-from app.services.tracks import estimate_at, is_unmeasured
-from vo_core import Rig, Track, wall_point
+from app.services.tracks import estimate_at, is_unmeasured, wall_point_of
+from vo_core import Rig, Track
 from vo_core.drift import row_of
 from vo_core.errors import InvalidCorrection
 from vo_core.height import Height, implied_height
@@ -555,7 +555,7 @@ def _sighted(raw: Track, rig: Rig, mark: Mark) -> Sighting:
 
 
 def _ahead_mm(rig: Rig, estimate: Estimate, pixel: tuple[float, float]) -> float:
-    point = wall_point(rig, pixel, estimate.x_mm, estimate.y_mm, estimate.yaw_deg)
+    point = wall_point_of(rig, pixel, estimate)
     if point is None:
         raise InvalidCorrection(
             f"No wall is seen in frame {estimate.frame} at the pixel ({pixel[0]:g}, {pixel[1]:g})."

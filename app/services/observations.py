@@ -23,12 +23,12 @@ from app.services.adjustment import Adjusted, NearJoint, Source
 from app.services.corrections import Corrections
 from app.services.live import Live
 from app.services.stretches import next_stretch_number
-from app.services.tracks import Tracks, estimate_at, is_unmeasured
+from app.services.tracks import Tracks, estimate_at, is_unmeasured, wall_point_of
 from app.services.videos import NO_FILM
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
 from app.storage.tables import IMPORTED, Event, Inspection, Observation
-from vo_core import Estimate, Pose, Rig, Track, wall_point
+from vo_core import Estimate, Pose, Rig, Track
 from vo_core.wall import camera_position, cast, clock_of, develop, robot_rays
 
 logger = logging.getLogger(__name__)
@@ -235,7 +235,7 @@ def wall_under(course: Course, frame: int, pixel: tuple[float, float]) -> WallUn
     if estimates is None:
         return None
     raw, corrected = estimates
-    point = wall_point(rig, pixel, raw.x_mm, raw.y_mm, raw.yaw_deg)
+    point = wall_point_of(rig, pixel, raw)
     if point is None:
         return None
     if rig.pipe.diameter_mm is None:

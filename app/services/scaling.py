@@ -17,7 +17,7 @@ from app.errors import Busy, DiskFull, InspectionNotFound
 from app.interval import LEAST_M, U95
 from app.services.adjustment import Adjusted
 from app.services.corrections import Corrections
-from app.services.live import Event, Live, Update
+from app.services.live import Event, Update
 from app.services.tracks import Tracks
 from app.storage.inspections import InspectionStore
 from app.storage.tables import ENDED
@@ -92,9 +92,13 @@ class Scaling:
                 except InspectionNotFound:  # deleted meanwhile
                     self._told.pop(inspection_id, None)
                 except (Busy, DiskFull) as fault:
-                    logger.warning("The scale of %s could not be recorded: %s", inspection_id, fault)
+                    logger.warning(
+                        "The scale of %s could not be recorded: %s", inspection_id, fault
+                    )
                 except Exception:
-                    logger.exception("The scale of inspection %s could not be found.", inspection_id)
+                    logger.exception(
+                        "The scale of inspection %s could not be found.", inspection_id
+                    )
 
     def _look(self, inspection_id: str, *, has_ended: bool) -> None:
         told = self._told.get(inspection_id) or self._recorded(inspection_id)
@@ -142,15 +146,13 @@ def scale_of(adjusted: Adjusted) -> dict[str, Any] | None:
     }
 
 
-def is_other(
-    told: dict[str, Any] | None, scale: dict[str, Any] | None, adjusted: Adjusted
-) -> bool:
+def is_other(told: dict[str, Any] | None, scale: dict[str, Any] | None, adjusted: Adjusted) -> bool:
     """Whether it moves distances by more than the interval that was told."""
     if told is None or scale is None:
         return (told is None) != (scale is None)
-    change = abs(scale["scale"] - told["scale"])
+    change = abs(float(scale["scale"]) - float(told["scale"]))
     far_mm = float(abs(adjusted.track.distance_mm).max(initial=0.0))
-    return change > U95 * told["scale_sigma"] and change * far_mm > 1000 * LEAST_M
+    return change > U95 * float(told["scale_sigma"]) and change * far_mm > 1000 * LEAST_M
 
 
 def _remark(adjusted: Adjusted) -> str:

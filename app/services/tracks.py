@@ -14,7 +14,9 @@ import numpy as np
 from app.storage.files import Places, write_durably
 from vo_core.health import Health
 from vo_core.joints import Sighting, from_csv, to_csv
+from vo_core.rig import Rig
 from vo_core.track import COLUMNS, Estimate, Track
+from vo_core.wall import WallPoint, wall_point
 
 HEALTH = tuple(field.name for field in fields(Health))
 """Names of the columns."""
@@ -232,6 +234,20 @@ def estimate_at(track: Track, frame: int) -> Estimate | None:
         return None
     values = {name: float(getattr(track, name)[frame]) for name in _NUMBERS}
     return Estimate(frame=frame, status=str(track.status[frame]), **values)  # type: ignore[arg-type]
+
+
+def wall_point_of(rig: Rig, pixel: tuple[float, float], estimate: Estimate) -> WallPoint | None:
+    """The wall point that a pixel of a frame shows, None where none is seen."""
+    return wall_point(
+        rig,
+        pixel,
+        estimate.x_mm,
+        estimate.y_mm,
+        estimate.yaw_deg,
+        z_mm=estimate.z_mm,
+        pitch_deg=estimate.pitch_deg,
+        roll_deg=estimate.roll_deg,
+    )
 
 
 def is_unmeasured(track: Track) -> bool:

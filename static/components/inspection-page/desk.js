@@ -52,6 +52,8 @@ export class Desk extends EventTarget {
   #signal;
   /** Of the distances that are shown. */
   #revision;
+  /** How many joints the server knew of when it last sent a picture. */
+  #joints = null;
   #shownFrame = -1;
   #showTimer = 0;
 
