@@ -148,9 +148,10 @@ class Tracks:
         write_durably(self._folder.health(inspection_id), health.to_csv().encode())
         write_durably(self._folder.track(inspection_id), track.to_csv(metadata).encode())
         with self._lock:
-            self._remember(inspection_id, track)
             _remember(self._health, inspection_id, health)
-            self._growing.pop(inspection_id, None)  # gone if it is written once more
+            # The track is read from its file from now on, so that what is worked out of it is the
+            # same after a restart; it is gone already if it is written once more.
+            self._growing.pop(inspection_id, None)
 
     def forget(self, inspection_id: str) -> None:
         """Drop what is held in memory."""

@@ -354,6 +354,7 @@ def test_no_joint_is_drawn_where_none_is_known(served: Served) -> None:
 
 
 def test_a_joint_that_was_expected_is_drawn_anew_when_it_is_seen(served: Served) -> None:
+    served.scene.set_length(2000)
     served.scene.set_joints([JointMark(1, 1.5, is_seen=False)])
     before = replay(served)
     served.scene.set_joints([JointMark(1, 1.47, is_seen=True)])
