@@ -3,7 +3,8 @@
 Every few millimetres of way a frame is spread onto strips of the wall, each pixel where the exact
 pose of the frame puts it: there a joint is a straight line at one axial coordinate, whatever the
 yaw and the lateral offset of the robot.  What goes round is told from cracks and stains by sectors
-of the arc, each with a profile of its own: a ring is what most of the sectors agree on.
+of the arc, each with a profile of its own: a ring is what most of the sectors agree on, or most of
+those to either side where silt hides the invert.
 """
 
 from __future__ import annotations
@@ -14,9 +15,11 @@ from dataclasses import astuple, dataclass, fields, replace
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from vo_core.drift import row_of
 from vo_core.errors import InvalidTrack
+from vo_core.height import scale_sigma
 from vo_core.rectify import NOMINAL, Rectifier
 from vo_core.rig import Rig
 from vo_core.track import Estimate, Track
@@ -29,6 +32,10 @@ SECTORS = 16
 ROUND = 0.6
 """Share of the sectors that must show a ring half as strong as the middle one of them does; water
 over a third of the picture may hide it."""
+
+ROUND_ON_FLANKS = 0.75
+"""The same of the sectors to either side, where silt hides the middle half: on one side alone it is
+none."""
 
 RING_WIDTHS_MM = (1.5, 3.0, 6.0, 12.0)
 """Sigmas of the filters that look for rings: gaps of 3 mm to bands of mortar of 30 mm."""
@@ -88,6 +95,7 @@ class JointFinder:
 
     def __init__(self, rig: Rig) -> None:
         self._rig = rig
+        self._scale_sigma = scale_sigma(rig)
         self._rectify = Rectifier(rig)
         grid = self._rectify.grid
         self._bin_mm = grid.mm_per_px
@@ -190,11 +198,11 @@ class JointFinder:
                 if 0 <= column < STRIP_BINS:
                     frame, camera_mm = self._strips[k].seen_from(int(column))
                     at_mm = (k * STRIP_BINS + column) * self._bin_mm
-                    self._found.append(
-                        Sighting(
-                            frame, at_mm - camera_mm, ring.sigma_px * self._bin_mm, ring.contrast
-                        )
-                    )
+                    ahead_mm = at_mm - camera_mm
+                    # Where the rig is wrong, places off the middle have scales of their own.
+                    off_mm = self._scale_sigma * (ahead_mm - self._middle_mm)
+                    sigma_mm = float(np.hypot(ring.sigma_px * self._bin_mm, off_mm))
+                    self._found.append(Sighting(frame, ahead_mm, sigma_mm, ring.contrast))
         self._open = self._open - leaving
         needed = {k + i for k in self._open for i in (-1, 0, 1)}
         self._strips = {k: strip for k, strip in self._strips.items() if k in needed}
@@ -309,7 +317,13 @@ def find_rings(total: GrayImage, count: GrayImage, widths_px: Iterable[float]) -
         total, count: (sectors, columns), sum of brightness about 1 and number of samples.
         widths_px: Sigmas to look for; those below 1.5 px are widened to it.
     """
-    layers = [_Layer.of(total, count, width) for width in sorted({max(w, 1.5) for w in widths_px})]
+    rows = np.arange(len(total))
+    flanks = np.abs(rows - rows.mean()) > len(rows) / 4
+    layers = []
+    for width in sorted({max(w, 1.5) for w in widths_px}):
+        answers, covered = _filtered(total, count, width)
+        layers.append(_Layer.of(answers, covered, width, ROUND))
+        layers.append(_Layer.of(answers[flanks], covered[flanks], width, ROUND_ON_FLANKS))
     significance = np.stack([layer.significance for layer in layers])
     strongest = significance.max(axis=0)
     # A gap and the mortar beside it are one joint, and the surround answers with the other sign.
@@ -320,6 +334,10 @@ def find_rings(total: GrayImage, count: GrayImage, widths_px: Iterable[float]) -
         rings.append(layer.ring(peak))
         strongest[max(peak - reach, 0) : peak + reach + 1] = 0
     return rings
+
+
+Covered = NDArray[np.bool_]
+"""(sectors, columns)"""
 
 
 @dataclass(frozen=True)
@@ -335,28 +353,20 @@ class _Layer:
     """(columns,) size of the median over its deviation along the wall, 0 where nothing is round."""
 
     @classmethod
-    def of(cls, total: GrayImage, count: GrayImage, width_px: float) -> _Layer:
-        centre, surround = (
-            _blurred(total, sigma) / np.maximum(_blurred(count, sigma), 1e-9)
-            for sigma in (width_px, _SURROUND * width_px)
-        )
-        answers = centre - surround
-        # Where a run begins and ends the wall passed a part of the view only, and shading shows.
-        samples = count.sum(axis=0, keepdims=True)
-        whole = (count > 0) & (samples >= 0.5 * np.median(samples[samples > 0]))
-        covered = _blurred(whole.astype(np.float32), _SURROUND * width_px) > COVERED
+    def of(cls, answers: Matrix, covered: Covered, width_px: float, share: float) -> _Layer:
+        """By the answers of some sectors, a share of which must agree."""
         ordered = np.sort(np.where(covered, answers, np.nan), axis=0)  # nan comes last
         seen = covered.sum(axis=0)
         columns = np.arange(answers.shape[1])
 
         def quantile(share: float) -> Matrix:
             rank = np.rint(share * np.maximum(seen - 1, 0)).astype(int)
-            return np.where(seen >= SECTORS / 2, ordered[rank, columns], 0.0)
+            return np.where(seen >= len(answers) / 2, ordered[rank, columns], 0.0)
 
-        low, median, high = quantile(1 - ROUND), quantile(0.5), quantile(ROUND)
+        low, median, high = quantile(1 - share), quantile(0.5), quantile(share)
         size = np.abs(median)
         is_round = np.where(median > 0, low, -high) >= size / 2
-        measured = size[seen >= SECTORS / 2]
+        measured = size[seen >= len(answers) / 2]
         noise = 1.4826 * float(np.median(measured)) if measured.size else np.inf
         return cls(width_px, answers, median, is_round * size / (noise + LEAST_CONTRAST))
 
@@ -367,12 +377,27 @@ class _Layer:
         left, right = max(peak - reach, 1), min(peak + reach, len(self.median) - 2)
         at = np.array([_peak(sign * row, left, right) for row in self.answers])
         # A chip of the edge reaches over two sectors.
-        scatter = 1.4826 * np.median(np.abs(at - np.median(at))) / np.sqrt(SECTORS / 2)
+        scatter = 1.4826 * np.median(np.abs(at - np.median(at))) / np.sqrt(len(at) / 2)
         return Ring(
             _peak(sign * self.median, left, right) + 0.5,
             float(np.hypot(scatter, BINNING_PX)),
             float(self.median[peak]),
         )
+
+
+def _filtered(total: GrayImage, count: GrayImage, width_px: float) -> tuple[Matrix, Covered]:
+    """(sectors, columns) how much brighter the centre is than its surround, and where that was seen
+    whole.
+    """
+    centre, surround = (
+        _blurred(total, sigma) / np.maximum(_blurred(count, sigma), 1e-9)
+        for sigma in (width_px, _SURROUND * width_px)
+    )
+    # Where a run begins and ends the wall passed a part of the view only, and shading shows.
+    samples = count.sum(axis=0, keepdims=True)
+    whole = (count > 0) & (samples >= 0.5 * np.median(samples[samples > 0]))
+    covered = _blurred(whole.astype(np.float32), _SURROUND * width_px) > COVERED
+    return centre - surround, covered
 
 
 def _peak(values: Matrix, left: int, right: int) -> float:

@@ -54,6 +54,9 @@ _REACH = 20
 _RING = 2.0
 """Log odds that a ring is a joint, by what the finder shows beside them."""
 
+_UNLIKE = 3.0
+"""Log odds against two joints of one pipe of which one is a dark ring and one a bright one."""
+
 _MISSED, _MISSED_TOO, _MOST_MISSED = 1.6, 0.5, 8
 """Log odds against a joint that should have been seen between two, and against each more, up to so
 many: they are missed in stretches, under water or after a loss.  It tells a lattice from one finer
@@ -202,6 +205,8 @@ class _Search:
     """(N,) axial coordinates by the track."""
     variance_mm2: Matrix
     """(N, N) of their differences, by track and picture."""
+    contrast: Matrix
+    """(N,) of the rings, 0 where it is not known."""
     scales: Matrix
     """(S,) that are tried, evenly spaced."""
     prior: Matrix
@@ -233,6 +238,7 @@ class _Search:
             segment_mm,
             places_mm(track, sightings),
             between + np.add.outer(seen, seen),
+            np.array([sighting.contrast for sighting in sightings]),
             scale * (1 + _STEP * steps),
             np.log(prior),
             _LEAVES_UNUSUAL + (_LEAVES_USUAL - _LEAVES_UNUSUAL) * usual / prior,
@@ -278,7 +284,8 @@ class _Search:
         further = np.clip(gone - 2, 0, _MOST_MISSED)
         missed = np.where(gone > 1, _MISSED + _MISSED_TOO * further, 0.0)
         residual = true - number * self.segment_mm
-        gain = _RING + spread - residual**2 / (2 * variance) - missed
+        unlike = _UNLIKE * (self.contrast[first:j, None] * self.contrast[j] < 0)
+        gain = _RING + spread - residual**2 / (2 * variance) - missed - unlike
         countable = variance < (_COUNTABLE * self.segment_mm) ** 2
         return np.where(countable, gain, -np.inf), number
 

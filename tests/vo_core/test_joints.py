@@ -93,6 +93,31 @@ def test_rings_are_found_to_half_a_millimetre_and_nothing_else(floor):
     assert all(0 < s.sigma_mm < 1 for s in sightings)
 
 
+def hidden(plain, places_mm, *, from_mm, to_mm):
+    """A floor whose joints are covered from one distance beside the axis to another."""
+    y_mm = np.abs(np.arange(plain.shape[0]) * MM_PER_PX - WIDTH_MM / 2)
+    x_mm = np.arange(plain.shape[1]) * MM_PER_PX
+    seen = ~((y_mm >= from_mm) & (y_mm < to_mm))
+    shade = np.ones_like(plain)
+    for at_mm in places_mm:
+        shade[np.outer(seen, np.abs(x_mm - at_mm) <= 4)] = 0.6
+    return plain * shade
+
+
+def test_joints_whose_middle_half_is_hidden_by_silt_are_found(plain):
+    silted = hidden(plain, DARK_MM, from_mm=0, to_mm=28)  # the view is 120 mm wide
+    sightings, track = drive(silted, np.arange(100, 2900, 12.5))
+    off_mm = np.abs(places_mm(track, sightings) - sorted(DARK_MM))
+    assert (off_mm < 2).all()
+    assert (off_mm < 3 * np.hypot([s.sigma_mm for s in sightings], 0.5)).all()
+
+
+def test_cracks_that_end_before_the_flanks_are_no_joints(plain):
+    cracked = hidden(plain, DARK_MM, from_mm=20, to_mm=WIDTH_MM)
+    sightings, _ = drive(cracked, np.arange(100, 2900, 12.5))
+    assert sightings == []
+
+
 def test_a_wall_without_joints_has_none(plain):
     sightings, _ = drive(plain, np.arange(100, 2900, 12.5))
     assert sightings == []

@@ -1,5 +1,7 @@
 """Counting joints: lists of rings made here, with missing and false ones and a wrong scale."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -120,6 +122,30 @@ def test_many_joints_are_believed_against_a_wrong_scale():
     sightings = look(track, 500 + SEGMENT_MM * np.arange(19))
     joints = count_joints(track, sightings, SEGMENT_MM, scale=0.98, scale_sigma=0.0005)
     assert [joint.number for joint in joints] == list(range(19))
+
+
+def test_courses_of_bricks_are_no_joints_of_a_pipe_whose_joints_are_dark():
+    track = straight_track(np.linspace(0, 6000, 600))
+    bright = [replace(s, contrast=0.2) for s in look(track, 92 + 800 * np.arange(7))]
+    dark = look(track, 405 + SEGMENT_MM * np.arange(4))
+    joints = count_joints(track, bright + dark, SEGMENT_MM)
+    assert [joint.sighting for joint in joints] == dark
+
+
+@pytest.mark.parametrize("deepest", [0.8, 0.9])
+def test_over_silt_that_gets_deeper_no_joint_is_lost(deepest):
+    true_mm = np.linspace(0, 12_000, 1200)
+    raw_mm = np.concatenate([[0], np.cumsum(np.diff(true_mm) / np.linspace(1, deepest, 1199))])
+    track = straight_track(raw_mm)
+    sightings = look(track, np.interp(405 + SEGMENT_MM * np.arange(8), true_mm, raw_mm))
+    joints = count_joints(track, sightings, SEGMENT_MM, scale_sigma=0.01)
+    assert [joint.number for joint in joints] == list(range(8))
+
+
+def test_every_second_place_of_a_lattice_does_not_stay_empty():
+    track = straight_track(np.linspace(0, 9000, 900))
+    with pytest.raises(InvalidCorrection, match="check the length of a segment"):
+        count_joints(track, look(track, 405 + SEGMENT_MM * np.arange(6)), SEGMENT_MM / 2)
 
 
 def test_no_joints_and_no_lattice_are_told():
