@@ -29,6 +29,7 @@ from app.services.clicks import Click
 from app.services.corrections import Corrected, result_of
 from app.services.inspections import InspectionView
 from app.services.live import CameraStatus, Update
+from app.services.makeup import Makeup, PartName
 from app.services.meter_counter import Connection
 from app.services.observations import ObservationView, WallGrid, WallUnder
 from app.services.packs import PackView
@@ -306,6 +307,49 @@ class CorrectionsOut(BaseModel):
             result=result_of(adjusted) if adjusted else None,
             error=ErrorOut(**error) if error else None,
         )
+
+
+class PartOut(BaseModel):
+    """One cause of an interval; they add up in quadrature."""
+
+    name: PartName
+    u95_m: float
+
+
+class TapedOut(BaseModel):
+    """What one more taped length would make of it."""
+
+    length_m: float
+    u95_m: float
+
+
+class MakeupOut(BaseModel):
+    """What the interval of the distance of a frame is made of, the largest part first."""
+
+    frame: int
+    distance_m: float
+    distance_u95_m: float
+    parts: list[PartOut]
+    taped: TapedOut | None
+    """None if a tape would not help much."""
+
+    @classmethod
+    def of(cls, makeup: Makeup) -> MakeupOut:
+        """From the service's."""
+        taped = makeup.taped
+        return cls(
+            frame=makeup.frame,
+            distance_m=makeup.distance_m,
+            distance_u95_m=makeup.half_width_m,
+            parts=[PartOut(name=part.name, u95_m=part.half_width_m) for part in makeup.parts],
+            taped=TapedOut(length_m=taped.length_m, u95_m=taped.half_width_m) if taped else None,
+        )
+
+
+class IntervalOut(BaseModel):
+    """The interval of a frame; null where nobody knows it."""
+
+    interval: MakeupOut | None
 
 
 class IssueOut(BaseModel):

@@ -19,7 +19,7 @@ from app.interval import half_width_m
 from app.services.tracks import estimate_at, is_unmeasured, wall_point_of
 from vo_core import Rig, Track
 from vo_core.drift import row_of
-from vo_core.errors import InvalidCorrection
+from vo_core.errors import InvalidCorrection, InvalidRig
 from vo_core.height import Height, implied_height
 from vo_core.joints import Sighting
 from vo_core.lattice import SCALE_SIGMA, Joint
@@ -47,6 +47,12 @@ CLICK_PX = 3.0
 """Standard deviation of a person's click on a joint, along either side of the picture."""
 UNCALIBRATED = SCALE_SIGMA
 """Relative standard uncertainty of a scale about which nothing else is known."""
+_LEAST_COUNTED = 0.7
+"""Share of the rings that were seen, which must be joints if they are to set the scale."""
+_LEAST_AGAINST_RIG = 3
+"""Joints that overrule the rig by themselves: two segments that agree."""
+_MOST_FOCAL_PERCENT = 20.0
+"""A rig file states no more."""
 CLASSES_PERCENT = (0.5, 1.0, 5.0)
 CLASS_FLOOR_MM = 300.0
 """Contracts ask for a per cent of the length, but for no more than a foot."""
@@ -226,6 +232,7 @@ class Adjusted:
     track: Track
     """Corrected; a row for each of `raw`."""
     rig: Rig
+    """With the tolerances that were stated, if they were."""
     zero: Zero | None = None
     scale: float = 1.0
     """True length over that of the raw track."""
@@ -376,23 +383,25 @@ class Adjusted:
         return tuple(expected)
 
     @property
+    def measured(self) -> tuple[KnownLength | JointSpacing, ...]:
+        """What the track was brought to scale by, besides the rig."""
+        findings = self.correction.findings if self.correction else ()
+        return tuple(
+            found.evidence for found in findings if not isinstance(found.evidence, StatedScale)
+        )
+
+    @property
     def can_change(self) -> bool:
         """Whether the rows to come may change those that are there: by joints or lengths."""
-        return self.rig.pipe.segment_length_mm is not None or not self._is_by_rig
+        return self.rig.pipe.segment_length_mm is not None or bool(self.measured)
 
     @cached_property
     def height(self) -> Height | None:
-        """That explains the scale; None if there is no other evidence for it than the rig."""
+        """That explains the scale; None if nothing speaks for it but the rig, and if it changes."""
         done = self.correction
-        if done is None or self._is_by_rig or done.stretches:
+        if done is None or not self.measured or done.stretches:
             return None
         return implied_height(self.rig, done.scale, done.sigma)
-
-    @property
-    def _is_by_rig(self) -> bool:
-        """Whether there is no other evidence for the scale than the rig, if any."""
-        findings = self.correction.findings if self.correction else ()
-        return all(isinstance(found.evidence, StatedScale) for found in findings)
 
     @property
     def closure(self) -> Closure | None:
@@ -447,6 +456,7 @@ def adjust(raw: Track, rig: Rig, stated: Stated, sightings: Sequence[Sighting]) 
         InvalidCorrection: A frame that the track has not, or evidence that cannot be used or that
             contradicts other evidence.
     """
+    rig = _as_known(rig, stated.rig_sigma)
     marked = _marked(raw, rig, stated.joints)
     seen = _chosen(stated.joints, marked, sightings, len(raw))
     if stated.joints.use is not None:
@@ -454,10 +464,32 @@ def adjust(raw: Track, rig: Rig, stated: Stated, sightings: Sequence[Sighting]) 
     if rig.pipe.segment_length_mm is None or not seen:
         return _adjusted(raw, rig, stated, seen, marked, joints_count=False)
     try:
-        return _adjusted(raw, rig, stated, seen, marked, joints_count=True)
+        by_joints = _adjusted(raw, rig, stated, seen, marked, joints_count=True)
+        _require_certainty(by_joints, seen)
     except InvalidCorrection as refusal:
         without = _adjusted(raw, rig, stated, seen, marked, joints_count=False)
         return replace(without, joints_refusal=str(refusal))
+    return by_joints
+
+
+def _require_certainty(found: Adjusted, seen: Sequence[Sighting]) -> None:
+    """Rings anywhere find two on a lattice easily: nobody would have asked for their scale."""
+    spacing, done = found.spacing, found.correction
+    if spacing is None or done is None:
+        return
+    counted = len(spacing.joints)
+    if counted < _LEAST_COUNTED * len(seen):
+        raise InvalidCorrection(
+            f"Of {len(seen)} rings that were seen only {counted} lie whole segments of "
+            f"{spacing.segment_mm:g} mm apart, so that they do not set the scale by themselves; "
+            "check the length of a segment, or tape a length."
+        )
+    different = len({(joint.count, joint.number) for joint in spacing.joints})
+    if done.doubts_rig and different < _LEAST_AGAINST_RIG:
+        raise InvalidCorrection(
+            f"{different} joints ask for a scale of {done.scale:.3f}, which the rig does not "
+            "explain; one more joint or a taped length decides."
+        )
 
 
 def _adjusted(
@@ -471,7 +503,7 @@ def _adjusted(
 ) -> Adjusted:
     tapes = [_known_length(length) for length in stated.lengths if length.kind == "tape"]
     known = [_known_length(length) for length in stated.lengths if length.kind == "known"]
-    by_rig = _by_rig(raw, rig, stated.rig_sigma)
+    by_rig = _by_rig(raw, rig)
     by_joints = [_spacing(raw, rig, seen, [*tapes, *by_rig], known)] if joints_count else []
     closures = tuple(_closure(raw, length, [*tapes, *by_joints, *by_rig]) for length in known)
     implausible = next((closure for closure in closures if not closure.is_plausible), None)
@@ -519,18 +551,28 @@ def _known_length(length: Length) -> KnownLength:
     )
 
 
-def _by_rig(raw: Track, rig: Rig, sigma: RigSigma | None) -> list[StatedScale]:
-    """None or one: by the rig's tolerances, or by what was stated in place of them.
+def _as_known(rig: Rig, sigma: RigSigma | None) -> Rig:
+    """With what was stated in place of the tolerances of its file."""
+    if sigma is None:
+        return rig
+    focal_percent = 100 * sigma.focal_px / rig.camera.focal_px
+    return rig.known_to(
+        height_mm=sigma.height_mm, focal_percent=min(focal_percent, _MOST_FOCAL_PERCENT)
+    )
 
-    No rig has anything to do with distances that another program has measured.
+
+def _by_rig(raw: Track, rig: Rig) -> list[StatedScale]:
+    """None or one.
+
+    No rig has anything to do with distances that another program has measured, and one that sees
+    no wall has measured none.
     """
-    if sigma is not None:
-        rig = rig.known_to(
-            height_mm=sigma.height_mm, focal_percent=100 * sigma.focal_px / rig.camera.focal_px
-        )
-    elif len(raw) and is_unmeasured(raw):
+    if len(raw) and is_unmeasured(raw):
         return []
-    return rig_scale(rig)
+    try:
+        return rig_scale(rig)
+    except InvalidRig:
+        return []
 
 
 def _marked(raw: Track, rig: Rig, joints: Joints) -> list[Sighting]:
@@ -605,11 +647,12 @@ def _seen_spacing(
     if segment_mm is None or not seen or not evidence:
         return None
     try:
-        return joint_spacing(
+        spacing = joint_spacing(
             raw, seen, segment_mm, evidence, segment_sigma_mm=rig.tolerance.segment_length_mm
         )
     except InvalidCorrection:
         return None
+    return spacing if len(spacing.joints) >= _LEAST_COUNTED * len(seen) else None
 
 
 def _closure(raw: Track, length: KnownLength, others: Sequence[Evidence]) -> Closure:

@@ -19,6 +19,7 @@ from app.errors import DiskFull, body_of
 from app.interval import half_width_m
 from app.services.adjustment import Adjusted, Joints, Stated, adjust
 from app.services.live import Live
+from app.services.makeup import Makeup, makeup_of
 from app.services.tracks import Tracks
 from app.storage.inspections import InspectionStore
 from app.storage.tables import ENDED, Inspection
@@ -160,6 +161,18 @@ class Corrections:
     def adjusted(self, inspection_id: str) -> Adjusted:
         """The newest solution; the last frames of a run that goes on may not be in it."""
         return self._solution(inspection_id).adjusted
+
+    def makeup(self, inspection_id: str, frame: int | None) -> Makeup | None:
+        """What the interval of a frame is made of, of the furthest one without; see `makeup_of`.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        adjusted, raw = self.adjusted(inspection_id), self._tracks.get(inspection_id)
+        if not len(raw):
+            return None
+        far = int(adjusted.extended(raw).distance_mm.argmax())
+        return makeup_of(adjusted, raw, far if frame is None else frame)
 
     def forget(self, inspection_id: str) -> None:
         """Drop what is held in memory."""

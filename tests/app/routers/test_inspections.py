@@ -31,7 +31,9 @@ def test_an_upload_becomes_a_tracked_inspection(shared: Client, clip: Path, done
     assert inspection["warning"] is None
     assert inspection["finished_at"] > inspection["created_at"]
     assert inspection["header"] == {"asset_id": "CUL-0041"}
-    assert inspection["rig"]["camera"] == clip_rig(skew=0.0, distortion=[], readout_ms=0.0)["camera"]
+    assert (
+        inspection["rig"]["camera"] == clip_rig(skew=0.0, distortion=[], readout_ms=0.0)["camera"]
+    )
     assert inspection["source"] == {
         "kind": "upload",
         "filename": "short.mp4",
