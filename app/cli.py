@@ -561,11 +561,23 @@ def bench(
     out: Annotated[
         Path | None, typer.Option(help="Also write OUT.md and OUT.json.", show_default=False)
     ] = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.png",
+            help="Compare the stated interval with the actual error instead, over 200 rigs that "
+            "are wrong by their tolerance (20 with --quick), and draw it here.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Accuracy and speed on every scenario, against the paper's method and other peers."""
     from app import bench as benchmark
     from app.simulation import SCENARIOS
 
+    if calibration is not None:
+        _calibrate_interval(calibration, quick=quick)
+        return
     if out is not None:
         require_folder(out, "--out")
     default_mm = benchmark.QUICK_LENGTH_MM if quick else benchmark.LENGTH_MM
@@ -584,6 +596,22 @@ def bench(
     if out is not None:
         out.with_suffix(".md").write_text(markdown, encoding="utf-8")
         out.with_suffix(".json").write_text(benchmark.to_json(rows, track_time), encoding="utf-8")
+
+
+def _calibrate_interval(plot: Path, *, quick: bool) -> None:
+    from app import intervals
+
+    _require_picture(plot, "--calibration")
+    with _progress() as progress:
+        task = progress.add_task("bench", total=None)
+
+        def report(what: str, done: int, total: int) -> None:
+            progress.update(task, description=what, completed=done, total=total)
+
+        rigs = intervals.QUICK_RIGS if quick else intervals.RIGS
+        trials = intervals.run_trials(intervals.films(), rigs, report)
+    typer.echo(intervals.to_markdown(trials))
+    intervals.plot(trials, plot)
 
 
 def _token_file(data: Path | None) -> TokenFile:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -41,6 +41,10 @@ class Truth:
     y_mm: _Column
     yaw_deg: _Column
     distance_mm: _Column
+    z_mm: _Column | None = None
+    """Like the next two: None in files of old, whose camera keeps its height and is not tilted."""
+    pitch_deg: _Column | None = None
+    roll_deg: _Column | None = None
 
     def __len__(self) -> int:
         return len(self.frame)
@@ -53,8 +57,9 @@ class Truth:
             InvalidTrack: A column is missing, a value is no number, or there is no row.
         """
         reader = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
-        names = [field.name for field in fields(cls)]
-        missing = set(names) - set(reader.fieldnames or ())
+        found = set(reader.fieldnames or ())
+        names = [one.name for one in fields(cls) if one.name in found or one.default is MISSING]
+        missing = set(names) - found
         if missing:
             raise InvalidTrack(f"The truth has no column {', '.join(sorted(missing))}.")
         try:
@@ -63,8 +68,8 @@ class Truth:
             raise InvalidTrack(f"The truth holds a row that is not numbers: {error}.") from error
         if not rows:
             raise InvalidTrack("The truth holds no rows.")
-        frame, *columns = np.array(rows).T
-        return cls(frame.astype(np.int64), *columns)
+        columns = dict(zip(names, np.array(rows).T, strict=True))
+        return cls(frame=columns.pop("frame").astype(np.int64), **columns)
 
 
 @dataclass(frozen=True)
@@ -87,6 +92,8 @@ class Errors:
     yaw_deg: _Column
     sigma_mm: _Column
     """Of the distance, as the track states it."""
+    sigma_registration_mm: _Column
+    """The part of it without the rig's tolerances."""
 
 
 @dataclass(frozen=True)
@@ -105,6 +112,9 @@ class DisplacementError:
     """Median of |error| / sigma; None if no frame states a sigma."""
     nees: float | None
     """Mean of (error / sigma)^2: 1 for honest independent errors."""
+    registration_coverage: float
+    """Like the next one: by the registration's sigma, which a wrong rig does not widen."""
+    error_over_registration: float | None
 
     def rows(self) -> list[tuple[str, str]]:
         """Name and value of every figure, for a table."""
@@ -118,6 +128,11 @@ class DisplacementError:
             ("within 3 sigma", f"{self.coverage:.1%}"),
             ("median |error| / sigma", or_dash(self.error_over_sigma)),
             ("NEES of the distance", or_dash(self.nees)),
+            (
+                "within 3 sigma of the registration",
+                f"{self.registration_coverage:.1%}, median |error| / sigma "
+                f"{or_dash(self.error_over_registration)}",
+            ),
         ]
 
 
@@ -148,6 +163,10 @@ class Evaluation(DisplacementError):
     """Relative pose error over `RPE_STEP_MM` of path, root mean square; None on a shorter way."""
     rpe_deg: float | None
     yaw_rms_deg: float
+    z_rms_mm: float | None
+    """Like the next two: None where the truth does not have it."""
+    pitch_rms_deg: float | None
+    roll_rms_deg: float | None
 
     def rows(self) -> list[tuple[str, str]]:
         """Name and value of every figure, for a table."""
@@ -171,6 +190,11 @@ class Evaluation(DisplacementError):
                 else f"{self.rpe_mm:.2f} mm, {self.rpe_deg:.3f}°",
             ),
             ("yaw rms", f"{self.yaw_rms_deg:.3f}°"),
+            (
+                "z, pitch, roll rms",
+                f"{or_dash(self.z_rms_mm)} mm, {or_dash(self.pitch_rms_deg)}°, "
+                f"{or_dash(self.roll_rms_deg)}°",
+            ),
         ]
 
 
@@ -233,6 +257,9 @@ def evaluate(track: Track, truth: Truth) -> Evaluation:
         rpe_mm=rpe_mm,
         rpe_deg=rpe_deg,
         yaw_rms_deg=_rms(errors.yaw_deg),
+        z_rms_mm=_rms_of(track.z_mm[ours], truth.z_mm, theirs),
+        pitch_rms_deg=_rms_of(track.pitch_deg[ours], truth.pitch_deg, theirs),
+        roll_rms_deg=_rms_of(track.roll_deg[ours], truth.roll_deg, theirs),
     )
 
 
@@ -251,6 +278,7 @@ def errors_of(track: Track, truth: Truth) -> Errors:
         ),
         yaw_deg=_wrapped_deg(track.yaw_deg[ours] - truth.yaw_deg[theirs]),
         sigma_mm=track.sigma_distance_mm[ours],
+        sigma_registration_mm=track.sigma_registration_mm[ours],
     )
     if not all(np.isfinite(column).all() for column in vars(errors).values()):
         raise InvalidTrack("Track or truth hold a value that is not a finite number.")
@@ -261,17 +289,33 @@ def displacement_error(runs: Sequence[Errors]) -> DisplacementError:
     """Statistics of the distance error over all frames of all runs together."""
     error_mm = np.concatenate([run.distance_mm for run in runs])
     sigma_mm = np.concatenate([run.sigma_mm for run in runs])
-    stated = sigma_mm > 0
-    ratio = np.abs(error_mm[stated]) / sigma_mm[stated]
+    registration_mm = np.concatenate([run.sigma_registration_mm for run in runs])
+    ratio = _over_sigma(error_mm, sigma_mm)
+    registration_ratio = _over_sigma(error_mm, registration_mm)
     return DisplacementError(
         mean_error_mm=float(error_mm.mean()),
         sd_error_mm=float(error_mm.std()),
         variance_error_mm2=float(error_mm.var()),
         max_error_mm=float(np.abs(error_mm).max()),
-        coverage=float(np.mean(np.abs(error_mm) <= 3 * sigma_mm + _ROUNDING_MM)),
+        coverage=_coverage(error_mm, sigma_mm),
         error_over_sigma=float(np.median(ratio)) if ratio.size else None,
         nees=float(np.mean(ratio**2)) if ratio.size else None,
+        registration_coverage=_coverage(error_mm, registration_mm),
+        error_over_registration=(
+            float(np.median(registration_ratio)) if registration_ratio.size else None
+        ),
     )
+
+
+def _over_sigma(error_mm: _Column, sigma_mm: _Column) -> _Column:
+    """|error| / sigma of the frames that state a sigma."""
+    stated = sigma_mm > 0
+    return np.abs(error_mm[stated]) / sigma_mm[stated]
+
+
+def _coverage(error_mm: _Column, sigma_mm: _Column) -> float:
+    """Share of the frames within three sigma."""
+    return float(np.mean(np.abs(error_mm) <= 3 * sigma_mm + _ROUNDING_MM))
 
 
 def load_runs(pairs: Sequence[tuple[Path, Path]]) -> list[Run]:
@@ -330,6 +374,10 @@ def _wrapped_deg(angle_deg: _Column) -> _Column:
 
 def _rms(values: _Column) -> float:
     return float(np.sqrt(np.mean(values**2)))
+
+
+def _rms_of(ours: _Column, truth: _Column | None, theirs: NDArray[np.intp]) -> float | None:
+    return None if truth is None else _rms(ours - truth[theirs])
 
 
 def _relative_errors(

@@ -55,7 +55,7 @@ BY_CHANCE = 5.0
 """Standard deviations of two gradients' correlation that do not count as common texture."""
 
 PIXEL_ERROR = 0.012
-"""What interpolation leaves of an alignment's error, px, however good the picture."""
+"""Displacement, px, that all blocks err by together, however good the picture."""
 
 LOCK = 6.0
 """Significance from which an alignment shows the same wall and not a chance."""
@@ -80,6 +80,8 @@ class Template:
     gradient: tuple[GrayImage, GrayImage]
     root: Matrix
     """(blocks, 2, 2) square root of the mean g g'."""
+    texture: Matrix
+    """(blocks,) mean square of the gradient."""
     coarse_gradient: tuple[GrayImage, GrayImage]
     """Of the picture at half the resolution: enough to tell texture from noise."""
     energy: Matrix
@@ -104,6 +106,7 @@ class Template:
             seen=grid.means(grid.crop(valid).astype(np.float32)) == 1,
             gradient=(gx, gy),
             root=_root(np.stack([xx, xy, xy, yy], 1).reshape(-1, 2, 2)),
+            texture=xx + yy,
             coarse_gradient=gradient(_coarse(covered, row_step)),
             energy=grid.means(covered * covered),
         )
@@ -125,8 +128,14 @@ class Alignment:
 
     parameters: Matrix
     """(n,)"""
+    positions: Points
+    """Where the nodes of the reference's blocks lie, to within the last step."""
     covariance: Matrix
     """(n, n), the prior included."""
+    free: Matrix
+    """(n,) without the habit."""
+    free_covariance: Matrix
+    """(n, n)"""
     uncertainty_px: float
     """Of where the reference's content lies, in the worse direction, over all blocks."""
     agreement: float
@@ -156,8 +165,9 @@ def align(
     start: Matrix,
     scales: Matrix,
     *,
-    derivative: Callable[[Matrix], Matrix] | None = None,
+    linearise: Callable[[Matrix], tuple[Points, Matrix]] | None = None,
     prior: Prior | None = None,
+    habit: Prior | None = None,
 ) -> Alignment:
     """Fit the parameters of a motion model.
 
@@ -169,15 +179,16 @@ def align(
         warp: The motion model, at the nodes of the template's blocks.
         start: (n,) parameters to start from; within about 2 px of the truth everywhere.
         scales: (n,) change of each parameter that moves the content by about a pixel.
-        derivative: (nodes, 2, n) dw/dq; taken by differences if there is none.
+        linearise: w(q) and dw/dq, (nodes, 2, n); taken by differences if there is none.
         prior: What is known of the parameters beforehand.
+        habit: What they usually are; `Alignment.free` is without it.
     """
     loose = np.diag(1 / (START_PX * scales) ** 2)
-    known = prior or Prior(start, np.zeros_like(loose))
-    information = loose + known.information
+    nothing = Prior(start, np.zeros_like(loose))
+    known, usual = prior or nothing, habit or nothing
+    information = loose + known.information + usual.information
     parameters, step_px = np.array(start, np.float64), np.inf
-    positions = warp(parameters)
-    slopes = (derivative or _differences(warp, scales))(parameters)
+    positions, slopes = (linearise or _differences(warp, scales))(parameters)
     jacobian = _on_reference(template.grid, positions, slopes)
     rooted = template.root @ jacobian
     for _ in range(MAX_STEPS):
@@ -186,7 +197,8 @@ def align(
             _hessian(rooted, seen.weights) + information,
             _scores(jacobian, seen).sum(0)
             + loose @ (parameters - start)
-            + known.information @ (parameters - known.mean),
+            + known.information @ (parameters - known.mean)
+            + usual.information @ (parameters - usual.mean),
         )
         parameters = parameters + step
         step_px = float(np.abs(jacobian @ step).max())
@@ -199,12 +211,19 @@ def align(
     clear = seen.trust > CLEAR
     scores = _scores(jacobian, seen)
     observed = template.root @ _common_texture(template, seen, independent).T @ jacobian
-    bread = np.linalg.inv(_hessian(observed, seen.weights) + information)
-    filling = INFLATION * scores.T @ scores + information
+    seen_information = _hessian(observed, seen.weights)
+    hessian = seen_information + information
+    bread = np.linalg.inv(hessian)
+    pull = usual.information @ (parameters - usual.mean)
+    unforced = np.linalg.inv(hessian - usual.information)
+    filling = INFLATION * scores.T @ scores + seen.shared * seen_information + information
     covariance = bread @ filling @ bread
     return Alignment(
         parameters=parameters,
-        covariance=covariance + np.diag(np.square(PIXEL_ERROR * scales)),
+        positions=positions,
+        covariance=covariance,
+        free=parameters + unforced @ pull,
+        free_covariance=unforced,
         uncertainty_px=_spread_px(jacobian[template.seen], covariance),
         agreement=seen.agreement,
         fidelity=seen.fidelity,
@@ -228,7 +247,9 @@ class _Comparison:
     product: Matrix
     """(blocks, 2) mean g r."""
     weights: Matrix
-    """(blocks,) information that a block's means carry."""
+    """(blocks,) information that a block's means carry, free of what they share."""
+    shared: float
+    """Share of the variance of a displacement that all blocks have in common."""
     trust: Matrix
     agreement: float
     fidelity: float
@@ -252,11 +273,18 @@ def _compare(
     variance = own + power - 2 * common
     energy = np.sqrt(own.sum() * power.sum()) + LEAST_ENERGY * len(own)
     vote = trust**2
+    weights = vote / (variance + VARIANCE_FLOOR) * grid.side_px**2 / CORRELATED_PX / INFLATION
+    # Information about a displacement alike in all blocks, per px^2.  What interpolation, lens and
+    # coding leave does not average out over the blocks, so a direction that the picture hardly
+    # shows must not be told by it: information of 1 / (1/i + e^2) in the place of i.
+    information = float(weights @ template.texture) / 2
+    unshared = 1 / (1 + PIXEL_ERROR**2 * information)
     agreeing = np.sqrt((vote @ own) * (vote @ power)) + LEAST_ENERGY
     return _Comparison(
         picture=seen,
         product=np.stack([grid.means(g * residual) for g in template.gradient], 1),
-        weights=vote / (variance + VARIANCE_FLOOR) * grid.side_px**2 / CORRELATED_PX / INFLATION,
+        weights=unshared * weights,
+        shared=1 - unshared,
         trust=trust,
         agreement=float(common.sum() / energy),
         fidelity=float(vote @ common / agreeing),
@@ -272,7 +300,9 @@ def _scores(jacobian: Matrix, seen: _Comparison) -> Matrix:
 
 def _spread_px(jacobian: Matrix, covariance: Matrix) -> float:
     """Standard deviation of the displacements J q, rms over the blocks, in the worse direction."""
-    spread = np.einsum("bim,mn,bjn->ij", jacobian, covariance, jacobian, optimize=True)
+    spread = np.swapaxes(jacobian, 0, 1).reshape(2, -1) @ (jacobian @ covariance).transpose(
+        0, 2, 1
+    ).reshape(-1, 2)
     return float(np.sqrt(np.linalg.eigvalsh(spread)[-1] / max(len(jacobian), 1)))
 
 
@@ -323,14 +353,14 @@ def _coarse(image: GrayImage, row_step: int) -> GrayImage:
     return reduce_to(image, (width // 2, height * row_step // 2))
 
 
-def _differences(warp: Warp, scales: Matrix) -> Callable[[Matrix], Matrix]:
+def _differences(warp: Warp, scales: Matrix) -> Callable[[Matrix], tuple[Points, Matrix]]:
     steps = DIFFERENCE * scales
 
-    def derivative(parameters: Matrix) -> Matrix:
+    def linearise(parameters: Matrix) -> tuple[Points, Matrix]:
         at, *moved = warp(parameters + np.vstack([np.zeros_like(steps), np.diag(steps)]))
-        return np.asarray((np.stack(moved, -1) - at[..., None]) / steps)
+        return at, np.asarray((np.stack(moved, -1) - at[..., None]) / steps)
 
-    return derivative
+    return linearise
 
 
 def _on_reference(grid: BlockGrid, positions: Points, slopes: Matrix) -> Matrix:

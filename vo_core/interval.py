@@ -70,8 +70,7 @@ def interval_parts(
     parts = sigma_parts(track, known, frame, zero_frame=zero_frame)
     row = row_of(track, frame)
     corrected = correct(track, known, zero_frame=zero_frame).track
-    with_tape = [*known, *_tape(track, corrected)]
-    taped = correct(track, with_tape, zero_frame=zero_frame).track.sigma_distance_mm[row]
+    taped = sigma_parts(track, [*known, *_tape(track, corrected)], frame, zero_frame=zero_frame)
     rig_mm = parts.get("rig", 0.0) / rig_sigma
     return IntervalParts(
         sigma_mm=float(corrected.sigma_distance_mm[row]),
@@ -84,7 +83,7 @@ def interval_parts(
         segment_mm=parts.get("segment", 0.0),
         change_mm=parts["wander"],
         tape_mm=parts.get("tape", 0.0),
-        taped_mm=float(taped),
+        taped_mm=float(np.linalg.norm(list(taped.values()))),
     )
 
 

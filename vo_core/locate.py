@@ -23,6 +23,7 @@ from vo_core.motion import (
     MOUNT,
     MOVING,
     PARAMETERS,
+    POSE,
     REFERENCE,
     WallMotion,
     moved_by_content,
@@ -30,7 +31,7 @@ from vo_core.motion import (
 )
 from vo_core.rectify import Rectifier
 from vo_core.resample import double, halve, resample, resample_mask
-from vo_core.sway import Sway
+from vo_core.sway import Sway, kept, spread
 from vo_core.types import ByteImage, GrayImage, Matrix
 from vo_core.wall import Pose
 
@@ -50,9 +51,8 @@ such blocks that unmasks a fixed pattern."""
 CERTAIN = 14.0
 """Significance (see `LOCK`) from which an alignment is sure."""
 
-SWAY_MM = 300.0
-"""Way after which nothing is left of a robot's deviation from its mean pose, about."""
-
+_DIFFERENCE = np.zeros((POSE, PARAMETERS))
+_DIFFERENCE[:, MOVING], _DIFFERENCE[:, REFERENCE] = np.eye(POSE), -np.eye(POSE)
 _KNOWN = [*range(MOUNT.stop)[REFERENCE], *range(MOUNT.stop)[MOUNT]]
 _KEPT = [*range(MOUNT.stop)[MOVING], *range(MOUNT.stop)[MOUNT]]
 """Parameters that are known beforehand, and those that are kept."""
@@ -116,6 +116,10 @@ class Fix:
     alignment: Alignment
     moved_px: float
     """How far the content lies from where the reference shows it: the median over its blocks."""
+    change: Matrix
+    """(6,) of the pose since the reference, without what is usual for this robot."""
+    change_variance: Matrix
+    """(6,)"""
     is_ambiguous: bool = False
     """Does another pose fit as well (a wall that repeats itself)?"""
     is_doubtful: bool = False
@@ -266,31 +270,46 @@ class Locator:
             self._motion.positions,
             parameters,
             self._motion.scales,
-            derivative=self._motion.derivative,
-            prior=_prior(reference, start, parameters, sway),
+            linearise=self._motion.linearise,
+            prior=_known(reference, parameters),
+            habit=_habit(reference, start, parameters, sway),
         )
         covariance = fit.covariance[np.ix_(_KEPT, _KEPT)]
         is_open = fit.uncertainty_px > OPEN_PX
         if not fit.converged or is_open or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
             return None
-        moved = self._blocks.centres(self._motion.positions(fit.parameters)) - self._centres
+        moved = self._blocks.centres(fit.positions) - self._centres
         state = State(Pose(*fit.parameters[MOVING].tolist()), fit.parameters[MOUNT], covariance)
-        return Fix(state, reference, fit, float(np.nanmedian(np.hypot(*moved.T))))
+        return Fix(
+            state=state,
+            reference=reference,
+            alignment=fit,
+            moved_px=float(np.nanmedian(np.hypot(*moved.T))),
+            change=fit.free[MOVING] - fit.free[REFERENCE],
+            change_variance=np.diag(_DIFFERENCE @ fit.free_covariance @ _DIFFERENCE.T),
+        )
 
 
-def _prior(reference: Reference, start: Pose, parameters: Matrix, sway: Sway) -> Prior:
-    """What is known of the reference and the mount, and how far the robot leaves its mean pose.
-
-    Near the reference the pose is as that one's, and its sway says nothing new.
-    """
+def _known(reference: Reference, parameters: Matrix) -> Prior:
+    """What is known of the reference and of the mount."""
     information = np.zeros((PARAMETERS, PARAMETERS))
-    known = np.ix_(_KNOWN, _KNOWN)
-    information[known] = np.linalg.inv(reference.state.covariance)
-    way_mm = abs(start.x_mm - reference.pose.x_mm)
-    information[MOVING, MOVING] = min(way_mm / SWAY_MM, 1.0) * np.linalg.inv(sway.covariance)
+    information[np.ix_(_KNOWN, _KNOWN)] = np.linalg.inv(reference.state.covariance)
+    return Prior(parameters, information)
+
+
+def _habit(reference: Reference, start: Pose, parameters: Matrix, sway: Sway) -> Prior:
+    """How the pose usually follows from the reference's.
+
+    A part of its deviation from the mean pose is left, and some of the robot's sway comes new.
+    """
+    way_mm = start.x_mm - reference.pose.x_mm
+    left = kept(way_mm)
+    follows = np.zeros((POSE, PARAMETERS))
+    follows[:, MOVING], follows[:, REFERENCE] = np.eye(POSE), -left * np.eye(POSE)
     mean = parameters.copy()
-    mean[MOVING] = sway.mean(start)
-    return Prior(mean, information)
+    mean[MOVING] = left * parameters[REFERENCE] + (1 - left) * sway.mean(start)
+    weight = np.linalg.inv(spread(way_mm) * sway.covariance)
+    return Prior(mean, follows.T @ weight @ follows)
 
 
 def _stands(fix: Fix) -> bool:

@@ -61,8 +61,8 @@ class WallMotion:
         appears = cast(self._rig, NOMINAL, sight(self._rig, moving, wall))
         return self._grid.to_px(develop(self._rig, appears))
 
-    def derivative(self, q: Matrix) -> Matrix:
-        """dw/dq at the points, (N, 2, 14).
+    def linearise(self, q: Matrix) -> tuple[Points, Matrix]:
+        """w(q) and dw/dq at the points, (N, 2) and (N, 2, 14).
 
         A change of the reference moves the wall point W = o + v along the wall, one of the moving
         camera the ray d = R' (W - o) by which it sees W; the patch shows where the nominal camera
@@ -89,7 +89,8 @@ class WallMotion:
         of_moving = -_by_pose(by_wall, moving, wall - camera_position(self._rig, moving))
         of_reference = _by_pose(by_shift, reference, before)
         mount = of_moving[..., 4:] + of_reference[..., 4:]
-        return np.concatenate([of_moving, of_reference, mount], -1)
+        slopes = np.concatenate([of_moving, of_reference, mount], -1)
+        return self._grid.to_px(develop(self._rig, appears)), slopes
 
 
 def parameters(moving: Pose, reference: Pose, mount_rad: Matrix) -> Matrix:

@@ -15,6 +15,7 @@ import numpy as np
 
 from vo_core.clock import Clock
 from vo_core.errors import InvalidTime
+from vo_core.fields import Interlacing
 from vo_core.filters import low_pass, normalise
 from vo_core.health import NO_HEALTH, Health, HealthGauge
 from vo_core.height import scale_sigma
@@ -30,7 +31,7 @@ from vo_core.locate import (
 )
 from vo_core.pattern import FixedPattern
 from vo_core.rectify import Rectifier
-from vo_core.resample import reduce_to
+from vo_core.resample import grey_frame, reduce_to
 from vo_core.rig import Rig
 from vo_core.sway import Sway
 from vo_core.track import Estimate, Status
@@ -102,6 +103,7 @@ class Odometry:
         self._scale_sigma = scale_sigma(rig)
         self._least_overlap = KEYFRAME_OVERLAP[rig.pipe.shape]
         self._rectify = Rectifier(rig)
+        self._interlacing = Interlacing()
         self._locator = Locator(self._rectify)
         self._pattern = FixedPattern()
         self._gauge = HealthGauge(self._rectify.valid)
@@ -122,7 +124,7 @@ class Odometry:
         self._model_mm = 0.0
         """Error of one sign that may have added up, signed like the distance."""
         self._velocity: Matrix | None = None
-        """mm along, mm across, rad a frame period at the last fix; unknown before the second one."""
+        """mm along, mm across, rad a frame period; unknown before the second fix."""
         self._clock = Clock()
         self._fix_periods = 0.0
         """Of the clock at the last fix."""
@@ -149,7 +151,8 @@ class Odometry:
             raise InvalidTime(f"Frame {self._frame} has the time {t_s} s; it must be finite.")
         self._clock.tick(t_s)
         before = self._pose
-        patch = self._rectify(image)
+        image = grey_frame(self.rig.camera, image)
+        patch = self._rectify(image, self._interlacing(image))
         normal = normalise(low_pass(patch))
         picture = Picture(self._pattern.remove(normal))
         is_new = _contrast(patch) >= LEAST_CONTRAST and not self._is_repeated(patch)
@@ -250,6 +253,7 @@ class Odometry:
     def _take(self, fix: Fix, picture: Picture) -> tuple[Status, float]:
         share = _systematic(SCALE_ERROR, fix) * self._rectify.unevenness
         self._model_mm += share * (fix.pose.x_mm - self._fix_pose.x_mm)
+        self._sway.learn(fix.change, fix.change_variance)
         # A standstill that may be dirt says nothing of the speed, so the next frame can unmask it.
         if fix.is_doubtful and self._reliability is None:
             self._velocity = None
@@ -261,7 +265,6 @@ class Odometry:
         self._fix_periods = self._clock.periods
         self._fallback = self._reference(picture, turn_rad=_systematic(TURN_ERROR, fix))
         if fix.reference is not self._keyframe or fix.alignment.overlap < self._least_overlap:
-            self._learn_sway(fix)
             self._keyframe = self._fallback
         sure = fix.alignment.significance >= CERTAIN and not fix.is_ambiguous
         return "ok" if sure else "weak", float(np.clip(fix.alignment.agreement, 0.0, 1.0))
@@ -290,10 +293,6 @@ class Odometry:
         covariance[2, 2] += turn_rad**2
         state = State(self._pose, self._mount_rad, covariance)
         return Reference(picture, self._locator.valid, state)
-
-    def _learn_sway(self, fix: Fix) -> None:
-        added = np.diag(fix.state.covariance - fix.reference.state.covariance)[3:6]
-        self._sway.learn(fix.reference.pose, fix.pose, np.maximum(added, 0.0))
 
     def _learn(self, normal: GrayImage, fix: Fix) -> None:
         """Teach the fixed pattern and the reliability one frame for each piece of new wall."""

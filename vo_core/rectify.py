@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 
 from vo_core.errors import InvalidRig
+from vo_core.fields import WHOLE, Rows
 from vo_core.resample import grey_frame, reduce_to
 from vo_core.rig import Rig
 from vo_core.types import ByteImage, GrayImage, Image
@@ -105,17 +106,41 @@ class Rectifier:
         self._frame_wh = (camera.width, camera.height)
         self._reduced_wh = (round(camera.width / reduction), round(camera.height / reduction))
         self._maps, self.valid = self._lookup(self.grid.finer(self._fineness))
+        self._field_rows: dict[Rows, Image] = {}
 
-    def __call__(self, image: Image) -> GrayImage:
+    def __call__(self, image: Image, rows: Rows = WHOLE) -> GrayImage:
         """The patch that a frame shows, (rows, columns) float32, meaningless outside `valid`.
 
+        Args:
+            rows: The rows of the frame that are looked at, each at its own place.
         Raises:
             ShapeMismatch: The frame has not the size that the rig states.
         """
-        reduced = reduce_to(grey_frame(self.rig.camera, image), self._reduced_wh)
+        seen = rows.of(grey_frame(self.rig.camera, image))
+        reduced = reduce_to(seen, self._reduced(seen.shape[0]))
+        maps = (self._maps[0], self._rows_in(rows, seen.shape[0]))
         # Outside the frame its border goes on: a black edge would be texture to what follows.
-        fine = cv2.remap(reduced, *self._maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        fine = cv2.remap(reduced, *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         return reduce_to(fine, self.grid.shape[::-1])
+
+    def _reduced(self, height: int) -> tuple[int, int]:
+        """Width and height to which a frame, or a field of so many rows, is reduced."""
+        return self._reduced_wh[0], min(self._reduced_wh[1], height)
+
+    def _rows_in(self, rows: Rows, height: int) -> Image:
+        """The map's rows in what a reduction leaves of those rows of a frame, `height` of them.
+
+        The rays have their places in the frame: nothing moves by half a row, as it would if a
+        field were doubled.
+        """
+        if rows == WHOLE:
+            return self._maps[1]
+        if rows not in self._field_rows:
+            in_frame = (self._maps[1] + 0.5) * (self._frame_wh[1] / self._reduced_wh[1]) - 0.5
+            in_field = (in_frame - rows.first) / rows.step
+            places = (in_field + 0.5) * (self._reduced(height)[1] / height) - 0.5
+            self._field_rows[rows] = places.astype(np.float32)
+        return self._field_rows[rows]
 
     def _lookup(self, fine: PatchGrid) -> tuple[tuple[Image, Image], ByteImage]:
         """Where the fine grid lies in the reduced frame, and the mask of the patch."""

@@ -203,8 +203,7 @@ def joint_spacing(
     """
     scale, sigma = 1.0, SCALE_SIGMA
     if others:
-        told = correct(track, others)
-        scale, sigma = told.scale, told.sigma
+        scale, sigma = _mean_scale(_solve(track, others).solution)
     joints = count_joints(track, sightings, segment_mm, scale=scale, scale_sigma=sigma)
     return JointSpacing(tuple(joints), segment_mm, segment_sigma_mm)
 

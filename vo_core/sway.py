@@ -26,12 +26,37 @@ aside, too.  Roll is about itself."""
 STIFFEST = np.array([0.1, np.radians(0.03), np.radians(0.1), np.radians(0.1)])
 """The same of a robot of which nothing is seen to move: clearances and a rough wall."""
 
-_MEMORY = 20
-"""Keyframes over which the robot's softness is averaged."""
+USUAL = np.array([0.5, np.radians(0.2), np.radians(0.2), np.radians(1)])
+"""The same before anything was seen."""
+
+FORGOTTEN_MM = 300.0
+"""Way on which a deviation from the mean pose falls to 1/e."""
+
+LEAST_SPREAD = 0.05
+"""Of the variance of its sway, what a robot may do on no way at all."""
+
+CLEAR = 4.0
+"""Times its variance by which a change must exceed 0 to be the robot's and no error."""
+
+_MEMORY = 40
+"""Frames over which the robot's softness is averaged."""
+
+_WORTH = 5
+"""Frames for which that counts."""
 
 _PER_STEP = np.array([4.0, 4.0, 4.0, 50.0])
-"""Variance about the mean pose over the mean square change between two keyframes: 1.6 for a wave as
-long as the way on which a deviation is forgotten, 4 for a random one, 50 for a wave of 1.7 m."""
+"""Variance about the mean pose over that of the change, of a process that forgets as above; a robot
+climbs in waves that are far longer."""
+
+
+def kept(way_mm: float) -> float:
+    """Share of a deviation that is left after a way (Ornstein & Uhlenbeck 1930)."""
+    return float(np.exp(-abs(way_mm) / FORGOTTEN_MM))
+
+
+def spread(way_mm: float) -> float:
+    """Variance of what came new on a way, over that of the sway."""
+    return max(1 - kept(way_mm) ** 2, LEAST_SPREAD)
 
 
 class Sway:
@@ -41,28 +66,25 @@ class Sway:
         diameter_mm = rig.pipe.diameter_mm
         self._arm_mm = None if diameter_mm is None else rig.mount.height_mm - diameter_mm / 2
         """Of the camera above the pipe's axis; a floor has none."""
-        self._excess = np.zeros(4)
-        self._count = 0
+        self._variance = np.square(USUAL)
+        self._count = _WORTH
 
-    def learn(self, before: Pose, after: Pose, variance: Matrix) -> None:
-        """Take the poses of two keyframes that follow one another.
+    def learn(self, change: Matrix, variance: Matrix) -> None:
+        """Take how a pose differs from its reference's, as measured without any habit.
 
         Args:
-            before, after: The poses.
-            variance: (3,) of the change of z mm, pitch and roll in rad.
+            change: (6,) in the order of `Pose`.
+            variance: (6,)
         """
-        turn = after.roll_rad - before.roll_rad
-        aside_mm = 0.0 if self._arm_mm is None else self._arm_mm * turn
+        way_mm, aside_mm, _, down_mm, pitch, turn = change.tolist()
         # What moves the camera aside as a climb does is none of its own roll.
-        missing_mm = after.y_mm - before.y_mm - aside_mm
         own = turn
         if self._arm_mm:
-            own = min(turn, missing_mm / self._arm_mm, key=abs)
-        change = [after.z_mm - before.z_mm, after.pitch_rad - before.pitch_rad, own, turn]
+            own = min(turn, aside_mm / self._arm_mm - turn, key=abs)
         self._count += 1
         share = 1 / min(self._count, _MEMORY)
-        excess = np.square(change) - np.asarray(variance)[[0, 1, 2, 2]]
-        self._excess += share * (excess - self._excess)
+        excess = np.square([down_mm, pitch, own, turn]) - CLEAR * variance[[3, 4, 5, 5]]
+        self._variance += share * (_PER_STEP * excess / spread(way_mm) - self._variance)
 
     def mean(self, pose: Pose) -> Matrix:
         """(6,) the mean pose: level, but a camera above the axis comes down while it climbs."""
@@ -73,11 +95,7 @@ class Sway:
     @property
     def covariance(self) -> Matrix:
         """(6, 6) of a pose about the mean one, in the order of `Pose`; open along the pipe."""
-        height, pitch, roll, climb = (
-            np.clip(_PER_STEP * self._excess, STIFFEST**2, SOFTEST**2)
-            if self._count
-            else SOFTEST**2
-        )
+        height, pitch, roll, climb = np.clip(self._variance, STIFFEST**2, SOFTEST**2)
         covariance = np.diag([1e12, ASIDE_MM**2, YAW_RAD**2, height, pitch, roll])
         if self._arm_mm is not None:
             direction = np.array([0.0, self._arm_mm, 0.0, 0.0, 0.0, 1.0])

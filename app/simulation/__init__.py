@@ -2,7 +2,8 @@
 
 from app.simulation.render import RenderedFrame, render
 from app.simulation.rigs import drawn_rigs
-from app.simulation.scenarios import SCENARIOS, Scenario
+from app.simulation.scenario import Scenario
+from app.simulation.scenarios import SCENARIOS
 from app.simulation.write import SimulatedRun, simulate
 
 __all__ = [

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.simulation.motion import Pose
-from app.simulation.scenarios import NO_SILT, Silt
+from app.simulation.scenario import NO_SILT, Silt
 from vo_core.rig import Camera, Mount, Rig
 
 FloatImage = NDArray[np.float32]

@@ -7,7 +7,7 @@ from dataclasses import astuple, dataclass
 from itertools import product
 from math import cos, floor, pi, radians, sin, sqrt
 
-from app.simulation.scenarios import Scenario, Shaking
+from app.simulation.scenario import Scenario, Shaking
 
 # Two waves each, as (share of the amplitude, wavelength in mm); no common period.
 _SWAY_WAVES = ((0.75, 1700.0), (0.25, 610.0))

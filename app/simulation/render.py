@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from app.simulation.camera import REACH_MM, FloatImage, WallCaster
 from app.simulation.motion import Pose, Trajectory
-from app.simulation.scenarios import Scenario
+from app.simulation.scenario import Scenario
 from app.simulation.time_stamps import time_stamps
 from app.simulation.wall import Wall, make_wall
 
@@ -96,7 +96,8 @@ class _Scene:
 
     def _sample(self, t_s: float) -> FloatImage:
         """Reflectance under each pixel at one moment."""
-        poses = [self._trajectory.pose(t_s + delay_s) for delay_s in self._row_delays_s]
+        at = {delay_s: self._trajectory.pose(t_s + delay_s) for delay_s in set(self._row_delays_s)}
+        poses = [at[delay_s] for delay_s in self._row_delays_s]
         ahead_mm, arc_mm, _ = self._caster.cast(*poses)
         x_mm = np.array([[pose.x_mm] for pose in poses])
         if self._ripples is None:

@@ -13,8 +13,9 @@ from vo_core.rig import Rig
 def drawn_rigs(true: Rig, seed: int) -> Iterator[Rig]:
     """Stated rigs without end, drawn from the tolerances of the true one around it.
 
-    Height, pitch, roll, focal length and diameter have normal errors that do not depend on each
-    other.  A rig that cannot be, with its camera outside its pipe, is drawn anew.
+    Height, pitch, roll, focal length, diameter and the length of a segment have normal errors that
+    do not depend on each other.  A rig that cannot be, with its camera outside its pipe, is drawn
+    anew.
     """
     rng = np.random.default_rng(seed)
     while True:
@@ -26,16 +27,15 @@ def drawn_rigs(true: Rig, seed: int) -> Iterator[Rig]:
 
 def _drawn(true: Rig, rng: np.random.Generator) -> Rig:
     tolerance = true.tolerance
-    height_mm, pitch_deg, roll_deg, focal_percent, diameter_mm = rng.normal(
-        0.0,
-        (
-            tolerance.height_mm,
-            tolerance.tilt_deg,
-            tolerance.tilt_deg,
-            tolerance.focal_percent,
-            tolerance.diameter_mm,
-        ),
-    ).tolist()
+    sigmas = (
+        tolerance.height_mm,
+        tolerance.tilt_deg,
+        tolerance.tilt_deg,
+        tolerance.focal_percent,
+        tolerance.diameter_mm,
+        tolerance.segment_length_mm,
+    )
+    height_mm, pitch_deg, roll_deg, focal_percent, diameter_mm, segment_mm = rng.normal(0.0, sigmas)
     fields = true.model_dump()
     fields["camera"]["fx"] *= 1 + focal_percent / 100
     fields["camera"]["fy"] *= 1 + focal_percent / 100
@@ -44,4 +44,6 @@ def _drawn(true: Rig, rng: np.random.Generator) -> Rig:
     fields["mount"]["roll_deg"] += roll_deg
     if true.pipe.diameter_mm is not None:
         fields["pipe"]["diameter_mm"] += diameter_mm
+    if true.pipe.segment_length_mm is not None:
+        fields["pipe"]["segment_length_mm"] += segment_mm
     return Rig.parse(fields, origin="a rig drawn from the tolerances")

@@ -9,7 +9,8 @@ import numpy as np
 
 from app.simulation.defects import Defect
 from app.simulation.motion import Trajectory
-from app.simulation.scenarios import SCENARIOS, Scenario
+from app.simulation.scenario import Scenario
+from app.simulation.scenarios import SCENARIOS
 from vo_core.wall import Pose, enclose, robot_pixels, sight
 
 _CRACK = Defect("crack", x_mm=750, arc_mm=70, length_mm=420, width_mm=60)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.simulation.scenarios import BURST_S, Scenario
+from app.simulation.scenario import BURST_S, Scenario
 
 TICKS_PER_S = 90_000
 """Time base of the film, as in MPEG-TS and RTP."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from app.simulation.camera import FloatImage
 from app.simulation.defects import draw_defects
-from app.simulation.scenarios import Scenario
+from app.simulation.scenario import Scenario
 from vo_core.errors import ChainageError
 
 MEAN_REFLECTANCE = 0.5

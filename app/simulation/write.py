@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from app.simulation.motion import Trajectory
 from app.simulation.render import render
-from app.simulation.scenarios import Scenario
+from app.simulation.scenario import Scenario
 from app.simulation.time_stamps import TICKS_PER_S
 
 TRUTH_HEADER = "frame,time_s,x_mm,y_mm,yaw_deg,distance_mm,z_mm,pitch_deg,roll_deg"

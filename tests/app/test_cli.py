@@ -99,6 +99,7 @@ def test_every_command_explains_itself(chainage, command):
         ["evaluate", "t.csv", "truth.csv", "t2.csv"],
         ["evaluate", "t.csv", "truth.csv", "--plot", "errors.doc"],
         ["bench", "--metres", "0.01"],
+        ["bench", "--calibration", "intervals.txt"],
         ["serve", "--port", "70000"],
         ["advise"],
         ["advise", "--rig", "rig.json", "--move", "15"],
@@ -253,6 +254,16 @@ def test_unknown_scenario_names_those_there_are(chainage, tmp_path):
     assert "'sunny'" in done.err
     assert "nominal" in done.err
     assert not (tmp_path / "run").exists()
+
+
+def test_bench_draws_the_stated_interval_against_the_actual_error(chainage, monkeypatch, tmp_path):
+    monkeypatch.setattr("app.intervals.films", lambda: [SHORT])
+    monkeypatch.setattr("app.intervals.QUICK_RIGS", 2)
+    picture = tmp_path / "intervals.png"
+    done = chainage("bench", "--quick", "--calibration", picture)
+    assert done.code == 0
+    assert "| nominal | 2 |" in done.out
+    assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 def test_evaluate_prints_the_errors_and_draws_them(chainage, track, sample, tmp_path):

@@ -12,7 +12,7 @@ from app.cli import main
 from app.correction import parse_length
 from app.simulation import SCENARIOS, simulate
 from vo_core import Rig, Track
-from vo_core.joints import from_csv
+from vo_core.joints import Sighting, from_csv, to_csv
 from vo_core.scale import KnownLength
 
 SEGMENT_MM = 300.0
@@ -94,6 +94,55 @@ def test_joints_put_a_wrong_height_right(chainage, folder, true_mm, tmp_path):
     assert "by 5 joints 300 mm apart" in done.out
     assert "the rig says 232.3 mm" in done.out
     assert (folder / "track.csv").read_bytes() == raw
+
+
+@pytest.fixture
+def silted(tmp_path):
+    """A function that writes what a run over silt leaves: rig, track and joints, by its scale."""
+
+    def write(first, last):
+        true_mm = np.linspace(0, 6000, 599)
+        scale = np.linspace(first, last, 599)
+        raw_mm = np.concatenate([[0], np.cumsum(np.diff(true_mm) / (scale[1:] + scale[:-1]) * 2)])
+        still = np.zeros(599)
+        track = Track(
+            np.arange(599), np.arange(599) / 30, raw_mm, still, still, raw_mm, 0.01 * raw_mm,
+            still + 1, np.array(["ok"] * 599), still, still, still, still,
+        )  # fmt: skip
+        rings_mm = np.interp([400, 1900, 3400, 4900], true_mm, raw_mm)
+        frames = np.searchsorted(raw_mm, rings_mm)
+        sightings = [
+            Sighting(int(frame), float(at - raw_mm[frame]), 0.3, -0.2)
+            for frame, at in zip(frames, rings_mm, strict=True)
+        ]
+        (tmp_path / "rig.json").write_text(json.dumps(rig_fields()))
+        (tmp_path / "track.csv").write_text(track.to_csv())
+        (tmp_path / "joints.csv").write_text(to_csv(track, sightings))
+        words = ["correct", tmp_path / "track.csv", "--joints", tmp_path / "joints.csv"]
+        return [*words, "--rig", tmp_path / "rig.json", "--out", tmp_path / "out.csv"], true_mm
+
+    return write
+
+
+def test_over_silt_the_joints_are_believed_and_the_rig_is_not(chainage, silted, tmp_path):
+    words, true_mm = silted(0.89, 0.89)
+    done = chainage(*words)
+    assert done.code == 0
+    assert np.abs(read(tmp_path / "out.csv").distance_mm - true_mm).max() < 0.002 * 6000
+    assert "check height and lens; silt or water in the invert is a likely cause" in done.out
+    assert "# rig_doubted: " in (tmp_path / "out.csv").read_text("utf-8")
+
+
+def test_a_scale_that_changes_along_the_run_is_given_stretch_by_stretch(chainage, silted, tmp_path):
+    words, true_mm = silted(1.0, 0.89)
+    done = chainage(*words)
+    assert done.code == 0
+    corrected = read(tmp_path / "out.csv")
+    assert np.abs(corrected.distance_mm - true_mm).max() < 0.002 * 6000
+    assert corrected.sigma_distance_mm[-1] < 0.005 * 6000
+    assert "it changes along the run from 0.979 to 0.924" in done.out
+    head = (tmp_path / "out.csv").read_text("utf-8").split("frame,")[0]
+    assert head.count("_m: 0.9") == 3
 
 
 def test_a_length_and_the_rig_correct_together_and_the_file_says_so(chainage, folder, tmp_path):

@@ -140,6 +140,30 @@ def test_honest_sigma_is_recognised():
     assert bold.nees == pytest.approx(100, rel=0.2)
 
 
+def test_wrong_scale_is_covered_by_the_whole_sigma_and_not_by_that_of_the_registration():
+    track = track_of(
+        STRAIGHT,
+        x_mm=STRAIGHT.x_mm * 1.01,
+        sigma_distance_mm=0.01 * STRAIGHT.x_mm,
+        sigma_registration_mm=np.ones(601),
+    )
+    result = evaluate(track, STRAIGHT)
+    assert result.coverage == 1
+    assert result.error_over_sigma == pytest.approx(1)
+    assert result.registration_coverage == pytest.approx(0.05, abs=0.003)  # the first 300 mm
+    assert result.error_over_registration == pytest.approx(30)
+
+
+def test_height_and_tilt_are_compared_where_the_truth_has_them():
+    known = replace(STRAIGHT, z_mm=0 * STRAIGHT.x_mm, pitch_deg=0 * STRAIGHT.x_mm)
+    track = track_of(STRAIGHT, z_mm=np.full(601, -2.0), pitch_deg=np.linspace(-1, 1, 601))
+    result = evaluate(track, known)
+    assert result.z_rms_mm == pytest.approx(2)
+    assert result.pitch_rms_deg == pytest.approx(1 / np.sqrt(3), rel=0.01)
+    assert result.roll_rms_deg is None
+    assert dict(result.rows())["z, pitch, roll rms"] == "2.00 mm, 0.58°, -°"
+
+
 def test_lost_and_weak_frames_are_counted():
     status = np.array(["ok"] * 541 + ["weak"] * 30 + ["lost"] * 30)
     result = evaluate(track_of(STRAIGHT, status=status), STRAIGHT)
@@ -166,6 +190,17 @@ def test_truth_file_is_read_back():
     assert truth.frame.tolist() == [0, 1]
     assert truth.y_mm.tolist() == [0, -0.25]
     assert truth.yaw_deg.tolist() == [0, 0.125]
+    assert truth.z_mm is None
+
+
+def test_truth_file_with_all_six_degrees_of_freedom_is_read_back():
+    truth = Truth.from_csv(
+        "frame,time_s,x_mm,y_mm,yaw_deg,distance_mm,z_mm,pitch_deg,roll_deg\n"
+        "0,0,0,0,0,0,0,0,0\n1,0.033333,10.5,-0.25,0.125,10.5,-1.5,0.25,-3\n"
+    )
+    assert truth.z_mm.tolist() == [0, -1.5]
+    assert truth.pitch_deg.tolist() == [0, 0.25]
+    assert truth.roll_deg.tolist() == [0, -3]
 
 
 @pytest.mark.parametrize(
@@ -206,8 +241,9 @@ def written(folder, name, track) -> tuple:
     folder.mkdir(exist_ok=True)
     track_file, truth_file = folder / name, folder / "truth.csv"
     track_file.write_text(track.to_csv(), encoding="utf-8")
-    rows = zip(*(vars(STRAIGHT)[column] for column in vars(STRAIGHT)), strict=True)
-    lines = [",".join(vars(STRAIGHT)), *(",".join(map(str, row)) for row in rows)]
+    columns = {name: column for name, column in vars(STRAIGHT).items() if column is not None}
+    rows = zip(*columns.values(), strict=True)
+    lines = [",".join(columns), *(",".join(map(str, row)) for row in rows)]
     truth_file.write_text("\n".join(lines), encoding="utf-8")
     return track_file, truth_file
 

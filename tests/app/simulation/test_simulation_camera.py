@@ -6,7 +6,7 @@ import pytest
 
 from app.simulation.camera import REACH_MM, WallCaster, mount_rotation
 from app.simulation.motion import Pose
-from app.simulation.scenarios import Silt
+from app.simulation.scenario import Silt
 from vo_core.rig import Rig
 from vo_core.wall import wall_point
 

@@ -12,7 +12,7 @@ from test_simulation_camera import project
 
 from app.simulation import SCENARIOS, render
 from app.simulation.motion import Pose
-from app.simulation.scenarios import NO_SILT, Shaking, Silt
+from app.simulation.scenario import NO_SILT, Shaking, Silt
 from app.simulation.wall import PhotographNotAvailable
 from vo_core import Rig
 
@@ -28,13 +28,18 @@ def last_frame(scenario):
 
 
 @pytest.mark.parametrize(
-    "name", ["nominal", "turned_camera", "wide_lens", "large_sway", "burnt_in_text"]
+    "name",
+    ["nominal", "turned_camera", "wide_lens", "large_sway", "burnt_in_text"]
+    + ["climb", "pitched_mount"],
 )
 def test_joint_appears_where_projection_puts_it(name):
     joint_mm = 75.0
     scenario = clean(name, first_joint_mm=joint_mm, sway_mm=14.0, yaw_deg=6.0)
     frame = last_frame(scenario)
-    pose = Pose(frame.x_mm, frame.y_mm, np.radians(frame.yaw_deg))
+    pose = Pose(
+        frame.x_mm, frame.y_mm, np.radians(frame.yaw_deg),
+        frame.z_mm, np.radians(frame.pitch_deg), np.radians(frame.roll_deg),
+    )  # fmt: skip
     assert abs(frame.y_mm) > 1
     assert abs(frame.yaw_deg) > 0.5
 
@@ -42,7 +47,7 @@ def test_joint_appears_where_projection_puts_it(name):
     away_mm = np.linspace(-10, 10, 201)
     seen = []
     for away in away_mm:
-        u, v = project(scenario.rig, pose, np.full_like(arc_mm, joint_mm + away), arc_mm)
+        u, v = project(scenario.rendered_rig, pose, np.full_like(arc_mm, joint_mm + away), arc_mm)
         line = cv2.remap(frame.image, u.astype(np.float32), v.astype(np.float32), cv2.INTER_LINEAR)
         seen.append(line.mean())
     gap = away_mm[np.array(seen) < (min(seen) + np.median(seen)) / 2]

@@ -19,6 +19,7 @@ def test_drawn_rigs_scatter_around_the_true_one_as_its_tolerance_says():
         ([rig.mount.roll_deg for rig in drawn], 0, tolerance.tilt_deg),
         ([rig.camera.fx for rig in drawn], 1194, 11.94 * tolerance.focal_percent),
         ([rig.pipe.diameter_mm for rig in drawn], 300, tolerance.diameter_mm),
+        ([rig.pipe.segment_length_mm for rig in drawn], 1500, tolerance.segment_length_mm),
     ):
         assert np.mean(values) == pytest.approx(true, abs=sigma / 10)
         assert np.std(values) == pytest.approx(sigma, rel=0.1)
