@@ -23,6 +23,7 @@ from app.reports.report import Loss, Report, Written
 from app.reports.table import DICTIONARY, Cell, Column, iso
 from app.reports.text import legible
 from app.services.adjustment import Joints, Stated
+from app.storage.tables import RESCALED
 
 _LONGEST_TEXT = 32_767
 """Characters that a cell may hold, by the programs that read it."""
@@ -191,9 +192,16 @@ def _corrections(report: Report) -> Iterable[Row]:
         at, before, after = iso(event.at), event.before, event.after
         if event.action == "corrected":
             yield at, event.who, "corrected", None, _stated(before), _stated(after), event.remark
+        elif event.action == RESCALED:
+            yield at, event.who, "rescaled", None, _scale(before), _scale(after), event.remark
         elif event.observation_id and before and after and _anchor(before) != _anchor(after):
             seq = numbers.get(event.observation_id)
             yield at, event.who, "moved", seq, _anchored(before), _anchored(after), event.remark
+
+
+def _scale(fields: Mapping[str, Any] | None) -> str:
+    """What the joints had made of the scale."""
+    return "nothing" if fields is None else f"scale {fields.get('scale')} by the joints"
 
 
 def _stated(fields: Mapping[str, Any] | None) -> str:

@@ -20,6 +20,7 @@ from app.interval import half_width_m
 from app.services.adjustment import Adjusted, Joints, Stated, adjust
 from app.services.live import Live
 from app.services.makeup import Makeup, makeup_of
+from app.services.notices import notices_of
 from app.services.tracks import Tracks
 from app.storage.inspections import InspectionStore
 from app.storage.tables import ENDED, Inspection
@@ -338,6 +339,10 @@ def result_of(adjusted: Adjusted) -> dict[str, Any] | None:
             for joint in adjusted.expected_joints
         ],
         "joints_refusal": adjusted.joints_refusal,
+        "by_joints": _by_joints(adjusted),
+        "notices": [
+            {"code": notice.code, "params": notice.params} for notice in notices_of(adjusted)
+        ],
         "closure": None
         if closure is None
         else {
@@ -359,6 +364,19 @@ def result_of(adjusted: Adjusted) -> dict[str, Any] | None:
             "residual_m": _metres(met.residual_mm),
             "length_m": _metres(met.length_mm),
         },
+    }
+
+
+def _by_joints(adjusted: Adjusted) -> dict[str, Any] | None:
+    """What the joints have done to the scale; None if they do not count."""
+    found = adjusted.by_joints
+    if found is None:
+        return None
+    return {
+        "joints": found.joints,
+        "scale": _rounded(found.scale, 4),
+        "sigma": _rounded(found.sigma, 4),
+        "lower_mm": _rounded(found.lower_mm, 1),
     }
 
 

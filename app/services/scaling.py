@@ -141,7 +141,7 @@ def scale_of(adjusted: Adjusted) -> dict[str, Any] | None:
     return {
         "scale": round(found.scale, 6),
         "scale_sigma": round(found.sigma, 6),
-        "joints": found.joints,
+        "joints_counted": found.joints,
         "camera_lower_mm": None if lower_mm is None else round(lower_mm, 1),
     }
 

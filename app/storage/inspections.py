@@ -13,11 +13,8 @@ from sqlalchemy.orm import Session
 from app.errors import InspectionNotFound, StillRunning
 from app.storage.database import Database
 from app.storage.packs import require_pack_of
-from app.storage.tables import ENDED, Event, Inspection, Observation
+from app.storage.tables import ENDED, RESCALED, Event, Inspection, Observation
 from vo_core.track import Estimate
-
-RESCALED = "rescaled"
-"""What an event is called that Chainage itself has caused: joints have changed the scale."""
 
 
 @dataclass(frozen=True)

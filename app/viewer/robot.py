@@ -47,7 +47,7 @@ class Robot:
         is_told = estimate.sigma_distance_mm == 0 and estimate.quality == 0
         half_m = half_width_m(estimate.sigma_distance_mm)
         interval = "" if is_told else f" ± {half_width_text(half_m)} m"
-        self._label.text = f"{x_m:.3f} m{interval}{note}"
+        self._label.text = f"{round(x_m, 3) + 0.0:.3f} m{interval}{note}"  # never -0.000
         raised_m = _LABEL_HEIGHT[mode] * self._section.scale_m
         self._label.position = (x_m, 0.0, self._section.axis_z_m - raised_m)
 

@@ -34,7 +34,7 @@ export function chainageNumber(m) {
 }
 
 /** Distances are shown to so much; none is known better. */
-const LEAST_M = 0.01;
+export const LEAST_M = 0.01;
 
 /** Up to the next step: an interval may be wider than the error, but not narrower. */
 const roundedUp = (value, steps) => Math.ceil(value * steps - 1e-9) / steps;

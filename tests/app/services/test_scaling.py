@@ -20,8 +20,8 @@ from app.services.scaling import WHO, Scaling
 from app.services.tracks import Tracks, estimate_at
 from app.storage.database import Database
 from app.storage.files import DataFolder
-from app.storage.inspections import RESCALED, InspectionStore, Outcome
-from app.storage.tables import Inspection
+from app.storage.inspections import InspectionStore, Outcome
+from app.storage.tables import RESCALED, Inspection
 from vo_core.joints import Sighting
 
 ID = "a" * 32
@@ -102,7 +102,7 @@ def test_joints_that_come_into_sight_scale_the_run_once_and_it_is_recorded(bench
     (found,) = wait_until(bench.rescaled)
     assert found["before"] is None
     assert found["after"]["scale"] == pytest.approx(TRUE_SCALE, abs=0.002)
-    assert found["after"]["joints"] == 4 - 1
+    assert found["after"]["joints_counted"] == 3
     assert found["after"]["camera_lower_mm"] == pytest.approx(0.008 * 200, abs=0.5)
     assert str(found["remark"]).startswith("3 joints: scale 0.99")
     assert bench.corrections.revision(ID) == 1
