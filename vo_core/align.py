@@ -27,9 +27,20 @@ Warp = Callable[[Matrix], Points]
 """w(q): where the nodes of the reference's blocks lie in the moving picture under parameters q,
 (..., n) to (..., nodes, 2)."""
 
-MAX_STEPS = 8
 CONVERGED_PX = 0.02
 """A step that moves no block by more ends the iteration: what is left is far smaller."""
+
+MOST_STEPS = 60
+"""However slowly they lead nearer."""
+
+SETTLED = 8
+"""Steps after which the same blocks agree, so that further ones form a series (see `_stride`)."""
+
+LONGEST_STRIDE = 10.0
+"""Most Gauss-Newton steps taken at once."""
+
+PATIENCE = 5
+"""Steps of the series that lead no nearer before an alignment is given up."""
 
 DIFFERENCE = 1e-4
 """Step of the numerical derivative in scales: what cannot be seen (the heading on a floor) must
@@ -168,6 +179,8 @@ def align(
     linearise: Callable[[Matrix], tuple[Points, Matrix]] | None = None,
     prior: Prior | None = None,
     habit: Prior | None = None,
+    settled: int = SETTLED,
+    enough_px: float = CONVERGED_PX,
 ) -> Alignment:
     """Fit the parameters of a motion model.
 
@@ -182,16 +195,19 @@ def align(
         linearise: w(q) and dw/dq, (nodes, 2, n); taken by differences if there is none.
         prior: What is known of the parameters beforehand.
         habit: What they usually are; `Alignment.free` is without it.
+        settled: Steps after which what is left is extrapolated (see `_stride`).
+        enough_px: The iteration ends where no block has further to go.
     """
     loose = np.diag(1 / (START_PX * scales) ** 2)
     nothing = Prior(start, np.zeros_like(loose))
     known, usual = prior or nothing, habit or nothing
     information = loose + known.information + usual.information
-    parameters, step_px = np.array(start, np.float64), np.inf
+    parameters = np.array(start, np.float64)
     positions, slopes = (linearise or _differences(warp, scales))(parameters)
     jacobian = _on_reference(template.grid, positions, slopes)
     rooted = template.root @ jacobian
-    for _ in range(MAX_STEPS):
+    stride, moved, left_px, waited = 1.0, np.zeros(0), np.inf, 0
+    for taken in range(1, MOST_STEPS + 1):
         seen = _compare(template, doubled, whole, positions)
         step = -np.linalg.solve(
             _hessian(rooted, seen.weights) + information,
@@ -200,9 +216,15 @@ def align(
             + known.information @ (parameters - known.mean)
             + usual.information @ (parameters - usual.mean),
         )
-        parameters = parameters + step
-        step_px = float(np.abs(jacobian @ step).max())
-        if step_px < CONVERGED_PX or step_px > 2 * template.grid.side_px:
+        last, moved = moved, jacobian @ step
+        if taken > settled:
+            stride = _stride(stride, last, moved)
+        parameters = parameters + stride * step
+        before_px, left_px = left_px, stride * float(np.abs(moved).max())
+        waited += taken > settled and left_px >= before_px
+        if taken == settled:
+            enough_px *= 2
+        if left_px < enough_px or left_px > 2 * template.grid.side_px or waited == PATIENCE:
             break
         positions = warp(parameters)
     # Sandwich: the bread is the Hessian, the filling what the blocks really scatter.
@@ -229,7 +251,7 @@ def align(
         fidelity=seen.fidelity,
         overlap=seen.overlap,
         trust=seen.trust,
-        converged=step_px < 2 * CONVERGED_PX and bool(seen.weights.any()),
+        converged=left_px < enough_px and bool(seen.weights.any()),
         significance=max(
             seen.agreement * float(np.sqrt(independent)),
             float(seen.trust[clear].mean() * np.sqrt(clear.sum() * per_block))
@@ -290,6 +312,17 @@ def _compare(
         fidelity=float(vote @ common / agreeing),
         overlap=float(cover.sum() / max(template.seen.sum(), 1)),
     )
+
+
+def _stride(stride: float, last: Matrix, moved: Matrix) -> float:
+    """How many Gauss-Newton steps there are to go (Aitken's extrapolation; Irons & Tuck 1969).
+
+    The gradients of the reference hold its noise too, which makes every step fall short by the
+    same share: each is then a fixed part of the one before, and the sum of all is known. `last`
+    and `moved` are the displacements (blocks, 2) of the last step and of this one, taken once.
+    """
+    left = float((moved * last).sum() / max((last * last).sum(), 1e-12))
+    return float(np.clip(stride / max(1 - left, 0.1), 1.0, LONGEST_STRIDE))
 
 
 def _scores(jacobian: Matrix, seen: _Comparison) -> Matrix:

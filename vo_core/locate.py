@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +25,8 @@ from vo_core.motion import (
     PARAMETERS,
     POSE,
     REFERENCE,
+    RollingMotion,
+    Sweep,
     WallMotion,
     moved_by_content,
     parameters,
@@ -84,6 +86,8 @@ class State:
     """(2,) pitch and roll of the mount against the rig."""
     covariance: Matrix
     """(8, 8), in the order of `Pose`, then the mount."""
+    rate: Matrix
+    """(6,) change of the pose a second."""
 
 
 @dataclass(frozen=True)
@@ -139,6 +143,8 @@ class Outlook:
     """How far from the guess the robot can be; inf if that is not known."""
     last: Pose
     """At the last fix."""
+    since_s: float
+    """Since then."""
     reliability: Matrix | None
     """(blocks,) how well each block used to agree when the robot moved: dirt and water lie in bad
     ones. None before the robot has moved."""
@@ -192,7 +198,7 @@ class Locator:
         self, reference: Reference, picture: Picture, guess: Pose, outlook: Outlook
     ) -> list[Fix]:
         starts = self._starts(reference, picture, guess)
-        aligned = (self._align(reference, picture, start, outlook.sway) for start in starts)
+        aligned = (self._align(reference, picture, start, outlook) for start in starts)
         return [fix for fix in aligned if fix is not None]
 
     def _best(self, found: list[Fix], in_reach: list[Fix], outlook: Outlook) -> Fix | None:
@@ -261,25 +267,34 @@ class Locator:
             shifts_mm.append((0.0, 0.0))
         return [moved_by_content(guess, shift, reference.pose.yaw_rad) for shift in shifts_mm]
 
-    def _align(self, reference: Reference, picture: Picture, start: Pose, sway: Sway) -> Fix | None:
+    def _align(
+        self, reference: Reference, picture: Picture, start: Pose, outlook: Outlook
+    ) -> Fix | None:
         parameters = _parameters(reference, start)
+        motion: WallMotion | RollingMotion = self._motion
+        if self._rig.camera.readout_ms > 0 and outlook.since_s > 0:
+            before = np.array(astuple(outlook.last))
+            sweep = Sweep(reference.state.rate, before, outlook.since_s)
+            motion = RollingMotion(self._motion, sweep)
         fit = align(
             reference.template,
             picture.doubled,
             self._whole,
-            self._motion.positions,
+            motion.positions,
             parameters,
             self._motion.scales,
-            linearise=self._motion.linearise,
+            linearise=motion.linearise,
             prior=_known(reference, parameters),
-            habit=_habit(reference, start, parameters, sway),
+            habit=_habit(reference, start, parameters, outlook.sway),
         )
         covariance = fit.covariance[np.ix_(_KEPT, _KEPT)]
         is_open = fit.uncertainty_px > OPEN_PX
         if not fit.converged or is_open or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
             return None
         moved = self._blocks.centres(fit.positions) - self._centres
-        state = State(Pose(*fit.parameters[MOVING].tolist()), fit.parameters[MOUNT], covariance)
+        at = fit.parameters[MOVING]
+        rate = (at - astuple(outlook.last)) / outlook.since_s if outlook.since_s > 0 else 0 * at
+        state = State(Pose(*at.tolist()), fit.parameters[MOUNT], covariance, rate)
         return Fix(
             state=state,
             reference=reference,

@@ -9,16 +9,18 @@ camera.
 
 from __future__ import annotations
 
-from dataclasses import astuple, replace
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
 from vo_core.rectify import NOMINAL, PatchGrid
 from vo_core.rig import Rig
+from vo_core.shutter import Exposure
 from vo_core.types import Matrix
 from vo_core.wall import (
     Points,
     Pose,
+    Poses,
     camera_position,
     cast,
     develop,
@@ -38,6 +40,18 @@ MOUNT = slice(2 * POSE, 2 * POSE + 2)
 PARAMETERS = 2 * POSE + 2
 
 
+@dataclass(frozen=True)
+class Sweep:
+    """How the cameras moved while their rows were exposed, one after the other."""
+
+    reference_rate: Matrix
+    """(6,) change of the reference's pose a second, in the order of `Pose`."""
+    before: Matrix
+    """(6,) the pose that the moving camera came from."""
+    since_s: float
+    """Time since then."""
+
+
 class WallMotion:
     """The motion model at fixed points of the patch, whose rays are computed once.
 
@@ -45,8 +59,10 @@ class WallMotion:
     """
 
     def __init__(self, rig: Rig, grid: PatchGrid, points_px: Points) -> None:
-        self._rig, self._grid = rig, grid
-        self._rays = sight(rig, NOMINAL, enclose(rig, grid.to_mm(points_px)))
+        self._rig, self.grid = rig, grid
+        self.places_mm = grid.to_mm(points_px)
+        self._rays = sight(rig, NOMINAL, enclose(rig, self.places_mm))
+        self.exposure = Exposure.of(rig, self.places_mm)
         turn_rad = 2 / max(grid.shape)
         tilt_rad = grid.mm_per_px / rig.mount.height_mm
         pose = [grid.mm_per_px, grid.mm_per_px, turn_rad, turn_rad * rig.mount.height_mm]
@@ -57,12 +73,15 @@ class WallMotion:
     def positions(self, q: Matrix) -> Points:
         """w(q): where the points of a reference's patch lie in the moving camera's patch, px."""
         moving, reference = poses(q)
+        return self.grid.to_px(self.appears(reference, moving))
+
+    def appears(self, reference: Pose | Poses, moving: Pose | Poses) -> Points:
+        """Where the moving camera shows the points of the reference's patch, (axial, arc) mm."""
         wall = cast(self._rig, reference, self._rays)
-        appears = cast(self._rig, NOMINAL, sight(self._rig, moving, wall))
-        return self._grid.to_px(develop(self._rig, appears))
+        return develop(self._rig, cast(self._rig, NOMINAL, sight(self._rig, moving, wall)))
 
     def linearise(self, q: Matrix) -> tuple[Points, Matrix]:
-        """w(q) and dw/dq at the points, (N, 2) and (N, 2, 14).
+        """w(q) and dw/dq at the points, (N, 2) and (N, 2, 14), of a global shutter.
 
         A change of the reference moves the wall point W = o + v along the wall, one of the moving
         camera the ray d = R' (W - o) by which it sees W; the patch shows where the nominal camera
@@ -76,7 +95,7 @@ class WallMotion:
         away = appears - camera_position(self._rig, NOMINAL)
         around, outward = wall_axes(self._rig, appears)
         # Rows of d(axial, arc)/d(ray in robot axes), (N, 3) each, times the distance ratio.
-        nearer = _norm(away) / _norm(seen) / self._grid.mm_per_px
+        nearer = _norm(away) / _norm(seen) / self.grid.mm_per_px
         along = np.zeros_like(around)
         along[:, 0] = 1.0
         rows = [_on_wall(row, away, outward) * nearer for row in (along, around)]
@@ -90,7 +109,28 @@ class WallMotion:
         of_reference = _by_pose(by_shift, reference, before)
         mount = of_moving[..., 4:] + of_reference[..., 4:]
         slopes = np.concatenate([of_moving, of_reference, mount], -1)
-        return self._grid.to_px(develop(self._rig, appears)), slopes
+        return self.grid.to_px(develop(self._rig, appears)), slopes
+
+
+class RollingMotion:
+    """The same of a rolling shutter: each point has the poses of the rows that show it."""
+
+    def __init__(self, motion: WallMotion, sweep: Sweep) -> None:
+        self._motion, self._sweep = motion, sweep
+
+    def positions(self, q: Matrix) -> Points:
+        """w(q), (N, 2) px."""
+        motion, sweep = self._motion, self._sweep
+        moving, reference = poses(q)
+        then = _along(reference, sweep.reference_rate, motion.exposure.offset_s)
+        rate = (q[MOVING] - sweep.before) / sweep.since_s
+        moved_mm = motion.appears(then, moving) - motion.places_mm
+        offset_s = motion.exposure.of_moved(moved_mm, -rate[:2])
+        return motion.grid.to_px(motion.appears(then, _along(moving, rate, offset_s)))
+
+    def linearise(self, q: Matrix) -> tuple[Points, Matrix]:
+        """w(q), and dw/dq of a global shutter, which is near enough to descend by."""
+        return self.positions(q), self._motion.linearise(q)[1]
 
 
 def parameters(moving: Pose, reference: Pose, mount_rad: Matrix) -> Matrix:
@@ -102,6 +142,12 @@ def poses(q: Matrix) -> tuple[Pose, Pose]:
     """The moving and the reference pose of q, with the tilt of the mount in both."""
     tilt = np.array([0.0, 0.0, 0.0, 0.0, *q[MOUNT]])
     return Pose(*(q[MOVING] + tilt).tolist()), Pose(*(q[REFERENCE] + tilt).tolist())
+
+
+def _along(pose: Pose, rate: Matrix, offset_s: Matrix) -> Poses:
+    """The pose at other times, (N,) each."""
+    now = np.array(astuple(pose))
+    return Poses(*(now[:, None] + rate[:, None] * offset_s))
 
 
 def _norm(vectors: Points) -> Matrix:

@@ -119,7 +119,7 @@ class Odometry:
         self._covariance = np.diag(np.square([*START_SIGMA, tilt_rad, tilt_rad]))
         self._fix_covariance = self._covariance
         """(8, 8), as in `State`."""
-        self._mount_rad = np.zeros(2)
+        self._mount_rad, self._rate = np.zeros(2), np.zeros(6)
         self._sway = Sway(rig)
         self._model_mm = 0.0
         """Error of one sign that may have added up, signed like the distance."""
@@ -221,7 +221,8 @@ class Odometry:
             way_mm = float(np.hypot(*self._velocity[:2])) * self._gone
             reach_mm = ACCELERATION_MM_S2 * gone_s**2 + REACH_PX * self._rectify.grid.mm_per_px
             reach_mm += self._clock.jitter * way_mm
-        return Outlook(reach_mm, self._fix_pose, self._reliability, self._sway)
+        since_s = self._gone * self._clock.period_s
+        return Outlook(reach_mm, self._fix_pose, since_s, self._reliability, self._sway)
 
     def _measure(self, picture: Picture) -> Fix | None:
         """The pose by the keyframe, else by the newest frame.
@@ -261,7 +262,7 @@ class Odometry:
             self._velocity = (_vector(fix.pose) - _vector(self._fix_pose)) / self._gone
         self._pose = self._fix_pose = fix.pose
         self._covariance = self._fix_covariance = fix.state.covariance
-        self._mount_rad = fix.state.mount_rad
+        self._mount_rad, self._rate = fix.state.mount_rad, fix.state.rate
         self._fix_periods = self._clock.periods
         self._fallback = self._reference(picture, turn_rad=_systematic(TURN_ERROR, fix))
         if fix.reference is not self._keyframe or fix.alignment.overlap < self._least_overlap:
@@ -291,7 +292,7 @@ class Odometry:
     def _reference(self, picture: Picture, turn_rad: float = 0.0) -> Reference:
         covariance = self._covariance + np.diag(np.square(LINK_ERROR))
         covariance[2, 2] += turn_rad**2
-        state = State(self._pose, self._mount_rad, covariance)
+        state = State(self._pose, self._mount_rad, covariance, self._rate)
         return Reference(picture, self._locator.valid, state)
 
     def _learn(self, normal: GrayImage, fix: Fix) -> None:

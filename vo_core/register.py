@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vo_core.align import LOCK, OPEN_PX, Template, align
+from vo_core.align import LOCK, OPEN_PX, Alignment, Template, align
 from vo_core.blocks import BlockGrid
 from vo_core.correlate import (
     LOCK_PSR,
@@ -19,18 +19,36 @@ from vo_core.correlate import (
     spectrum,
 )
 from vo_core.errors import ShapeMismatch
-from vo_core.filters import low_pass, normalise, taper
+from vo_core.filters import normalise, taper
 from vo_core.resample import double, reduce_to, to_grey
 from vo_core.types import ByteImage, GrayImage, Image, Matrix
 from vo_core.wall import Points
 
 COARSE_SIDE_PX = 320
-"""Longest side of the pictures that are correlated; the refinement runs at full size."""
+"""Longest side of the pictures that are correlated, and aligned first."""
 
 LONGEST_PX = 16000
 """OpenCV resamples pictures below 32768 px only, and they are doubled."""
 
 BORDER_PX = 8
+
+COARSE_SIGMA_PX, FINE_SIGMA_PX = 1.0, 0.5
+"""Low-pass of the small pictures, which are aligned from further off, and of the large ones: there
+the finest texture shows the motion best."""
+
+SETTLED, ENOUGH_PX = 2, 0.004
+"""See `align`: three parameters that any texture determines may be extrapolated soon."""
+
+NEARLY_PX = 0.02
+"""So near to the reference a picture is sampled at its own pixels, as good as."""
+
+MOST_PASSES = 3
+
+LEAST_COMMON_PX = 16
+"""Shortest side of what two pictures have in common that can be measured on."""
+
+SINC_REACH_PX, SINC_BETA = 10, 8.0
+"""Of the interpolation (Kaiser's window): exact to 0.0003 px up to 0.4 cycles per px."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,11 +68,16 @@ class Shift:
     """Share of the texture that is seen again, 0 (no lock) to 1."""
 
 
+NO_LOCK = Shift(0.0, 0.0, 0.0, 0.0)
+Pair = tuple[GrayImage, GrayImage]
+
+
 def register(reference: Image, moving: Image) -> Shift:
     """Rigid motion of the image content between two pictures.
 
     Phase correlation (Kuglin & Hines 1975) on locally normalised pictures gives the shift and the
-    polar spectrum the rotation; Gauss-Newton on the pictures refines all three together.
+    polar spectrum the rotation; Gauss-Newton on the pictures refines all three together. Where two
+    parts of the picture move by two shifts (a step in depth), it is that of the larger part.
 
     Args:
         reference, moving: (H, W) or (H, W, 3), the same shape, at least 32x32; uint8, uint16 or
@@ -75,30 +98,83 @@ def register(reference: Image, moving: Image) -> Shift:
             f"A picture has at most {LONGEST_PX} px a side; found {np.shape(reference)}."
         )
     full = [np.asarray(to_grey(image), np.float32) for image in (reference, moving)]
+    centre = (np.array(full[0].shape[::-1]) - 1) / 2
     reduction = max(1.0, max(full[0].shape) / COARSE_SIDE_PX)
     coarse_wh = tuple(max(1, round(side / reduction)) for side in full[0].shape[::-1])
-    coarse = [normalise(reduce_to(image, coarse_wh)) for image in full]
-    start, peak = _coarse_shift(*coarse)
-    if peak.psr < LOCK_PSR:
-        return Shift(0.0, 0.0, 0.0, 0.0)
-    start[:2] *= np.array(full[0].shape[::-1]) / np.array(coarse[0].shape[::-1])
-    doubled = [double(normalise(low_pass(image))) for image in full]
-    grid = BlockGrid.over(full[0].shape)
-    valid, nodes = _inner(full[0].shape), grid.nodes()
-    template = Template.of(doubled[0], valid)
+    coarse = [normalise(_low_pass(reduce_to(image, coarse_wh), COARSE_SIGMA_PX)) for image in full]
+    starts = _starts(*coarse)
+    middle = (np.array(coarse_wh) - 1) / 2
+    fits = [fit for start in starts if (fit := _fitted(*coarse, start, middle))]
+    if not fits:
+        return NO_LOCK
+    parameters = max(fits, key=lambda fit: fit.trust.sum()).parameters
+    parameters[:2] *= np.array(full[0].shape[::-1]) / coarse_wh
+    fine = [_low_pass(image, FINE_SIGMA_PX) for image in full]
+    for _ in range(MOST_PASSES):
+        shift_px = parameters[:2].copy()
+        common, corner = _on_reference(*fine, shift_px)
+        if min(common[0].shape) < LEAST_COMMON_PX:
+            return NO_LOCK
+        start = np.array([0.0, 0.0, parameters[2]])
+        fit = _fitted(*(normalise(image) for image in common), start, centre - corner)
+        if fit is None:
+            return NO_LOCK
+        parameters = fit.parameters + (*shift_px, 0.0)
+        if np.abs(fit.parameters[:2]).max() < NEARLY_PX:
+            break
+    return Shift(*parameters.tolist(), quality=float(np.clip(fit.agreement, 0.0, 1.0)))
+
+
+def _fitted(
+    reference: GrayImage, moving: GrayImage, start: Matrix, centre: Matrix
+) -> Alignment | None:
+    """The alignment of two normalised pictures; None where they do not show the same wall."""
+    grid = BlockGrid.over(reference.shape)
+    nodes, everywhere = grid.nodes(), np.ones(reference.shape, np.uint8)
+    # Up to the border it can be compared only where nothing comes in from beyond it.
+    stays = np.abs(rigid(start, nodes, centre) - nodes).max() < 1
     fit = align(
-        template,
-        doubled[1],
-        grid.whole(valid),
-        lambda q: rigid(q, nodes, full[0].shape),
+        Template.of(double(reference), _inner(reference.shape)),
+        double(moving),
+        everywhere if stays else grid.whole(everywhere),
+        lambda q: rigid(q, nodes, centre),
         start,
-        np.array([1.0, 1.0, 2 / max(full[0].shape)]),
+        np.array([1.0, 1.0, 2 / max(reference.shape)]),
+        settled=SETTLED,
+        enough_px=ENOUGH_PX,
     )
     is_open = np.linalg.eigvalsh(fit.covariance[:2, :2])[-1] > OPEN_PX**2
-    if not fit.converged or is_open or fit.significance < LOCK:
-        return Shift(0.0, 0.0, 0.0, 0.0)
-    dx, dy, rotation = fit.parameters.tolist()
-    return Shift(dx, dy, rotation, float(np.clip(fit.agreement, 0.0, 1.0)))
+    return None if not fit.converged or is_open or fit.significance < LOCK else fit
+
+
+def _on_reference(reference: GrayImage, moving: GrayImage, shift_px: Matrix) -> tuple[Pair, Matrix]:
+    """What both pictures show, the moving one shifted back, and where in the reference it begins.
+
+    Compared so, no sample lies between two pixels, which would draw it to one of them, and what is
+    then normalised has the same neighbourhood in both, also at the border.
+    """
+    whole_px = np.rint(shift_px).astype(int)
+    kernels = [_sinc_kernel(float(part)) for part in shift_px - whole_px]
+    back = cv2.sepFilter2D(moving, cv2.CV_32F, *kernels, borderType=cv2.BORDER_REFLECT_101)
+    size = np.maximum(np.array(reference.shape[::-1]) - np.abs(whole_px), 0)
+    here, there = (
+        tuple(slice(at, at + side) for at, side in zip(corner[::-1], size[::-1], strict=True))
+        for corner in (np.maximum(-whole_px, 0), np.maximum(whole_px, 0))
+    )
+    common = (np.ascontiguousarray(reference[here]), np.ascontiguousarray(back[there]))
+    return common, np.maximum(-whole_px, 0)
+
+
+def _low_pass(image: GrayImage, sigma_px: float) -> GrayImage:
+    return np.asarray(cv2.GaussianBlur(image, (7, 7), sigma_px), np.float32)
+
+
+def _sinc_kernel(part_px: float) -> Matrix:
+    """The filter that makes f(n + part) of f(n), for a part of a pixel."""
+    x = np.arange(-SINC_REACH_PX, SINC_REACH_PX + 1) - part_px
+    window = np.i0(SINC_BETA * np.sqrt(np.maximum(1 - (x / (SINC_REACH_PX + 1)) ** 2, 0)))
+    kernel = np.sinc(x) * window
+    return np.asarray(kernel / kernel.sum())
 
 
 def _inner(shape: tuple[int, ...]) -> ByteImage:
@@ -113,20 +189,19 @@ def _inner(shape: tuple[int, ...]) -> ByteImage:
     return valid
 
 
-def rigid(q: Matrix, points: Points, shape: tuple[int, ...]) -> Points:
-    """w(q, p) = R (p - c) + c + d with q = (dx, dy, rotation), c the centre of the picture.
+def rigid(q: Matrix, points: Points, centre: Matrix) -> Points:
+    """w(q, p) = R (p - c) + c + d with q = (dx, dy, rotation) about a centre c.
 
     Parameters (..., 3) and points (N, 2) give (..., N, 2).
     """
-    centre = (np.array(shape[1::-1]) - 1) / 2
     cos, sin = np.cos(q[..., 2, None]), np.sin(q[..., 2, None])
     x, y = (points - centre).T
     turned = np.stack([cos * x - sin * y, sin * x + cos * y], -1)
     return np.asarray(turned + centre + q[..., None, :2])
 
 
-def _coarse_shift(reference: GrayImage, moving: GrayImage) -> tuple[Matrix, Peak]:
-    """Where to start: the best peak without rotation and with that of the polar spectrum."""
+def _starts(reference: GrayImage, moving: GrayImage) -> list[Matrix]:
+    """Where to start: the best peak without rotation or with that of the polar spectrum."""
     shape = reference.shape
     everywhere = np.ones(shape, np.uint8)
     window = taper(everywhere, min(shape) // 2)
@@ -138,26 +213,25 @@ def _coarse_shift(reference: GrayImage, moving: GrayImage) -> tuple[Matrix, Peak
         turned = _moved(reference, np.array([0.0, 0.0, angle])) if angle else reference
         (peak,) = best_peaks(correlation(spectrum(turned, window), target))
         candidates.append((np.array([peak.dx_px, peak.dy_px, angle]), peak))
-    best = max(candidates, key=lambda candidate: candidate[1].psr)
-    return _on_overlap(reference, moving, *best)
+    start, peak = max(candidates, key=lambda candidate: candidate[1].psr)
+    on_overlap = _on_overlap(reference, moving, start)
+    if peak.psr > max(peak.psr for _, peak in on_overlap):
+        on_overlap.append((start, peak))
+    return [start for start, peak in on_overlap if peak.psr >= LOCK_PSR]
 
 
 def _on_overlap(
-    reference: GrayImage, moving: GrayImage, start: Matrix, peak: Peak
-) -> tuple[Matrix, Peak]:
+    reference: GrayImage, moving: GrayImage, start: Matrix
+) -> list[tuple[Matrix, Peak]]:
     """Correlate once more, the reference moved by the start, on what both then show."""
     seen = _moved(np.ones_like(reference), start)
     window = taper(seen, max(8, min(reference.shape) // 6))
-    (again,) = best_peaks(
-        correlation(spectrum(_moved(reference, start), window), spectrum(moving, window))
-    )
-    if again.psr <= peak.psr:
-        return start, peak
-    return start + (again.dx_px, again.dy_px, 0.0), again
+    surface = correlation(spectrum(_moved(reference, start), window), spectrum(moving, window))
+    return [(start + (peak.dx_px, peak.dy_px, 0.0), peak) for peak in best_peaks(surface, 2)]
 
 
 def _moved(image: GrayImage, q: Matrix) -> GrayImage:
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    to = rigid(q, corners, image.shape)
+    to = rigid(q, corners, (np.array(image.shape[::-1]) - 1) / 2)
     matrix = np.column_stack([to[1] - to[0], to[2] - to[0], to[0]])
     return np.asarray(cv2.warpAffine(image, matrix, image.shape[::-1], flags=cv2.INTER_LINEAR))
