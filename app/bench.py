@@ -31,12 +31,11 @@ from app.peers import PEERS
 from app.simulation import SCENARIOS, Scenario, simulate
 from app.simulation.motion import Trajectory
 from vo_core.errors import InvalidCorrection, InvalidRig
-from vo_core.height import scale_sigma
-from vo_core.joints import JointFinder, Sighting, numbered
+from vo_core.joints import JointFinder, Sighting
 from vo_core.odometry import Odometry
 from vo_core.paper import PaperOdometry
+from vo_core.proposal import ScaleProposal, propose
 from vo_core.rig import Rig
-from vo_core.scale import StatedScale, correct, joint_spacing
 from vo_core.sources import VideoFile
 from vo_core.track import Estimate, Track
 from vo_core.types import Image
@@ -304,26 +303,22 @@ def _wrong_rig(
 def _joined(
     rig: Rig, track: Track, truth: Truth, sightings: Sequence[Sighting], path_mm: float
 ) -> Joined | None:
-    joined = to_scale_by_joints(rig, track, sightings)
-    if joined is None:
+    proposal = by_joints(rig, track, sightings)
+    if proposal is None:
         return None
+    joined = proposal.correction.track
     error_mm = float(joined.distance_mm[-1] - truth.distance_mm[-1])
     return Joined(
-        joints=len(set(numbered(track, sightings))),
+        joints=proposal.joints,
         error_percent=100 * error_mm / path_mm,
         sigma_percent=100 * float(joined.sigma_distance_mm[-1]) / path_mm,
     )
 
 
-def to_scale_by_joints(rig: Rig, track: Track, sightings: Sequence[Sighting]) -> Track | None:
-    """The track at the scale of the joints that were seen; None where they cannot be counted."""
-    segment_mm = rig.pipe.segment_length_mm
-    if segment_mm is None:
-        return None
-    stated = StatedScale(scale_sigma(rig))
+def by_joints(rig: Rig, track: Track, sightings: Sequence[Sighting]) -> ScaleProposal | None:
+    """The scale by the joints that were seen; None where they cannot be counted."""
     try:
-        joints = joint_spacing(track, sightings, segment_mm, [stated])
-        return correct(track, [stated, joints]).track
+        return propose(track, sightings, rig)
     except InvalidCorrection:
         return None
 

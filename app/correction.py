@@ -75,8 +75,10 @@ class CorrectedFile:
         return rows
 
     def _height(self, rig: Rig) -> str:
+        if self.correction.stretches:
+            return "none explains a scale that changes along the run"
         if self.height is None:
-            return "does not tell in this rig"
+            return "hardly matters in this rig"
         return (
             f"{self.height.height_mm:.2f} ± {self.height.sigma_mm:.2f} mm, "
             f"the rig says {rig.mount.height_mm:g} mm"

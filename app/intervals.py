@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from app.bench import to_scale_by_joints
+from app.bench import by_joints
 from app.simulation import SCENARIOS, RenderedFrame, Scenario, drawn_rigs, render
 from vo_core.joints import JointFinder
 from vo_core.odometry import Odometry
@@ -108,13 +108,13 @@ def _trial(name: str, rig: Rig, frames: Sequence[RenderedFrame]) -> Trial:
         estimates.append(odometry.step(frame.image, frame.t_s))
         finder.add(frame.image, estimates[-1])
     track = Track.from_estimates(estimates)
-    joined = to_scale_by_joints(rig, track, finder.finish())
+    proposal = by_joints(rig, track, finder.finish())
     true_mm = frames[-1].x_mm
     return Trial(
         film=name,
         path_mm=float(np.abs(np.diff([frame.x_mm for frame in frames])).sum()),
         raw=_stated(track, true_mm),
-        joined=None if joined is None else _stated(joined, true_mm),
+        joined=None if proposal is None else _stated(proposal.correction.track, true_mm),
     )
 
 

@@ -14,6 +14,10 @@ from vo_core.types import Matrix
 Rows = NDArray[np.intp]
 """Indices into the columns of a track."""
 
+TREND = 2.0
+"""Change of the scale over the first metre by a trend, over that by the random walk: beds are laid
+by water and change little from one metre to the next."""
+
 
 @dataclass(frozen=True)
 class Places:
@@ -38,7 +42,7 @@ class Drift:
     the wall, so that it is the same on the way back; as a random walk of variance q per mm that is
     0 at the zero of the track it takes the distances u <= v to one side of it together by
     q (u^2 v / 2 - u^3 / 6), the kernel of cubic splines (Wahba 1978).  A bed that falls or rises
-    all along adds a trend of the scale, of the same size over the first metre.
+    all along adds a trend of the scale.
     """
 
     shared_mm2: Matrix
@@ -88,7 +92,7 @@ class Drift:
         low, high = np.minimum(u, v), np.maximum(u, v)
         same_side = np.sign(here_mm) == np.sign(there_mm)
         together = np.where(same_side, low**2 * high / 2 - low**3 / 6, 0.0)
-        trend = (here_mm * there_mm) ** 2 / 4 / 1000
+        trend = TREND**2 * (here_mm * there_mm) ** 2 / 4 / 1000
         return np.asarray(self.wander**2 / 1000 * (together + trend))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,9 +24,9 @@ from vo_core.motion import (
     MOVING,
     PARAMETERS,
     POSE,
+    RATES,
     REFERENCE,
     RollingMotion,
-    Sweep,
     WallMotion,
     moved_by_content,
     parameters,
@@ -52,6 +52,12 @@ such blocks that unmasks a fixed pattern."""
 
 CERTAIN = 14.0
 """Significance (see `LOCK`) from which an alignment is sure."""
+
+RATE_SIGMA = np.array([100.0, 30.0, 0.3])
+"""How well the change of x, y and yaw is known from the frame before, mm/s and rad/s."""
+
+UNKNOWN_RATE = Prior(np.zeros(RATES), np.diag(1 / np.square(RATE_SIGMA)))
+"""Before anything moved."""
 
 _DIFFERENCE = np.zeros((POSE, PARAMETERS))
 _DIFFERENCE[:, MOVING], _DIFFERENCE[:, REFERENCE] = np.eye(POSE), -np.eye(POSE)
@@ -86,8 +92,8 @@ class State:
     """(2,) pitch and roll of the mount against the rig."""
     covariance: Matrix
     """(8, 8), in the order of `Pose`, then the mount."""
-    rate: Matrix
-    """(6,) change of the pose a second."""
+    rate: Prior
+    """(3,) change of x, y and yaw a second, as far as a rolling shutter showed it."""
 
 
 @dataclass(frozen=True)
@@ -272,20 +278,31 @@ class Locator:
     ) -> Fix | None:
         parameters = _parameters(reference, start)
         motion: WallMotion | RollingMotion = self._motion
-        if self._rig.camera.readout_ms > 0 and outlook.since_s > 0:
-            before = np.array(astuple(outlook.last))
-            sweep = Sweep(reference.state.rate, before, outlook.since_s)
-            motion = RollingMotion(self._motion, sweep)
+        scales, known = self._motion.scales, _known(reference, parameters)
+        habit = _habit(reference, start, parameters, outlook.sway)
+        if self._rig.camera.readout_ms > 0:
+            motion = RollingMotion(self._motion)
+            before = reference.state.rate
+            rates = np.append(_rate(outlook.last, start, outlook.since_s), before.mean)
+            information = np.zeros((2 * RATES, 2 * RATES))
+            information[:RATES, :RATES] = np.diag(1 / np.square(RATE_SIGMA))
+            information[RATES:, RATES:] = before.information
+            parameters, scales = (
+                np.append(parameters, rates),
+                np.append(scales, [*RATE_SIGMA, *RATE_SIGMA]),
+            )
+            known = _widened(known, Prior(rates, information))
+            habit = _widened(habit, Prior(rates, 0 * information))
         fit = align(
             reference.template,
             picture.doubled,
             self._whole,
             motion.positions,
             parameters,
-            self._motion.scales,
+            scales,
             linearise=motion.linearise,
-            prior=_known(reference, parameters),
-            habit=_habit(reference, start, parameters, outlook.sway),
+            prior=known,
+            habit=habit,
         )
         covariance = fit.covariance[np.ix_(_KEPT, _KEPT)]
         is_open = fit.uncertainty_px > OPEN_PX
@@ -293,7 +310,10 @@ class Locator:
             return None
         moved = self._blocks.centres(fit.positions) - self._centres
         at = fit.parameters[MOVING]
-        rate = (at - astuple(outlook.last)) / outlook.since_s if outlook.since_s > 0 else 0 * at
+        rate = UNKNOWN_RATE
+        if len(parameters) > PARAMETERS:
+            shown = slice(PARAMETERS, PARAMETERS + RATES)
+            rate = Prior(fit.parameters[shown], np.linalg.inv(fit.covariance[shown, shown]))
         state = State(Pose(*at.tolist()), fit.parameters[MOUNT], covariance, rate)
         return Fix(
             state=state,
@@ -301,7 +321,9 @@ class Locator:
             alignment=fit,
             moved_px=float(np.nanmedian(np.hypot(*moved.T))),
             change=fit.free[MOVING] - fit.free[REFERENCE],
-            change_variance=np.diag(_DIFFERENCE @ fit.free_covariance @ _DIFFERENCE.T),
+            change_variance=np.diag(
+                _DIFFERENCE @ fit.free_covariance[:PARAMETERS, :PARAMETERS] @ _DIFFERENCE.T
+            ),
         )
 
 
@@ -325,6 +347,20 @@ def _habit(reference: Reference, start: Pose, parameters: Matrix, sway: Sway) ->
     mean[MOVING] = left * parameters[REFERENCE] + (1 - left) * sway.mean(start)
     weight = np.linalg.inv(spread(way_mm) * sway.covariance)
     return Prior(mean, follows.T @ weight @ follows)
+
+
+def _rate(before: Pose, after: Pose, since_s: float) -> Matrix:
+    """(3,) change of x, y and yaw a second."""
+    x_mm, y_mm = after.x_mm - before.x_mm, after.y_mm - before.y_mm
+    return np.array([x_mm, y_mm, after.yaw_rad - before.yaw_rad]) / max(since_s, 1e-3)
+
+
+def _widened(prior: Prior, further: Prior) -> Prior:
+    """The same with further parameters behind those that it has."""
+    count = len(prior.mean)
+    wide = np.zeros((count + len(further.mean),) * 2)
+    wide[:count, :count], wide[count:, count:] = prior.information, further.information
+    return Prior(np.append(prior.mean, further.mean), wide)
 
 
 def _stands(fix: Fix) -> bool:

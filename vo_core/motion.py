@@ -9,7 +9,7 @@ camera.
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass, replace
+from dataclasses import astuple, replace
 
 import numpy as np
 
@@ -39,17 +39,8 @@ MOUNT = slice(2 * POSE, 2 * POSE + 2)
 
 PARAMETERS = 2 * POSE + 2
 
-
-@dataclass(frozen=True)
-class Sweep:
-    """How the cameras moved while their rows were exposed, one after the other."""
-
-    reference_rate: Matrix
-    """(6,) change of the reference's pose a second, in the order of `Pose`."""
-    before: Matrix
-    """(6,) the pose that the moving camera came from."""
-    since_s: float
-    """Time since then."""
+RATES = 3
+"""Of x, y and yaw, where a shutter rolls."""
 
 
 class WallMotion:
@@ -113,24 +104,37 @@ class WallMotion:
 
 
 class RollingMotion:
-    """The same of a rolling shutter: each point has the poses of the rows that show it."""
+    """The same of a rolling shutter: each point has the poses of the rows that show it.
 
-    def __init__(self, motion: WallMotion, sweep: Sweep) -> None:
-        self._motion, self._sweep = motion, sweep
+    q = (that of `WallMotion`, rate, rate of the reference), (20,): how fast x, y and yaw change, in
+    mm/s and rad/s.  Rows of different times show it, as a shear or a stretch of the picture.
+    """
+
+    def __init__(self, motion: WallMotion) -> None:
+        self._motion = motion
 
     def positions(self, q: Matrix) -> Points:
         """w(q), (N, 2) px."""
-        motion, sweep = self._motion, self._sweep
-        moving, reference = poses(q)
-        then = _along(reference, sweep.reference_rate, motion.exposure.offset_s)
-        rate = (q[MOVING] - sweep.before) / sweep.since_s
-        moved_mm = motion.appears(then, moving) - motion.places_mm
-        offset_s = motion.exposure.of_moved(moved_mm, -rate[:2])
-        return motion.grid.to_px(motion.appears(then, _along(moving, rate, offset_s)))
+        return self._appears(q)[0]
 
     def linearise(self, q: Matrix) -> tuple[Points, Matrix]:
-        """w(q), and dw/dq of a global shutter, which is near enough to descend by."""
-        return self.positions(q), self._motion.linearise(q)[1]
+        """w(q) and dw/dq; by the poses that of a global shutter, which is near enough."""
+        positions, offset_s = self._appears(q)
+        by_pose = self._motion.linearise(q[:PARAMETERS])[1]
+        by_rate = by_pose[..., :RATES] * offset_s[:, None, None]
+        by_reference = by_pose[..., REFERENCE][..., :RATES]
+        before = by_reference * self._motion.exposure.offset_s[:, None, None]
+        return positions, np.concatenate([by_pose, by_rate, before], -1)
+
+    def _appears(self, q: Matrix) -> tuple[Points, Matrix]:
+        """w(q), and when each point was exposed in the moving picture, s."""
+        motion, (rate, before) = self._motion, q[PARAMETERS:].reshape(2, RATES)
+        moving, reference = poses(q)
+        then = _along(reference, before, motion.exposure.offset_s)
+        moved_mm = motion.appears(then, moving) - motion.places_mm
+        offset_s = motion.exposure.of_moved(moved_mm, -rate[:2])
+        now = _along(moving, rate, offset_s)
+        return motion.grid.to_px(motion.appears(then, now)), offset_s
 
 
 def parameters(moving: Pose, reference: Pose, mount_rad: Matrix) -> Matrix:
@@ -146,8 +150,9 @@ def poses(q: Matrix) -> tuple[Pose, Pose]:
 
 def _along(pose: Pose, rate: Matrix, offset_s: Matrix) -> Poses:
     """The pose at other times, (N,) each."""
-    now = np.array(astuple(pose))
-    return Poses(*(now[:, None] + rate[:, None] * offset_s))
+    x, y, yaw = np.array(astuple(pose))[:RATES, None] + rate[:, None] * offset_s
+    still = np.zeros_like(offset_s)
+    return Poses(x, y, yaw, pose.z_mm + still, pose.pitch_rad + still, pose.roll_rad + still)
 
 
 def _norm(vectors: Points) -> Matrix:

@@ -22,6 +22,7 @@ from vo_core.height import scale_sigma
 from vo_core.locate import (
     CERTAIN,
     LEAST_OVERLAP,
+    UNKNOWN_RATE,
     Fix,
     Locator,
     Outlook,
@@ -119,7 +120,7 @@ class Odometry:
         self._covariance = np.diag(np.square([*START_SIGMA, tilt_rad, tilt_rad]))
         self._fix_covariance = self._covariance
         """(8, 8), as in `State`."""
-        self._mount_rad, self._rate = np.zeros(2), np.zeros(6)
+        self._mount_rad, self._rate = np.zeros(2), UNKNOWN_RATE
         self._sway = Sway(rig)
         self._model_mm = 0.0
         """Error of one sign that may have added up, signed like the distance."""

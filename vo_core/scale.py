@@ -59,7 +59,7 @@ CONTRADICTION = 3.29
 DOUBT = 2.58
 """The same of a rig's own scale against all else, once in a hundred: then the rig is wrong."""
 
-WANDER = 0.02
+WANDER = 0.015
 """By how much the scale changes over a metre, relative, one sigma, where the rig is doubted, before
 the joints say it: a bed of silt is seldom even."""
 
