@@ -748,6 +748,7 @@ class WallGridOut(BaseModel):
     v: list[float]
     axial_mm: list[list[float | None]]
     right_mm: list[list[float | None]]
+    down_mm: list[list[float | None]]
     clock_h: list[list[float | None]] | None
     """None on a floor."""
 
@@ -762,6 +763,7 @@ class WallGridOut(BaseModel):
             v=grid.v_px,
             axial_mm=_table(grid.axial_mm),
             right_mm=_table(grid.right_mm),
+            down_mm=_table(grid.down_mm),
             clock_h=None if grid.clock_h is None else _table(grid.clock_h),
         )
 
@@ -1015,7 +1017,7 @@ def live_header(
         name: getattr(told, name, None)
         for name in (
             "frame", "time_s", "x_mm", "y_mm", "yaw_deg", "distance_mm", "sigma_distance_mm",
-            "quality", "status",
+            "quality", "status", "z_mm", "pitch_deg", "roll_deg",
         )
     }  # fmt: skip
     return pose | {

@@ -261,6 +261,7 @@ class WallGrid:
     axial_mm: NDArray[np.float64]
     """(rows, cols), as are the others."""
     right_mm: NDArray[np.float64]
+    down_mm: NDArray[np.float64]
     clock_h: NDArray[np.float64] | None
     """None on a floor."""
 
@@ -275,12 +276,13 @@ def wall_grid(rig: Rig, cols: int = 33, rows: int = 25) -> WallGrid:
     if rig.pipe.diameter_mm is not None:
         phis_rad = develop(rig, points)[:, 1] / (rig.pipe.diameter_mm / 2)
         clock_h = np.array([clock_of(phi) for phi in phis_rad]).reshape(rows, cols)
-    right_mm = points[:, 1] - camera_position(rig, Pose())[1]
+    beside_mm = points - camera_position(rig, Pose())
     return WallGrid(
         u_px.tolist(),
         v_px.tolist(),
         points[:, 0].reshape(rows, cols),
-        right_mm.reshape(rows, cols),
+        beside_mm[:, 1].reshape(rows, cols),
+        beside_mm[:, 2].reshape(rows, cols),
         clock_h,
     )
 
