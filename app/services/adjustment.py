@@ -51,6 +51,9 @@ _LEAST_COUNTED = 0.7
 """Share of the rings that were seen, which must be joints if they are to set the scale."""
 _LEAST_AGAINST_RIG = 3
 """Joints that overrule the rig by themselves: two segments that agree."""
+_MOST_AGAINST_RIG = 0.15
+"""Relative, that joints change the scale by themselves: 25 mm of silt ask for 11 %, and a length of
+a segment that is not that of this pipe for more."""
 _MOST_FOCAL_PERCENT = 20.0
 """A rig file states no more."""
 CLASSES_PERCENT = (0.5, 1.0, 5.0)
@@ -248,6 +251,8 @@ class Adjusted:
     """The joints by which the track was brought to scale; None if they do not count."""
     joints_refusal: str | None = None
     """Why joints that were seen do not count although nobody has said so; a sentence."""
+    refused_scale: float | None = None
+    """That they ask for, if it is because the rig does not explain it."""
 
     def extended(self, raw: Track) -> Track:
         """The corrected track of a run that has gone on since."""
@@ -468,8 +473,17 @@ def adjust(raw: Track, rig: Rig, stated: Stated, sightings: Sequence[Sighting]) 
         _require_certainty(by_joints, seen)
     except InvalidCorrection as refusal:
         without = _adjusted(raw, rig, stated, seen, marked, joints_count=False)
-        return replace(without, joints_refusal=str(refusal))
+        refused = refusal.scale if isinstance(refusal, _Unexplained) else None
+        return replace(without, joints_refusal=str(refusal), refused_scale=refused)
     return by_joints
+
+
+class _Unexplained(InvalidCorrection):
+    """Joints ask for a scale that the rig does not explain."""
+
+    def __init__(self, detail: str, scale: float) -> None:
+        super().__init__(detail)
+        self.scale = scale
 
 
 def _require_certainty(found: Adjusted, seen: Sequence[Sighting]) -> None:
@@ -485,10 +499,17 @@ def _require_certainty(found: Adjusted, seen: Sequence[Sighting]) -> None:
             "check the length of a segment, or tape a length."
         )
     different = len({(joint.count, joint.number) for joint in spacing.joints})
+    if done.doubts_rig and abs(done.scale - 1) > _MOST_AGAINST_RIG:
+        raise _Unexplained(
+            f"{different} joints ask for a scale of {done.scale:.3f}, which neither the rig nor a "
+            f"bed of silt explains; check whether a segment has {spacing.segment_mm:g} mm.",
+            done.scale,
+        )
     if done.doubts_rig and different < _LEAST_AGAINST_RIG:
-        raise InvalidCorrection(
+        raise _Unexplained(
             f"{different} joints ask for a scale of {done.scale:.3f}, which the rig does not "
-            "explain; one more joint or a taped length decides."
+            "explain; one more joint or a taped length decides.",
+            done.scale,
         )
 
 

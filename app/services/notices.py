@@ -8,7 +8,7 @@ from typing import Literal
 
 from app.services.adjustment import Adjusted
 
-NoticeCode = Literal["scale_changes", "rig_doubted", "height_doubted"]
+NoticeCode = Literal["scale_changes", "rig_doubted", "height_doubted", "joints_doubted"]
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,12 @@ def notices_of(adjusted: Adjusted) -> list[Notice]:
 
 
 def _notices(adjusted: Adjusted) -> Iterator[Notice]:
-    done = adjusted.correction
+    done, segment_mm = adjusted.correction, adjusted.rig.pipe.segment_length_mm
+    if adjusted.refused_scale is not None and segment_mm is not None:
+        yield Notice(
+            "joints_doubted",
+            {"scale": round(adjusted.refused_scale, 3), "segment_mm": segment_mm},
+        )
     if done is not None and done.stretches:
         scales = [stretch.scale for stretch in done.stretches]
         yield Notice("scale_changes", {"first": round(scales[0], 3), "last": round(scales[-1], 3)})

@@ -5,6 +5,7 @@ import { t } from './words.js';
 const TEXTS = {
   scale_changes: (params) => t('notice.scale_changes', params),
   rig_doubted: (params) => t('notice.rig_doubted', params),
+  joints_doubted: (params) => t('notice.joints_doubted', params),
   height_doubted: (params) => t('notice.height_doubted', params),
 };
 

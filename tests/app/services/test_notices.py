@@ -43,6 +43,21 @@ def test_a_camera_that_must_sit_elsewhere_is_named_with_its_height() -> None:
     assert (notice.params["stated_mm"], notice.params["tolerance_mm"]) == (200.0, 2.0)
 
 
+def test_a_stated_length_of_a_segment_that_is_wrong_does_not_set_the_scale() -> None:
+    found = adjusted(SEGMENT_MM / 0.75 * np.arange(1, 6))
+    assert (found.source, found.scale) == ("odometry", 1.0)
+    (notice,) = notices_of(found)
+    assert notice.code == "joints_doubted"
+    assert notice.params == {"scale": pytest.approx(0.75, abs=0.005), "segment_mm": SEGMENT_MM}
+
+
+def test_two_joints_alone_do_not_overrule_the_rig() -> None:
+    two, three = (adjusted(SEGMENT_MM / 0.9 * np.arange(1, n + 1)) for n in (2, 3))
+    assert (two.source, three.source) == ("odometry", "joint")
+    assert [notice.code for notice in notices_of(two)] == ["joints_doubted"]
+    assert three.scale == pytest.approx(0.9, abs=0.005)
+
+
 def test_a_scale_that_changes_along_the_run_is_named() -> None:
     scales = np.linspace(1.0, 0.88, 8)  # a bed of silt that rises
     (notice,) = notices_of(adjusted(np.cumsum(SEGMENT_MM / scales)[:7]))
