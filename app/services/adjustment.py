@@ -251,6 +251,8 @@ class Adjusted:
     """The joints by which the track was brought to scale; None if they do not count."""
     joints_refusal: str | None = None
     """Why joints that were seen do not count although nobody has said so; a sentence."""
+    rings: int = 0
+    """Times that something like a joint was seen."""
     refused_scale: float | None = None
     """That they ask for, if it is because the rig does not explain it."""
 
@@ -553,6 +555,7 @@ def _adjusted(
         refused=None if stated.forced else implausible,
         source="joint" if by_joints else "closure" if len(lengths) > len(tapes) else "odometry",
         spacing=by_joints[0] if by_joints else None,
+        rings=len(seen),
     )
 
 

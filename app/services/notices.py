@@ -8,7 +8,13 @@ from typing import Literal
 
 from app.services.adjustment import Adjusted
 
-NoticeCode = Literal["scale_changes", "rig_doubted", "height_doubted", "joints_doubted"]
+NoticeCode = Literal[
+    "scale_changes", "rig_doubted", "height_doubted", "joints_doubted", "rings_uncounted"
+]
+
+
+MANY_RINGS = 4
+"""Of fewer nobody can say yet that they lie elsewhere than joints do."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +37,8 @@ def _notices(adjusted: Adjusted) -> Iterator[Notice]:
             "joints_doubted",
             {"scale": round(adjusted.refused_scale, 3), "segment_mm": segment_mm},
         )
+    elif adjusted.joints_refusal is not None and adjusted.rings >= MANY_RINGS:
+        yield Notice("rings_uncounted", {"n": adjusted.rings, "segment_mm": segment_mm or 0.0})
     if done is not None and done.stretches:
         scales = [stretch.scale for stretch in done.stretches]
         yield Notice("scale_changes", {"first": round(scales[0], 3), "last": round(scales[-1], 3)})

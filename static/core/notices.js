@@ -6,6 +6,7 @@ const TEXTS = {
   scale_changes: (params) => t('notice.scale_changes', params),
   rig_doubted: (params) => t('notice.rig_doubted', params),
   joints_doubted: (params) => t('notice.joints_doubted', params),
+  rings_uncounted: (params) => t('notice.rings_uncounted', params),
   height_doubted: (params) => t('notice.height_doubted', params),
 };
 

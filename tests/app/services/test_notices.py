@@ -51,6 +51,12 @@ def test_a_stated_length_of_a_segment_that_is_wrong_does_not_set_the_scale() -> 
     assert notice.params == {"scale": pytest.approx(0.75, abs=0.005), "segment_mm": SEGMENT_MM}
 
 
+def test_rings_that_lie_otherwise_than_stated_are_named() -> None:
+    (notice,) = notices_of(adjusted(np.array([1000.0, 2900.0, 4750.0, 6950.0, 8100.0])))
+    assert notice.code == "rings_uncounted"
+    assert notice.params == {"n": 5, "segment_mm": SEGMENT_MM}
+
+
 def test_two_joints_alone_do_not_overrule_the_rig() -> None:
     two, three = (adjusted(SEGMENT_MM / 0.9 * np.arange(1, n + 1)) for n in (2, 3))
     assert (two.source, three.source) == ("odometry", "joint")
