@@ -50,10 +50,11 @@ def pair(
     seed: int = 0,
     contrast_grey: float = 25.0,
     noise_grey: float = 0.0,
+    finest_px: float = 1.5,
 ) -> tuple[Texture, Texture]:
     """Two views, grey levels about 110, of one texture moved by `shift_px`; no wrap in sight."""
     margin = 8 + int(max(abs(shift_px[0]), abs(shift_px[1])))
-    whole = texture((shape[0] + 2 * margin, shape[1] + 2 * margin), seed)
+    whole = texture((shape[0] + 2 * margin, shape[1] + 2 * margin), seed, finest_px)
     inside = np.s_[margin : margin + shape[0], margin : margin + shape[1]]
     rng = np.random.default_rng(seed + 1000)
     views = (whole, shifted(whole, *shift_px))

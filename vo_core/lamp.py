@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from vo_core.errors import InvalidRig
 from vo_core.optics import Optics
 from vo_core.pattern import FixedPattern
 from vo_core.resample import reduce_to
@@ -45,6 +46,9 @@ class Lamp:
     A smooth surface (polynomials in the picture, and the resolution, which stands for the range)
     through the mean of the logarithms of many pictures, so that tones of the wall average out.
     What else is significant in that mean is dirt: it is divided out too, and counts less.
+
+    Raises:
+        InvalidRig: The camera shows hardly any wall.
     """
 
     def __init__(self, optics: Optics) -> None:
@@ -53,6 +57,11 @@ class Lamp:
         self._cells_wh = (max(4, columns // 2), max(4, rows // 2))
         self._cell_weight = reduce_to(optics.weight, self._cells_wh)
         self._seen = reduce_to(optics.good.astype(np.float32), self._cells_wh) > 0.5
+        if not self._seen.any():
+            raise InvalidRig(
+                "The camera shows the wall in a few places only; check the camera's fx, fy, cx "
+                "and cy and the mount's tilts."
+            )
         log_resolution = reduce_to(optics.log_resolution.astype(np.float32), self._cells_wh)
         x, y = np.meshgrid(*(np.linspace(-1, 1, side) for side in self._cells_wh))
         terms = [x**i * y**j for i in range(_DEGREE + 1) for j in range(_DEGREE + 1 - i)]

@@ -156,6 +156,8 @@ class Outlook:
     ones. None before the robot has moved."""
     sway: Sway
     """How far this robot leaves its mean pose."""
+    is_bound: bool = False
+    """Does nothing out of reach count, not even a stop?"""
 
 
 class Locator:
@@ -186,7 +188,7 @@ class Locator:
         """
         fixes = self._fixes(reference, picture, guess, outlook)
         in_reach = [fix for fix in fixes if _distance_mm(fix.pose, guess) <= outlook.reach_mm]
-        return self._best(fixes, in_reach, outlook)
+        return self._best(in_reach if outlook.is_bound else fixes, in_reach, outlook)
 
     def search(self, reference: Reference, picture: Picture, outlook: Outlook) -> Fix | None:
         """The pose without any guess: no motion, and the rotation of the polar spectrum."""

@@ -13,6 +13,7 @@ from itertools import product
 
 import numpy as np
 
+from vo_core.blocks import BlockGrid
 from vo_core.clock import Clock
 from vo_core.errors import InvalidTime
 from vo_core.fields import Interlacing
@@ -34,6 +35,7 @@ from vo_core.pattern import FixedPattern
 from vo_core.rectify import Rectifier
 from vo_core.resample import grey_frame, reduce_to
 from vo_core.rig import Rig
+from vo_core.skipped import Skipping, blank
 from vo_core.sway import Sway
 from vo_core.track import Estimate, Status
 from vo_core.types import GrayImage, Image, Matrix
@@ -105,6 +107,10 @@ class Odometry:
         self._least_overlap = KEYFRAME_OVERLAP[rig.pipe.shape]
         self._rectify = Rectifier(rig)
         self._interlacing = Interlacing()
+        self._blocks = BlockGrid.over(self._rectify.grid.shape)
+        self._skipping = Skipping(self._blocks)
+        self._is_torn = False
+        """Does the last frame hold skipped blocks?"""
         self._locator = Locator(self._rectify)
         self._pattern = FixedPattern()
         self._gauge = HealthGauge(self._rectify.valid)
@@ -155,7 +161,10 @@ class Odometry:
         image = grey_frame(self.rig.camera, image)
         patch = self._rectify(image, self._interlacing(image))
         normal = normalise(low_pass(patch))
-        picture = Picture(self._pattern.remove(normal))
+        way_mm = _vector(self._predict()) - _vector(self._pose)
+        skipped = self._skipping(normal, way_mm[:2] / self._rectify.grid.mm_per_px)
+        self._is_torn = bool(skipped.any())
+        picture = Picture(blank(self._blocks, self._pattern.remove(normal), skipped))
         is_new = _contrast(patch) >= LEAST_CONTRAST and not self._is_repeated(patch)
         fix = self._measure(picture) if is_new else None
         if self._keyframe is None:
@@ -233,14 +242,17 @@ class Odometry:
         outlook, predicted = self._outlook(), self._predict()
         references = [r for r in (self._keyframe, self._fallback) if r is not None]
         guesses = [predicted]
-        if _apart_mm(predicted, self._fix_pose) > APART * self._rectify.grid.mm_per_px:
+        if self._is_torn:
+            # Texture that was skipped for some frames and then moved on lies whole ways off.
+            outlook = replace(outlook, is_bound=True)
+        elif _apart_mm(predicted, self._fix_pose) > APART * self._rectify.grid.mm_per_px:
             guesses.append(self._fix_pose)
         for guess, reference in product(guesses, references):
             if self._locator.overlap(reference, guess) >= LEAST_OVERLAP:
                 fix = self._locator.locate(reference, picture, guess, outlook)
                 if fix is not None:
                     return fix
-        for reference in references:
+        for reference in () if self._is_torn else references:
             if (fix := self._locator.search(reference, picture, outlook)) is not None:
                 return fix
         return None
@@ -261,6 +273,8 @@ class Odometry:
             self._velocity = None
         else:
             self._velocity = (_vector(fix.pose) - _vector(self._fix_pose)) / self._gone
+            if self._skipping.is_coarse:
+                self._velocity[1:] = 0.0  # noise that a bridge would carry far off
         self._pose = self._fix_pose = fix.pose
         self._covariance = self._fix_covariance = fix.state.covariance
         self._mount_rad, self._rate = fix.state.mount_rad, fix.state.rate

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vo_core.blocks import BlockGrid
+from vo_core.errors import InvalidRig
 from vo_core.rectify import developed
 from vo_core.rig import Rig
 from vo_core.types import ByteImage, GrayImage, Matrix
@@ -19,6 +20,9 @@ Mask = NDArray[np.bool_]
 
 PEAK = 1000.0
 """Weight of the best place of a picture; large, because `cv2.blendLinear` adds 1e-5 to it."""
+
+LEAST_PX = 8
+"""Shortest side of a reduced picture that anything can be painted from."""
 
 COARSER = 2.0
 """Than the finest around the pipe there, by how much a place may be resolved to be painted."""
@@ -58,9 +62,16 @@ class Optics:
         )
         wall_mm = developed(rig, np.stack([u, v], -1).reshape(-1, 2)).reshape(*u.shape, 2)
         resolution = _resolution(wall_mm)
+        if not _seen(wall_mm, resolution).any():
+            raise InvalidRig("The camera sees no wall; check mount.view, pitch_deg and roll_deg.")
         finest_mm = float(np.nanmin(resolution))
         reduction = max(1, floor(mm_per_px / finest_mm))
         self.size_wh = (round(camera.width / reduction), round(camera.height / reduction))
+        if min(self.size_wh) < LEAST_PX:
+            raise InvalidRig(
+                f"One place of the picture shows the wall {reduction} times finer than the rest: "
+                "check mount.height_mm, fx, fy and the tilts."
+            )
         self.good = _good(wall_mm, resolution)
         """(H / 4, W / 4), is the wall seen well enough there?"""
         self.log_resolution = np.log(np.where(self.good, resolution, finest_mm) / finest_mm)
@@ -101,9 +112,13 @@ def _resolution(wall_mm: Points) -> Matrix:
     return np.where(np.isfinite(least), least, np.nan)
 
 
+def _seen(wall_mm: Points, resolution: Matrix) -> Mask:
+    return np.asarray(np.isfinite(wall_mm).all(-1) & np.isfinite(resolution))
+
+
 def _good(wall_mm: Points, resolution: Matrix) -> Mask:
     """Where a picture shows the wall nearly as finely as anywhere on the same lane of the arc."""
-    seen = np.isfinite(wall_mm).all(-1) & np.isfinite(resolution)
+    seen = _seen(wall_mm, resolution)
     arc_mm = np.where(seen, wall_mm[..., 1], 0.0)
     low_mm, high_mm = arc_mm[seen].min(), arc_mm[seen].max()
     lane = np.clip((arc_mm - low_mm) / (high_mm - low_mm) * LANES, 0, LANES - 1).astype(np.int64)
@@ -141,10 +156,10 @@ def _weights(axial_mm: Matrix, log_resolution: Matrix, good: Mask) -> Matrix:
     ramp = np.clip(depth / (BORDER * min(good.shape)), 0, 1)
     fine = ramp * np.exp(-4 * log_resolution)
     axial = np.where(good, axial_mm, 0.0)
-    best_mm = (fine * axial).sum() / fine.sum()
+    best_mm = (fine * axial).sum() / max(fine.sum(), 1e-12)
     off = (axial - best_mm) / (axial[good].max() - axial[good].min()) * RIDGE
     weight = fine / np.square(1 + off * off)
-    return np.asarray(PEAK * weight / weight.max())
+    return np.asarray(PEAK * weight / max(weight.max(), 1e-12))
 
 
 class Canvas:

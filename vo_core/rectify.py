@@ -100,7 +100,7 @@ class Rectifier:
         self.rig = rig
         camera = rig.camera
         longest = max(camera.width, camera.height)
-        self.grid, self.unevenness = _visible_grid(rig, max(1.0, longest / PATCH_SIDE_PX))
+        self.grid, self.unevenness = _visible_grid(rig)
         self._fineness = 1 if self.unevenness < EVEN else 2
         reduction = max(1.0, longest / (self._fineness * PATCH_SIDE_PX))
         self._frame_wh = (camera.width, camera.height)
@@ -159,7 +159,16 @@ class Rectifier:
         return (u, v), np.asarray(valid, np.uint8)
 
 
-def _visible_grid(rig: Rig, reduction: float) -> tuple[PatchGrid, float]:
+def require_wall_in_view(rig: Rig) -> None:
+    """Check that the camera of a rig sees enough of the wall.
+
+    Raises:
+        InvalidRig: It sees none, or too narrow a strip of it.
+    """
+    _visible_grid(rig)
+
+
+def _visible_grid(rig: Rig) -> tuple[PatchGrid, float]:
     """The bounding rectangle of the wall that the picture shows well enough (see `COARSEST`).
 
     And how uneven the picture is there: its coarsest mm per px over its finest.
@@ -172,7 +181,12 @@ def _visible_grid(rig: Rig, reduction: float) -> tuple[PatchGrid, float]:
     along_v = np.linalg.norm(np.diff(wall_mm, axis=0), axis=2)[:, :-1] / (v[1] - v[0])
     mm_per_px = np.maximum(along_u, along_v)  # (48, 64), nan where no wall is seen
     if np.isnan(mm_per_px).all():
-        raise InvalidRig("The camera sees no wall; check mount.view, pitch_deg and roll_deg.")
+        raise InvalidRig(
+            f"The camera sees no wall with view '{rig.mount.view}', pitch_deg "
+            f"{rig.mount.pitch_deg:g}, roll_deg {rig.mount.roll_deg:g}, cx {camera.cx:g} and cy "
+            f"{camera.cy:g}. Check the signs of the tilts (nose up and right side down are "
+            "positive) and that the principal point is of this picture."
+        )
     finest = float(np.nanmin(mm_per_px))
     with np.errstate(invalid="ignore"):
         good = mm_per_px <= COARSEST * finest
@@ -183,13 +197,14 @@ def _visible_grid(rig: Rig, reduction: float) -> tuple[PatchGrid, float]:
     low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
     # No more pixels than the reduced frame has: a wide lens would pay for sampling the same again.
     least_mm = float(np.sqrt(np.prod(high - low) / (camera.width * camera.height)))
+    reduction = max(1.0, max(camera.width, camera.height) / PATCH_SIDE_PX)
     step_mm = max(float(np.median(mm_per_px[good])), least_mm) * reduction
     size = np.floor((high - low) / step_mm).astype(int) + 1
     columns, rows = size // MULTIPLE_PX * MULTIPLE_PX
     if min(columns, rows) < LEAST_PX:
         raise InvalidRig(
             f"The camera shows a strip of wall of {columns}x{rows} px only, too narrow to measure "
-            "on; check cx, cy and the size of the picture."
+            "on; check fx, fy, cx, cy, the tilts and the size of the picture."
         )
     axial, arc = (low + high) / 2 - (np.array([columns, rows]) - 1) / 2 * step_mm
     grid = PatchGrid(float(axial), float(arc), step_mm, (int(rows), int(columns)))

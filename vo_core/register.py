@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
@@ -39,7 +40,7 @@ the finest texture shows the motion best."""
 SETTLED, ENOUGH_PX = 2, 0.004
 """See `align`: three parameters that any texture determines may be extrapolated soon."""
 
-NEARLY_PX = 0.02
+NEARLY_PX = 0.005
 """So near to the reference a picture is sampled at its own pixels, as good as."""
 
 MOST_PASSES = 3
@@ -97,38 +98,40 @@ def register(reference: Image, moving: Image) -> Shift:
         raise ShapeMismatch(
             f"A picture has at most {LONGEST_PX} px a side; found {np.shape(reference)}."
         )
-    full = [np.asarray(to_grey(image), np.float32) for image in (reference, moving)]
-    centre = (np.array(full[0].shape[::-1]) - 1) / 2
-    reduction = max(1.0, max(full[0].shape) / COARSE_SIDE_PX)
-    coarse_wh = tuple(max(1, round(side / reduction)) for side in full[0].shape[::-1])
-    coarse = [normalise(_low_pass(reduce_to(image, coarse_wh), COARSE_SIGMA_PX)) for image in full]
-    starts = _starts(*coarse)
-    middle = (np.array(coarse_wh) - 1) / 2
-    fits = [fit for start in starts if (fit := _fitted(*coarse, start, middle))]
-    if not fits:
+    full = _each(lambda image: np.asarray(to_grey(image), np.float32), (reference, moving))
+    size_wh = np.array(full[0].shape[::-1])
+    reduction = max(1.0, size_wh.max() / COARSE_SIDE_PX)
+    coarse_wh = np.maximum(np.rint(size_wh / reduction).astype(int), 1)
+    coarse = _each(lambda image: normalise(_reduced(image, coarse_wh)), full)
+    fits = [_fitted(coarse, start, (coarse_wh - 1) / 2) for start in _starts(*coarse)]
+    locked = [fit for fit in fits if fit]
+    if not locked:
         return NO_LOCK
-    parameters = max(fits, key=lambda fit: fit.trust.sum()).parameters
-    parameters[:2] *= np.array(full[0].shape[::-1]) / coarse_wh
-    fine = [_low_pass(image, FINE_SIGMA_PX) for image in full]
+    best = max(locked, key=lambda fit: fit.trust.sum())
+    parameters, agreement = best.parameters * [*size_wh / coarse_wh, 1.0], best.agreement
+    fine = _each(lambda image: _low_pass(image, FINE_SIGMA_PX), full)
     for _ in range(MOST_PASSES):
-        shift_px = parameters[:2].copy()
-        common, corner = _on_reference(*fine, shift_px)
+        shift_px, start = parameters[:2], np.array([0.0, 0.0, parameters[2]])
+        common, corner = _on_reference(fine, shift_px)
         if min(common[0].shape) < LEAST_COMMON_PX:
             return NO_LOCK
-        start = np.array([0.0, 0.0, parameters[2]])
-        fit = _fitted(*(normalise(image) for image in common), start, centre - corner)
+        fit = _fitted(_each(normalise, common), start, (size_wh - 1) / 2 - corner)
         if fit is None:
             return NO_LOCK
-        parameters = fit.parameters + (*shift_px, 0.0)
+        parameters, agreement = fit.parameters + [*shift_px, 0.0], fit.agreement
         if np.abs(fit.parameters[:2]).max() < NEARLY_PX:
             break
-    return Shift(*parameters.tolist(), quality=float(np.clip(fit.agreement, 0.0, 1.0)))
+    dx, dy, rotation = parameters.tolist()
+    return Shift(dx, dy, rotation, float(np.clip(agreement, 0.0, 1.0)))
 
 
-def _fitted(
-    reference: GrayImage, moving: GrayImage, start: Matrix, centre: Matrix
-) -> Alignment | None:
+def _each(change: Callable[[Image], GrayImage], pair: tuple[Image, Image]) -> Pair:
+    return change(pair[0]), change(pair[1])
+
+
+def _fitted(pair: Pair, start: Matrix, centre: Matrix) -> Alignment | None:
     """The alignment of two normalised pictures; None where they do not show the same wall."""
+    reference, moving = pair
     grid = BlockGrid.over(reference.shape)
     nodes, everywhere = grid.nodes(), np.ones(reference.shape, np.uint8)
     # Up to the border it can be compared only where nothing comes in from beyond it.
@@ -147,34 +150,40 @@ def _fitted(
     return None if not fit.converged or is_open or fit.significance < LOCK else fit
 
 
-def _on_reference(reference: GrayImage, moving: GrayImage, shift_px: Matrix) -> tuple[Pair, Matrix]:
+def _on_reference(pair: Pair, shift_px: Matrix) -> tuple[Pair, Matrix]:
     """What both pictures show, the moving one shifted back, and where in the reference it begins.
 
     Compared so, no sample lies between two pixels, which would draw it to one of them, and what is
     then normalised has the same neighbourhood in both, also at the border.
     """
+    reference, moving = pair
     whole_px = np.rint(shift_px).astype(int)
-    kernels = [_sinc_kernel(float(part)) for part in shift_px - whole_px]
-    back = cv2.sepFilter2D(moving, cv2.CV_32F, *kernels, borderType=cv2.BORDER_REFLECT_101)
+    along, down = (_sinc_kernel(float(part)) for part in shift_px - whole_px)
+    back = cv2.sepFilter2D(moving, cv2.CV_32F, along, down, borderType=cv2.BORDER_REFLECT_101)
     size = np.maximum(np.array(reference.shape[::-1]) - np.abs(whole_px), 0)
     here, there = (
         tuple(slice(at, at + side) for at, side in zip(corner[::-1], size[::-1], strict=True))
         for corner in (np.maximum(-whole_px, 0), np.maximum(whole_px, 0))
     )
-    common = (np.ascontiguousarray(reference[here]), np.ascontiguousarray(back[there]))
-    return common, np.maximum(-whole_px, 0)
+    common = (np.array(reference[here]), np.array(back[there], np.float32))
+    return common, np.maximum(-whole_px, 0).astype(np.float64)
+
+
+def _reduced(image: GrayImage, size_wh: Matrix) -> GrayImage:
+    width, height = size_wh.tolist()
+    return _low_pass(reduce_to(image, (width, height)), COARSE_SIGMA_PX)
 
 
 def _low_pass(image: GrayImage, sigma_px: float) -> GrayImage:
     return np.asarray(cv2.GaussianBlur(image, (7, 7), sigma_px), np.float32)
 
 
-def _sinc_kernel(part_px: float) -> Matrix:
+def _sinc_kernel(part_px: float) -> GrayImage:
     """The filter that makes f(n + part) of f(n), for a part of a pixel."""
     x = np.arange(-SINC_REACH_PX, SINC_REACH_PX + 1) - part_px
     window = np.i0(SINC_BETA * np.sqrt(np.maximum(1 - (x / (SINC_REACH_PX + 1)) ** 2, 0)))
     kernel = np.sinc(x) * window
-    return np.asarray(kernel / kernel.sum())
+    return np.asarray(kernel / kernel.sum(), np.float32)
 
 
 def _inner(shape: tuple[int, ...]) -> ByteImage:

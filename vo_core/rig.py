@@ -32,11 +32,47 @@ class _Part(BaseModel):
                 field = ".".join(map(str, fault["loc"])) or origin
                 value = fault["input"]
                 found = "" if isinstance(value, dict) else f" (found {value!r})"
-                reasons.append(f"{field}: {fault['msg'].removeprefix('Value error, ')}{found}")
+                said = f"{field}: {fault['msg'].removeprefix('Value error, ')}{found}"
+                reasons.append(said + _meant(field, value))
             raise InvalidRig(f"{origin} cannot be used. " + "; ".join(reasons) + ".") from error
 
 
+_OTHER_UNITS: dict[str, tuple[tuple[str, float, float, float], ...]] = {
+    "height_mm": (("metres", 1000.0, 0.03, 10.0), ("centimetres", 10.0, 3.0, 5.0)),
+    "diameter_mm": (
+        ("metres", 1000.0, 0.1, 4.0),
+        ("inches", 25.4, 4.0, 50.0),
+        ("centimetres", 10.0, 10.0, 50.0),
+    ),
+    "segment_length_mm": (("metres", 1000.0, 0.5, 20.0), ("centimetres", 10.0, 50.0, 100.0)),
+}
+"""Of a length that is too small in mm: units it may be in, mm each, and from and to which value."""
+
+
+def _meant(field: str, value: object) -> str:
+    """What was probably meant by a length that is too small; nothing if that is not known."""
+    name = field.rpartition(".")[2]
+    if not isinstance(value, int | float):
+        return ""
+    readings = [
+        f"{value * mm:g} if it is in {unit}"
+        for unit, mm, low, high in _OTHER_UNITS.get(name, ())
+        if low <= value <= high
+    ]
+    return f"; write {', '.join(readings)}" if readings else ""
+
+
 Pixels = Annotated[int, Field(ge=32, le=8192)]
+
+
+_LONGEST_SIDE = {"pinhole": 7.5, "fisheye": 12.5}
+"""Most focal lengths along a side of the picture: 150 degrees of a plane, and a picture of which a
+fisheye fills half the width."""
+
+FURTHEST_CENTRE = 2.0
+"""Picture sizes by which the principal point can lie outside (a cropped picture)."""
+
+LEAST_HEIGHT_MM = 5.0
 
 
 class Camera(_Part):
@@ -73,6 +109,35 @@ class Camera(_Part):
             )
         return self
 
+    def require_possible(self) -> None:
+        """Check that a lens can have these focal lengths and this principal point.
+
+        Raises:
+            InvalidRig: One cannot be; the text names field and value and what was probably meant.
+        """
+        sides = (("fx", self.fx, "width", self.width), ("fy", self.fy, "height", self.height))
+        for name, focal_px, side, pixels in sides:
+            least_px = pixels / _LONGEST_SIDE[self.model]
+            if focal_px < least_px:
+                half_rad = pixels / 2 / focal_px
+                view_rad = 2 * (half_rad if self.model == "fisheye" else np.arctan(half_rad))
+                raise InvalidRig(
+                    f"camera.{name}: {focal_px:g} px with {pixels} px of {side} is an angle of "
+                    f"view of {np.degrees(view_rad):.0f} degrees; a {self.model} lens has at least "
+                    f"{least_px:.0f} px. Is it the lens's focal length in mm? Then {name} is "
+                    f"{focal_px:g} mm / (sensor's {side} in mm) x {pixels} px"
+                )
+        for name, centre_px, side, pixels in (
+            ("cx", self.cx, "width", self.width),
+            ("cy", self.cy, "height", self.height),
+        ):
+            if not -FURTHEST_CENTRE * pixels <= centre_px <= (1 + FURTHEST_CENTRE) * pixels:
+                raise InvalidRig(
+                    f"camera.{name}: {centre_px:g} px is far outside a picture of {pixels} px of "
+                    f"{side}. Is it of a larger picture, or in another unit? In most cameras it is "
+                    f"about {(pixels - 1) / 2:g}"
+                )
+
     @property
     def focal_px(self) -> float:
         """Geometric mean of the two focal lengths."""
@@ -108,6 +173,18 @@ class Mount(_Part):
     roll_deg: float = Field(
         0.0, ge=-80, le=80, description="Tilt about the robot's x axis, right side down positive."
     )
+
+    def require_possible(self) -> None:
+        """Check that a camera can sit at this height.
+
+        Raises:
+            InvalidRig: It is nearer to the wall than any lens; the text says what was meant.
+        """
+        if self.height_mm < LEAST_HEIGHT_MM:
+            raise InvalidRig(
+                f"mount.height_mm: {self.height_mm:g} mm is nearer to the wall than a camera can "
+                f"be ({LEAST_HEIGHT_MM:g} mm or more)" + _meant("height_mm", self.height_mm)
+            )
 
 
 class Pipe(_Part):
@@ -162,9 +239,28 @@ class Rig(_Part):
                 raise ValueError(
                     f"height_mm {self.mount.height_mm:g} with lateral_mm "
                     f"{self.mount.lateral_mm:g} puts the camera outside the pipe of "
-                    f"{self.pipe.diameter_mm:g} mm diameter; both must lie within it"
+                    f"{self.pipe.diameter_mm:g} mm diameter; both must lie within it. Is the "
+                    "height that above the invert and not of the robot, and diameter_mm not the "
+                    "radius or in another unit?"
                 )
         return self
+
+    @classmethod
+    def parse(cls, fields: object, *, origin: str = "the rig") -> Self:
+        """Check a rig that comes from a file or a request, also for what cannot be.
+
+        A rig that is stored is read as it is.
+
+        Raises:
+            InvalidRig: A value that is not allowed or cannot be; the text names it.
+        """
+        rig = super().parse(fields, origin=origin)
+        try:
+            rig.camera.require_possible()
+            rig.mount.require_possible()
+        except InvalidRig as error:
+            raise InvalidRig(f"{origin} cannot be used. {error}.") from error
+        return rig
 
     @classmethod
     def load(cls, path: Path | str) -> Rig:

@@ -42,6 +42,7 @@ from app.storage.inspections import InspectionStore, Summary
 from app.storage.observations import ObservationStore
 from app.storage.tables import ENDED, IMPORTED, Inspection
 from vo_core import Estimate, Rig, Track
+from vo_core.rectify import require_wall_in_view
 
 logger = logging.getLogger(__name__)
 
@@ -118,6 +119,7 @@ class Inspections:
             RigVideoMismatch: The rig's camera has pictures of another size.
         """
         checked = Rig.parse(dict(rig))
+        require_wall_in_view(checked)
         with self._uploads.take(upload_id) as (path, info):
             return self._create(name, path, info.filename, checked, header, who)
 
@@ -137,6 +139,7 @@ class Inspections:
             DiskFull: There is no room for a recording.
         """
         checked = Rig.parse(dict(rig))
+        require_wall_in_view(checked)
         width, height = checked.camera.width, checked.camera.height
         source = self._sources.resolve(url, (width, height))
         self._folder.require_room(_LEAST_ROOM_TO_RECORD)

@@ -207,6 +207,13 @@ def test_wrong_rig_is_explained_with_field_and_value_as_they_stand(track, sample
     assert "camera.fx: Input should be greater than 1 (found -1.0)" in done.err
 
 
+def test_focal_length_in_mm_is_explained(track, sample, tmp_path):
+    done, _ = track(rig=changed_rig(sample, tmp_path / "rig.json", fx=8.0, fy=8.0))
+    assert done.code == 1
+    assert "Is it the lens's focal length in mm?" in " ".join(done.err.split())
+    assert "Traceback" not in done.err
+
+
 def test_folder_of_the_track_is_looked_for_before_the_work(chainage, sample, tmp_path):
     out = tmp_path / "none" / "track.csv"
     done = chainage("track", sample.video, "--rig", sample.rig, "--out", out)

@@ -6,9 +6,10 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from textures import make_rig
 from worlds import World, floor_rig, glass, small_rig, speckle, stored
 
-from vo_core import Estimate
+from vo_core import Estimate, InvalidRig
 from vo_core.mosaic import FINEST_MM, MOST_PX, OPEN_S, SHELF, TILE_MM, UNSEEN_GREY, Layout, Mosaic
 from vo_core.optics import NODE_PX
 from vo_core.wall import enclose
@@ -213,3 +214,13 @@ def test_the_raster_is_as_fine_as_sensible_and_fits_the_pipe(rig):
     if rig.mount.view == "forward":
         ends = enclose(rig, np.array([[0, layout.arc_from_mm], [0, layout.arc_to_mm]]))
         assert ends[0] == pytest.approx(ends[1], abs=1), "the ring closes at the crown"
+
+
+def test_a_view_with_hardly_any_wall_is_refused():
+    up = make_rig(
+        camera={"model": "fisheye", "fx": 105.0, "fy": 400.0},
+        mount={"height_mm": 150.0, "pitch_deg": -79.0, "lateral_mm": 30.0, "rotation_deg": 90.0},
+        pipe={"shape": "flat", "diameter_mm": None},
+    )
+    with pytest.raises(InvalidRig, match="in a few places only"):
+        Mosaic(up)

@@ -95,11 +95,11 @@ def test_a_jump_beyond_the_picture_is_lost_with_a_sigma_that_grows_and_then_trac
     images = list(pictures(world, x_mm[:30])) + list(pictures(elsewhere, x_mm[30:]))
     track = follow(world.rig, images)
     assert track.status[30] == "lost"
-    assert track.sigma_distance_mm[30] > 10 * track.sigma_distance_mm[29]
+    assert track.sigma_registration_mm[30] > 10 * track.sigma_registration_mm[29]
     assert set(track.status[70:]) == {"ok"}
     # From there on the motion is measured, at the speed that it has.
     assert np.diff(track.distance_mm[70:]) == pytest.approx(np.diff(x_mm[70:]), abs=0.05)
-    assert np.all(np.diff(track.sigma_distance_mm[70:]) < 0.1)
+    assert np.all(np.diff(track.sigma_registration_mm[70:]) < 0.1)
 
 
 def test_dropped_frames_change_nothing(worlds):

@@ -41,7 +41,7 @@ def normalised_errors(rig, condition):
         y_mm, yaw_deg = 2 * np.sin(n / 17), np.sin(n / 13)
         poses = zip(x_mm, y_mm, yaw_deg, strict=True)
         track = follow(rig, [camera(world.view(*pose), k) for k, pose in enumerate(poses)])
-        found.append((track.distance_mm - x_mm)[1:] / track.sigma_distance_mm[1:])
+        found.append((track.distance_mm - x_mm)[1:] / track.sigma_registration_mm[1:])
     return np.array(found)
 
 

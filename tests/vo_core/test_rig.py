@@ -6,6 +6,7 @@ import pytest
 from textures import make_rig, rig_fields
 
 from vo_core import InvalidRig, Rig
+from vo_core.rectify import require_wall_in_view
 
 
 def test_the_rig_of_the_design_document_is_read(tmp_path):
@@ -79,3 +80,63 @@ def test_every_field_is_described_and_bounded():
 def test_pictures_of_another_size_are_refused():
     with pytest.raises(InvalidRig, match=r"640 x 480.*1920 x 1080"):
         make_rig().require_picture_size(1920, 1080)
+
+
+@pytest.mark.parametrize(
+    ("part", "change", "said"),
+    [
+        ("camera", {"fx": 8.0}, ["camera.fx: 8 px", "177 degrees", "85 px", "focal length in mm"]),
+        ("camera", {"fy": 3.6}, ["camera.fy: 3.6 px", "480 px of height", "focal length in mm"]),
+        ("camera", {"model": "fisheye", "fx": 1.4}, ["camera.fx: 1.4 px", "fisheye", "51 px"]),
+        ("camera", {"cx": 5000.0}, ["camera.cx: 5000 px", "640 px", "about 319.5"]),
+        (
+            "mount",
+            {"height_mm": 0.23},
+            ["mount.height_mm: 0.23 mm", "5 mm", "230 if it is in metr"],
+        ),
+        ("mount", {"height_mm": 4.5}, ["mount.height_mm: 4.5 mm", "45 if it is in centimetres"]),
+        ("pipe", {"diameter_mm": 0.3}, ["pipe.diameter_mm", "50", "0.3", "300 if it is in metres"]),
+        (
+            "pipe",
+            {"diameter_mm": 12.0},
+            ["304.8 if it is in inches", "120 if it is in centimetres"],
+        ),
+        ("pipe", {"diameter_mm": 150.0}, ["outside the pipe of 150 mm", "the radius"]),
+        ("pipe", {"segment_length_mm": 1.5}, ["segment_length_mm", "1500 if it is in metres"]),
+    ],
+)
+def test_a_rig_that_cannot_be_is_refused_with_what_was_probably_meant(part, change, said):
+    with pytest.raises(InvalidRig) as raised:
+        make_rig(**{part: change})
+    for words in said:
+        assert words in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("part", "change"),
+    [
+        ("camera", {"fx": 160.0, "fy": 160.0}),  # 127 degrees
+        ("camera", {"model": "fisheye", "fx": 105.0, "fy": 105.0}),
+        ("camera", {"cx": -200.0, "cy": 700.0}),
+        ("mount", {"height_mm": 23.0}),
+        ("mount", {"view": "forward", "pitch_deg": 45.0}),
+        ("pipe", {"diameter_mm": 2400.0}),
+    ],
+)
+def test_a_rig_that_is_merely_unusual_is_taken(part, change):
+    make_rig(**{part: change})
+
+
+def test_a_stored_rig_is_read_as_it_is():
+    stored = rig_fields(camera={"fx": 8.0, "fy": 8.0})
+    assert Rig.model_validate(stored).camera.fx == 8
+
+
+def test_a_view_that_sees_no_wall_is_refused_with_what_to_check():
+    up = make_rig(mount={"pitch_deg": 80.0, "view": "forward"}, pipe=FLOOR)
+    with pytest.raises(InvalidRig, match=r"no wall.*pitch_deg 80.*nose up"):
+        require_wall_in_view(up)
+    require_wall_in_view(make_rig())
+
+
+FLOOR = {"shape": "flat", "diameter_mm": None}
