@@ -33,7 +33,9 @@ logger = logging.getLogger(__name__)
 _SOLVED_KEPT = 8
 _STATED_KEPT = 512
 _SOLVE_EVERY_S = 5.0
-"""While a run goes on; solving takes some 10 ms for a minute of video with joints."""
+_SOLVE_SHARE = 0.1
+"""While a run goes on it is solved so often at most, and for so much of the time: some 10 ms for a
+minute of video with joints, seconds for an hour with a hundred of them."""
 
 Value = TypeVar("Value")
 
@@ -62,8 +64,14 @@ class _Solution:
     run: tuple[int, bool]
     """Which run of tracking, and whether it went on."""
     solved_s: float
+    took_s: float
     corrected: Corrected
     adjusted: Adjusted
+
+    @property
+    def due_s(self) -> float:
+        """When a run that goes on may be solved again."""
+        return self.solved_s + max(_SOLVE_EVERY_S, self.took_s / _SOLVE_SHARE)
 
     @property
     def is_growing(self) -> bool:
@@ -114,6 +122,7 @@ class Corrections:
             InvalidCorrection: It cannot be applied to the track as it is; nothing was stored.
         """
         statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
+        began_s = time.monotonic()
         adjusted = adjust(
             self._tracks.get(inspection_id),
             statement.rig,
@@ -127,8 +136,10 @@ class Corrections:
         )
         corrected = Corrected(stated, adjusted, None)
         self._keep(inspection_id, _Statement(revision, stated, statement.rig))
+        now_s = time.monotonic()
         self._keep_solution(
-            inspection_id, _Solution(revision, run, time.monotonic(), corrected, adjusted)
+            inspection_id,
+            _Solution(revision, run, now_s, now_s - began_s, corrected, adjusted),
         )
         if revision != statement.revision:
             logger.info("Inspection %s corrected by %s.", inspection_id, who)
@@ -251,7 +262,7 @@ class Corrections:
         """Not older than some seconds while the run goes on."""
         known = self._last_solution(inspection_id)
         is_settled = not known.is_growing or not known.adjusted.can_change
-        if is_settled or time.monotonic() < known.solved_s + _SOLVE_EVERY_S:
+        if is_settled or time.monotonic() < known.due_s:
             return known
         return self._solve(inspection_id)
 
@@ -260,7 +271,7 @@ class Corrections:
         statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
         raw = self._tracks.get(inspection_id)
         stated = statement.stated.within(len(raw)) if run[1] else statement.stated
-        sightings = self._tracks.sightings(inspection_id)
+        sightings, began_s = self._tracks.sightings(inspection_id), time.monotonic()
         try:
             adjusted = adjust(raw, statement.rig, stated, sightings)
             error = _refusal(adjusted)
@@ -269,7 +280,8 @@ class Corrections:
             adjusted = adjust(raw, statement.rig, unadjusted, sightings)
             error = body_of(failure)[1]
         corrected = Corrected(statement.stated, adjusted, error)
-        solution = _Solution(statement.revision, run, time.monotonic(), corrected, adjusted)
+        now_s = time.monotonic()
+        solution = _Solution(statement.revision, run, now_s, now_s - began_s, corrected, adjusted)
         self._keep_solution(inspection_id, solution)
         return solution
 

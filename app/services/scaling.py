@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import logging
 import threading
-import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,8 +26,6 @@ logger = logging.getLogger(__name__)
 WHO = "Chainage"
 """In the history: nobody has stated it."""
 
-_EVERY_S = 5.0
-"""As often as a growing run is solved at most."""
 _STOP_TIMEOUT_S = 10.0
 
 
@@ -39,9 +36,10 @@ class _Told:
     revision: int
     scale: dict[str, Any] | None
     """By joints; None if they did not count."""
+    adjusted: Adjusted | None = None
+    """The solution that says so."""
     sightings: int = 0
     way_mm: float = 0.0
-    looked_s: float = 0.0
 
 
 class Scaling:
@@ -102,7 +100,6 @@ class Scaling:
 
     def _look(self, inspection_id: str, *, has_ended: bool) -> None:
         told = self._told.get(inspection_id) or self._recorded(inspection_id)
-        now_s = time.monotonic()
         segment_mm = self._corrections.newest(inspection_id).rig.pipe.segment_length_mm
         if segment_mm is None:
             return
@@ -110,9 +107,11 @@ class Scaling:
         if not has_ended:
             way_mm = self._tracks.newest_mm(inspection_id)
             is_new = sightings != told.sightings or way_mm > told.way_mm + segment_mm
-            if not is_new or now_s < told.looked_s + _EVERY_S:
+            if not is_new:
                 return
         adjusted = self._corrections.adjusted(inspection_id)
+        if adjusted is told.adjusted:  # it is too early to solve it again
+            return
         scale = scale_of(adjusted)
         revision = self._corrections.revision(inspection_id)
         if revision == told.revision and is_other(told.scale, scale, adjusted):
@@ -122,7 +121,7 @@ class Scaling:
         elif revision == told.revision:
             scale = told.scale
         way_mm = float(adjusted.track.distance_mm.max(initial=0.0))
-        self._told[inspection_id] = _Told(revision, scale, sightings, way_mm, now_s)
+        self._told[inspection_id] = _Told(revision, scale, adjusted, sightings, way_mm)
         if has_ended:
             del self._told[inspection_id]
 
