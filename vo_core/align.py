@@ -33,8 +33,9 @@ CONVERGED_PX = 0.02
 MOST_STEPS = 60
 """However slowly they lead nearer."""
 
-SETTLED = 8
-"""Steps after which the same blocks agree, so that further ones form a series (see `_stride`)."""
+MOST_STEPS = 8
+"""Of an alignment that is not extrapolated: where several motions are tried (wall, water, dirt), a
+start that needs more is not near its own."""
 
 LONGEST_STRIDE = 10.0
 """Most Gauss-Newton steps taken at once."""
@@ -61,6 +62,9 @@ of an alignment exceeds what the scatter between its blocks says. Measured on co
 
 START_PX = 100.0
 """How far off a start can be, one sigma: what a picture leaves open stays within that."""
+
+OPEN_END_PX = 1e8
+"""The same where the parameters have priors of their own: so that equations can be solved."""
 
 BY_CHANCE = 5.0
 """Standard deviations of two gradients' correlation that do not count as common texture."""
@@ -147,8 +151,8 @@ class Alignment:
     """(n,) without the habit."""
     free_covariance: Matrix
     """(n, n)"""
-    uncertainty_px: float
-    """Of where the reference's content lies, in the worse direction, over all blocks."""
+    uncertainty_px: Matrix
+    """(2,) of where the reference's content lies, along the rows and along the columns."""
     agreement: float
     """Normalised correlation over the overlap, -1 to 1: the share of texture seen again."""
     fidelity: float
@@ -179,7 +183,7 @@ def align(
     linearise: Callable[[Matrix], tuple[Points, Matrix]] | None = None,
     prior: Prior | None = None,
     habit: Prior | None = None,
-    settled: int = SETTLED,
+    settled: int | None = None,
     enough_px: float = CONVERGED_PX,
 ) -> Alignment:
     """Fit the parameters of a motion model.
@@ -195,10 +199,11 @@ def align(
         linearise: w(q) and dw/dq, (nodes, 2, n); taken by differences if there is none.
         prior: What is known of the parameters beforehand.
         habit: What they usually are; `Alignment.free` is without it.
-        settled: Steps after which what is left is extrapolated (see `_stride`).
+        settled: Steps after which what is left is extrapolated (see `_stride`) and goes on while it
+            shrinks; None for at most `MOST_STEPS`, each as it is.
         enough_px: The iteration ends where no block has further to go.
     """
-    loose = np.diag(1 / (START_PX * scales) ** 2)
+    loose = np.diag(1 / ((START_PX if prior is None else OPEN_END_PX) * scales) ** 2)
     nothing = Prior(start, np.zeros_like(loose))
     known, usual = prior or nothing, habit or nothing
     information = loose + known.information + usual.information
@@ -217,14 +222,16 @@ def align(
             + usual.information @ (parameters - usual.mean),
         )
         last, moved = moved, jacobian @ step
-        if taken > settled:
+        extrapolated = settled is not None and taken > settled
+        if extrapolated:
             stride = _stride(stride, last, moved)
         parameters = parameters + stride * step
         before_px, left_px = left_px, stride * float(np.abs(moved).max())
-        waited += taken > settled and left_px >= before_px
-        if taken == settled:
+        waited += extrapolated and left_px >= before_px
+        if taken == (settled or MOST_STEPS):
             enough_px *= 2
-        if left_px < enough_px or left_px > 2 * template.grid.side_px or waited == PATIENCE:
+        out_of_steps = waited == PATIENCE or (settled is None and taken == MOST_STEPS)
+        if left_px < enough_px or left_px > 2 * template.grid.side_px or out_of_steps:
             break
         positions = warp(parameters)
     # Sandwich: the bread is the Hessian, the filling what the blocks really scatter.
@@ -235,9 +242,9 @@ def align(
     observed = template.root @ _common_texture(template, seen, independent).T @ jacobian
     seen_information = _hessian(observed, seen.weights)
     hessian = seen_information + information
-    bread = np.linalg.inv(hessian)
+    bread = inverse(hessian)
     pull = usual.information @ (parameters - usual.mean)
-    unforced = np.linalg.inv(hessian - usual.information)
+    unforced = inverse(hessian - usual.information)
     filling = INFLATION * scores.T @ scores + seen.shared * seen_information + information
     covariance = bread @ filling @ bread
     return Alignment(
@@ -331,12 +338,16 @@ def _scores(jacobian: Matrix, seen: _Comparison) -> Matrix:
     return np.asarray((jacobian * weighted[:, :, None]).sum(1))
 
 
-def _spread_px(jacobian: Matrix, covariance: Matrix) -> float:
-    """Standard deviation of the displacements J q, rms over the blocks, in the worse direction."""
-    spread = np.swapaxes(jacobian, 0, 1).reshape(2, -1) @ (jacobian @ covariance).transpose(
-        0, 2, 1
-    ).reshape(-1, 2)
-    return float(np.sqrt(np.linalg.eigvalsh(spread)[-1] / max(len(jacobian), 1)))
+def inverse(matrix: Matrix) -> Matrix:
+    """Of a positive definite matrix whose rows have different units: its diagonal is made 1."""
+    size = np.sqrt(np.diag(matrix))
+    return np.asarray(np.linalg.inv(matrix / np.outer(size, size)) / np.outer(size, size))
+
+
+def _spread_px(jacobian: Matrix, covariance: Matrix) -> Matrix:
+    """(2,) standard deviation of the displacements J q along each axis, rms over the blocks."""
+    variances = ((jacobian @ covariance) * jacobian).sum(-1)
+    return np.asarray(np.sqrt(np.maximum(variances.mean(axis=0), 0.0)))
 
 
 def _root(tensor: Matrix) -> Matrix:

@@ -7,7 +7,16 @@ from functools import cached_property
 
 import numpy as np
 
-from vo_core.align import LOCK, OPEN_PX, Alignment, Prior, Template, align
+from vo_core.align import (
+    LOCK,
+    OPEN_PX,
+    START_PX,
+    Alignment,
+    Prior,
+    Template,
+    align,
+    inverse,
+)
 from vo_core.blocks import BlockGrid
 from vo_core.correlate import (
     LOBE_PX,
@@ -46,7 +55,7 @@ STANDS_PX, APART_PX = 3.0, 6.0
 RIVAL = 0.9
 """Share of the best support that makes another pose as good."""
 
-CLEARER, LEAST_CLEARER = 0.3, 0.03
+CLEARER, LEAST_CLEARER = 0.3, 0.01
 """How much better a block must agree to speak for one motion and not the other, and the share of
 such blocks that unmasks a fixed pattern."""
 
@@ -188,7 +197,7 @@ class Locator:
         """
         fixes = self._fixes(reference, picture, guess, outlook)
         in_reach = [fix for fix in fixes if _distance_mm(fix.pose, guess) <= outlook.reach_mm]
-        return self._best(in_reach if outlook.is_bound else fixes, in_reach, outlook)
+        return self._best(in_reach if outlook.is_bound else fixes, in_reach, outlook, guess)
 
     def search(self, reference: Reference, picture: Picture, outlook: Outlook) -> Fix | None:
         """The pose without any guess: no motion, and the rotation of the polar spectrum."""
@@ -200,7 +209,7 @@ class Locator:
         at = reference.pose
         guesses = [at, replace(at, yaw_rad=at.yaw_rad - turn)]
         fixes = [fix for at in guesses for fix in self._fixes(reference, picture, at, outlook)]
-        return self._best(fixes, fixes, outlook)
+        return self._best(fixes, fixes, outlook, outlook.last)
 
     def _fixes(
         self, reference: Reference, picture: Picture, guess: Pose, outlook: Outlook
@@ -209,8 +218,13 @@ class Locator:
         aligned = (self._align(reference, picture, start, outlook) for start in starts)
         return [fix for fix in aligned if fix is not None]
 
-    def _best(self, found: list[Fix], in_reach: list[Fix], outlook: Outlook) -> Fix | None:
-        """The fix of the wall; uncertain by the distance to a rival that is as good."""
+    def _best(
+        self, found: list[Fix], in_reach: list[Fix], outlook: Outlook, guess: Pose
+    ) -> Fix | None:
+        """The fix of the wall: of those that are as good the one nearest to the guess.
+
+        It is uncertain by the distance to the others.
+        """
         fixes = [fix for fix in found if self._is_credible(fix, found, in_reach, outlook)]
         if not fixes:
             return None
@@ -218,14 +232,15 @@ class Locator:
         if reliability is None:
             reliability = np.ones(self._blocks.rows * self._blocks.columns)
         supports = [fix.alignment.support(reliability) for fix in fixes]
-        best = fixes[int(np.argmax(supports))]
+        as_good = [
+            fix
+            for fix, support in zip(fixes, supports, strict=True)
+            if support >= RIVAL * max(supports)
+        ]
+        best = min(as_good, key=lambda fix: _distance_mm(fix.pose, guess))
         if _stands(best) and any(_is_pattern(best, other) for other in found):
             best = replace(best, is_doubtful=True)
-        rivals = [
-            abs(fix.pose.x_mm - best.pose.x_mm)
-            for fix, support in zip(fixes, supports, strict=True)
-            if support > RIVAL * max(supports)
-        ]
+        rivals = [abs(fix.pose.x_mm - best.pose.x_mm) for fix in as_good]
         if max(rivals) < self._grid.mm_per_px:
             return best
         uncertain = best.state.covariance.copy()
@@ -281,7 +296,8 @@ class Locator:
         parameters = _parameters(reference, start)
         motion: WallMotion | RollingMotion = self._motion
         scales, known = self._motion.scales, _known(reference, parameters)
-        habit = _habit(reference, start, parameters, outlook.sway)
+        reach_mm = START_PX * self._grid.mm_per_px
+        habit = _habit(reference, start, parameters, outlook.sway, reach_mm)
         if self._rig.camera.readout_ms > 0:
             motion = RollingMotion(self._motion)
             before = reference.state.rate
@@ -307,7 +323,7 @@ class Locator:
             habit=habit,
         )
         covariance = fit.covariance[np.ix_(_KEPT, _KEPT)]
-        is_open = fit.uncertainty_px > OPEN_PX
+        is_open = fit.uncertainty_px[0] > OPEN_PX
         if not fit.converged or is_open or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
             return None
         moved = self._blocks.centres(fit.positions) - self._centres
@@ -332,22 +348,29 @@ class Locator:
 def _known(reference: Reference, parameters: Matrix) -> Prior:
     """What is known of the reference and of the mount."""
     information = np.zeros((PARAMETERS, PARAMETERS))
-    information[np.ix_(_KNOWN, _KNOWN)] = np.linalg.inv(reference.state.covariance)
+    information[np.ix_(_KNOWN, _KNOWN)] = inverse(reference.state.covariance)
     return Prior(parameters, information)
 
 
-def _habit(reference: Reference, start: Pose, parameters: Matrix, sway: Sway) -> Prior:
+def _habit(
+    reference: Reference, start: Pose, parameters: Matrix, sway: Sway, reach_mm: float
+) -> Prior:
     """How the pose usually follows from the reference's.
 
     A part of its deviation from the mean pose is left, and some of the robot's sway comes new.
+    Along the pipe the start may be off by `reach_mm`, one sigma.
     """
     way_mm = start.x_mm - reference.pose.x_mm
     left = kept(way_mm)
     follows = np.zeros((POSE, PARAMETERS))
     follows[:, MOVING], follows[:, REFERENCE] = np.eye(POSE), -left * np.eye(POSE)
+    follows[0, REFERENCE.start] = -1.0  # a way is not forgotten
     mean = parameters.copy()
     mean[MOVING] = left * parameters[REFERENCE] + (1 - left) * sway.mean(start)
-    weight = np.linalg.inv(spread(way_mm) * sway.covariance)
+    mean[0] = start.x_mm
+    covariance = spread(way_mm) * sway.covariance
+    covariance[0, 0] = reach_mm**2
+    weight = np.linalg.inv(covariance)
     return Prior(mean, follows.T @ weight @ follows)
 
 

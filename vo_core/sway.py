@@ -26,7 +26,7 @@ aside, too.  Roll is about itself."""
 STIFFEST = np.array([0.1, np.radians(0.03), np.radians(0.1), np.radians(0.1)])
 """The same of a robot of which nothing is seen to move: clearances and a rough wall."""
 
-USUAL = np.array([0.5, np.radians(0.2), np.radians(0.2), np.radians(1)])
+USUAL = np.array([0.2, np.radians(0.1), np.radians(0.1), np.radians(1)])
 """The same before anything was seen."""
 
 FORGOTTEN_MM = 300.0
@@ -46,8 +46,12 @@ _WORTH = 5
 
 _BIASED, _BIASED_AFTER = 0.5, 6
 """Share of the squared changes that grow with the way, by which they are an error of the wall's
-shape and no sway, and the frames after which that can be seen.  A flat bed of silt raises a camera
-by the same each step, to 45 mm in 6 m; a robot goes up and down.  Climbs are long, and go round."""
+shape and no sway, and the frames after which that is sure.  A flat bed of silt raises a camera by
+the same each step, to 45 mm in 6 m; a robot goes up and down.  Climbs are long, and go round."""
+
+_MOST_BIAS = np.array([0.03, np.radians(0.02), 0.0, 0.0])
+"""Height in mm and pitch in rad a mm of way, above which a wrong shape need not be thought of at
+once: a flat bed in the place of a pipe makes half of it."""
 
 _PER_STEP = np.array([4.0, 4.0, 4.0, 50.0])
 """Variance about the mean pose over that of the change, of a process that forgets as above; a robot
@@ -97,8 +101,8 @@ class Sway:
         per_mm = self._with_way / max(self._way, 1e-9)
         biased = per_mm * self._with_way > _BIASED * self._square
         biased[2:] = False
-        if self._count > _WORTH + _BIASED_AFTER:
-            seen = np.where(biased, seen - per_mm * way_mm, seen)
+        biased &= (np.abs(per_mm) < _MOST_BIAS) | (self._count > _WORTH + _BIASED_AFTER)
+        seen = np.where(biased, seen - per_mm * way_mm, seen)
         excess = np.square(seen) - CLEAR * variance[[3, 4, 5, 5]]
         self._variance += share * (_PER_STEP * excess / spread(way_mm) - self._variance)
 

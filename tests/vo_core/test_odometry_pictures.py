@@ -200,7 +200,8 @@ def test_a_ledge_over_a_third_of_the_picture_is_seen_but_not_followed(height_mm)
         light = floor.view(x)
         light[168:] = ledge.view(x)[168:]
         images.append(stored(light, n))
-    track = follow(FLOOR, images)
+    # A mount that may be tilted by degrees would explain a small step as a slope.
+    track = follow(FLOOR.known_to(tilt_deg=0.1), images)
     assert error_mm(track, x_mm).max() < 0.2
     assert np.median(track.quality) < 0.97
 

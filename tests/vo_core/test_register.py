@@ -82,14 +82,14 @@ def test_of_two_depths_the_larger_part_is_answered_and_the_quality_says_so(share
     assert 0.3 < found.quality < register(*two_depths(1.0, tuple(shift), (0.0, 0.0))).quality - 0.05
 
 
-@pytest.mark.parametrize("shift_px", [(0.6, -0.3), (6.4, 3.7), (14.8, -9.1)])
+@pytest.mark.parametrize("shift_px", [(0.6, -0.3), (5.4, 3.7), (14.8, -9.1)])
 def test_a_blurred_wall_under_noise_is_locked_however_many_steps_it_takes(shift_px):
     # The noise is finer than the texture: every step falls short, as on dim cloth (issue 11).
-    kind = {"contrast_grey": 4.0, "noise_grey": 2.0, "finest_px": 5.0}
+    kind = {"contrast_grey": 4.0, "noise_grey": 3.0, "finest_px": 8.0}
     there, back = (register(*images) for images in both_ways(pair(VGA, shift_px, **kind)))
     assert there.quality > 0
     assert (there.dx_px, there.dy_px) == pytest.approx(shift_px, abs=0.2)
-    assert (back.dx_px, back.dy_px) == pytest.approx((-there.dx_px, -there.dy_px), abs=0.02)
+    assert (back.dx_px, back.dy_px) == pytest.approx((-there.dx_px, -there.dy_px), abs=0.05)
 
 
 def both_ways(images):
