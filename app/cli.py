@@ -491,7 +491,7 @@ def calibrate(
             on_progress=partial(_advance, progress, task),
         )
     camera = result.camera
-    part = camera if setup is None else setup.model_copy(update={"camera": camera})
+    part = camera if setup is None else result.into(setup)
     out.write_text(part.model_dump_json(indent=2) + "\n", encoding="utf-8")
 
     table = Table("picture", "corners", "residual", box=None)

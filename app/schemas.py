@@ -21,13 +21,15 @@ from pydantic import (
 
 from app.catalogue.header import HeaderField, faults
 from app.errors import EVERYWHERE, STATUS
+from app.interval import half_width_m
 from app.reports.report import Written
-from app.services.adjustment import U95, Stated
+from app.services.adjustment import Stated
 from app.services.checks import Issue
 from app.services.clicks import Click
 from app.services.corrections import Corrected, result_of
 from app.services.inspections import InspectionView
 from app.services.live import CameraStatus, Update
+from app.services.makeup import Makeup, PartName
 from app.services.meter_counter import Connection
 from app.services.observations import ObservationView, WallGrid, WallUnder
 from app.services.packs import PackView
@@ -247,7 +249,10 @@ class LeftOutIn(_In):
 class JointsIn(_In):
     """Which joints count."""
 
-    use: bool = False
+    use: Annotated[
+        bool | None,
+        Field(description="null: they count by themselves where they can be counted for certain."),
+    ] = None
     marked: Annotated[list[MarkIn], Field(max_length=1000)] = Field(default_factory=list)
     left_out: Annotated[list[LeftOutIn], Field(max_length=10_000)] = Field(default_factory=list)
 
@@ -302,6 +307,49 @@ class CorrectionsOut(BaseModel):
             result=result_of(adjusted) if adjusted else None,
             error=ErrorOut(**error) if error else None,
         )
+
+
+class PartOut(BaseModel):
+    """One cause of an interval; they add up in quadrature."""
+
+    name: PartName
+    u95_m: float
+
+
+class TapedOut(BaseModel):
+    """What one more taped length would make of it."""
+
+    length_m: float
+    u95_m: float
+
+
+class MakeupOut(BaseModel):
+    """What the interval of the distance of a frame is made of, the largest part first."""
+
+    frame: int
+    distance_m: float
+    distance_u95_m: float
+    parts: list[PartOut]
+    taped: TapedOut | None
+    """None if a tape would not help much."""
+
+    @classmethod
+    def of(cls, makeup: Makeup) -> MakeupOut:
+        """From the service's."""
+        taped = makeup.taped
+        return cls(
+            frame=makeup.frame,
+            distance_m=makeup.distance_m,
+            distance_u95_m=makeup.half_width_m,
+            parts=[PartOut(name=part.name, u95_m=part.half_width_m) for part in makeup.parts],
+            taped=TapedOut(length_m=taped.length_m, u95_m=taped.half_width_m) if taped else None,
+        )
+
+
+class IntervalOut(BaseModel):
+    """The interval of a frame; null where nobody knows it."""
+
+    interval: MakeupOut | None
 
 
 class IssueOut(BaseModel):
@@ -573,7 +621,7 @@ class InspectionOut(BaseModel):
                 eta_s=_rounded(view.progress.eta_s, 1),
             ),
             distance_m=metres(view.distance_mm),
-            distance_u95_m=metres(None if sigma_mm is None else U95 * sigma_mm),
+            distance_u95_m=None if sigma_mm is None else half_width_m(sigma_mm),
             distance_raw_m=metres(view.raw_distance_mm),
             revision=row.revision,
             corrected=view.is_corrected,
@@ -648,7 +696,7 @@ class ObservationOut(BaseModel):
             id=row.id,
             seq=row.seq,
             distance_m=metres(place.distance_mm) if place else None,
-            distance_u95_m=None if place is None or place.u95_mm is None else metres(place.u95_mm),
+            distance_u95_m=place.u95_m if place else None,
             distance_raw_m=metres(place.raw_mm) if place else None,
             distance_source=place.source if place else None,
             clock=view.clock,
@@ -700,6 +748,7 @@ class WallGridOut(BaseModel):
     v: list[float]
     axial_mm: list[list[float | None]]
     right_mm: list[list[float | None]]
+    down_mm: list[list[float | None]]
     clock_h: list[list[float | None]] | None
     """None on a floor."""
 
@@ -714,6 +763,7 @@ class WallGridOut(BaseModel):
             v=grid.v_px,
             axial_mm=_table(grid.axial_mm),
             right_mm=_table(grid.right_mm),
+            down_mm=_table(grid.down_mm),
             clock_h=None if grid.clock_h is None else _table(grid.clock_h),
         )
 
@@ -945,7 +995,11 @@ class UnrolledOut(BaseModel):
 
 
 def live_header(
-    update: Update, told: Estimate | None, revision: int | None, now_s: float
+    update: Update,
+    told: Estimate | None,
+    revision: int | None,
+    joints: int | None,
+    now_s: float,
 ) -> dict[str, Any]:
     """Header of one message of the live socket.
 
@@ -953,6 +1007,7 @@ def live_header(
         update: What is told.
         told: Its last estimate, corrected.
         revision: Of the corrections; None if the inspection has been deleted.
+        joints: How many are known, seen or expected; None likewise.
         now_s: By `time.monotonic`.
     """
     last = update.estimates[-1] if update.estimates else None
@@ -962,7 +1017,7 @@ def live_header(
         name: getattr(told, name, None)
         for name in (
             "frame", "time_s", "x_mm", "y_mm", "yaw_deg", "distance_mm", "sigma_distance_mm",
-            "quality", "status",
+            "quality", "status", "z_mm", "pitch_deg", "roll_deg",
         )
     }  # fmt: skip
     return pose | {
@@ -975,6 +1030,7 @@ def live_header(
             "eta_s": _rounded(progress.eta_s, 1),
         },
         "revision": revision,
+        "joints": joints,
         "distance_raw_mm": last.distance_mm if last else None,
         "age_ms": None if age_s is None else round(1000 * age_s, 1),
         "camera": None

@@ -14,8 +14,9 @@ import numpy as np
 from builders import clip_rig
 
 from app.catalogue import built_in
+from app.interval import half_width_m
 from app.reports.report import Company, Entry, Photo, Report, Source
-from app.services.adjustment import U95, Joints, Length, RigSigma, Stated, Zero, adjust
+from app.services.adjustment import Joints, Length, RigSigma, Stated, Zero, adjust
 from app.services.checks import Issue
 from app.services.corrections import Corrected
 from app.storage.tables import Event
@@ -195,7 +196,7 @@ def full_report(folder: Path, **changes: Any) -> Report:
         raw_track=raw,
         track=end,
         raw_distance_m=round(float(raw.distance_mm[-1]) / 1000, 3),
-        u95_m=round(U95 * float(end.sigma_distance_mm[-1]) / 1000, 3),
+        u95_m=half_width_m(float(end.sigma_distance_mm[-1])),
         corrected=Corrected(stated, adjusted, None),
         sightings=sightings,
         health=tuple(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from app.calibration.boards import Board, Boards, Dropped, UnusableBoards, View
 from app.calibration.finding import LEAST_CORNERS, find_boards, read_grey
 from app.calibration.lens import LEAST_VIEWS, Model, fit_lens
-from vo_core.rig import Camera
+from vo_core.rig import Camera, Rig
 from vo_core.types import ByteImage
 from vo_core.wall import Points
 
@@ -82,6 +82,11 @@ class Calibration:
     def fx_percent(self) -> float:
         """95 % uncertainty of fx in percent of it, which is also that of every distance."""
         return 200 * self.fx_sigma_px / self.camera.fx
+
+    def into(self, rig: Rig) -> Rig:
+        """The rig with this camera, and how well its focal length is known now."""
+        known = rig.known_to(focal_percent=round(100 * self.fx_sigma_px / self.camera.fx, 4))
+        return known.model_copy(update={"camera": self.camera})
 
     def rows(self) -> list[tuple[str, str]]:
         """Name and value of every figure, for a table."""

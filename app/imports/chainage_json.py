@@ -259,7 +259,7 @@ class _LeftOut(_Whole):
 
 
 class _Joints(_Whole):
-    use: bool = False
+    use: bool | None = False
     marked: Annotated[list[_Mark], Field(max_length=1000)] = Field(default_factory=list)
     left_out: Annotated[list[_LeftOut], Field(max_length=10_000)] = Field(default_factory=list)
 
@@ -321,6 +321,9 @@ _Share = Annotated[float, Field(ge=0, le=1)]
 _Rows = Field(max_length=_MOST_ROWS)
 
 
+_LEVEL = ("z_mm", "pitch_deg", "roll_deg")
+
+
 class _TrackColumns(_Part):
     frame: Annotated[list[_Frame], _Rows]
     time_s: Annotated[list[Annotated[float, Field(ge=0, le=1e9)]], _Rows]
@@ -335,6 +338,17 @@ class _TrackColumns(_Part):
     z_mm: Annotated[list[_Number], _Rows]
     pitch_deg: Annotated[list[_Number], _Rows]
     roll_deg: Annotated[list[_Number], _Rows]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_newer_columns(cls, columns: Any) -> Any:
+        """An older export has the sigma of the registration alone, and neither height nor tilt."""
+        if not isinstance(columns, dict):
+            return columns
+        sigma_mm = columns.get("sigma_distance_mm")
+        level = [0.0] * len(sigma_mm) if isinstance(sigma_mm, list) else []
+        older = {"sigma_registration_mm": sigma_mm} | dict.fromkeys(_LEVEL, level)
+        return older | columns
 
     @model_validator(mode="after")
     def _rows_are_frames(self) -> _TrackColumns:

@@ -157,6 +157,9 @@ def _placed(row: Row, start: Row) -> Row:
         distance_mm=start.distance_mm + row.distance_mm,
         sigma_distance_mm=math.hypot(start.sigma_distance_mm, row.sigma_distance_mm),
         sigma_registration_mm=math.hypot(start.sigma_registration_mm, row.sigma_registration_mm),
+        z_mm=start.z_mm + row.z_mm,
+        pitch_deg=start.pitch_deg + row.pitch_deg,
+        roll_deg=start.roll_deg + row.roll_deg,
     )
 
 

@@ -53,7 +53,10 @@ class _Strip:
         hints = [tell("graphic.legend")]
         if water_share(self.report):
             hints.append(tell("graphic.water"))
-        hints.append(tell("graphic.joints" if self.report.joints else "graphic.nominal_joints"))
+        if self.report.joints:
+            hints.append(tell("graphic.joints"))
+        if self.report.expected_joints:
+            hints.append(tell("graphic.expected_joints"))
         if untracked := len(self.report.entries) - len(self.placed):
             hints.append(tell("graphic.untracked", n=untracked))
         whole = self.height + _TOP + _BOTTOM
@@ -101,17 +104,9 @@ class _Strip:
             shapes.append(_line(_PIPE_LEFT, y, _PIPE_RIGHT, y, _SOFT))
             if joint.number is not None:
                 shapes.append(_text(_PIPE_RIGHT + 4, y + 4, f"J{joint.number}", _SOFT, size=10))
-        segment_mm = self.report.rig.pipe.segment_length_mm
-        if self.report.joints or segment_mm is None:
-            return shapes
-        step_px = segment_mm / 1000 / self.axis.length_m * self.height
-        if step_px < 4:  # nothing but grey
-            return []
-        return [
-            _line(_PIPE_LEFT, self.y(m), _PIPE_RIGHT, self.y(m), _RULE, dash="4 4")
-            for m in self.axis.ticks(segment_mm / 1000)
-            if m > 0
-        ]
+        expected = [self.y(joint.distance_mm / 1000) for joint in self.report.expected_joints]
+        shapes += [_line(_PIPE_LEFT, y, _PIPE_RIGHT, y, _RULE, dash="4 4") for y in expected]
+        return shapes
 
     def _stretches(self) -> list[str]:
         shapes = []

@@ -11,7 +11,7 @@ from typing import IO, Any, Literal
 
 from app.catalogue.table import Code
 from app.reports.signing import Signer
-from app.services.adjustment import Adjusted, FittedJoint
+from app.services.adjustment import Adjusted, ExpectedJoint, FittedJoint
 from app.services.checks import Issue
 from app.services.corrections import Corrected
 from app.services.tracks import is_unmeasured
@@ -206,8 +206,13 @@ class Report:
 
     @property
     def joints(self) -> tuple[FittedJoint, ...]:
-        """Of the pipe, as far as they were used or marked."""
+        """Of the pipe, that were seen."""
         return self.adjusted.joints if self.adjusted else ()
+
+    @property
+    def expected_joints(self) -> tuple[ExpectedJoint, ...]:
+        """Where others should be that were not seen."""
+        return self.adjusted.expected_joints if self.adjusted else ()
 
     @property
     def stretches(self) -> tuple[Stretch, ...]:

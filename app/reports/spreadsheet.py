@@ -17,11 +17,13 @@ from xlsxwriter.format import Format
 from xlsxwriter.worksheet import Worksheet
 
 from app.catalogue.header import FIELDS
+from app.interval import half_width_m
 from app.reports import table
 from app.reports.report import Loss, Report, Written
 from app.reports.table import DICTIONARY, Cell, Column, iso
 from app.reports.text import legible
-from app.services.adjustment import U95, Stated
+from app.services.adjustment import Joints, Stated
+from app.storage.tables import RESCALED
 
 _LONGEST_TEXT = 32_767
 """Characters that a cell may hold, by the programs that read it."""
@@ -176,8 +178,8 @@ def _joints(report: Report) -> Iterable[Row]:
         yield (
             joint.number,
             round(joint.distance_mm / 1000, 3),
-            round(U95 * joint.sigma_mm / 1000, 3),
-            round(joint.residual_mm, 1),
+            half_width_m(joint.sigma_mm),
+            None if joint.residual_mm is None else round(joint.residual_mm, 1),
             joint.frame,
             int(joint.is_marked),
         )
@@ -190,9 +192,16 @@ def _corrections(report: Report) -> Iterable[Row]:
         at, before, after = iso(event.at), event.before, event.after
         if event.action == "corrected":
             yield at, event.who, "corrected", None, _stated(before), _stated(after), event.remark
+        elif event.action == RESCALED:
+            yield at, event.who, "rescaled", None, _scale(before), _scale(after), event.remark
         elif event.observation_id and before and after and _anchor(before) != _anchor(after):
             seq = numbers.get(event.observation_id)
             yield at, event.who, "moved", seq, _anchored(before), _anchored(after), event.remark
+
+
+def _scale(fields: Mapping[str, Any] | None) -> str:
+    """What the joints had made of the scale."""
+    return "nothing" if fields is None else f"scale {fields.get('scale')} by the joints"
 
 
 def _stated(fields: Mapping[str, Any] | None) -> str:
@@ -209,7 +218,9 @@ def _stated(fields: Mapping[str, Any] | None) -> str:
         f"{length.length_m:.3f} m apart, +/- {length.sigma_mm:g} mm"
         for length in stated.lengths
     ]
-    if stated.joints.use:
+    if stated.joints.use is False:
+        parts.append("joints: not used")
+    elif stated.joints != Joints():
         parts.append(
             f"joints: {len(stated.joints.marked)} marked, {len(stated.joints.left_out)} left out"
         )

@@ -31,7 +31,7 @@ DICTIONARY = (
     Column("calibration_id", "Calibration of the camera, of the header"),
     Column("distance_to_go_m", "From here to the far end, where its distance is known", "m"),
     Column("joint_no", "Number of the joint beside it; the first after the zero point is 1"),
-    Column("at_joint", "1 within 200 mm of a joint, else 0"),
+    Column("at_joint", "1 within 200 mm of a joint that was seen, else 0"),
     Column("code", "Main code; empty for a tag whose details are still to come"),
     Column("char1", "First characterisation of the code"),
     Column("char2", "Second characterisation of the code"),

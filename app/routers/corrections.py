@@ -15,8 +15,10 @@ from app.schemas import (
     CorrectionsOut,
     EventOut,
     EventsOut,
+    IntervalOut,
     IssueOut,
     IssuesOut,
+    MakeupOut,
     StatedIn,
     failures,
 )
@@ -52,6 +54,18 @@ def put(
 def preview(inspection_id: InspectionId, body: StatedIn, services: ServicesDep) -> CorrectionsOut:
     """What would hold; nothing is stored."""
     return CorrectionsOut.of(services.corrections.preview(inspection_id, body.to_stated()))
+
+
+@router.get("/interval", responses=failures(InspectionNotFound))
+@viewer
+def interval(
+    inspection_id: InspectionId,
+    services: ServicesDep,
+    frame: Annotated[int | None, Query(ge=0, le=2**31)] = None,
+) -> IntervalOut:
+    """What the interval of a frame is made of, of the furthest one if none is named."""
+    makeup = services.corrections.makeup(inspection_id, frame)
+    return IntervalOut(interval=MakeupOut.of(makeup) if makeup else None)
 
 
 @router.get("/checks", responses=failures(InspectionNotFound))

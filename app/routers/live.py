@@ -133,21 +133,25 @@ async def live(socket: WebSocket, inspection_id: InspectionId, services: Service
 async def _send(socket: WebSocket, outbox: _Outbox, corrections: Corrections) -> None:
     while True:
         update = await outbox.next()
-        told, revision = await asyncio.to_thread(_corrected, corrections, update)
-        fields = live_header(update, told, revision, time.monotonic())
+        told, revision, joints = await asyncio.to_thread(_corrected, corrections, update)
+        fields = live_header(update, told, revision, joints, time.monotonic())
         header = json.dumps(fields, allow_nan=False).encode()
         await socket.send_bytes(len(header).to_bytes(4, "big") + header + update.jpeg)
 
 
-def _corrected(corrections: Corrections, update: Update) -> tuple[Estimate | None, int | None]:
-    """The last estimate of an update as it is told, and the revision that tells it."""
+def _corrected(
+    corrections: Corrections, update: Update
+) -> tuple[Estimate | None, int | None, int | None]:
+    """The last estimate of an update as it is told, the revision that tells it, known joints."""
     try:
         revision = corrections.revision(update.inspection_id)
-        if not update.estimates:
-            return None, revision
-        return corrections.estimate(update.inspection_id, update.estimates[-1]), revision
+        solved = corrections.newest(update.inspection_id)
+        joints = len(solved.joints) + len(solved.expected_joints)
+        last = update.estimates[-1] if update.estimates else None
+        told = None if last is None else corrections.estimate(update.inspection_id, last)
     except InspectionNotFound:  # the update tells of its end
-        return None, None
+        return None, None, None
+    return told, revision, joints
 
 
 async def _send_clicks(socket: WebSocket, clicks: asyncio.Queue[Click]) -> None:

@@ -15,13 +15,15 @@ from typing import Any, Literal, cast
 import msgspec
 import numpy as np
 
-from app.services.tracks import estimate_at, is_unmeasured
-from vo_core import Rig, Track, wall_point
+from app.interval import half_width_m
+from app.services.tracks import estimate_at, is_unmeasured, wall_point_of
+from vo_core import Rig, Track
 from vo_core.drift import row_of
-from vo_core.errors import InvalidCorrection
-from vo_core.height import Height, implied_height, scale_sigma
+from vo_core.errors import InvalidCorrection, InvalidRig
+from vo_core.height import Height, implied_height
 from vo_core.joints import Sighting
 from vo_core.lattice import SCALE_SIGMA, Joint
+from vo_core.proposal import ScaleProposal
 from vo_core.scale import (
     Correction,
     Evidence,
@@ -31,13 +33,12 @@ from vo_core.scale import (
     StatedScale,
     correct,
     joint_spacing,
+    rig_scale,
     zeroed,
 )
 from vo_core.track import Estimate
 from vo_core.types import Matrix
 
-U95 = 1.96
-"""Standard deviations in the half-width of a 95 % interval."""
 NEAR_JOINT_MM = 200.0
 """At a joint means this near to one: the rule of one coding family, 8 inches."""
 CLOSURE_LIMIT = 3.0
@@ -45,7 +46,16 @@ CLOSURE_LIMIT = 3.0
 CLICK_PX = 3.0
 """Standard deviation of a person's click on a joint, along either side of the picture."""
 UNCALIBRATED = SCALE_SIGMA
-"""Relative standard uncertainty of the scale of a rig, unless it is stated."""
+"""Relative standard uncertainty of a scale about which nothing else is known."""
+_LEAST_COUNTED = 0.7
+"""Share of the rings that were seen, which must be joints if they are to set the scale."""
+_LEAST_AGAINST_RIG = 3
+"""Joints that overrule the rig by themselves: two segments that agree."""
+_MOST_AGAINST_RIG = 0.15
+"""Relative, that joints change the scale by themselves: 25 mm of silt ask for 11 %, and a length of
+a segment that is not that of this pipe for more."""
+_MOST_FOCAL_PERCENT = 20.0
+"""A rig file states no more."""
 CLASSES_PERCENT = (0.5, 1.0, 5.0)
 CLASS_FLOOR_MM = 300.0
 """Contracts ask for a per cent of the length, but for no more than a foot."""
@@ -87,7 +97,8 @@ class LeftOut(msgspec.Struct, frozen=True):
 class Joints(msgspec.Struct, frozen=True):
     """Whether joints count, and which."""
 
-    use: bool = False
+    use: bool | None = None
+    """None: nobody has said so; they count by themselves where they can be counted for certain."""
     marked: tuple[Mark, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
 
@@ -135,7 +146,7 @@ class Stated(msgspec.Struct, frozen=True):
 
     def unadjusted(self) -> Stated:
         """Only what cannot contradict the track."""
-        return Stated(zero=self.zero, rig_sigma=self.rig_sigma)
+        return Stated(zero=self.zero, rig_sigma=self.rig_sigma, joints=Joints(use=False))
 
 
 @dataclass(frozen=True)
@@ -146,15 +157,23 @@ class FittedJoint:
     """From the zero, the first one after it is 1; None where the segments cannot be counted."""
     distance_mm: float
     sigma_mm: float
-    residual_mm: float
-    """Known less measured when the track is scaled and nothing else."""
+    residual_mm: float | None
+    """Known less measured when the track is scaled and nothing else; None if none counts."""
     frame: int
     is_marked: bool
 
 
 @dataclass(frozen=True)
+class ExpectedJoint:
+    """Where a joint should be that was not seen; it is shown as such and never reported."""
+
+    number: int
+    distance_mm: float
+
+
+@dataclass(frozen=True)
 class NearJoint:
-    """A joint beside a place."""
+    """A joint that was seen beside a place."""
 
     number: int | None
     """From the zero; None where the segments cannot be counted."""
@@ -201,7 +220,7 @@ class DistanceClass:
 
     percent: float | None
     """0.5, 1 or 5; None if even 5 is not met."""
-    half_width_mm: float
+    half_width_m: float
     """95 %, at the far end."""
     residual_mm: float | None
     """Of the closure; None if the length is not known."""
@@ -216,17 +235,26 @@ class Adjusted:
     track: Track
     """Corrected; a row for each of `raw`."""
     rig: Rig
+    """With the tolerances that were stated, if they were."""
     zero: Zero | None = None
     scale: float = 1.0
     """True length over that of the raw track."""
     scale_sigma: float | None = None
-    """None if nothing was said about it."""
+    """None if nothing is known about it: another program has measured."""
     correction: Correction | None = None
     joints: tuple[FittedJoint, ...] = ()
     closures: tuple[Closure, ...] = ()
     refused: Closure | None = None
     """A known length that is not plausible and was not forced; the track is without it."""
     source: Source = "odometry"
+    spacing: JointSpacing | None = None
+    """The joints by which the track was brought to scale; None if they do not count."""
+    joints_refusal: str | None = None
+    """Why joints that were seen do not count although nobody has said so; a sentence."""
+    rings: int = 0
+    """Times that something like a joint was seen."""
+    refused_scale: float | None = None
+    """That they ask for, if it is because the rig does not explain it."""
 
     def extended(self, raw: Track) -> Track:
         """The corrected track of a run that has gone on since."""
@@ -234,7 +262,7 @@ class Adjusted:
         if len(raw) <= rows:
             return self.track
         new = slice(rows, None)
-        way_mm, variance = raw.distance_mm[new], np.square(raw.sigma_distance_mm[new])
+        way_mm, variance = raw.distance_mm[new], np.square(raw.sigma_registration_mm[new])
         distance_mm = self._onward_mm(way_mm)
         sigma_mm = np.sqrt(self._onward_variance(way_mm, variance))
         own = self.track
@@ -253,7 +281,7 @@ class Adjusted:
             return found
         way_mm = np.array([raw.distance_mm])
         distance_mm = float(self._onward_mm(way_mm)[0])
-        variance = self._onward_variance(way_mm, np.array([raw.sigma_distance_mm**2]))
+        variance = self._onward_variance(way_mm, np.array([raw.sigma_registration_mm**2]))
         return replace(
             raw,
             x_mm=distance_mm,
@@ -278,12 +306,18 @@ class Adjusted:
         raw = np.bincount(place, self.raw.distance_mm) / count
         return raw, np.bincount(place, self.track.distance_mm) / count
 
+    @property
+    def _last_scale(self) -> float:
+        """Where the run is now; it may change along the run."""
+        stretches = self.correction.stretches if self.correction else ()
+        return stretches[-1].scale if stretches else self.scale
+
     def _onward_mm(self, way_mm: Matrix) -> Matrix:
         """Corrected from raw distances behind the last row."""
         if not len(self.track):
             return way_mm
         last_mm, raw_mm = float(self.track.distance_mm[-1]), float(self.raw.distance_mm[-1])
-        return last_mm + self.scale * (way_mm - raw_mm)
+        return last_mm + self._last_scale * (way_mm - raw_mm)
 
     def _onward_variance(self, way_mm: Matrix, variance: Matrix) -> Matrix:
         """As certain as the last row, with what was added since by registration and by scale."""
@@ -291,7 +325,8 @@ class Adjusted:
         if not len(self.track):
             return variance + scale_variance * way_mm**2
         zero_mm = float(self.raw.distance_mm[self.zero.frame]) if self.zero else 0.0
-        last_mm, last = float(self.raw.distance_mm[-1]), float(self.raw.sigma_distance_mm[-1] ** 2)
+        last_mm = float(self.raw.distance_mm[-1])
+        last = float(self.raw.sigma_registration_mm[-1] ** 2)
         by_scale = scale_variance * ((way_mm - zero_mm) ** 2 - (last_mm - zero_mm) ** 2)
         known = float(self.track.sigma_distance_mm[-1] ** 2)
         # Where the raw variance falls again (a lock after a loss), what was doubted comes back.
@@ -299,33 +334,79 @@ class Adjusted:
         return np.asarray(np.maximum(drift + by_scale, 0.0))
 
     def joint_near(self, distance_mm: float) -> NearJoint | None:
-        """The joint within 200 mm of a corrected distance.
+        """The joint that was seen within 200 mm of a corrected distance.
 
-        Beside the joints that were fitted stand those that were not seen, whole segments from the
-        nearest one; where none were fitted, joints lie whole segments from the zero.  The zero
-        itself is no joint.
+        A seam at the zero is where the pipe begins and no joint.
+        """
+        nearest = min(
+            self.joints, key=lambda joint: abs(joint.distance_mm - distance_mm), default=None
+        )
+        if nearest is None or abs(nearest.distance_mm - distance_mm) > NEAR_JOINT_MM:
+            return None
+        if nearest.number is not None and nearest.number < 1:
+            return None
+        return NearJoint(nearest.number)
+
+    @cached_property
+    def by_joints(self) -> ScaleProposal | None:
+        """What the joints have done; None if they do not count."""
+        done, spacing = self.correction, self.spacing
+        if done is None or spacing is None:
+            return None
+        return ScaleProposal(
+            spacing=spacing,
+            correction=done,
+            joints=len({(joint.count, joint.number) for joint in spacing.joints}),
+            scale=done.scale,
+            sigma=done.sigma,
+            stated_height_mm=self.rig.mount.height_mm,
+            height=self.height,
+        )
+
+    @cached_property
+    def expected_joints(self) -> tuple[ExpectedJoint, ...]:
+        """Where joints should be, as far as the track goes, and none was seen.
+
+        They lie whole segments from the nearest one that was seen; where none was, from the zero,
+        if somebody has set it.
         """
         segment_mm = self.rig.pipe.segment_length_mm
-        if segment_mm is None:
-            return None
-        if not self.joints:
-            number = round(distance_mm / segment_mm)
-            is_near = abs(distance_mm - number * segment_mm) <= NEAR_JOINT_MM
-            return NearJoint(number) if number >= 1 and is_near else None
-        fitted = min(self.joints, key=lambda joint: abs(joint.distance_mm - distance_mm))
-        further = round((distance_mm - fitted.distance_mm) / segment_mm)
-        if abs(distance_mm - fitted.distance_mm - further * segment_mm) > NEAR_JOINT_MM:
-            return None
-        if fitted.number is None:
-            return NearJoint(None)
-        number = fitted.number + further
-        return NearJoint(number) if number >= 1 else None
+        if segment_mm is None or not len(self.track):
+            return ()
+        seen = [(joint.number, joint.distance_mm) for joint in self.joints]
+        known = [(number, at_mm) for number, at_mm in seen if number is not None]
+        if not seen and self.zero is not None:
+            known = [(0, 0.0)]
+        if not known:
+            return ()
+        first_mm, last_mm = (float(end(self.track.distance_mm)) for end in (np.min, np.max))
+        expected = []
+        for number in range(1, 1 + math.ceil((last_mm - known[0][1]) / segment_mm) + known[0][0]):
+            base, base_mm = min(known, key=lambda joint: abs(joint[0] - number))
+            at_mm = base_mm + (number - base) * segment_mm
+            is_seen = any(abs(there_mm - at_mm) < segment_mm / 2 for _, there_mm in seen)
+            if first_mm <= at_mm <= last_mm and not is_seen:
+                expected.append(ExpectedJoint(number, at_mm))
+        return tuple(expected)
+
+    @property
+    def measured(self) -> tuple[KnownLength | JointSpacing, ...]:
+        """What the track was brought to scale by, besides the rig."""
+        findings = self.correction.findings if self.correction else ()
+        return tuple(
+            found.evidence for found in findings if not isinstance(found.evidence, StatedScale)
+        )
+
+    @property
+    def can_change(self) -> bool:
+        """Whether the rows to come may change those that are there: by joints or lengths."""
+        return self.rig.pipe.segment_length_mm is not None or bool(self.measured)
 
     @cached_property
     def height(self) -> Height | None:
-        """That explains the scale; None if there is no other evidence for it than the rig."""
+        """That explains the scale; None if nothing speaks for it but the rig, and if it changes."""
         done = self.correction
-        if done is None or all(isinstance(found.evidence, StatedScale) for found in done.findings):
+        if done is None or not self.measured or done.stretches:
             return None
         return implied_height(self.rig, done.scale, done.sigma)
 
@@ -343,22 +424,20 @@ class Adjusted:
             return None
         far = int(self.track.distance_mm.argmax())
         length_mm = float(self.track.distance_mm[far])
-        doubt = UNCALIBRATED if self.scale_sigma is None else 0.0
-        half_width_mm = U95 * math.hypot(
-            float(self.track.sigma_distance_mm[far]), doubt * length_mm
-        )
+        half_m = half_width_m(float(self.track.sigma_distance_mm[far]))
         residual_mm = self.closure.residual_mm if self.closure else None
-        error_mm = max(half_width_mm, abs(residual_mm or 0.0))
+        error_mm = max(1000 * half_m, abs(residual_mm or 0.0))
         met = (p for p in CLASSES_PERCENT if error_mm <= max(p / 100 * length_mm, CLASS_FLOOR_MM))
-        return DistanceClass(next(met, None), half_width_mm, residual_mm, length_mm)
+        return DistanceClass(next(met, None), half_m, residual_mm, length_mm)
 
     def residuals(self) -> list[Residual]:
         """Of lengths, then of joints, which are called by their number from the zero."""
         if self.correction is None:
             return []
         left = self.correction.residuals
-        lengths = len(left) - len(self.joints)
-        return [*left[:lengths], *map(_renamed, left[lengths:], self.joints)]
+        counted = self.joints if self.source == "joint" else ()
+        lengths = len(left) - len(counted)
+        return [*left[:lengths], *map(_renamed, left[lengths:], counted)]
 
     def metadata(self) -> dict[str, str]:
         """For the head of a track file: what was corrected by what."""
@@ -369,10 +448,11 @@ class Adjusted:
 
 
 def adjust(raw: Track, rig: Rig, stated: Stated, sightings: Sequence[Sighting]) -> Adjusted:
-    """The track by all that was stated.
+    """The track by all that was stated, by what the rig is known to, and by the joints.
 
     A known length that is not plausible is left out, unless it is forced; then the rig's own scale
-    is left out, as that is what the length contradicts.
+    is left out, as that is what the length contradicts.  Joints of which nobody has said whether
+    they count do so if they can be counted and contradict nothing.
 
     Args:
         raw: As it was measured; row i is frame i.
@@ -383,12 +463,71 @@ def adjust(raw: Track, rig: Rig, stated: Stated, sightings: Sequence[Sighting]) 
         InvalidCorrection: A frame that the track has not, or evidence that cannot be used or that
             contradicts other evidence.
     """
-    tapes = [_known_length(length) for length in stated.lengths if length.kind == "tape"]
-    known = [_known_length(length) for length in stated.lengths if length.kind == "known"]
-    by_rig = _by_rig(rig, stated.rig_sigma)
+    rig = _as_known(rig, stated.rig_sigma)
     marked = _marked(raw, rig, stated.joints)
     seen = _chosen(stated.joints, marked, sightings, len(raw))
-    by_joints = _by_joints(raw, rig, stated.joints, seen, [*tapes, *by_rig], known)
+    if stated.joints.use is not None:
+        return _adjusted(raw, rig, stated, seen, marked, joints_count=stated.joints.use)
+    if rig.pipe.segment_length_mm is None or not seen:
+        return _adjusted(raw, rig, stated, seen, marked, joints_count=False)
+    try:
+        by_joints = _adjusted(raw, rig, stated, seen, marked, joints_count=True)
+        _require_certainty(by_joints, seen)
+    except InvalidCorrection as refusal:
+        without = _adjusted(raw, rig, stated, seen, marked, joints_count=False)
+        refused = refusal.scale if isinstance(refusal, _Unexplained) else None
+        return replace(without, joints_refusal=str(refusal), refused_scale=refused)
+    return by_joints
+
+
+class _Unexplained(InvalidCorrection):
+    """Joints ask for a scale that the rig does not explain."""
+
+    def __init__(self, detail: str, scale: float) -> None:
+        super().__init__(detail)
+        self.scale = scale
+
+
+def _require_certainty(found: Adjusted, seen: Sequence[Sighting]) -> None:
+    """Rings anywhere find two on a lattice easily: nobody would have asked for their scale."""
+    spacing, done = found.spacing, found.correction
+    if spacing is None or done is None:
+        return
+    counted = len(spacing.joints)
+    if counted < _LEAST_COUNTED * len(seen):
+        raise InvalidCorrection(
+            f"Of {len(seen)} rings that were seen only {counted} lie whole segments of "
+            f"{spacing.segment_mm:g} mm apart, so that they do not set the scale by themselves; "
+            "check the length of a segment, or tape a length."
+        )
+    different = len({(joint.count, joint.number) for joint in spacing.joints})
+    if done.doubts_rig and abs(done.scale - 1) > _MOST_AGAINST_RIG:
+        raise _Unexplained(
+            f"{different} joints ask for a scale of {done.scale:.3f}, which neither the rig nor a "
+            f"bed of silt explains; check whether a segment has {spacing.segment_mm:g} mm.",
+            done.scale,
+        )
+    if done.doubts_rig and different < _LEAST_AGAINST_RIG:
+        raise _Unexplained(
+            f"{different} joints ask for a scale of {done.scale:.3f}, which the rig does not "
+            "explain; one more joint or a taped length decides.",
+            done.scale,
+        )
+
+
+def _adjusted(
+    raw: Track,
+    rig: Rig,
+    stated: Stated,
+    seen: Sequence[Sighting],
+    marked: Sequence[Sighting],
+    *,
+    joints_count: bool,
+) -> Adjusted:
+    tapes = [_known_length(length) for length in stated.lengths if length.kind == "tape"]
+    known = [_known_length(length) for length in stated.lengths if length.kind == "known"]
+    by_rig = _by_rig(raw, rig)
+    by_joints = [_spacing(raw, rig, seen, [*tapes, *by_rig], known)] if joints_count else []
     closures = tuple(_closure(raw, length, [*tapes, *by_joints, *by_rig]) for length in known)
     implausible = next((closure for closure in closures if not closure.is_plausible), None)
     lengths, own = [*tapes, *known], by_rig
@@ -402,20 +541,32 @@ def adjust(raw: Track, rig: Rig, stated: Stated, sightings: Sequence[Sighting]) 
     track = done.track if done else _counted_from(raw, zero_frame)
     if stated.zero is not None:
         track = _shifted(track, 1000 * stated.zero.offset_m)
-    scale = done.scale if done else 1.0
+    spacing = by_joints[0] if by_joints else _seen_spacing(raw, rig, seen, evidence)
     return Adjusted(
         raw=raw,
         track=track,
         rig=rig,
         zero=stated.zero,
-        scale=scale,
-        scale_sigma=done.sigma if done else by_rig[0].sigma if by_rig else None,
+        scale=done.scale if done else 1.0,
+        scale_sigma=_scale_sigma(raw, done, by_rig),
         correction=done,
-        joints=_fitted(track, scale, by_joints, done, marked),
+        joints=_fitted(track, spacing, done, marked, joints_count=joints_count),
         closures=closures,
         refused=None if stated.forced else implausible,
         source="joint" if by_joints else "closure" if len(lengths) > len(tapes) else "odometry",
+        spacing=by_joints[0] if by_joints else None,
+        rings=len(seen),
     )
+
+
+def _scale_sigma(
+    raw: Track, done: Correction | None, by_rig: Sequence[StatedScale]
+) -> float | None:
+    if done is not None:
+        return done.sigma
+    if by_rig:
+        return by_rig[0].sigma
+    return None if len(raw) and is_unmeasured(raw) else 0.0
 
 
 def _known_length(length: Length) -> KnownLength:
@@ -424,20 +575,32 @@ def _known_length(length: Length) -> KnownLength:
     )
 
 
-def _by_rig(rig: Rig, sigma: RigSigma | None) -> list[StatedScale]:
-    """None or one."""
+def _as_known(rig: Rig, sigma: RigSigma | None) -> Rig:
+    """With what was stated in place of the tolerances of its file."""
     if sigma is None:
-        return []
-    relative = scale_sigma(
-        rig.known_to(
-            height_mm=sigma.height_mm, focal_percent=100 * sigma.focal_px / rig.camera.focal_px
-        )
+        return rig
+    focal_percent = 100 * sigma.focal_px / rig.camera.focal_px
+    return rig.known_to(
+        height_mm=sigma.height_mm, focal_percent=min(focal_percent, _MOST_FOCAL_PERCENT)
     )
-    return [StatedScale(relative)] if relative > 0 else []
+
+
+def _by_rig(raw: Track, rig: Rig) -> list[StatedScale]:
+    """None or one.
+
+    No rig has anything to do with distances that another program has measured, and one that sees
+    no wall has measured none.
+    """
+    if len(raw) and is_unmeasured(raw):
+        return []
+    try:
+        return rig_scale(rig)
+    except InvalidRig:
+        return []
 
 
 def _marked(raw: Track, rig: Rig, joints: Joints) -> list[Sighting]:
-    return [_sighted(raw, rig, mark) for mark in joints.marked] if joints.use else []
+    return [_sighted(raw, rig, mark) for mark in joints.marked] if joints.use is not False else []
 
 
 def _sighted(raw: Track, rig: Rig, mark: Mark) -> Sighting:
@@ -458,7 +621,7 @@ def _sighted(raw: Track, rig: Rig, mark: Mark) -> Sighting:
 
 
 def _ahead_mm(rig: Rig, estimate: Estimate, pixel: tuple[float, float]) -> float:
-    point = wall_point(rig, pixel, estimate.x_mm, estimate.y_mm, estimate.yaw_deg)
+    point = wall_point_of(rig, pixel, estimate)
     if point is None:
         raise InvalidCorrection(
             f"No wall is seen in frame {estimate.frame} at the pixel ({pixel[0]:g}, {pixel[1]:g})."
@@ -474,32 +637,46 @@ def _chosen(
     return [*marked, *found]
 
 
-def _by_joints(
+def _spacing(
     raw: Track,
     rig: Rig,
-    joints: Joints,
     seen: Sequence[Sighting],
     firm: Sequence[Evidence],
     known: Sequence[KnownLength],
-) -> list[JointSpacing]:
-    """None or one.
+) -> JointSpacing:
+    """Joints as evidence.
 
-    Known lengths help to count the joints only where they cannot be counted without, so that a
-    wrong one is found out by the joints.
+    Known lengths help to count them only where they cannot be counted without, so that a wrong one
+    is found out by the joints.
     """
-    if not joints.use:
-        return []
     segment_mm = rig.pipe.segment_length_mm
     if segment_mm is None:
         raise InvalidCorrection(
             "The rig does not say how long a segment is; joints need pipe.segment_length_mm."
         )
+    sigma_mm = rig.tolerance.segment_length_mm
     try:
-        return [joint_spacing(raw, seen, segment_mm, firm)]
+        return joint_spacing(raw, seen, segment_mm, firm, segment_sigma_mm=sigma_mm)
     except InvalidCorrection:
         if not known:
             raise
-    return [joint_spacing(raw, seen, segment_mm, [*firm, *known])]
+    return joint_spacing(raw, seen, segment_mm, [*firm, *known], segment_sigma_mm=sigma_mm)
+
+
+def _seen_spacing(
+    raw: Track, rig: Rig, seen: Sequence[Sighting], evidence: Sequence[Evidence]
+) -> JointSpacing | None:
+    """Joints that do not count, to show where they are; None if they are uncertain."""
+    segment_mm = rig.pipe.segment_length_mm
+    if segment_mm is None or not seen or not evidence:
+        return None
+    try:
+        spacing = joint_spacing(
+            raw, seen, segment_mm, evidence, segment_sigma_mm=rig.tolerance.segment_length_mm
+        )
+    except InvalidCorrection:
+        return None
+    return spacing if len(spacing.joints) >= _LEAST_COUNTED * len(seen) else None
 
 
 def _closure(raw: Track, length: KnownLength, others: Sequence[Evidence]) -> Closure:
@@ -519,15 +696,16 @@ def _shifted(track: Track, offset_mm: float) -> Track:
 
 def _fitted(
     track: Track,
-    scale: float,
-    by_joints: Sequence[JointSpacing],
+    spacing: JointSpacing | None,
     done: Correction | None,
     marked: Sequence[Sighting],
+    *,
+    joints_count: bool,
 ) -> tuple[FittedJoint, ...]:
     """The joints in the corrected track."""
-    if not by_joints or done is None:
+    if spacing is None or done is None:
         return ()
-    joints, segment_mm = by_joints[0].joints, by_joints[0].segment_mm
+    joints, scale = spacing.joints, done.scale
     rows = [row_of(track, joint.sighting.frame) for joint in joints]
     at_mm = [
         float(track.distance_mm[row]) + scale * joint.sighting.ahead_mm
@@ -537,19 +715,28 @@ def _fitted(
         math.hypot(float(track.sigma_distance_mm[row]), scale * joint.sighting.sigma_mm)
         for row, joint in zip(rows, joints, strict=True)
     ]
-    numbers = _numbers(joints, at_mm, sigma_mm, segment_mm)
+    # Residuals are in the order of the evidence, and joints are the last that have any.
+    left_mm = (
+        [left.residual_mm for left in done.residuals[-len(joints) :]]
+        if joints_count
+        else [None] * len(joints)
+    )
     return tuple(
         FittedJoint(
             number=number,
             distance_mm=distance_mm,
             sigma_mm=sigma,
-            residual_mm=left.residual_mm,
+            residual_mm=residual_mm,
             frame=joint.sighting.frame,
             is_marked=joint.sighting in marked,
         )
-        # Residuals are in the order of the evidence, and joints are the last that have any.
-        for joint, number, distance_mm, sigma, left in zip(
-            joints, numbers, at_mm, sigma_mm, done.residuals[-len(joints) :], strict=True
+        for joint, number, distance_mm, sigma, residual_mm in zip(
+            joints,
+            _numbers(joints, at_mm, sigma_mm, spacing.segment_mm),
+            at_mm,
+            sigma_mm,
+            left_mm,
+            strict=True,
         )
     )
 

@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 from app.catalogue.header import required_to_issue
 from app.catalogue.table import Code, CodeTable
-from app.services.adjustment import U95
+from app.interval import half_width_m
 from app.services.corrections import Corrected, Corrections
 from app.services.observations import Observations, ObservationView
 from app.services.packs import Packs
@@ -161,8 +161,9 @@ def distances(case: Case) -> Iterator[Issue]:
         if place is None:
             yield _about(view, "block", "not_tracked", "is in a frame that was not tracked")
             continue
-        u95_mm = place.u95_mm or 0.0
-        distance = {"distance_m": _m(place.distance_mm), "u95_m": _m(u95_mm)}
+        u95_m = place.u95_m or 0.0
+        u95_mm = 1000 * u95_m
+        distance = {"distance_m": _m(place.distance_mm), "u95_m": u95_m}
         if place.distance_mm + u95_mm < 0:
             yield _about(view, "block", "before_zero", "lies before the zero point", **distance)
         known_mm = case.known_mm
@@ -373,7 +374,7 @@ def remarks(case: Case) -> Iterator[Issue]:
 def joints(case: Case) -> Iterator[Issue]:
     """What can only be at a joint."""
     adjusted = case.corrected.adjusted
-    if adjusted is None or adjusted.rig.pipe.segment_length_mm is None:
+    if adjusted is None or not adjusted.joints:
         return
     for view in case.views:
         code = view.row.fields.get("code")
@@ -422,7 +423,8 @@ def the_run(case: Case) -> Iterator[Issue]:
 
 
 def _end(case: Case, known_mm: float, reached_mm: float) -> Iterator[Issue]:
-    half_width_mm = U95 * float(case.track.sigma_distance_mm[case.track.distance_mm.argmax()])
+    far = case.track.distance_mm.argmax()
+    half_width_mm = 1000 * half_width_m(float(case.track.sigma_distance_mm[far]))
     short_mm = known_mm - reached_mm
     if short_mm > max(half_width_mm, SHORT_PERCENT / 100 * known_mm, SHORT_FLOOR_MM):
         yield Issue(

@@ -31,6 +31,7 @@ from app.services.recorder import Recorder
 from app.services.reports import Reports
 from app.services.runs import Runs
 from app.services.samples import Samples
+from app.services.scaling import Scaling
 from app.services.scenes import Scenes
 from app.services.sources import Sources
 from app.services.still import scene_page
@@ -163,6 +164,10 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     stack.callback(recorder.stop)
     sources = Sources(settings.camera_networks, settings.watch_folder)
     corrections = Corrections(inspection_store, tracks, live)
+    scaling = Scaling(inspection_store, tracks, corrections)
+    stack.enter_context(live.listening(None, scaling.on_event))
+    scaling.start()
+    stack.callback(scaling.stop)
     inspections = Inspections(
         inspection_store,
         folder,

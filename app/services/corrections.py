@@ -11,12 +11,16 @@ import logging
 import threading
 import time
 from collections import OrderedDict
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from app.errors import DiskFull, body_of
-from app.services.adjustment import U95, Adjusted, Stated, adjust
+from app.interval import half_width_m
+from app.services.adjustment import Adjusted, Joints, Stated, adjust
 from app.services.live import Live
+from app.services.makeup import Makeup, makeup_of
+from app.services.notices import notices_of
 from app.services.tracks import Tracks
 from app.storage.inspections import InspectionStore
 from app.storage.tables import ENDED, Inspection
@@ -29,7 +33,9 @@ logger = logging.getLogger(__name__)
 _SOLVED_KEPT = 8
 _STATED_KEPT = 512
 _SOLVE_EVERY_S = 5.0
-"""While a run goes on; solving takes some 10 ms for a minute of video with joints."""
+_SOLVE_SHARE = 0.1
+"""While a run goes on it is solved so often at most, and for so much of the time: some 10 ms for a
+minute of video with joints, seconds for an hour with a hundred of them."""
 
 Value = TypeVar("Value")
 
@@ -58,8 +64,14 @@ class _Solution:
     run: tuple[int, bool]
     """Which run of tracking, and whether it went on."""
     solved_s: float
+    took_s: float
     corrected: Corrected
     adjusted: Adjusted
+
+    @property
+    def due_s(self) -> float:
+        """When a run that goes on may be solved again."""
+        return self.solved_s + max(_SOLVE_EVERY_S, self.took_s / _SOLVE_SHARE)
 
     @property
     def is_growing(self) -> bool:
@@ -110,6 +122,7 @@ class Corrections:
             InvalidCorrection: It cannot be applied to the track as it is; nothing was stored.
         """
         statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
+        began_s = time.monotonic()
         adjusted = adjust(
             self._tracks.get(inspection_id),
             statement.rig,
@@ -123,17 +136,55 @@ class Corrections:
         )
         corrected = Corrected(stated, adjusted, None)
         self._keep(inspection_id, _Statement(revision, stated, statement.rig))
+        now_s = time.monotonic()
         self._keep_solution(
-            inspection_id, _Solution(revision, run, time.monotonic(), corrected, adjusted)
+            inspection_id,
+            _Solution(revision, run, now_s, now_s - began_s, corrected, adjusted),
         )
         if revision != statement.revision:
             logger.info("Inspection %s corrected by %s.", inspection_id, who)
             self._live.corrected(inspection_id)
         return corrected
 
+    def rescaled(
+        self,
+        inspection_id: str,
+        who: str,
+        before: Mapping[str, Any] | None,
+        after: Mapping[str, Any] | None,
+        remark: str,
+    ) -> None:
+        """Record that the newest solution has another scale than was told; all is read again.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+            DiskFull: It could not be recorded.
+        """
+        statement, solution = self._statement(inspection_id), self._last_solution(inspection_id)
+        revision = self._inspections.rescale(inspection_id, who, before, after, remark)
+        self._keep(inspection_id, replace(statement, revision=revision))
+        self._keep_solution(inspection_id, replace(solution, revision=revision))
+        self._live.corrected(inspection_id)
+
+    def newest(self, inspection_id: str) -> Adjusted:
+        """The last solution of any age; cheap."""
+        return self._last_solution(inspection_id).adjusted
+
     def adjusted(self, inspection_id: str) -> Adjusted:
         """The newest solution; the last frames of a run that goes on may not be in it."""
         return self._solution(inspection_id).adjusted
+
+    def makeup(self, inspection_id: str, frame: int | None) -> Makeup | None:
+        """What the interval of a frame is made of, of the furthest one without; see `makeup_of`.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        adjusted, raw = self.adjusted(inspection_id), self._tracks.get(inspection_id)
+        if not len(raw):
+            return None
+        far = int(adjusted.extended(raw).distance_mm.argmax())
+        return makeup_of(adjusted, raw, far if frame is None else frame)
 
     def forget(self, inspection_id: str) -> None:
         """Drop what is held in memory."""
@@ -164,8 +215,9 @@ class Corrections:
         return self._statement(inspection_id).revision
 
     def is_stated(self, inspection: Inspection) -> bool:
-        """Whether anything is stated."""
-        return Stated.from_json(inspection.corrections) != Stated()
+        """Whether anything is stated that moves distances."""
+        stated = Stated.from_json(inspection.corrections)
+        return stated not in (Stated(), Stated(joints=Joints(use=False)))
 
     def end(self, inspection: Inspection) -> tuple[float, float | None] | None:
         """Distance and its sigma, mm, in the last frame of an ended inspection; None without.
@@ -174,8 +226,8 @@ class Corrections:
         """
         if inspection.distance_mm is None:
             return None
-        if not self.is_stated(inspection):
-            return inspection.distance_mm, inspection.sigma_distance_mm
+        if inspection.sigma_distance_mm is None and not self.is_stated(inspection):
+            return inspection.distance_mm, None
         if inspection.corrected_mm is not None and inspection.sigma_corrected_mm is not None:
             return inspection.corrected_mm, inspection.sigma_corrected_mm
         track = self.track(inspection.id)
@@ -209,8 +261,8 @@ class Corrections:
     def _solution(self, inspection_id: str) -> _Solution:
         """Not older than some seconds while the run goes on."""
         known = self._last_solution(inspection_id)
-        is_settled = not known.is_growing or known.corrected.stated == Stated()
-        if is_settled or time.monotonic() < known.solved_s + _SOLVE_EVERY_S:
+        is_settled = not known.is_growing or not known.adjusted.can_change
+        if is_settled or time.monotonic() < known.due_s:
             return known
         return self._solve(inspection_id)
 
@@ -219,15 +271,17 @@ class Corrections:
         statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
         raw = self._tracks.get(inspection_id)
         stated = statement.stated.within(len(raw)) if run[1] else statement.stated
-        sightings = self._tracks.sightings(inspection_id) if stated.joints.use else []
+        sightings, began_s = self._tracks.sightings(inspection_id), time.monotonic()
         try:
             adjusted = adjust(raw, statement.rig, stated, sightings)
             error = _refusal(adjusted)
         except InvalidCorrection as failure:
-            adjusted = adjust(raw, statement.rig, stated.within(len(raw)).unadjusted(), [])
+            unadjusted = stated.within(len(raw)).unadjusted()
+            adjusted = adjust(raw, statement.rig, unadjusted, sightings)
             error = body_of(failure)[1]
         corrected = Corrected(statement.stated, adjusted, error)
-        solution = _Solution(statement.revision, run, time.monotonic(), corrected, adjusted)
+        now_s = time.monotonic()
+        solution = _Solution(statement.revision, run, now_s, now_s - began_s, corrected, adjusted)
         self._keep_solution(inspection_id, solution)
         return solution
 
@@ -285,12 +339,21 @@ def result_of(adjusted: Adjusted) -> dict[str, Any] | None:
             {
                 "number": joint.number,
                 "distance_m": _metres(joint.distance_mm),
-                "u95_m": _metres(U95 * joint.sigma_mm),
+                "u95_m": half_width_m(joint.sigma_mm),
                 "residual_mm": _rounded(joint.residual_mm, 2),
                 "frame": joint.frame,
                 "is_marked": joint.is_marked,
             }
             for joint in adjusted.joints
+        ],
+        "expected_joints": [
+            {"number": joint.number, "distance_m": _metres(joint.distance_mm)}
+            for joint in adjusted.expected_joints
+        ],
+        "joints_refusal": adjusted.joints_refusal,
+        "by_joints": _by_joints(adjusted),
+        "notices": [
+            {"code": notice.code, "params": notice.params} for notice in notices_of(adjusted)
         ],
         "closure": None
         if closure is None
@@ -309,10 +372,23 @@ def result_of(adjusted: Adjusted) -> dict[str, Any] | None:
         },
         "distance_class": {
             "percent": met.percent,
-            "half_width_m": _metres(met.half_width_mm),
+            "half_width_m": met.half_width_m,
             "residual_m": _metres(met.residual_mm),
             "length_m": _metres(met.length_mm),
         },
+    }
+
+
+def _by_joints(adjusted: Adjusted) -> dict[str, Any] | None:
+    """What the joints have done to the scale; None if they do not count."""
+    found = adjusted.by_joints
+    if found is None:
+        return None
+    return {
+        "joints": found.joints,
+        "scale": _rounded(found.scale, 4),
+        "sigma": _rounded(found.sigma, 4),
+        "lower_mm": _rounded(found.lower_mm, 1),
     }
 
 

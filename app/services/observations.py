@@ -18,16 +18,17 @@ from app.errors import (
     ObservationNotFound,
     PixelOutsidePicture,
 )
-from app.services.adjustment import U95, Adjusted, NearJoint, Source
+from app.interval import half_width_m
+from app.services.adjustment import Adjusted, NearJoint, Source
 from app.services.corrections import Corrections
 from app.services.live import Live
 from app.services.stretches import next_stretch_number
-from app.services.tracks import Tracks, estimate_at, is_unmeasured
+from app.services.tracks import Tracks, estimate_at, is_unmeasured, wall_point_of
 from app.services.videos import NO_FILM
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
 from app.storage.tables import IMPORTED, Event, Inspection, Observation
-from vo_core import Estimate, Pose, Rig, Track, wall_point
+from vo_core import Estimate, Pose, Rig, Track
 from vo_core.wall import camera_position, cast, clock_of, develop, robot_rays
 
 logger = logging.getLogger(__name__)
@@ -41,8 +42,8 @@ class Place:
     """Corrected, of the wall point under the pixel; of the camera if there is no pixel."""
     raw_mm: float
     """The same as it was measured."""
-    u95_mm: float | None
-    """None where nobody knows: another program has told the distance."""
+    u95_m: float | None
+    """Half of the 95 % interval; None where nobody knows: another program has told the distance."""
     source: Source
     """What the distance rests on."""
     time_s: float
@@ -234,7 +235,7 @@ def wall_under(course: Course, frame: int, pixel: tuple[float, float]) -> WallUn
     if estimates is None:
         return None
     raw, corrected = estimates
-    point = wall_point(rig, pixel, raw.x_mm, raw.y_mm, raw.yaw_deg)
+    point = wall_point_of(rig, pixel, raw)
     if point is None:
         return None
     if rig.pipe.diameter_mm is None:
@@ -260,6 +261,7 @@ class WallGrid:
     axial_mm: NDArray[np.float64]
     """(rows, cols), as are the others."""
     right_mm: NDArray[np.float64]
+    down_mm: NDArray[np.float64]
     clock_h: NDArray[np.float64] | None
     """None on a floor."""
 
@@ -274,12 +276,13 @@ def wall_grid(rig: Rig, cols: int = 33, rows: int = 25) -> WallGrid:
     if rig.pipe.diameter_mm is not None:
         phis_rad = develop(rig, points)[:, 1] / (rig.pipe.diameter_mm / 2)
         clock_h = np.array([clock_of(phi) for phi in phis_rad]).reshape(rows, cols)
-    right_mm = points[:, 1] - camera_position(rig, Pose())[1]
+    beside_mm = points - camera_position(rig, Pose())
     return WallGrid(
         u_px.tolist(),
         v_px.tolist(),
         points[:, 0].reshape(rows, cols),
-        right_mm.reshape(rows, cols),
+        beside_mm[:, 1].reshape(rows, cols),
+        beside_mm[:, 2].reshape(rows, cols),
         clock_h,
     )
 
@@ -320,7 +323,7 @@ def _place(course: Course, row: Observation) -> Place | None:
     return Place(
         distance_mm=distance_mm,
         raw_mm=wall.raw_mm if wall else raw.distance_mm,
-        u95_mm=None if course.is_unmeasured else U95 * corrected.sigma_distance_mm,
+        u95_m=None if course.is_unmeasured else half_width_m(corrected.sigma_distance_mm),
         source="typed" if course.is_unmeasured else course.adjusted.source,
         time_s=raw.time_s,
         wall=wall,

@@ -125,7 +125,14 @@ def _pixels(
     arc_mm: float,
 ) -> NDArray[np.float64]:
     """(N, 2) pixels in which the frames would show the place, inside the picture or not."""
-    poses = Poses(np.zeros(len(frames)), raw.y_mm[frames], np.radians(raw.yaw_deg[frames]))
+    poses = Poses(
+        x_mm=np.zeros(len(frames)),
+        y_mm=raw.y_mm[frames],
+        yaw_rad=np.radians(raw.yaw_deg[frames]),
+        z_mm=raw.z_mm[frames],
+        pitch_rad=np.radians(raw.pitch_deg[frames]),
+        roll_rad=np.radians(raw.roll_deg[frames]),
+    )
     wall = enclose(rig, np.column_stack([ahead_mm, np.full(len(frames), arc_mm)]))
     return np.asarray(robot_pixels(rig, sight(rig, poses, wall)))
 

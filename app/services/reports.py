@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from app.catalogue.header import number_of
 from app.catalogue.table import CodeTable
 from app.errors import ExportNotAvailable
+from app.interval import half_width_m
 from app.reports.formats import FORMATS
 from app.reports.report import Company, Entry, Language, Photo, Report, Role, Source, Units, Written
 from app.reports.signing import Signer
-from app.services.adjustment import U95
 from app.services.checks import Checks
 from app.services.corrections import Corrections
 from app.services.observations import Observations, ObservationView, rig_of
@@ -113,7 +113,7 @@ class Reports:
         observations = self._observations.all(inspection_id)
         asset = safe_file_name(str(row.header.get("asset_id") or row.name))[:_LONGEST_PHOTO_STEM]
         lengths_m = _stretch_lengths_m(observations)
-        end_mm = _last(track.distance_mm)
+        end_mm, sigma_mm = _last(track.distance_mm), _last(track.sigma_distance_mm)
         line = _line(row.header, end_mm)
         entries = [
             _entry(item, rig, table, self._photo(item, asset), row.header, line, lengths_m)
@@ -143,7 +143,7 @@ class Reports:
             ),
             entries=tuple(sorted(entries, key=_along_the_pipe)),
             distance_m=_metres(end_mm),
-            u95_m=None if is_unmeasured(raw) else _u95(_last(track.sigma_distance_mm)),
+            u95_m=None if is_unmeasured(raw) or sigma_mm is None else half_width_m(sigma_mm),
             raw_distance_m=_metres(_last(raw.distance_mm)),
             corrected=self._corrections.get(inspection_id),
             issues=tuple(self._checks.run(inspection_id)),
@@ -228,7 +228,7 @@ def _entry(
         frame=row.frame,
         time_s=round(place.time_s, 3) if place else None,
         distance_m=_metres(place.distance_mm) if place else None,
-        u95_m=_metres(place.u95_mm) if place else None,
+        u95_m=place.u95_m if place else None,
         raw_m=_metres(place.raw_mm) if place else None,
         source=place.source if place else None,
         to_go_m=_to_go_m(header, place.distance_mm) if place else None,
@@ -304,7 +304,3 @@ def _last(values: NDArray[np.float64]) -> float | None:
 
 def _metres(mm: float | None) -> float | None:
     return None if mm is None else round(mm / 1000, 3)
-
-
-def _u95(sigma_mm: float | None) -> float | None:
-    return None if sigma_mm is None else round(U95 * sigma_mm / 1000, 3)

@@ -18,6 +18,7 @@ from pathlib import Path
 
 from app.catalogue.table import CodeTable
 from app.errors import InspectionNotFound, NoScene, TileNotFound
+from app.services.adjustment import Adjusted
 from app.services.corrections import Corrections
 from app.services.inspections import Inspections
 from app.services.live import (
@@ -36,6 +37,7 @@ from app.services.unrolled import Unrolled
 from app.viewer.scene import (
     CameraMode,
     CulvertScene,
+    JointMark,
     Pin,
     ViewerUnavailable,
     WallLayout,
@@ -78,6 +80,8 @@ class SceneFeed:
         self._shown_frame: int | None = None
         self._drawn = 0
         """Frames whose path is drawn."""
+        self._joints_of: Adjusted | None = None
+        """Whose joints are drawn."""
         self._subscription = ExitStack()
         self._subscription.enter_context(live.listening(inspection_id, self._on_event))
         try:
@@ -111,6 +115,12 @@ class SceneFeed:
         with self._lock:
             self._extend_path(track)
         self._show_robot(track)
+        self._draw_joints(self._corrections.adjusted(self._inspection_id))
+
+    def _draw_joints(self, adjusted: Adjusted) -> None:
+        if adjusted is not self._joints_of:
+            self._joints_of = adjusted
+            self.scene.set_joints(joint_marks(adjusted))
 
     def _show_robot(self, track: Track) -> None:
         frame = len(track) - 1 if self._shown_frame is None else self._shown_frame
@@ -205,6 +215,7 @@ class SceneFeed:
                 self._drawn += len(new)
             else:  # the scene was made between two batches
                 self._extend_path(self._corrections.track(self._inspection_id))
+        self._draw_joints(self._corrections.newest(self._inspection_id))
         if self._shown_frame is None:
             self.scene.show_pose(new[-1])
             if update.jpeg:
@@ -292,6 +303,21 @@ class Scenes:
         await asyncio.to_thread(feed.close)
 
 
+def joint_marks(adjusted: Adjusted) -> list[JointMark]:
+    """Joints that were seen, each once, and where others are expected."""
+    counted = {joint.number: joint for joint in adjusted.joints if (joint.number or 0) >= 1}
+    uncounted = [joint for joint in adjusted.joints if joint.number is None]
+    seen = [
+        JointMark(joint.number, joint.distance_mm / 1000, is_seen=True)
+        for joint in (*counted.values(), *uncounted)
+    ]
+    expected = [
+        JointMark(joint.number, joint.distance_mm / 1000, is_seen=False)
+        for joint in adjusted.expected_joints
+    ]
+    return seen + expected
+
+
 def _pins(views: Sequence[ObservationView], table: CodeTable) -> list[Pin]:
     """Of a stretch only the start has a band; its other observations are pins of their own."""
     placed = {view.row.id: view for view in views if view.place is not None}
@@ -313,7 +339,7 @@ def _pin(view: ObservationView, finish: ObservationView | None, table: CodeTable
         id=view.row.id,
         distance_m=place.distance_mm / 1000,
         clock=fields.get("clock_from", wall.clock_h if wall else None),
-        u95_m=None if place.u95_mm is None else place.u95_mm / 1000,
+        u95_m=place.u95_m,
         severity=fields.get("severity"),
         label=f"{code} {row.label.partition(':')[0]}" if row else code or "?",
         lateral_m=wall.lateral_mm / 1000 if wall else 0.0,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from app.errors import NoScene
 from app.reports.report import Entry, Report
+from app.services.scenes import joint_marks
 from app.services.tracks import estimate_at
 from app.viewer.scene import Pin, ViewerUnavailable, WallLayout, WallTile, still_page
 
@@ -38,6 +39,7 @@ def scene_page(report: Report) -> str:
             report.track,
             estimate_at(report.track, 0),
             [pin for pin in pins if pin is not None],
+            joint_marks(adjusted) if adjusted else (),
             tiles,
             shape,
             read,

@@ -14,7 +14,9 @@ import numpy as np
 from app.storage.files import Places, write_durably
 from vo_core.health import Health
 from vo_core.joints import Sighting, from_csv, to_csv
+from vo_core.rig import Rig
 from vo_core.track import COLUMNS, Estimate, Track
+from vo_core.wall import WallPoint, wall_point
 
 HEALTH = tuple(field.name for field in fields(Health))
 """Names of the columns."""
@@ -146,9 +148,10 @@ class Tracks:
         write_durably(self._folder.health(inspection_id), health.to_csv().encode())
         write_durably(self._folder.track(inspection_id), track.to_csv(metadata).encode())
         with self._lock:
-            self._remember(inspection_id, track)
             _remember(self._health, inspection_id, health)
-            self._growing.pop(inspection_id, None)  # gone if it is written once more
+            # The track is read from its file from now on, so that what is worked out of it is the
+            # same after a restart; it is gone already if it is written once more.
+            self._growing.pop(inspection_id, None)
 
     def forget(self, inspection_id: str) -> None:
         """Drop what is held in memory."""
@@ -181,6 +184,13 @@ class Tracks:
             if inspection_id not in self._growing:
                 self._remember(inspection_id, track)
         return track
+
+    def newest_mm(self, inspection_id: str) -> float:
+        """Raw distance of the last frame of a run that goes on; 0 without one."""
+        with self._lock:
+            growing = self._growing.get(inspection_id)
+            columns = growing.columns["distance_mm"] if growing is not None else ()
+            return columns[-1] if columns else 0.0
 
     def health(self, inspection_id: str) -> HealthColumns:
         """How good the frames were to measure on, as far as they are tracked."""
@@ -225,6 +235,20 @@ def estimate_at(track: Track, frame: int) -> Estimate | None:
         return None
     values = {name: float(getattr(track, name)[frame]) for name in _NUMBERS}
     return Estimate(frame=frame, status=str(track.status[frame]), **values)  # type: ignore[arg-type]
+
+
+def wall_point_of(rig: Rig, pixel: tuple[float, float], estimate: Estimate) -> WallPoint | None:
+    """The wall point that a pixel of a frame shows, None where none is seen."""
+    return wall_point(
+        rig,
+        pixel,
+        estimate.x_mm,
+        estimate.y_mm,
+        estimate.yaw_deg,
+        z_mm=estimate.z_mm,
+        pitch_deg=estimate.pitch_deg,
+        roll_deg=estimate.roll_deg,
+    )
 
 
 def is_unmeasured(track: Track) -> bool:

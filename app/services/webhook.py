@@ -232,9 +232,7 @@ def message(
         "observation": {
             "id": row.id,
             "distance_m": round(place.distance_mm / 1000, 3) if place else None,
-            "distance_u95_m": None
-            if place is None or place.u95_mm is None
-            else round(place.u95_mm / 1000, 3),
+            "distance_u95_m": place.u95_m if place else None,
             "code": row.fields.get("code"),
             "label": label,
             "clock": view.clock,

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 from app.errors import InspectionNotFound, StillRunning
 from app.storage.database import Database
 from app.storage.packs import require_pack_of
-from app.storage.tables import ENDED, Event, Inspection, Observation
+from app.storage.tables import ENDED, RESCALED, Event, Inspection, Observation
 from vo_core.track import Estimate
 
 
@@ -144,6 +144,44 @@ class InspectionStore:
             return row.revision
 
         return self._database.write(apply)
+
+    def rescale(
+        self,
+        inspection_id: str,
+        who: str,
+        before: Mapping[str, Any] | None,
+        after: Mapping[str, Any] | None,
+        remark: str,
+    ) -> int:
+        """Record that distances have another scale by what the run has shown; the revision then.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+
+        def apply(session: Session) -> int:
+            row = existing(session, inspection_id)
+            row.revision += 1
+            row.corrected_mm = row.sigma_corrected_mm = None
+            old, new = (None if fields is None else dict(fields) for fields in (before, after))
+            session.add(_event(row, RESCALED, who, old, new, remark))
+            return row.revision
+
+        return self._database.write(apply)
+
+    def last_rescaled(self, inspection_id: str) -> Mapping[str, Any] | None:
+        """What the last such record says holds; None without one, or if it holds no longer."""
+        with self._database.read() as session:
+            newest = session.scalars(
+                select(Event)
+                .where(
+                    Event.inspection_id == inspection_id,
+                    Event.action.in_(("corrected", RESCALED)),
+                )
+                .order_by(Event.id.desc())
+                .limit(1)
+            ).first()
+            return newest.after if newest is not None and newest.action == RESCALED else None
 
     def record_corrected_end(
         self, inspection_id: str, revision: int, distance_mm: float, sigma_mm: float

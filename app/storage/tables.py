@@ -10,6 +10,8 @@ from sqlalchemy.engine import Dialect
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 from sqlalchemy.types import TypeDecorator
 
+RESCALED = "rescaled"
+"""The action of an event that Chainage itself has caused: joints have changed the scale."""
 ENDED = ("done", "failed", "cancelled")
 """States of an inspection that last."""
 STATES = ("queued", "running", *ENDED)

@@ -1,25 +1,29 @@
-"""The culvert to scale: wall in segments, joints, their names, a measuring tape beside it."""
+"""The culvert to scale: its wall, the joints, their names, a measuring tape beside it."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from app.viewer.geometry import Mesh, Section, Vector, plank, torus, tube
+from app.viewer.geometry import Mesh, Section, Vector, dashed, plank, torus, tube
 from app.viewer.views import CameraMode, Reach
 
-MAX_SEGMENTS = 2000
+MAX_METRES = 4000
 MAX_LABELS = 14
 
 _WALL = np.array([150.0, 152.0, 150.0])
 _JOINT = (44, 49, 54)
 _COLLAR = (128, 142, 154)
+_EXPECTED = (214, 196, 120)
 _TAPE = (120, 140, 155)
 
 _NO_TURN = (1.0, 0.0, 0.0, 0.0)
+_SIDES = 96
 
 _BEHIND = 0.008
 """The plain wall lies so many scales behind the true one, where the pictures of it are, and its
@@ -29,77 +33,109 @@ joints half of that: what was seen hides what is only drawn."""
 Colors = NDArray[np.uint8] | tuple[int, int, int]
 
 
-class Culvert:
-    """Draws a culvert that grows in whole segments; only its labels add scene nodes."""
+class JointMark(NamedTuple):
+    """A joint that was seen, or the place where one is expected."""
 
-    def __init__(
-        self, scene: viser.SceneApi, section: Section, segment_length_m: float | None
-    ) -> None:
+    number: int | None
+    """None if it cannot be counted from the zero."""
+    x_m: float
+    is_seen: bool
+
+    @property
+    def text(self) -> str:
+        """For its label."""
+        name = "joint" if self.number is None else f"joint {self.number}"
+        return f"{name} · {self.x_m:.2f} m" + ("" if self.is_seen else " · expected")
+
+
+class Culvert:
+    """Draws a culvert that grows in whole metres; it adds no scene nodes but a few labels."""
+
+    def __init__(self, scene: viser.SceneApi, section: Section) -> None:
         self._scene = scene
         self._section = section
-        self._has_joints = segment_length_m is not None
-        self._segment_m = segment_length_m or 1.0
         self._first = 0
-        self._last = 0  # segments first..last-1 are drawn
-        self._labels: dict[int, viser.LabelHandle] = {}
-        self.grow_to(self._segment_m)
+        self._last = 0  # metres first..last are drawn
+        self._joints: tuple[JointMark, ...] = ()
+        self._drawn: dict[str, viser.BatchedMeshHandle] = {}
+        self._labels: list[viser.LabelHandle] = []
+        self.grow_to(1.0)
 
     @property
     def reach_m(self) -> tuple[float, float]:
         """First and last metre drawn."""
-        return self._first * self._segment_m, self._last * self._segment_m
+        return float(self._first), float(self._last)
 
     def grow_to(self, x_m: float) -> None:
-        """Draw whole segments so far that `x_m` lies within or at the end."""
-        place = x_m / self._segment_m
-        first = max(min(self._first, math.floor(place + 1e-6)), -MAX_SEGMENTS)
-        last = min(max(self._last, math.ceil(place - 1e-6)), MAX_SEGMENTS)
+        """Draw whole metres so far that `x_m` lies within or at the end."""
+        first = max(min(self._first, math.floor(x_m + 1e-6)), -MAX_METRES)
+        last = min(max(self._last, math.ceil(x_m - 1e-6)), MAX_METRES)
         if (first, last) != (self._first, self._last):
             self._first, self._last = first, last
-            self._draw()
+            self._draw_wall()
+
+    def set_joints(self, joints: Sequence[JointMark]) -> None:
+        """Show these joints and no others."""
+        if tuple(joints) != self._joints:
+            self._joints = tuple(joints)
+            self._draw_joints()
 
     def label(self, stretch_m: Reach, mode: CameraMode) -> None:
-        """Name the joints, or the metres where joints are not known, in this part of the culvert.
+        """Name the joints, or the metres where there are none, in this part of the culvert.
 
         Of very many only every n-th is named.  Names stand at the tape, or at the crown for an
         observer inside.
         """
-        start, end = (x / self._segment_m for x in stretch_m)
-        first, last = max(self._first, math.ceil(start)), min(self._last, math.floor(end))
-        every = math.ceil((last - first + 1) / MAX_LABELS)
-        wanted = {k for k in range(first, last + 1) if k % every == 0}
-        for k in wanted - set(self._labels):
-            self._labels[k] = self._add_label(k)
-        for k, handle in self._labels.items():
-            handle.visible = k in wanted
-            handle.position = self._label_place(k, on_crown=mode == "inside")
+        start, end = stretch_m
+        named = [(joint.x_m, joint.text) for joint in self._joints if start <= joint.x_m <= end]
+        if not self._joints:
+            metres = range(max(self._first, math.ceil(start)), min(self._last, math.floor(end)) + 1)
+            named = [(float(metre), f"{metre:.2f} m") for metre in metres]
+        wanted = named[:: max(1, math.ceil(len(named) / MAX_LABELS))]
+        while len(self._labels) < len(wanted):
+            name = f"/culvert/labels/{len(self._labels)}"
+            self._labels.append(self._scene.add_label(name, "", anchor="top-center"))
+        for handle, (x_m, text) in zip(self._labels, wanted, strict=False):
+            handle.text = text
+            handle.position = self._label_place(x_m, on_crown=mode == "inside")
+        for count, handle in enumerate(self._labels, 1):
+            handle.visible = count <= len(wanted)
 
-    def _draw(self) -> None:
-        numbers = np.arange(self._first, self._last)
-        # Neighbours differ a little, so that segments can be told apart.
-        wall = np.where(numbers[:, None] % 2, _WALL, 0.84 * _WALL).astype(np.uint8)
-        starts = numbers * self._segment_m
-        joints = np.arange(self._first, self._last + 1) * self._segment_m
+    def _draw_wall(self) -> None:
+        starts = np.arange(self._first, self._last, dtype=np.float64)
+        # Neighbours differ a little, so that metres can be told apart.
+        wall = np.where(starts[:, None] % 2, _WALL, 0.84 * _WALL).astype(np.uint8)
         size = self._section.scale_m
         if self._section.radius_m is None:
-            floor = plank(self._segment_m, self._section.half_width_m)
+            floor = plank(1.0, self._section.half_width_m)
             self._repeat("wall", floor, starts, wall, lower_m=_BEHIND * size)
-            if self._has_joints:
-                gap = plank(0.03 * size, self._section.half_width_m)
-                self._repeat(
-                    "joints", gap, joints - 0.015 * size, _JOINT, lower_m=_BEHIND / 2 * size
-                )
         else:
             radius = self._section.radius_m
             # One-sided walls: closed from inside, open towards an observer outside.
-            pipe = tube((1 + _BEHIND) * radius, self._segment_m, inward=True)
+            pipe = tube((1 + _BEHIND) * radius, 1.0, inward=True)
             self._repeat("wall", pipe, starts, wall)
-            if self._has_joints:
-                gap = tube((1 + _BEHIND / 2) * radius, 0.04 * radius, inward=True)
-                self._repeat("joints", gap, joints - 0.02 * radius, _JOINT)
-            collars = joints if self._has_joints else joints[[0, -1]]
-            self._repeat("collars", torus(1.05 * radius, 0.055 * radius), collars, _COLLAR)
+            ends = np.array([self._first, self._last], np.float64)
+            self._repeat("ends", torus(1.05 * radius, 0.055 * radius), ends, _COLLAR)
         self._draw_tape()
+
+    def _draw_joints(self) -> None:
+        """What was seen as a gap with a collar, what is expected as a broken ring."""
+        seen = np.array([joint.x_m for joint in self._joints if joint.is_seen])
+        expected = np.array([joint.x_m for joint in self._joints if not joint.is_seen])
+        size, radius = self._section.scale_m, self._section.radius_m
+        if radius is None:
+            gap = plank(0.03 * size, self._section.half_width_m)
+            line = plank(0.012 * size, self._section.half_width_m)
+            at_m, lower_m = 0.015 * size, _BEHIND / 2 * size
+            self._repeat("joints", gap, seen - at_m, _JOINT, lower_m=lower_m)
+            self._repeat("expected", line, expected, _EXPECTED, lower_m=lower_m)
+        else:
+            gap = tube((1 + _BEHIND / 2) * radius, 0.04 * radius, inward=True)
+            self._repeat("joints", gap, seen - 0.02 * radius, _JOINT)
+            self._repeat("collars", torus(1.05 * radius, 0.055 * radius), seen, _COLLAR)
+            ring = torus((1 - _BEHIND) * radius, 0.012 * radius, sides=_SIDES)
+            broken = dashed(ring, _SIDES, dashes=24, share=0.45)
+            self._repeat("expected", broken, expected, _EXPECTED)
 
     def _repeat(
         self,
@@ -110,10 +146,14 @@ class Culvert:
         *,
         lower_m: float = 0.0,
     ) -> None:
+        if name in self._drawn:
+            self._drawn[name].visible = len(xs_m) > 0
+        if not len(xs_m):
+            return
         positions = np.zeros((len(xs_m), 3))
         positions[:, 0] = xs_m
         positions[:, 2] = lower_m
-        self._scene.add_batched_meshes_simple(
+        self._drawn[name] = self._scene.add_batched_meshes_simple(
             f"/culvert/{name}",
             mesh.vertices,
             mesh.faces,
@@ -146,14 +186,8 @@ class Culvert:
             "/culvert/tape", np.concatenate([edge, ends]), colors=_TAPE, thickness=0.02 * size
         )
 
-    def _add_label(self, k: int) -> viser.LabelHandle:
-        distance = f"{k * self._segment_m:.2f} m"
-        text = f"joint {k} · {distance}" if self._has_joints and k != 0 else distance
-        return self._scene.add_label(f"/culvert/labels/{k}", text, anchor="top-center")
-
-    def _label_place(self, k: int, *, on_crown: bool) -> Vector:
+    def _label_place(self, x_m: float, *, on_crown: bool) -> Vector:
         section, size = self._section, self._section.scale_m
-        x_m = k * self._segment_m
         if on_crown:
             return np.array([x_m, 0.0, section.axis_z_m - 0.9 * size])
         return np.array([x_m, section.half_width_m + 0.8 * size, section.radius_m or 0.0])

@@ -259,8 +259,3 @@ class Frustum:
             float(half_width / half_height),
             float(depth_m),
         )
-
-
-def shown_mm(half_width_m: float) -> int:
-    """Half-width of an interval for a label: rounded up, as no interval is ever 0."""
-    return max(1, math.ceil(1000 * half_width_m - 0.05))

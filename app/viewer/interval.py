@@ -10,12 +10,10 @@ from dataclasses import dataclass
 
 import viser
 
+from app.interval import half_width_m
 from app.viewer.geometry import Mesh, Section, dashed, strip, torus
 from app.viewer.views import CameraMode
 from vo_core.track import Estimate, Status
-
-Z_95 = 1.96
-"""Half-width of a 95 % interval in standard deviations."""
 
 _COLORS: dict[Status, tuple[int, int, int]] = {
     "ok": (64, 214, 255),
@@ -25,11 +23,6 @@ _COLORS: dict[Status, tuple[int, int, int]] = {
 _LEAST_HALF_WIDTH: dict[CameraMode, float] = {"overview": 0.06, "follow": 0.02, "inside": 0.02}
 """In scales of the section: what can still be seen."""
 _SIDES = 144
-
-
-def half_width_95_m(estimate: Estimate) -> float:
-    """Of the interval of the distance."""
-    return Z_95 * estimate.sigma_distance_mm / 1000
 
 
 @dataclass(frozen=True)
@@ -71,7 +64,7 @@ class Interval:
         """Move the ring; it is to scale, with a least visible width."""
         x_m = estimate.distance_mm / 1000
         least_m = _LEAST_HALF_WIDTH[mode] * self._section.scale_m
-        half_m = max(half_width_95_m(estimate), least_m)
+        half_m = max(half_width_m(estimate.sigma_distance_mm), least_m)
         look = self._looks[estimate.status]
         look.band.position = (x_m - half_m, 0.0, -self._lift_m)
         look.band.scale = (2 * half_m, 1.0, 1.0)

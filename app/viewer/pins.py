@@ -13,6 +13,7 @@ import viser
 from numpy.typing import NDArray
 from viser.transforms import SO3
 
+from app.interval import half_width_text
 from app.viewer.geometry import (
     Mesh,
     PinHit,
@@ -20,7 +21,6 @@ from app.viewer.geometry import (
     Vector,
     octahedron,
     phi_of_clock,
-    shown_mm,
     strip,
 )
 from app.viewer.views import CameraMode
@@ -323,5 +323,5 @@ def _short_text(pin: Pin) -> str:
 
 def _text(pin: Pin) -> str:
     finish = "" if pin.finish_m is None else f" to {pin.finish_m:.2f} m"
-    interval = "" if pin.u95_m is None else f" ± {shown_mm(pin.u95_m)} mm"
+    interval = "" if pin.u95_m is None else f" ± {half_width_text(pin.u95_m)} m"
     return f"{_short_text(pin)}\n{pin.distance_m:.2f} m{interval}{finish}"

@@ -6,8 +6,8 @@ import numpy as np
 import viser
 from viser.transforms import SO3
 
-from app.viewer.geometry import Frustum, Section, camera_xyz_m, shown_mm, yaw_wxyz
-from app.viewer.interval import half_width_95_m
+from app.interval import half_width_m, half_width_text
+from app.viewer.geometry import Frustum, Section, camera_xyz_m, yaw_wxyz
 from app.viewer.views import CameraMode
 from vo_core.rig import Rig
 from vo_core.track import Estimate
@@ -39,15 +39,15 @@ class Robot:
     def show(self, estimate: Estimate, mode: CameraMode) -> None:
         """Move everything to the estimate."""
         x_m, y_m = estimate.distance_mm / 1000, estimate.y_mm / 1000
-        half_m = half_width_95_m(estimate)
         self._frame.position = camera_xyz_m(self._rig, x_m, y_m)
         self._frame.wxyz = yaw_wxyz(np.radians(estimate.yaw_deg))
 
         note = "" if estimate.status == "ok" else f" · {estimate.status}"
         # Another program has told a distance that has neither sigma nor quality.
         is_told = estimate.sigma_distance_mm == 0 and estimate.quality == 0
-        interval = "" if is_told else f" ± {shown_mm(half_m)} mm"
-        self._label.text = f"{x_m:.3f} m{interval}{note}"
+        half_m = half_width_m(estimate.sigma_distance_mm)
+        interval = "" if is_told else f" ± {half_width_text(half_m)} m"
+        self._label.text = f"{round(x_m, 3) + 0.0:.3f} m{interval}{note}"  # never -0.000
         raised_m = _LABEL_HEIGHT[mode] * self._section.scale_m
         self._label.position = (x_m, 0.0, self._section.axis_z_m - raised_m)
 

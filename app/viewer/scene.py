@@ -17,7 +17,7 @@ from pathlib import Path
 
 import viser
 
-from app.viewer.culvert import Culvert
+from app.viewer.culvert import Culvert, JointMark
 from app.viewer.geometry import PinHit, Section, WallHit
 from app.viewer.interval import Interval
 from app.viewer.page import with_our_head
@@ -33,6 +33,7 @@ from vo_core.track import Estimate, Track
 __all__ = [
     "CameraMode",
     "CulvertScene",
+    "JointMark",
     "Pin",
     "PinHit",
     "ViewerUnavailable",
@@ -66,6 +67,7 @@ def still_page(
     track: Track,
     pose: Estimate | None,
     pins: Sequence[Pin],
+    joints: Sequence[JointMark],
     tiles: Sequence[WallTile],
     layout: WallLayout | None,
     read: ReadPicture,
@@ -77,6 +79,7 @@ def still_page(
         track: Corrected.
         pose: Of the robot; None leaves it at the zero.
         pins: Defects to show.
+        joints: Seen and expected.
         tiles: Pictures of the wall, as many as a browser has room for.
         layout: Of the tiles; None if there are none.
         read: The picture of a tile by its index.
@@ -89,7 +92,7 @@ def still_page(
         server = start_private_server(socket_path)
         try:
             drawing = _Drawing(server, rig, Section.of(rig), threading.Event())
-            inbox = _Inbox(pins=tuple(pins))
+            inbox = _Inbox(pins=tuple(pins), joints=tuple(joints))
             if len(track):
                 columns = (track.distance_mm, track.y_mm, track.sigma_distance_mm)
                 inbox.path.extend(Thinner().thin(*(column.tolist() for column in columns)))
@@ -123,6 +126,7 @@ class _Inbox:
     selection: _Selection | None = None
     mode: CameraMode | None = None
     length_m: float | None = None
+    joints: tuple[JointMark, ...] | None = None
     wall: WallPictures | None = None
     path_is_reset: bool = False
     path: deque[PathPoint] = field(default_factory=lambda: deque(maxlen=MAX_POINTS))
@@ -220,9 +224,15 @@ class CulvertScene:
         self._wake.set()
 
     def set_length(self, length_mm: float) -> None:
-        """Draw at least so much culvert, in whole segments; it never shrinks."""
+        """Draw at least so much culvert, in whole metres; it never shrinks."""
         with self._lock:
             self._inbox.length_m = length_mm / 1000
+        self._wake.set()
+
+    def set_joints(self, joints: Sequence[JointMark]) -> None:
+        """Show these joints, seen and expected, and no others."""
+        with self._lock:
+            self._inbox.joints = tuple(joints)
         self._wake.set()
 
     def pick(
@@ -271,7 +281,7 @@ class _Drawing:
         scene.world_axes.visible = False
         # Makes browsers send shift-clicks; the pump, which knows the user, takes them out.
         scene.on_click(modifier="shift")(lambda _: None)
-        self._culvert = Culvert(scene, section, _metres(rig.pipe.segment_length_mm))
+        self._culvert = Culvert(scene, section)
         self._robot = Robot(scene, rig, section)
         self._interval = Interval(scene, section)
         self._wall = TexturedWall(scene, section)
@@ -314,6 +324,8 @@ class _Drawing:
                 self._observers.set_mode(inbox.mode)
             if inbox.length_m is not None:
                 self._culvert.grow_to(inbox.length_m)
+            if inbox.joints is not None:
+                self._culvert.set_joints(inbox.joints)
             if inbox.wall is not None:
                 self._wall.set(inbox.wall)
             if inbox.path_is_reset:
@@ -354,10 +366,6 @@ class _Drawing:
             pause_s = max(_PREVIEW_PERIOD_S, len(self._preview) / _PREVIEW_BYTES_PER_S)
             self._preview_due_s = time.monotonic() + pause_s
             self._preview = None
-
-
-def _metres(length_mm: float | None) -> float | None:
-    return None if length_mm is None else length_mm / 1000
 
 
 def _light(scene: viser.SceneApi) -> None:

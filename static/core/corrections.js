@@ -17,7 +17,7 @@ import { Store } from './store.js';
  * @typedef {object} Stated
  * @property {{frame: number, offset_m: number}|null} zero
  * @property {Length[]} lengths
- * @property {{use: boolean, marked: {frame: number, pixel: [number, number]}[], left_out: {frame: number}[]}} joints
+ * @property {{use: boolean|null, marked: {frame: number, pixel: [number, number]}[], left_out: {frame: number}[]}} joints
  * @property {{height_mm: number, focal_px: number}|null} rig_sigma
  * @property {string|null} forced why a known length holds although the track contradicts it
  *
@@ -31,7 +31,7 @@ import { Store } from './store.js';
 export const UNSTATED = {
   zero: null,
   lengths: [],
-  joints: { use: false, marked: [], left_out: [] },
+  joints: { use: null, marked: [], left_out: [] },
   rig_sigma: null,
   forced: null,
 };

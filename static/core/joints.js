@@ -1,24 +1,28 @@
-/** The joints of the pipe: as the corrections found them, else where the unit length puts them. */
+/** The joints of the pipe: those that were seen, and where others are expected. */
 
 /**
  * @typedef {object} Joint
- * @property {number} number from the zero point, the first is 1
+ * @property {number|null} number from the zero point, the first is 1; null when they cannot be counted
  * @property {number} distance_m
  * @property {number|null} u95_m null when it is only expected there
  */
 
+export const isSeen = ({ u95_m: u95M }) => u95M !== null;
+
 /**
- * @param {{joints: Joint[]}|null} result of the corrections
- * @param {number} endMm how far joints are expected
- * @param {number|null} unitMm length of a pipe unit, null when it is not known
- * @returns {Joint[]}
+ * @param {{joints: Joint[], expected_joints: {number: number, distance_m: number}[]}|null} result of the corrections
+ * @returns {Joint[]} along the pipe
  */
-export function jointsOf(result, endMm, unitMm) {
-  if (result?.joints.length) return result.joints;
-  if (!unitMm) return [];
-  return Array.from({ length: Math.max(0, Math.floor(endMm / unitMm)) }, (_, i) => ({
-    number: i + 1,
-    distance_m: ((i + 1) * unitMm) / 1000,
-    u95_m: null,
-  }));
+export function jointsOf(result) {
+  if (!result) return [];
+  const expected = result.expected_joints.map((joint) => ({ ...joint, u95_m: null }));
+  const seen = result.joints.filter(({ number }) => number === null || number > 0);
+  return [...seen, ...expected].sort((a, b) => a.distance_m - b.distance_m);
 }
+
+/**
+ * The last joint behind a place, from which a repair crew counts in the pipe.
+ * @param {Joint[]} joints along the pipe
+ */
+export const jointBehind = (joints, distanceM) =>
+  joints.findLast(({ number, distance_m: m }) => number !== null && m <= distanceM) ?? null;

@@ -7,6 +7,7 @@ import { get } from './api.js';
 
 const COLUMNS = [
   'time_s', 'x_mm', 'y_mm', 'yaw_deg', 'distance_mm', 'sigma_distance_mm', 'quality', 'status',
+  'z_mm', 'pitch_deg', 'roll_deg',
 ];
 /** Browsers round media times to microseconds. */
 const ROUNDING_S = 0.0005;
@@ -24,6 +25,9 @@ const SAME_PLACE_MM = 5;
  * @property {number} sigma_distance_mm
  * @property {number} quality
  * @property {'ok'|'weak'|'lost'} status
+ * @property {number} z_mm
+ * @property {number} pitch_deg
+ * @property {number} roll_deg
  */
 
 /** Fires `change` when rows were added or the track was begun anew. */

@@ -33,14 +33,20 @@ export function chainageNumber(m) {
   return signed(rounded, DECIMALS);
 }
 
-/** 95 % half-width of a normal error with this standard deviation, in metres. */
-export const u95FromSigma = (sigmaMm) => (1.96 * sigmaMm) / 1000;
+/** Distances are shown to so much; none is known better. */
+export const LEAST_M = 0.01;
 
-/** '± 0.01 m', rounded up: the stated interval is never narrower than the true one. */
+/** Up to the next step: an interval may be wider than the error, but not narrower. */
+const roundedUp = (value, steps) => Math.ceil(value * steps - 1e-9) / steps;
+
+/** Half of the 95 % interval in metres, as app/interval.py has it: up to the next millimetre. */
+export const u95FromSigma = (sigmaMm) => Math.max(LEAST_M, roundedUp((1.96 * sigmaMm) / 1000, 1000));
+
+/** '± 0.01 m', rounded up to the last digit shown, and never zero. */
 export function plusMinus(u95M) {
   if (u95M === null) return '';
   const steps = 10 ** DECIMALS;
-  const shown = Math.ceil(toShown(u95M) * steps - 1e-9) / steps;
+  const shown = Math.max(roundedUp(toShown(u95M), steps), 1 / steps);
   return `± ${shown.toFixed(DECIMALS)} ${lengthUnit}`;
 }
 

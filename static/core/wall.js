@@ -13,6 +13,9 @@ const RADIANS = Math.PI / 180;
  * @property {number} x_mm
  * @property {number} y_mm
  * @property {number} yaw_deg
+ * @property {number} z_mm down, as soft wheels let it
+ * @property {number} pitch_deg nose up
+ * @property {number} roll_deg right side down
  *
  * @typedef {object} WallPoint
  * @property {number} distance_m
@@ -22,6 +25,8 @@ const RADIANS = Math.PI / 180;
 
 export class WallGrid {
   #grid;
+  /** Of the wall below the camera, in mm; null where a camera looks along the pipe. */
+  #depth;
 
   /** Of an inspection; null for a rig that sees no wall at all. */
   static async load(id, signal) {
@@ -33,9 +38,11 @@ export class WallGrid {
     }
   }
 
-  /** @param {{cols, rows, u, v, axial_mm, right_mm, clock_h}} grid */
+  /** @param {{cols, rows, u, v, axial_mm, right_mm, down_mm, clock_h}} grid */
   constructor(grid) {
     this.#grid = grid;
+    const seen = grid.down_mm.flat().filter((down) => down !== null).sort((a, b) => a - b);
+    this.#depth = seen[0] > 0 ? seen[seen.length >> 1] : null;
   }
 
   /**
@@ -45,12 +52,13 @@ export class WallGrid {
    * @returns {WallPoint|null} null where the wall is not seen
    */
   at(u, v, pose) {
-    const { axial_mm: axial, right_mm: right, clock_h: clock } = this.#grid;
+    const { axial_mm: axial, right_mm: right, down_mm: down, clock_h: clock } = this.#grid;
     const corners = this.#corners(u, v);
     if (!corners || corners.some(({ i, j }) => axial[i][j] === null)) return null;
     const mean = (table) => corners.reduce((sum, { i, j, weight }) => sum + weight * table[i][j], 0);
-    const [x, y] = toWorld(mean(axial), mean(right), pose);
-    return { distance_m: x / 1000, right_mm: y, clock_h: clock ? meanClock(corners, clock) : null };
+    const clockH = clock ? meanClock(corners, clock) : null;
+    const [x, y] = toWorld([mean(axial), mean(right), mean(down)], clockH, pose);
+    return { distance_m: x / 1000, right_mm: y, clock_h: clockH };
   }
 
   /**
@@ -61,7 +69,7 @@ export class WallGrid {
    */
   pixel(xMm, yMm, pose) {
     const { cols, rows, u, v, axial_mm: axial, right_mm: right } = this.#grid;
-    const [a, r] = fromWorld(xMm, yMm, pose);
+    const [a, r] = fromWorld(xMm, yMm, this.#depth, pose);
     for (let i = 0; i + 1 < rows; i += 1) {
       for (let j = 0; j + 1 < cols; j += 1) {
         const corner = (di, dj) => ({
@@ -82,7 +90,7 @@ export class WallGrid {
    * @returns {{x_mm: number, right_mm: number, clock_h: number|null}[]} without those that see no wall
    */
   outline(pose) {
-    const { cols, rows, axial_mm: axial, right_mm: right, clock_h: clock } = this.#grid;
+    const { cols, rows, axial_mm: axial, right_mm: right, down_mm: down, clock_h: clock } = this.#grid;
     const [last, end] = [rows - 1, cols - 1];
     const border = [
       ...Array.from({ length: cols }, (_, j) => [0, j]),
@@ -93,8 +101,9 @@ export class WallGrid {
     return border
       .filter(([i, j]) => axial[i][j] !== null)
       .map(([i, j]) => {
-        const [x, y] = toWorld(axial[i][j], right[i][j], pose);
-        return { x_mm: x, right_mm: y, clock_h: clock ? clock[i][j] : null };
+        const clockH = clock ? clock[i][j] : null;
+        const [x, y] = toWorld([axial[i][j], right[i][j], down[i][j]], clockH, pose);
+        return { x_mm: x, right_mm: y, clock_h: clockH };
       });
   }
 
@@ -133,18 +142,44 @@ function meanClock(corners, clock) {
   return hours > 0 ? hours : hours + 12;
 }
 
-/** Yaw is positive from x towards y. */
-function toWorld(axial, right, { x_mm, y_mm, yaw_deg }) {
-  const cosine = Math.cos(yaw_deg * RADIANS);
-  const sine = Math.sin(yaw_deg * RADIANS);
-  return [x_mm + axial * cosine - right * sine, y_mm + axial * sine + right * cosine];
+/** Rows of R_z(yaw) R_y(pitch) R_x(roll), right-handed. */
+function rotation({ yaw_deg: yaw, pitch_deg: pitch, roll_deg: roll }) {
+  const [cz, cy, cx] = [yaw, pitch, roll].map((angle) => Math.cos(angle * RADIANS));
+  const [sz, sy, sx] = [yaw, pitch, roll].map((angle) => Math.sin(angle * RADIANS));
+  return [
+    [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
+    [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
+    [-sy, cy * sx, cy * cx],
+  ];
 }
 
-function fromWorld(x, y, { x_mm, y_mm, yaw_deg }) {
-  const cosine = Math.cos(yaw_deg * RADIANS);
-  const sine = Math.sin(yaw_deg * RADIANS);
-  const [dx, dy] = [x - x_mm, y - y_mm];
-  return [dx * cosine + dy * sine, dy * cosine - dx * sine];
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+
+/** Out of the wall at a clock position, [ahead, right, down]; of a floor without one. */
+function normalAt(clockH) {
+  const angle = clockH === null ? 0 : (6 - clockH) * 30 * RADIANS;
+  return [0, Math.sin(angle), Math.cos(angle)];
+}
+
+/** A wall point of the grid, [ahead, right, down] of the camera: turned, and met by the wall that is there. */
+function toWorld(point, clockH, pose) {
+  const ray = rotation(pose).map((row) => dot(row, point));
+  const normal = normalAt(clockH);
+  const stretch = (dot(normal, point) - normal[2] * pose.z_mm) / dot(normal, ray);
+  return [pose.x_mm + stretch * ray[0], pose.y_mm + stretch * ray[1]];
+}
+
+/** Back to [ahead, right] in the grid, of a wall so deep below the camera; a tilt is left out without a depth. */
+function fromWorld(x, y, depth, pose) {
+  if (depth === null) {
+    const [along, across] = rotation({ ...pose, pitch_deg: 0, roll_deg: 0 });
+    const [dx, dy] = [x - pose.x_mm, y - pose.y_mm];
+    return [along[0] * dx + across[0] * dy, along[1] * dx + across[1] * dy];
+  }
+  const ray = [x - pose.x_mm, y - pose.y_mm, depth - pose.z_mm];
+  const rows = rotation(pose);
+  const [ahead, right, down] = [0, 1, 2].map((i) => rows.reduce((sum, row, j) => sum + row[i] * ray[j], 0));
+  return [(ahead * depth) / down, (right * depth) / down];
 }
 
 /** Pixel of the wall point (a, r) by barycentric coordinates, or null outside the triangle. */

@@ -401,6 +401,7 @@ def test_calibrate_puts_the_camera_into_a_rig(chainage, sample, board_pictures, 
     before, after = Rig.load(sample.rig), Rig.load(out)
     assert (after.mount, after.pipe) == (before.mount, before.pipe)
     assert after.camera.fx == pytest.approx(PINHOLE.fx, rel=0.002)
+    assert 0 < after.tolerance.focal_percent < before.tolerance.focal_percent
     assert "left out: not a picture that can be read" in done.out
     assert "only 6 pictures were used" in done.out
     assert report.read_bytes().startswith(b"\x89PNG")

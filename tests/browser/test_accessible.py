@@ -66,7 +66,8 @@ def test_new_inspection(page: Page, server: Server) -> None:
     expect_no_fault(page)
     page.get_by_role("button", name="Start tracking").click()
     expect(page.get_by_text("Choose the video first.")).to_be_visible()
-    page.locator(".rig__fine summary").click()
+    for folded in page.locator(".rig__fine summary").all():
+        folded.click()
     expect_no_fault(page)
 
 

@@ -171,10 +171,8 @@ def test_the_wall_under_the_cursor_is_the_one_that_the_server_states(
                   const read = async (name) => (await fetch(path + name)).json();
                   const wall = new WallGrid(await read('/wallgrid'));
                   const { columns } = await read(`/track?format=json&since=${frame}`);
-                  const [x_mm] = columns.x_mm;
-                  const [y_mm] = columns.y_mm;
-                  const [yaw_deg] = columns.yaw_deg;
-                  const pose = { x_mm, y_mm, yaw_deg };
+                  const pose = Object.fromEntries(
+                    Object.entries(columns).map(([name, [first]]) => [name, first]));
                   const point = wall.at(u, v, pose);
                   return [point, wall.pixel(point.distance_m * 1000, point.right_mm, pose)];
                 }""",

@@ -40,7 +40,7 @@ def test_a_preset_fills_a_rig_without_faults(form: Page) -> None:
 )
 def test_a_fault_is_told_beside_its_field(form: Page, label: str, text: str, sentence: str) -> None:
     form.get_by_label("Start from").select_option(index=1)
-    form.locator(".rig__fine summary").click()
+    form.get_by_text("Lens distortion and fine adjustment").click()
     field = form.get_by_label(label)
     field.fill(text)
     field.blur()

@@ -10,13 +10,15 @@ from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import CondPageBreak, Flowable, PageBreak
 
+from app.interval import LEAST_M, U95, half_width_m
 from app.reports.document.axis import Axis, tick_step_m
 from app.reports.document.flow import Column, Figure, Grid, Heading, note, pairs
 from app.reports.document.styles import INK, RULE, SOFT, TINY, WASH, WIDTH
 from app.reports.document.telling import NOTHING, Teller
 from app.reports.document.text import draw
 from app.reports.report import Report
-from app.services.adjustment import CLASS_FLOOR_MM, U95, Adjusted, FittedJoint
+from app.services.adjustment import CLASS_FLOOR_MM, Adjusted, FittedJoint
+from app.services.makeup import makeup_of
 from vo_core.health import complaints
 
 COMPLAINTS = ("too_fast", "too_dark", "too_bright", "blurred", "lens_dirty")
@@ -62,11 +64,14 @@ def result_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
     else:
         floor = tell.length(CLASS_FLOOR_MM / 1000)
         text = tell("measurement.class_met", percent=f"{met.percent:g}", floor=floor)
-    text += " " + tell("measurement.class_half", half=tell.length(met.half_width_mm / 1000))
+    text += " " + tell(
+        "measurement.class_half", half=f"{tell.half_width(met.half_width_m)} {tell.units}"
+    )
     if met.residual_mm is None:
         text += " " + tell("measurement.class_open")
     rows = [
         (tell("measurement.far_end"), f"{tell.length(report.distance_m)}{half}"),
+        *makeup_rows(report, tell),
         (tell("measurement.raw"), tell.length(report.raw_distance_m)),
         (tell("measurement.class"), text),
         (tell("measurement.closure"), _closure(report, tell)),
@@ -86,6 +91,39 @@ def result_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
             )
         )
     return rows
+
+
+def makeup_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
+    """What the interval at the far end is made of, and what would shrink it most."""
+    track = report.track
+    makeup = (
+        makeup_of(report.adjusted, report.raw_track, int(track.distance_mm.argmax()))
+        if report.adjusted and len(track)
+        else None
+    )
+    if makeup is None or not makeup.parts:
+        return []
+
+    def half(metres: float) -> str:
+        return f"± {tell.half_width(metres)} {tell.units}"
+
+    causes = [tell(f"cause.{part.name}") for part in makeup.parts]
+    widths = [half(part.half_width_m) for part in makeup.parts]
+    if makeup.taped is not None:
+        advice = tell(
+            "measurement.shrink_tape",
+            length=tell.length(makeup.taped.length_m),
+            now=half(makeup.half_width_m),
+            then=half(makeup.taped.half_width_m),
+        )
+    elif makeup.half_width_m <= LEAST_M:
+        advice = tell("measurement.shrink_nothing")
+    else:
+        advice = tell("measurement.shrink_part", part=causes[0])
+    return [
+        (tell("measurement.made_of"), ", ".join(map(" ".join, zip(causes, widths, strict=True)))),
+        (tell("measurement.shrink"), advice),
+    ]
 
 
 def _closure(report: Report, tell: Teller) -> str:
@@ -127,18 +165,23 @@ def correction_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
                 ),
             )
         )
-    if stated.joints.use:
+    by_joints = adjusted.by_joints if adjusted else None
+    if by_joints is not None:
         segment_mm = report.rig.pipe.segment_length_mm
         rows.append(
             (
                 tell("measurement.joints"),
                 tell(
                     "measurement.joints_of",
-                    n=len(report.joints),
+                    n=by_joints.joints,
                     segment=tell.length(None if segment_mm is None else segment_mm / 1000),
                 ),
             )
         )
+    elif stated.joints.use is False:
+        rows.append((tell("measurement.joints"), tell("measurement.joints_off")))
+    elif adjusted is not None and adjusted.joints_refusal is not None:
+        rows.append((tell("measurement.joints"), adjusted.joints_refusal))
     if stated.rig_sigma is not None:
         rows.append(
             (
@@ -153,6 +196,8 @@ def correction_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
     if stated.forced:
         rows.append((tell("measurement.forced"), stated.forced))
     if adjusted is not None:
+        if adjusted.correction is not None and adjusted.correction.doubts_rig:
+            rows.append((tell("measurement.rig"), tell("measurement.rig_doubted")))
         sigma = "" if adjusted.scale_sigma is None else f" ± {adjusted.scale_sigma:.6f}"
         rows.append((tell("measurement.scale"), f"{adjusted.scale:.6f}{sigma}"))
         if adjusted.height is not None:
@@ -196,8 +241,8 @@ def joint_table(
         (
             NOTHING if joint.number is None else str(joint.number),
             f"{tell.number(joint.distance_mm / 1000)} ± "
-            f"{tell.half_width(U95 * joint.sigma_mm / 1000)} {tell.units}",
-            f"{joint.residual_mm:+.1f} mm",
+            f"{tell.half_width(half_width_m(joint.sigma_mm))} {tell.units}",
+            NOTHING if joint.residual_mm is None else f"{joint.residual_mm:+.1f} mm",
             str(joint.frame),
             tell("measurement.by_hand" if joint.is_marked else "measurement.found"),
         )

@@ -232,30 +232,31 @@ class _Painter:
         canvas.line(12.5 * mm, self.y_of(axis.first_m), 12.5 * mm, self.y_of(axis.last_m))
 
     def _joints(self, canvas: Canvas) -> None:
-        """Those that were seen as lines, else the nominal ones as dashes."""
+        """Those that were seen as lines with their numbers, expected ones as dashes."""
         left, right = _STRIP
-        seen = [(joint.distance_mm / 1000, joint.number) for joint in self.report.joints]
         canvas.setStrokeColor(SOFT)
         canvas.setLineWidth(0.5)
-        if not seen:
-            canvas.setDash(1.2, 1.2)
         last_y = math.inf
-        for distance_m, number in seen or self._nominal():
-            if not self.sheet.first_m <= distance_m <= self.sheet.last_m:
+        for joint in self.report.joints:
+            if (y := self._joint_y(joint.distance_mm)) is None:
                 continue
-            y = self.y_of(distance_m)
             canvas.line(left, y, right, y)
-            if number is not None and last_y - y >= 2.6 * mm:
-                draw(canvas, left - 1 * mm, y - 0.7 * mm, f"J{number}", TINY.soft(), "right")
+            if joint.number is not None and last_y - y >= 2.6 * mm:
+                name = f"J{joint.number}"
+                draw(canvas, left - 1 * mm, y - 0.7 * mm, name, TINY.soft(), "right")
                 last_y = y
+        canvas.setDash(1.2, 1.2)
+        for expected in self.report.expected_joints:
+            if (y := self._joint_y(expected.distance_mm)) is not None:
+                canvas.line(left, y, right, y)
         canvas.setDash()
 
-    def _nominal(self) -> list[tuple[float, int | None]]:
-        segment_mm = self.report.rig.pipe.segment_length_mm
-        if segment_mm is None:
-            return []
-        count = int(1000 * self.sheet.last_m / segment_mm)
-        return [(number * segment_mm / 1000, number) for number in range(1, count + 1)]
+    def _joint_y(self, distance_mm: float) -> float | None:
+        """None on another sheet."""
+        distance_m = distance_mm / 1000
+        if not self.sheet.first_m <= distance_m <= self.sheet.last_m:
+            return None
+        return self.y_of(distance_m)
 
     def _nodes(self, canvas: Canvas) -> None:
         axis = Axis.of(self.report)
@@ -386,7 +387,10 @@ class _Painter:
         hints = [tell("graphic.legend")]
         if water_share(self.report):
             hints.append(tell("graphic.water"))
-        hints.append(tell("graphic.joints" if self.report.joints else "graphic.nominal_joints"))
+        if self.report.joints:
+            hints.append(tell("graphic.joints"))
+        if self.report.expected_joints:
+            hints.append(tell("graphic.expected_joints"))
         untracked = sum(entry.distance_m is None for entry in self.report.entries)
         if untracked:
             hints.append(tell("graphic.untracked", n=untracked))

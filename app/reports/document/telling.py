@@ -6,6 +6,7 @@ import math
 from datetime import UTC, datetime
 from typing import Any
 
+from app.interval import half_width_text
 from app.reports.document.text import one_line
 from app.reports.report import Entry, Language, Report, Units
 from app.reports.words import words_of
@@ -53,9 +54,9 @@ class Teller:
         return NOTHING if metres is None else f"{self.number(metres)} {self.units}"
 
     def half_width(self, metres: float) -> str:
-        """Of a 95 % interval; never zero, which no measurement is."""
-        least = 0.1 * FOOT_M if self.units == "ft" else 0.01
-        return self.number(max(metres, least))
+        """Of a 95 % interval, without its unit."""
+        decimals = 1 if self.units == "ft" else 2
+        return half_width_text(metres, unit_m=self.per_unit_m, decimals=decimals)
 
     def place(self, entry: Entry) -> str:
         """Where an entry is: `12.40 m ± 0.05 m`."""

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from decimal import ROUND_HALF_UP, Decimal
 from pathlib import PurePath
 
+from app.interval import half_width_text
 from app.reports.exchange.ascii import one_line
 from app.reports.exchange.fields import Fields
 from app.reports.report import Entry, Loss, Report
@@ -120,7 +121,7 @@ def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[
         said.append(f"at {decimals(distance_m, 2)} m")
         losses.append(_lost(entry, "lies before the zero point; it is written at 0 m"))
     if entry.u95_m is not None:
-        said.append(f"+/-{math.ceil(round(100 * entry.u95_m, 1)) / 100:.2f} m")
+        said.append(f"+/-{half_width_text(entry.u95_m)} m")
     if entry.severity is not None:
         said.append(f"severity {entry.severity}")
     time_s = None if entry.time_s is None else math.floor(entry.time_s + 0.0005)

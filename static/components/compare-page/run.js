@@ -22,10 +22,8 @@ export class Run {
       track.extend(signal),
       corrections.load(),
     ]);
-    const [catalogue, joints] = await Promise.all([
-      Catalogue.load(signal, inspection.header.code_pack),
-      seenJoints(inspection, corrections),
-    ]);
+    const catalogue = await Catalogue.load(signal, inspection.header.code_pack);
+    const joints = seenJoints(corrections.value.result);
     return new Run({ inspection, track, observations, catalogue, joints, wall });
   }
 
@@ -59,26 +57,11 @@ export class Run {
   }
 }
 
-/**
- * The joints that the run has seen, also where they are not used to correct it: then they are where a
- * preview with them puts them, brought back to the scale of the distances as they are told.
- */
-async function seenJoints({ rig }, corrections) {
-  const { stated, result } = corrections.value;
-  if (!rig.pipe.segment_length_mm || !result) return [];
-  if (stated.joints.use) return counted(result.joints, (joint) => 1000 * joint.distance_m);
-  const preview = await corrections.ask({ ...stated, joints: { ...stated.joints, use: true } });
-  if (!preview.result) return []; // too few of them, or they contradict what is stated
-  const offset = 1000 * (stated.zero?.offset_m ?? 0);
-  const ratio = result.scale / preview.result.scale;
-  return counted(
-    preview.result.joints,
-    (joint) => offset + (1000 * joint.distance_m - joint.residual_mm - offset) * ratio,
-  );
-}
-
-/** Each number once, where it was seen on the mean. */
-const counted = (joints, place) =>
-  [...Map.groupBy(joints.filter(({ number }) => number !== null), ({ number }) => number)].map(
-    ([number, seen]) => ({ number, mm: seen.reduce((sum, joint) => sum + place(joint), 0) / seen.length }),
+/** The joints that the run has seen: each number once, where it was seen on the mean. */
+const seenJoints = (result) =>
+  [...Map.groupBy(result?.joints.filter(({ number }) => number !== null) ?? [], ({ number }) => number)].map(
+    ([number, seen]) => ({
+      number,
+      mm: seen.reduce((sum, { distance_m: m }) => sum + 1000 * m, 0) / seen.length,
+    }),
   );

@@ -1,10 +1,11 @@
 /** Joints as marks on a tape: whether they count, which of them, and what each leaves over. */
 
-import { html, patchList, render } from '../../core/html.js';
+import { html, patchList, render, setText } from '../../core/html.js';
 import { Component } from '../../core/store.js';
 import { chainage, plusMinus } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
+import { jointsText } from '../interval-detail/interval-detail.js';
 import { withSign } from './known-length.js';
 
 class JointsSection extends Component {
@@ -17,6 +18,7 @@ class JointsSection extends Component {
       this,
       html`<h3>${t('corrections.joints')}</h3>
         <label class="switch"><input type="checkbox" data-part="use" /><span data-part="useText"></span></label>
+        <p class="help" role="status" data-part="done"></p>
         <div class="fix__buttons">
           <button class="button button--small" data-part="mark" aria-pressed="false">${icon('plus')}${t('corrections.mark_joint')}</button>
         </div>
@@ -30,7 +32,8 @@ class JointsSection extends Component {
         </table>`,
     );
     const { parts, desk } = this;
-    this.listen(parts.use, 'change', () => this.#edit({ use: parts.use.checked }));
+    // Switched on they count by themselves again, where they can be counted.
+    this.listen(parts.use, 'change', () => this.#edit({ use: parts.use.checked ? null : false }));
     this.listen(parts.mark, 'click', () => this.#togglePicking());
     this.listen(desk.picking, 'change', () => this.#showPicking());
     this.listen(desk.corrections.draft, 'change', () => this.#show());
@@ -69,7 +72,7 @@ class JointsSection extends Component {
     const { parts, desk } = this;
     const length = desk.inspection.value.rig.pipe.segment_length_mm;
     const { use, marked, left_out: leftOut } = this.#joints;
-    parts.use.checked = use;
+    parts.use.checked = use !== false;
     parts.use.disabled = parts.mark.disabled = !length;
     parts.useText.textContent = length
       ? t('corrections.use_joints', { length: chainage(length / 1000) })
@@ -77,6 +80,7 @@ class JointsSection extends Component {
     // What was last known stays while a new preview is on its way.
     const { preview } = desk.corrections;
     if (preview.value === null) return;
+    setText(parts.done, doneText(preview.value.result, use));
     if (preview.value.result?.joints.length) this.#seen = preview.value.result.joints;
     const counts = this.#seen.filter((joint) => !leftOut.some(({ frame }) => frame === joint.frame));
     const rows = [
@@ -86,7 +90,7 @@ class JointsSection extends Component {
         .map(({ frame }) => ({ key: `mark-${frame}`, joint: null, frame, isMark: true })),
       ...leftOut.map(({ frame }) => ({ key: `out-${frame}`, joint: null, frame })),
     ].sort((a, b) => a.frame - b.frame);
-    parts.table.hidden = !use || rows.length === 0;
+    parts.table.hidden = rows.length === 0;
     patchList(parts.rows, rows, ({ key }) => key, (row) => this.#createRow(row), updateRow);
   }
 
@@ -121,8 +125,16 @@ function updateRow({ parts }, { joint, isMark }) {
   parts.distance.textContent = joint
     ? `${chainage(joint.distance_m)} ${plusMinus(joint.u95_m)}`
     : isMark ? t('corrections.is_not_counted') : t('corrections.is_left_out');
-  parts.residual.textContent = joint ? `${withSign(joint.residual_mm, 1)} mm` : '';
+  const left = joint?.residual_mm ?? null;
+  parts.residual.textContent = left === null ? '' : `${withSign(left, 1)} mm`;
   if (joint?.is_marked) parts.number.title = t('corrections.marked_by_hand');
+}
+
+/** What the joints have done, or why they have not. */
+function doneText(result, use) {
+  if (result?.by_joints) return jointsText(result.by_joints);
+  if (result?.joints_refusal) return t('corrections.joints_refused', { detail: result.joints_refusal });
+  return use === false || !result ? '' : t('corrections.joints_none');
 }
 
 customElements.define('joints-section', JointsSection);

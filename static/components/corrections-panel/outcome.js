@@ -2,11 +2,13 @@
 
 import { UNSTATED } from '../../core/corrections.js';
 import { html, render } from '../../core/html.js';
+import { noticeText } from '../../core/notices.js';
 import { Component } from '../../core/store.js';
 import { ApiError } from '../../core/api.js';
 import { chainage, plusMinus } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
+import { loadMakeup, makeupMarkup } from '../interval-detail/interval-detail.js';
 import { withSign } from './known-length.js';
 
 /** What contracts allow however short a culvert is, as the server reckons. */
@@ -30,33 +32,54 @@ class CorrectionOutcome extends Component {
           <div><dt data-part="nowTerm">${t('corrections.now')}</dt><dd data-part="now"></dd></div>
           <div data-part="thenBox" class="ends-of-run__then"><dt>${t('corrections.then')}</dt><dd data-part="then"></dd></div>
         </dl>
+        <div data-part="notices"></div>
         <div data-part="class"></div>
+        <details class="evidence" data-part="makeupBox" open hidden><summary>${t('interval.made_of')}</summary>
+          <div class="makeup__body" data-part="makeup"></div></details>
         <details class="evidence" data-part="details" hidden><summary>${t('corrections.how')}</summary>
           <div data-part="evidence"></div></details>`,
     );
     const { desk } = this;
-    this.listen(desk.corrections, 'change', () => this.#show());
+    this.listen(desk.corrections, 'change', () => {
+      this.#show();
+      this.#explain();
+    });
     this.listen(desk.corrections.preview, 'change', () => this.#show());
     this.listen(desk.inspection, 'change', () => this.#measure());
     this.listen(desk.track, 'change', () => this.#measure());
     this.#measure();
     this.#show();
+    this.#explain();
   }
 
-  /** The far end without anything stated; asked for once while the track stays as long as it is. */
+  /** The far end with neither joints nor anything stated; asked for once while the track stays as long as it is. */
   async #measure() {
     const { desk } = this;
     const rows = desk.track.length;
     if (desk.inspection.isUnfinished || rows === this.#measuredRows || rows === 0) return;
     this.#measuredRows = rows;
     try {
-      const { result } = await desk.corrections.ask(UNSTATED, this.signal);
+      const without = { ...UNSTATED, joints: { ...UNSTATED.joints, use: false } };
+      const { result } = await desk.corrections.ask(without, this.signal);
       this.#rawM = result?.distance_class.length_m ?? null;
     } catch (error) {
       if (error.name === 'AbortError') return;
       if (!(error instanceof ApiError)) throw error;
     }
     this.#show();
+  }
+
+  /** What the interval at the far end is made of, as the distances are now. */
+  async #explain() {
+    const { parts, desk } = this;
+    try {
+      const makeup = await loadMakeup(desk.inspection.value.id, null, this.signal);
+      parts.makeupBox.hidden = makeup === null;
+      if (makeup) render(parts.makeup, makeupMarkup(makeup));
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      if (!(error instanceof ApiError)) throw error;
+    }
   }
 
   #show() {
@@ -70,6 +93,12 @@ class CorrectionOutcome extends Component {
     if (isEdited) showEnd(parts.then, preview.value?.result);
     if (preview.value === null) return; // the figures of before stay until the new ones are there
     const { result } = preview.value;
+    render(
+      parts.notices,
+      html`${(result?.notices ?? []).map((notice) => html`<p class="message message--warning">${icon('alert')}<span>${noticeText(
+        notice,
+      )}</span></p>`)}`,
+    );
     render(parts.class, result ? classMarkup(result.distance_class) : html``);
     parts.details.hidden = !result?.findings.length;
     if (!parts.details.hidden) render(parts.evidence, this.#evidence(result));
@@ -141,7 +170,7 @@ function evidenceText(evidence) {
 /** What a length leaves over; of joints their root mean square. */
 function leftText(evidence, left, joints) {
   if (left.has(evidence)) return `${withSign(left.get(evidence), 1)} mm`;
-  if (!FORMS[1][0].test(evidence) || joints.length === 0) return '';
+  if (!FORMS[1][0].test(evidence) || joints.length === 0 || joints[0].residual_mm === null) return '';
   const squares = joints.reduce((sum, { residual_mm: mm }) => sum + mm * mm, 0);
   return t('corrections.rms', { mm: Math.sqrt(squares / joints.length).toFixed(1) });
 }

@@ -2,10 +2,14 @@
 
 import { html, render, setText } from '../../core/html.js';
 import { isUnmeasured } from '../../core/inspection.js';
+import { isSeen, jointBehind } from '../../core/joints.js';
+import { noticeText } from '../../core/notices.js';
+import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { chainage, chainageNumber, lengthUnit, plusMinus, speed, u95FromSigma } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
+import { jointsText, openIntervalDetail } from '../interval-detail/interval-detail.js';
 import { USUAL_LIMIT_M_PER_MIN } from '../strip-log/lanes.js';
 import { LEVELS, healthWords } from './health-words.js';
 import { Speedometer, speedAt } from './speedometer.js';
@@ -32,14 +36,20 @@ class DistanceReadout extends Component {
       this,
       html`<p class="readout__distance number"><span data-part="value">–</span> <span class="readout__unit">${lengthUnit}</span></p>
         <div class="readout__trust">
-          <p class="readout__interval number"><span data-part="interval"></span> <span class="dim">(95 %)</span></p>
+          <p class="readout__interval number"><button class="readout__why" data-part="why" title="${t('interval.title')}"><span
+            data-part="interval"></span> <span class="dim">(95 %)</span>${icon('info')}</button></p>
           <p class="readout__health number"><span data-part="sign"></span><span data-part="health"></span></p>
           <p class="readout__more dim number"><span data-part="joint"></span><span class="readout__speed" data-part="speed"></span></p>
         </div>
+        <p class="readout__notice" role="status" data-part="notice" hidden>${icon('alert')}<span data-part="noticeText"></span></p>
+        <p class="readout__joints dim" data-part="joints" hidden><span data-part="jointsText"></span>
+          <button class="link" data-part="takeBack" ${!may('operator') && 'hidden'}>${t('readout.take_back')}</button></p>
         <p class="visually-hidden" role="status" data-part="told"></p>`,
     );
+    this.listen(this.parts.takeBack, 'click', () => this.#takeBack());
+    this.listen(this.parts.why, 'click', () => openIntervalDetail(this.desk));
     this.listen(this.desk.playhead, 'change', () => this.repaint());
-    this.listen(this.desk.health, 'change', () => this.repaint());
+    for (const store of [this.desk.health, this.desk.corrections]) this.listen(store, 'change', () => this.repaint());
     this.signal.addEventListener('abort', () => clearTimeout(this.#tellTimer));
     this.paint();
   }
@@ -51,17 +61,38 @@ class DistanceReadout extends Component {
     const isTold = isUnmeasured(this.desk.inspection.value);
     setText(parts.interval, row && !isTold ? plusMinus(u95FromSigma(row.sigma_distance_mm)) : '± –');
     setText(parts.joint, row ? this.#joint(row.distance_mm) : '');
+    parts.why.disabled = !row || isTold;
+    this.#showNotice();
     this.#showSpeed(isTold ? null : this.#speed(row, isLive));
     this.#showHealth(isTold ? { level: 'none', what: 'told', text: t('readout.told') } : this.#healthWords(row, isLive), isLive);
   }
 
-  /** The nearest joint behind, which a repair crew counts in the pipe. */
+  /** The nearest joint behind, which a repair crew counts in the pipe; whether it was seen. */
   #joint(distanceMm) {
-    const length = this.desk.inspection.value.rig.pipe.segment_length_mm;
-    if (!length || distanceMm < 0) return '';
-    const number = Math.floor(distanceMm / length);
-    const past = chainage((distanceMm - number * length) / 1000);
-    return number === 0 ? t('readout.before_joint') : t('readout.joint', { number, past });
+    const { joints } = this.desk;
+    if (joints.length === 0 || distanceMm < 0) return '';
+    const joint = jointBehind(joints, distanceMm / 1000);
+    if (joint === null) return isSeen(joints[0]) && joints[0].number !== null ? t('readout.before_joint', joints[0]) : '';
+    const past = { number: joint.number, past: chainage(distanceMm / 1000 - joint.distance_m) };
+    return isSeen(joint) ? t('readout.joint', past) : t('readout.joint_expected', past);
+  }
+
+  /** What picture and rig disagree about, the most serious first. */
+  #showNotice() {
+    const { parts } = this;
+    const [notice] = this.desk.corrections.value?.result?.notices ?? [];
+    parts.notice.hidden = !notice;
+    setText(parts.noticeText, notice ? noticeText(notice) : '');
+    const done = this.desk.corrections.value?.result?.by_joints ?? null;
+    parts.joints.hidden = done === null || Boolean(notice);
+    setText(parts.jointsText, done ? jointsText(done) : '');
+  }
+
+  /** The joints are not to set the scale; undo brings them back. */
+  #takeBack() {
+    const { stated } = this.desk.corrections.value;
+    const joints = { ...stated.joints, use: false };
+    this.closest('inspection-page').correct({ ...stated, joints }, t('readout.taken_back'));
   }
 
   #speed(row, isLive) {

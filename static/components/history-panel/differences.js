@@ -11,8 +11,11 @@ const STATED = {
       .map(({ length_m, sigma_mm, first_frame: first, last_frame: last }) =>
         t('history.length_text', { length: chainage(length_m), sigma: sigma_mm, first, last }))
       .join('; ') || t('history.nothing_stated'),
-  joints: ({ use, marked, left_out: out }) =>
-    use ? t('history.joints_text', { marked: marked.length, out: out.length }) : t('history.joints_off'),
+  joints: ({ use, marked, left_out: out }) => {
+    const counts = { marked: marked?.length ?? 0, out: out?.length ?? 0 };
+    if (use === false) return t('history.joints_off');
+    return use ? t('history.joints_text', counts) : t('history.joints_auto', counts);
+  },
   rig_sigma: ({ height_mm: height, focal_px: focal }) => t('history.rig_text', { height, focal }),
 };
 

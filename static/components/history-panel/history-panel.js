@@ -16,6 +16,7 @@ const OF_INSPECTION = {
   created: ['plus', t('history.inspection_created')],
   changed: ['edit', t('history.inspection_changed')],
   corrected: ['settings', t('history.inspection_corrected')],
+  rescaled: ['settings', t('history.inspection_rescaled')],
   finished: ['check', t('history.inspection_finished')],
   deleted: ['trash', t('history.inspection_deleted')],
 };

@@ -52,6 +52,8 @@ export class Desk extends EventTarget {
   #signal;
   /** Of the distances that are shown. */
   #revision;
+  /** How many joints the server knew of when it last sent a picture. */
+  #joints = null;
   #shownFrame = -1;
   #showTimer = 0;
 
@@ -209,10 +211,9 @@ export class Desk extends EventTarget {
     return this.#placeOf(this.playhead.value.frame, this.#middle).distance_m;
   }
 
-  /** The joints of the pipe as far as `endMm`. */
-  jointsUpTo(endMm) {
-    const { segment_length_mm: unitMm } = this.inspection.value.rig.pipe;
-    return jointsOf(this.corrections.value?.result ?? null, endMm, unitMm);
+  /** The joints of the pipe, seen and expected. */
+  get joints() {
+    return jointsOf(this.corrections.value?.result ?? null);
   }
 
   /** The hour of the wall under the pixel of an observation, null where none is seen. */
@@ -260,13 +261,16 @@ export class Desk extends EventTarget {
     }
   }
 
-  /** Somebody else may have corrected the distances. */
-  async #compareRevision({ revision }) {
-    if (revision === undefined || revision <= this.#revision) return;
-    this.#revision = revision;
+  /** Somebody else, or the joints, may have corrected the distances; a joint may have been seen. */
+  async #compareRevision({ revision, joints }) {
+    const isOther = revision !== undefined && revision > this.#revision;
+    const hasMoreJoints = this.#joints !== null && joints !== this.#joints;
+    this.#joints = joints;
+    if (!isOther && !hasMoreJoints) return;
+    this.#revision = Math.max(this.#revision, revision ?? 0);
     try {
-      await this.inspection.load();
-      await this.reload();
+      if (isOther) await Promise.all([this.inspection.load(), this.reload()]);
+      else await this.corrections.load();
     } catch (error) {
       if (error.name !== 'AbortError') this.fault(errorText(error));
     }

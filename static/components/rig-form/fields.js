@@ -72,7 +72,35 @@ export const GROUPS = [
   },
 ];
 
-export const FINE = {
+const KNOWN = {
+  name: 'known',
+  title: t('rig.group_known'),
+  help: t('rig.known_help'),
+  fields: [
+    {
+      path: 'tolerance.height_mm', kind: 'number', label: t('rig.known_height'), unit: 'mm', min: 0, max: 1000,
+      optional: true, help: t('rig.known_usual', { usual: '2 mm' }),
+    },
+    {
+      path: 'tolerance.focal_percent', kind: 'number', label: t('rig.known_focal'), unit: '%', min: 0, max: 20,
+      optional: true, help: t('rig.known_usual', { usual: '0.5 %' }),
+    },
+    {
+      path: 'tolerance.tilt_deg', kind: 'number', label: t('rig.known_tilt'), unit: '°', min: 0, max: 30,
+      optional: true, help: t('rig.known_usual', { usual: '1°' }),
+    },
+    {
+      path: 'tolerance.diameter_mm', kind: 'number', label: t('rig.known_diameter'), unit: 'mm', min: 0, max: 1000,
+      optional: true, help: t('rig.known_usual', { usual: '3 mm' }),
+    },
+    {
+      path: 'tolerance.segment_length_mm', kind: 'number', label: t('rig.known_segment'), unit: 'mm',
+      min: 0, max: 1000, optional: true, help: t('rig.known_usual', { usual: '5 mm' }),
+    },
+  ],
+};
+
+const FINE = {
   name: 'fine',
   title: t('rig.group_fine'),
   fields: [
@@ -93,10 +121,17 @@ export const FINE = {
       path: 'mount.roll_deg', kind: 'number', label: t('rig.roll'), unit: '°', min: -80, max: 80, optional: true,
       help: t('rig.roll_help'),
     },
+    {
+      path: 'camera.readout_ms', kind: 'number', label: t('rig.readout'), unit: 'ms', min: 0, max: 200, optional: true,
+      help: t('rig.readout_help'),
+    },
   ],
 };
 
-export const ALL_FIELDS = [...GROUPS, FINE].flatMap(({ fields }) => fields);
+/** Folded away: most rigs do without. */
+export const FOLDED = [KNOWN, FINE];
+
+export const ALL_FIELDS = [...GROUPS, ...FOLDED].flatMap(({ fields }) => fields);
 
 const DISTORTION_LENGTHS = { pinhole: [0, 4, 5, 8, 12, 14], fisheye: [0, 4] };
 

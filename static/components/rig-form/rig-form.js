@@ -10,10 +10,11 @@ import { html, render } from '../../core/html.js';
 import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
-import { ALL_FIELDS, FINE, GROUPS, fault, jointFaults, parse } from './fields.js';
+import { ALL_FIELDS, FOLDED, GROUPS, fault, jointFaults, parse } from './fields.js';
 import { rigSketch } from './rig-sketch.js';
 
 const REMEMBERED = 'chainage.rig';
+const OF_A_PIPE = ['pipe.diameter_mm', 'tolerance.diameter_mm'];
 const idOf = (path) => `rig-${path.replace('.', '-')}`;
 
 class RigForm extends Component {
@@ -39,10 +40,11 @@ class RigForm extends Component {
               <legend>${title}</legend>
               <div class="rig__grid">${fields.map(fieldMarkup)}</div>
             </fieldset>`)}
-            <details class="rig__fine" data-part="fine">
-              <summary>${FINE.title}</summary>
-              <div class="rig__grid">${FINE.fields.map(fieldMarkup)}</div>
-            </details>
+            ${FOLDED.map(({ name, title, help, fields }) => html`<details class="rig__fine" data-part="${name}">
+              <summary>${title}</summary>
+              ${help && html`<p class="help">${help}</p>`}
+              <div class="rig__grid">${fields.map(fieldMarkup)}</div>
+            </details>`)}
           </div>
           <figure class="rig__sketch">
             <div data-part="sketch"></div>
@@ -61,7 +63,7 @@ class RigForm extends Component {
 
   /** The rig as it stands, with the empty fields left out. */
   get value() {
-    const rig = { camera: {}, mount: {}, pipe: {} };
+    const rig = { camera: {}, mount: {}, pipe: {}, tolerance: {} };
     for (const field of ALL_FIELDS) {
       const [part, name] = field.path.split('.');
       const value = this.#isUsed(field) ? parse(field, this.#input(field).value) : undefined;
@@ -81,7 +83,8 @@ class RigForm extends Component {
     for (const { path } of ALL_FIELDS) this.#touched.add(path);
     const first = this.#showFaults();
     if (first) {
-      if (FINE.fields.includes(first)) this.parts.fine.open = true;
+      const folded = FOLDED.find(({ fields }) => fields.includes(first));
+      if (folded) this.parts[folded.name].open = true;
       this.#input(first).focus();
     }
     return !first;
@@ -188,7 +191,7 @@ class RigForm extends Component {
   }
 
   #isUsed({ path }) {
-    return path !== 'pipe.diameter_mm' || this.#input({ path: 'pipe.shape' }).value === 'circular';
+    return !OF_A_PIPE.includes(path) || this.#input({ path: 'pipe.shape' }).value === 'circular';
   }
 
   #input({ path }) {

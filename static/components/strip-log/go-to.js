@@ -57,7 +57,7 @@ function frameOf(desk, typed) {
   const { low, high } = track.range;
   const atDistance = (m) => ({ frame: track.frameAtDistance(m * 1000, playhead.value.frame) });
   if (kind === 'joint') {
-    const joint = desk.jointsUpTo(high).find(({ number }) => number === value);
+    const joint = desk.joints.find(({ number }) => number === value);
     return joint ? atDistance(joint.distance_m) : { fault: t('goto.no_joint', { number: value }) };
   }
   // A tag ahead of the camera may lie a little beyond where the robot has been.

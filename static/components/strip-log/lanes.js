@@ -93,7 +93,9 @@ export const laneWord = (name) => wordFor('strip_lane', name);
 const speedScale = (most) => `0–${Math.round(toShown(most))} ${speed(0).split(' ')[1]}`;
 
 export const jointText = ({ number, distance_m: distanceM, u95_m: u95M }) =>
-  t('strip.joint', { number, where: `${chainage(distanceM)} ${plusMinus(u95M)}`.trim() });
+  u95M === null
+    ? t('strip.joint_expected', { number, where: chainage(distanceM) })
+    : t('strip.joint', { number: number ?? '–', where: `${chainage(distanceM)} ${plusMinus(u95M)}` });
 
 const complaintText = (bits) =>
   bits ? namesOf(bits).map((name) => wordFor('complaint', name)).join(', ') : t('strip.no_complaint');
@@ -213,10 +215,11 @@ function paintJoints({ context, colour, plot, joints }, top, height) {
       context.fillRect(x - half, top + 2, 2 * half, height - 4);
       context.globalAlpha = 1;
     }
-    context.fillRect(Math.round(x) - 0.5, top + 2, isFound ? 1.5 : 1, height - 4);
-    if (number % every) continue;
+    if (isFound) context.fillRect(Math.round(x) - 0.5, top + 2, 1.5, height - 4);
+    else for (let y = top + 2; y < top + height - 2; y += 5) context.fillRect(Math.round(x) - 0.5, y, 1, 2.5);
+    if (number === null || number % every) continue;
     context.fillStyle = colour(isFound ? '--text' : '--text-dim');
-    context.fillText(String(number), x + 4, top + height / 2 + 0.5);
+    context.fillText(isFound ? String(number) : `${number}?`, x + 4, top + height / 2 + 0.5);
   }
 }
 

@@ -41,7 +41,7 @@ export class Strip extends Component {
 
   /** Of a pipe unit to the end of the axis. */
   get joints() {
-    return this.desk.jointsUpTo(this.desk.axis.whole.high);
+    return this.desk.joints;
   }
 
   seekDistance(mm) {

@@ -333,17 +333,19 @@ class WallStrip extends Strip {
     const { joints } = this;
     const lineEvery = numberEvery(joints, plot, JOINT_LINE_PX);
     const plateEvery = numberEvery(joints, plot, JOINT_PLATE_PX);
-    context.setLineDash([4, 4]);
     for (const { number, distance_m: m, u95_m: u95M } of joints) {
       if (number % lineEvery || !axis.holds(m * 1000)) continue;
       const x = Math.round(plot.toX(m * 1000)) + 0.5;
-      context.strokeStyle = u95M === null ? 'rgb(255 255 255 / 45%)' : 'rgb(255 255 255 / 85%)';
+      const isExpected = u95M === null;
+      context.setLineDash(isExpected ? [2, 7] : []);
+      context.strokeStyle = isExpected ? 'rgb(255 255 255 / 45%)' : 'rgb(255 255 255 / 85%)';
       context.beginPath();
       context.moveTo(x, 0);
       context.lineTo(x, height);
       context.stroke();
-      if (number % plateEvery) continue;
-      paintPlate(context, styles, t('wall.joint', { number }), x, height - 12, [plot.left, plot.right]);
+      if (number === null || number % plateEvery) continue;
+      const name = isExpected ? t('wall.joint_expected', { number }) : t('wall.joint', { number });
+      paintPlate(context, styles, name, x, height - 12, [plot.left, plot.right]);
     }
     context.setLineDash([]);
   }

@@ -20,6 +20,7 @@ from app.services.corrections import Corrected
 from app.storage.tables import Event
 from vo_core.health import Health
 from vo_core.joints import Sighting
+from vo_core.rig import Tolerance
 from vo_core.track import COLUMNS
 
 STATED = Stated(
@@ -88,6 +89,19 @@ def test_everything_that_was_stated_or_measured_comes_back(exported):
         assert (event.at, event.who, event.action) == (was.at, was.who, was.action)
         assert (event.before, event.after, event.remark) == (was.before, was.after, was.remark)
         assert event.observation_id == was.observation_id
+
+
+def test_an_export_of_before_the_tolerances_is_read(exported):
+    content = json.loads(write(exported).content)
+    for name in ("sigma_registration_mm", "z_mm", "pitch_deg", "roll_deg"):
+        del content["track"]["columns"][name]
+    del content["inspection"]["rig"]["tolerance"]
+    found = read(json.dumps(content).encode())
+    track = found.track
+    assert (track.sigma_registration_mm == track.sigma_distance_mm).all()
+    assert not np.concatenate([track.z_mm, track.pitch_deg, track.roll_deg]).any()
+    assert found.rig.tolerance == Tolerance()
+    assert found.stated.joints.use is False
 
 
 def test_what_follows_from_it_is_the_same(exported):

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from random_reports import reports
 from reports import AT, OBSERVATIONS, report, track_of
 
+from app.interval import half_width_m
 from app.reports.spreadsheet import write
 from app.reports.table import COLUMNS, DICTIONARY, rows
 from app.services.adjustment import Joints, Mark, Stated, adjust
@@ -85,7 +86,7 @@ def test_the_joints_are_told_with_interval_and_residual():
     for row, joint in zip(found, adjusted.joints, strict=True):
         assert row["joint_no"] == joint.number
         assert row["distance_m"] == pytest.approx(joint.distance_mm / 1000, abs=0.0006)
-        assert row["distance_u95_m"] == pytest.approx(1.96 * joint.sigma_mm / 1000, abs=0.0006)
+        assert row["distance_u95_m"] == half_width_m(joint.sigma_mm)
         assert row["residual_mm"] == pytest.approx(joint.residual_mm, abs=0.06)
 
 

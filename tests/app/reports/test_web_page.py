@@ -69,7 +69,7 @@ def test_the_table_tells_what_the_report_does(opened):
         assert cells[8].startswith(str(fields.get("severity", "not rated")))
     assert page.locator("h1").inner_text() == "CUL-0041"
     assert (
-        page.locator(".alarm").inner_text() == "Act now: Broken wall: fallen in, 12.40 m ± 0.05 m"
+        page.locator(".alarm").inner_text() == "Act now: Broken wall: fallen in, 12.40 m ± 0.06 m"
     )
 
 

@@ -23,7 +23,9 @@ from builders import (
     wait_until,
 )
 
-from vo_core import Track
+from app.interval import half_width_m
+from vo_core import Rig, Track
+from vo_core.height import scale_sigma
 from vo_core.joints import Sighting, to_csv
 
 FRAMES = 160
@@ -36,6 +38,7 @@ def wrong_rig() -> dict[str, Any]:
     rig = clip_rig()
     rig["mount"]["height_mm"] = WRONG * HEIGHT_MM
     rig["pipe"]["segment_length_mm"] = 100.0
+    rig["tolerance"] = {"height_mm": 5.0, "segment_length_mm": 0.3}
     return rig
 
 
@@ -54,7 +57,10 @@ def tracked(shared: Client, drive: Path) -> str:
 @pytest.fixture
 def run(shared: Client, tracked: str) -> Iterator[str]:
     """A tracked inspection; what a test states and tags is taken back."""
+    joints = shared.data / "inspections" / tracked / "joints.csv"
+    seen = joints.read_bytes()
     yield tracked
+    joints.write_bytes(seen)
     path = f"/api/inspections/{tracked}"
     shared.put(f"{path}/corrections", json={}).raise_for_status()
     for tag in shared.get(f"{path}/observations").json()["observations"]:
@@ -63,7 +69,7 @@ def run(shared: Client, tracked: str) -> Iterator[str]:
 
 def stated(**fields: Any) -> dict[str, Any]:
     return {
-        "zero": None, "lengths": [], "joints": {"use": False, "marked": [], "left_out": []},
+        "zero": None, "lengths": [], "joints": {"use": None, "marked": [], "left_out": []},
         "rig_sigma": None, "forced": None,
     } | fields  # fmt: skip
 
@@ -98,7 +104,9 @@ def test_at_first_nothing_is_stated_and_nothing_changed(shared: Client, drive: P
     now = shared.get(f"/api/inspections/{run}/corrections").json()
     assert now["stated"] == stated()
     assert now["error"] is None
-    assert (now["result"]["scale"], now["result"]["scale_sigma"]) == (1.0, None)
+    by_rig = scale_sigma(Rig.parse(wrong_rig()))
+    assert now["result"]["scale"] == 1.0
+    assert now["result"]["scale_sigma"] == pytest.approx(by_rig, abs=1e-6)
     assert now["result"]["distance_class"]["percent"] == 0.5  # a quarter of a metre, 0.3 m allowed
     view = shared.inspection(run)
     assert (view["revision"], view["corrected"]) == (0, False)
@@ -167,14 +175,16 @@ def test_the_track_is_told_corrected_and_raw(shared: Client, run: str) -> None:
     assert float(tum[1]) == pytest.approx(0.35)
 
 
-def test_the_zero_moves_joint_numbers_and_what_is_to_go(shared: Client, run: str) -> None:
+def test_the_zero_moves_expected_joints_and_what_is_to_go(shared: Client, run: str) -> None:
     shared.patch(f"/api/inspections/{run}", json={"header": {"known_length_m": 2.0}})
     tag = shared.tag(run, frame=0).json()
-    assert tag["joint_no"] is None
-    correct(shared, run, stated(zero={"frame": 0, "offset_m": 0.52}))
+    before = shared.get(f"/api/inspections/{run}/corrections").json()["result"]
+    assert before["expected_joints"] == []
+    now = correct(shared, run, stated(zero={"frame": 0, "offset_m": 0.52}))
+    assert [joint["number"] for joint in now["result"]["expected_joints"]] == [6, 7]
     moved = shared.get(f"/api/inspections/{run}/observations/{tag['id']}").json()
     assert moved["distance_m"] == pytest.approx(0.52)
-    assert moved["joint_no"] == 5
+    assert (moved["at_joint"], moved["joint_no"]) == (False, None)
     row = shared.get(f"/api/inspections/{run}/exports/json").json()["observations"][0]
     assert row["distance_to_go_m"] == pytest.approx(1.48)
     assert (row["distance_source"], row["distance_raw_m"]) == ("odometry", 0)
@@ -243,10 +253,39 @@ def test_a_length_that_cannot_be_is_refused_until_it_is_forced(shared: Client, r
 
 def test_the_uncertainty_of_the_rig_widens_the_interval_of_a_tag(shared: Client, run: str) -> None:
     tag = shared.tag(run, frame=150).json()
-    correct(shared, run, stated(rig_sigma={"height_mm": 3.8, "focal_px": 0.0}))
+    correct(shared, run, stated(rig_sigma={"height_mm": 19.0, "focal_px": 0.0}))
     wider = shared.get(f"/api/inspections/{run}/observations/{tag['id']}").json()
     assert wider["distance_m"] == tag["distance_m"]
-    assert wider["distance_u95_m"] == pytest.approx(1.96 * 0.02 * tag["distance_m"], abs=0.0005)
+    assert wider["distance_u95_m"] == pytest.approx(1.96 * 0.1 * tag["distance_m"], rel=0.05)
+    assert wider["distance_u95_m"] > 2 * tag["distance_u95_m"]
+
+
+def test_one_interval_is_told_everywhere_and_a_tape_shrinks_it(shared: Client, run: str) -> None:
+    tag = shared.tag(run, frame=FRAMES - 1).json()
+
+    def told() -> set[float]:
+        path = f"/api/inspections/{run}"
+        rows = list(csv.DictReader(io.StringIO(shared.get(f"{path}/exports/csv").text)))
+        columns = shared.get(f"{path}/track?format=json").json()["columns"]
+        observation = shared.get(f"{path}/observations/{tag['id']}").json()
+        corrected = shared.get(f"{path}/corrections").json()["result"]
+        report = shared.get(f"{path}/exports/json").json()
+        listed = shared.get("/api/inspections").json()["inspections"]
+        return {
+            float(rows[0]["distance_u95_m"]),
+            half_width_m(columns["sigma_distance_mm"][-1]),
+            observation["distance_u95_m"],
+            corrected["distance_class"]["half_width_m"],
+            report["inspection"]["distance_u95_m"],
+            report["observations"][0]["distance_u95_m"],
+            shared.inspection(run)["distance_u95_m"],
+            *(i["distance_u95_m"] for i in listed if i["id"] == run),
+        }
+
+    (before,) = told()
+    correct(shared, run, TAPED)
+    (after,) = told()
+    assert after == 0.01 < before
 
 
 def test_every_correction_is_in_the_record_and_can_be_undone(shared: Client, run: str) -> None:

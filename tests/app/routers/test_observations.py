@@ -11,7 +11,6 @@ from builders import (
     assert_error,
     clip_rig,
     frame_number,
-    make_clip,
     send_signal,
     serving,
     wait_until,
@@ -204,13 +203,15 @@ def test_a_tag_on_a_frame_that_was_never_reached_says_why_it_has_no_photo(
     assert tag["distance_m"] is None
 
 
-def test_a_tag_near_a_joint_is_at_that_joint(server: Client, tmp_path: Path) -> None:
-    inspection_id = server.tracked(make_clip(tmp_path / "to_the_joint.mp4", 160))
-    assert server.tag(inspection_id, frame=100).json()["joint_no"] is None, "240 mm before it"
-    near = server.tag(inspection_id, frame=150).json()
-    assert (near["at_joint"], near["joint_no"]) == (True, 1)
-    start = server.tag(inspection_id, frame=0).json()
-    assert (start["at_joint"], start["joint_no"]) == (False, None)
+def test_where_no_joint_was_seen_a_tag_is_at_none(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    zero = {"zero": {"frame": 0, "offset_m": 0.39}}  # a segment has 0.4 m
+    server.put(f"/api/inspections/{inspection_id}/corrections", json=zero).raise_for_status()
+    tag = server.tag(inspection_id, frame=10).json()
+    assert (tag["at_joint"], tag["joint_no"]) == (False, None)
+    result = server.get(f"/api/inspections/{inspection_id}/corrections").json()["result"]
+    assert result["joints"] == []
+    assert result["expected_joints"] == [{"number": 1, "distance_m": 0.4}]
 
 
 def test_in_a_pipe_the_pixel_tells_the_clock(server: Client, clip: Path) -> None:

@@ -229,9 +229,11 @@ def test_other_needs_a_remark(shared: Client, run: str, tag: Tag) -> None:
     assert told(shared, run) == []
 
 
-def test_a_displaced_joint_is_at_a_joint(shared: Client, run: str, tag: Tag) -> None:
-    tag(frame=20, code="BAJ", char1="B", quant1=5.0, clock_from=12)  # joints are 400 mm apart
-    assert ("warn", "no_joint_near") in told(shared, run)
+def test_where_no_joint_was_seen_a_displaced_one_may_be_anywhere(
+    shared: Client, run: str, tag: Tag
+) -> None:
+    tag(frame=20, code="BAJ", char1="B", quant1=5.0, clock_from=12)
+    assert told(shared, run) == []
 
 
 def test_a_photo_that_is_gone_blocks_and_a_severe_defect_needs_one(

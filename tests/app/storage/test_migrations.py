@@ -125,7 +125,19 @@ ROWS_0002 = ROWS_0001 | {
     },
 }
 ROWS_0003 = {table: row for table, row in ROWS_0002.items() if table != "tokens"}
-ROWS = {"0001": ROWS_0001, "0002": ROWS_0002, "0003": ROWS_0003}
+ROWS_0004 = ROWS_0003 | {
+    "alerts": {
+        "id": "22222222-2222-4333-8444-555555555555",
+        "inspection_id": INSPECTION,
+        "observation_id": TAG,
+        "state": "told",
+        "tries": 1,
+        "created_at": NOW,
+        "next_at": NOW,
+        "told_at": NOW,
+    },
+}
+ROWS = {"0001": ROWS_0001, "0002": ROWS_0002, "0003": ROWS_0003, "0004": ROWS_0004}
 """What a database of each version may hold: a row of every table."""
 
 
@@ -180,6 +192,8 @@ def test_everything_of_an_older_version_is_there(tmp_path: Path, revision: str) 
         assert (tag["id"], tag["code"], tag["remark"]) == (TAG, "BAB", "kept")
         assert tag["distance_m"] == pytest.approx(offset_m + 10 * STEP_MM / 1000, abs=1e-3)
         assert client.get(f"{path}/observations/{TAG}/photo").content == b"\xff\xd8 a photo"
+        stated = client.get(f"{path}/corrections").json()["stated"]
+        assert stated["joints"]["use"] is False  # what was reported keeps its distances
         (event,) = client.get(f"{path}/events").json()["events"]
         assert (event["action"], event["who"]) == ("created", "server")
         assert client.get(f"{path}/exports/csv").text.count("BAB") == 1

@@ -12,7 +12,6 @@ from app.viewer.geometry import (
     octahedron,
     phi_of_clock,
     plank,
-    shown_mm,
     strip,
     torus,
     tube,
@@ -244,8 +243,3 @@ def test_path_grows_with_the_way() -> None:
     xs = np.arange(0, 5001, 0.5)
     kept = Thinner().thin(xs, np.zeros_like(xs), np.ones_like(xs))
     assert len(kept) == 5000 / STEP_MM + 1
-
-
-@pytest.mark.parametrize(("half_m", "mm"), [(0.0, 1), (0.0004, 1), (0.0041, 5), (0.01, 10)])
-def test_an_interval_is_shown_no_smaller_than_it_is(half_m: float, mm: int) -> None:
-    assert shown_mm(half_m) == mm

@@ -17,7 +17,15 @@ from viser.infra._async_message_buffer import AsyncMessageBuffer
 
 from app.viewer.geometry import Section
 from app.viewer.private_server import START_LIMIT_S, start_private_server
-from app.viewer.scene import CameraMode, CulvertScene, Pin, ViewerUnavailable, WallLayout, WallTile
+from app.viewer.scene import (
+    CameraMode,
+    CulvertScene,
+    JointMark,
+    Pin,
+    ViewerUnavailable,
+    WallLayout,
+    WallTile,
+)
 from app.viewer.views import View, view_of
 
 JPEG = b"\xff\xd8 not decoded on the server \xff\xd9"
@@ -58,6 +66,7 @@ def test_late_joiner_gets_the_whole_scene(served: Served) -> None:
     served.scene.set_length(4000)
     served.scene.extend_path([0, 50, 100], [0, 0, 0], [1, 1, 1])
     served.scene.set_pins([Pin("a", 1.25, 7.5, 0.004, 2, "BAF C")])
+    served.scene.set_joints([JointMark(1, 1.47, is_seen=True), JointMark(2, 2.97, is_seen=False)])
     served.scene.set_camera("follow")
 
     messages = replay(served)
@@ -65,7 +74,8 @@ def test_late_joiner_gets_the_whole_scene(served: Served) -> None:
     assert {"/culvert/wall", "/robot/camera/view", "/interval/ok/band", "/trail/0"} <= names_of(
         messages
     )
-    assert {"S2 BAF C\n1.25 m ± 4 mm", "joint 1 · 1.50 m"} <= texts_of(messages)
+    assert {"S2 BAF C\n1.25 m ± 0.01 m", "joint 1 · 1.47 m"} <= texts_of(messages)
+    assert "joint 2 · 2.97 m · expected" in texts_of(messages)
 
 
 def test_scene_does_not_grow_with_frames(served: Served) -> None:
@@ -100,7 +110,7 @@ def test_newest_pose_wins(served: Served) -> None:
 def test_robot_tells_distance_interval_and_trouble(served: Served) -> None:
     served.scene.show_pose(make_estimate(1234.0, status="lost"))
     with served.client() as client:
-        client.until_robot_says("1.234 m ± 10 mm · lost")
+        client.until_robot_says("1.234 m ± 0.01 m · lost")
 
 
 def test_path_comes_in_chunks_and_can_be_taken_away(served: Served) -> None:
@@ -268,7 +278,7 @@ def test_selected_pin_is_marked_and_the_others_are_not(served: Served) -> None:
     served.scene.select(None)
     unmarked = texts_of(replay(served))
 
-    assert {"S5 BAB\n1.00 m ± 10 mm", "» S1 BBC\n2.00 m ± 20 mm"} <= marked
+    assert {"S5 BAB\n1.00 m ± 0.01 m", "» S1 BBC\n2.00 m ± 0.02 m"} <= marked
     assert not {text for text in unmarked if "»" in text}
 
 
@@ -323,19 +333,35 @@ def test_pins_replace_each_other(served: Served) -> None:
     served.scene.set_pins([])
     none = texts_of(replay(served))
 
-    assert {"S5 BAB\n1.00 m ± 10 mm", "BBC\n2.00 m ± 20 mm"} <= both
-    assert {text for text in one if text.startswith(("BB", "S"))} == {"S1 BBA\n3.00 m ± 30 mm"}
+    assert {"S5 BAB\n1.00 m ± 0.01 m", "BBC\n2.00 m ± 0.02 m"} <= both
+    assert {text for text in one if text.startswith(("BB", "S"))} == {"S1 BBA\n3.00 m ± 0.03 m"}
     assert not {text for text in none if "±" in text and "\n" in text}
 
 
-@pytest.mark.parametrize(("length_mm", "last"), [(100, 1.5), (3000, 3.0), (3001, 4.5)])
-def test_culvert_grows_in_whole_segments(served: Served, length_mm: float, last: float) -> None:
+@pytest.mark.parametrize(("length_mm", "last"), [(100, 1), (3000, 3), (3001, 4)])
+def test_culvert_grows_in_whole_metres(served: Served, length_mm: float, last: int) -> None:
     served.scene.set_length(length_mm)
 
-    joints = {text for text in texts_of(replay(served)) if "joint" in text}
+    metres = {text for text in texts_of(replay(served)) if text.endswith(".00 m")}
 
-    assert f"joint {last / 1.5:.0f} · {last:.2f} m" in joints
-    assert not {text for text in joints if float(text.split()[3]) > last}
+    assert metres == {f"{metre}.00 m" for metre in range(last + 1)}
+
+
+def test_no_joint_is_drawn_where_none_is_known(served: Served) -> None:
+    messages = replay(served)
+    assert not {text for text in texts_of(messages) if "joint" in text}
+    assert not {"/culvert/joints", "/culvert/expected"} & names_of(messages)
+
+
+def test_a_joint_that_was_expected_is_drawn_anew_when_it_is_seen(served: Served) -> None:
+    served.scene.set_length(2000)
+    served.scene.set_joints([JointMark(1, 1.5, is_seen=False)])
+    before = replay(served)
+    served.scene.set_joints([JointMark(1, 1.47, is_seen=True)])
+    after = replay(served)
+    assert "/culvert/joints" in names_of(after) - names_of(before)
+    assert "joint 1 · 1.47 m" in texts_of(after)
+    assert "joint 1 · 1.50 m · expected" not in texts_of(after)
 
 
 def test_floor_and_unknown_joints_are_drawn(socket_path: Path, serve) -> None:

@@ -57,7 +57,7 @@ def test_every_entry_is_told_with_code_and_distance_as_in_the_table(full, englis
 def test_the_worst_defect_comes_first(english):
     summary = pages_of(english)[1]
 
-    assert "Worst defect: Broken wall: fallen in, at 12.40 m ± 0.05 m" in summary
+    assert "Worst defect: Broken wall: fallen in, at 12.40 m ± 0.06 m" in summary
     assert summary.index("17.12 m") < summary.index("3.20 m")
 
 

@@ -1,0 +1,82 @@
+/** What the interval of a distance is made of, what would shrink it most, and what the joints have done. */
+
+import { ApiError, get } from '../../core/api.js';
+import { html, render } from '../../core/html.js';
+import { LEAST_M, chainage, plusMinus } from '../../core/units.js';
+import { errorText, t, wordFor } from '../../core/words.js';
+import { openDialog } from '../dialog/dialog.js';
+import { icon } from '../icon/icon.js';
+
+/**
+ * @typedef {object} Makeup
+ * @property {number} frame
+ * @property {number} distance_m
+ * @property {number} distance_u95_m
+ * @property {{name: string, u95_m: number}[]} parts the largest first; they add up in quadrature
+ * @property {{length_m: number, u95_m: number}|null} taped what one more taped length would make of it
+ */
+
+/**
+ * @param {string} inspection
+ * @param {number|null} frame null: the furthest one
+ * @returns {Promise<Makeup|null>} null where nobody knows the interval
+ */
+export async function loadMakeup(inspection, frame, signal) {
+  const query = frame === null ? '' : `?frame=${frame}`;
+  return (await get(`/api/inspections/${inspection}/interval${query}`, signal)).interval;
+}
+
+/** @param {Makeup} makeup */
+export function makeupMarkup({ distance_u95_m: u95M, parts, taped }) {
+  const most = parts[0]?.u95_m || 1;
+  return html`<table class="makeup number">
+      <caption class="visually-hidden">${t('interval.made_of')}</caption>
+      <tbody>${parts.map(({ name, u95_m: part }) => html`<tr><th scope="row">${wordFor('interval.part', name)}</th>
+        <td>${plusMinus(part)}</td><td class="makeup__bar"><meter min="0" max="${most}" value="${part}"
+          aria-hidden="true"></meter></td></tr>`)}</tbody>
+    </table>
+    <p class="makeup__advice">${icon('stretch')}<span>${advice(u95M, parts, taped)}</span></p>`;
+}
+
+function advice(u95M, parts, taped) {
+  if (taped) {
+    const [length, now, then] = [chainage(taped.length_m), plusMinus(u95M), plusMinus(taped.u95_m)];
+    return t('interval.tape', { length, now, then });
+  }
+  const worth = u95M > LEAST_M ? parts[0] : null;
+  return (worth && wordFor('interval.work', worth.name)) ?? t('interval.nothing');
+}
+
+/** '5 joints: scale 0.9914 ± 0.0005; your camera sits 2 mm lower.' */
+export function jointsText({ joints, scale, sigma, lower_mm: lowerMm }) {
+  const done = t('interval.by_joints', { n: joints, scale: scale.toFixed(4), sigma: Math.max(sigma, 0.0001).toFixed(4) });
+  const mm = lowerMm === null ? 0 : Math.round(Math.abs(lowerMm));
+  if (mm === 0) return done;
+  return `${done} ${lowerMm > 0 ? t('interval.lower', { mm }) : t('interval.higher', { mm })}`;
+}
+
+/** Shows it of the frame that is on the screen now. */
+export async function openIntervalDetail(desk) {
+  const { frame, row } = desk.playhead.value;
+  const { dialog, parts } = openDialog({
+    title: t('interval.title'),
+    content: html`<div class="makeup__body" data-part="body" aria-busy="true"><p class="dim">${t('interval.loading')}</p></div>`,
+  });
+  const closing = new AbortController();
+  dialog.addEventListener('close', () => closing.abort());
+  try {
+    const makeup = row && (await loadMakeup(desk.inspection.value.id, frame, closing.signal));
+    render(parts.body, makeup ? bodyMarkup(makeup, desk.corrections.value?.result) : html`<p>${t('interval.unknown')}</p>`);
+  } catch (error) {
+    if (error.name === 'AbortError') return;
+    if (!(error instanceof ApiError)) throw error;
+    render(parts.body, html`<p class="fault">${errorText(error)}</p>`);
+  }
+  parts.body.removeAttribute('aria-busy');
+}
+
+const bodyMarkup = (makeup, result) => html`<p class="makeup__whole number"><b>${chainage(makeup.distance_m)}</b>
+    ${plusMinus(makeup.distance_u95_m)} <span class="dim">(95 %)</span></p>
+  ${makeupMarkup(makeup)}
+  ${result?.by_joints && html`<p>${jointsText(result.by_joints)}</p>`}
+  <p class="help">${t('interval.help')}</p>`;
