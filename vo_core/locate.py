@@ -333,7 +333,7 @@ class Locator:
         rate = UNKNOWN_RATE
         if len(parameters) > PARAMETERS:
             shown = slice(PARAMETERS, PARAMETERS + RATES)
-            rate = Prior(fit.parameters[shown], np.linalg.inv(fit.covariance[shown, shown]))
+            rate = Prior(fit.parameters[shown], inverse(fit.covariance[shown, shown]))
         state = State(Pose(*at.tolist()), fit.parameters[MOUNT], covariance, rate)
         return Fix(
             state=state,
@@ -365,12 +365,12 @@ def _habit(
     way_mm = start.x_mm - reference.pose.x_mm
     left = kept(way_mm)
     follows = np.zeros((POSE, PARAMETERS))
-    follows[:, MOVING], follows[:, REFERENCE] = np.eye(POSE), -left * np.eye(POSE)
-    follows[0, REFERENCE.start] = -1.0  # a way is not forgotten
+    follows[:, MOVING], follows[:, REFERENCE] = np.eye(POSE), -np.diag(left)
     mean = parameters.copy()
     mean[MOVING] = left * parameters[REFERENCE] + (1 - left) * sway.mean(start)
     mean[0] = start.x_mm
-    covariance = spread(way_mm) * sway.covariance
+    new = np.sqrt(spread(way_mm))
+    covariance = np.outer(new, new) * sway.covariance
     covariance[0, 0] = reach_mm**2
     weight = np.linalg.inv(covariance)
     return Prior(mean, follows.T @ weight @ follows)

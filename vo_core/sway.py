@@ -29,14 +29,18 @@ STIFFEST = np.array([0.1, np.radians(0.03), np.radians(0.1), np.radians(0.1)])
 USUAL = np.array([0.2, np.radians(0.1), np.radians(0.1), np.radians(1)])
 """The same before anything was seen."""
 
-FORGOTTEN_MM = 300.0
-"""Way on which a deviation from the mean pose falls to 1/e."""
+FORGOTTEN_MM = np.array([np.inf, 300.0, 300.0, 100.0, 100.0, 300.0])
+"""Way on which a deviation from the mean pose falls to 1/e, in the order of `Pose`: springs and
+pebbles are short, steering is longer, and a way is not forgotten."""
 
 LEAST_SPREAD = 0.05
 """Of the variance of its sway, what a robot may do on no way at all."""
 
 CLEAR = 4.0
 """Times its variance by which a change must exceed 0 to be the robot's and no error."""
+
+_LEARNT = [3, 4, 5, 5]
+"""Height, pitch, roll and climb in the order of `Pose`."""
 
 _MEMORY = 40
 """Frames over which the robot's softness is averaged."""
@@ -58,14 +62,14 @@ _PER_STEP = np.array([4.0, 4.0, 4.0, 50.0])
 climbs in waves that are far longer."""
 
 
-def kept(way_mm: float) -> float:
-    """Share of a deviation that is left after a way (Ornstein & Uhlenbeck 1930)."""
-    return float(np.exp(-abs(way_mm) / FORGOTTEN_MM))
+def kept(way_mm: float) -> Matrix:
+    """(6,) shares of a deviation that are left after a way (Ornstein & Uhlenbeck 1930)."""
+    return np.asarray(np.exp(-abs(way_mm) / FORGOTTEN_MM))
 
 
-def spread(way_mm: float) -> float:
-    """Variance of what came new on a way, over that of the sway."""
-    return max(1 - kept(way_mm) ** 2, LEAST_SPREAD)
+def spread(way_mm: float) -> Matrix:
+    """(6,) variance of what came new on a way, over that of the sway."""
+    return np.maximum(1 - kept(way_mm) ** 2, LEAST_SPREAD)
 
 
 class Sway:
@@ -103,8 +107,8 @@ class Sway:
         biased[2:] = False
         biased &= (np.abs(per_mm) < _MOST_BIAS) | (self._count > _WORTH + _BIASED_AFTER)
         seen = np.where(biased, seen - per_mm * way_mm, seen)
-        excess = np.square(seen) - CLEAR * variance[[3, 4, 5, 5]]
-        self._variance += share * (_PER_STEP * excess / spread(way_mm) - self._variance)
+        excess = np.square(seen) - CLEAR * variance[_LEARNT]
+        self._variance += share * (_PER_STEP * excess / spread(way_mm)[_LEARNT] - self._variance)
 
     def mean(self, pose: Pose) -> Matrix:
         """(6,) the mean pose: level, but a camera above the axis comes down while it climbs."""
