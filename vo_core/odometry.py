@@ -94,6 +94,12 @@ SCALE_ERROR = np.array([5e-5, 9e-4])
 It grows with the unevenness of the picture, because blur and coding differ where resolution does.
 """
 
+MISFIT = 0.08
+"""Of the wall (see `Sway.misfit`), from which its shape is not the rig's: silt lies on it."""
+
+BED_MM = 25.0
+"""How much nearer than the rig says such a wall may be, one sigma."""
+
 UNKNOWN_SPEED = np.array([300.0, 20.0, 0.1])
 """mm/s along and across, rad/s, one sigma, before any motion was seen."""
 
@@ -327,6 +333,9 @@ class Odometry:
     def _estimate(self, t_s: float, status: Status, quality: float) -> Estimate:
         pose = self._pose
         sigma_mm = float(np.sqrt(self._covariance[0, 0] + self._model_mm**2))
+        scale_sigma = self._scale_sigma
+        if self._sway.misfit > MISFIT:
+            scale_sigma = float(np.hypot(scale_sigma, BED_MM / self.rig.mount.height_mm))
         return Estimate(
             frame=self._frame,
             time_s=t_s,
@@ -334,7 +343,7 @@ class Odometry:
             y_mm=pose.y_mm,
             yaw_deg=float(np.degrees(pose.yaw_rad)),
             distance_mm=pose.x_mm,
-            sigma_distance_mm=float(np.hypot(sigma_mm, self._scale_sigma * pose.x_mm)),
+            sigma_distance_mm=float(np.hypot(sigma_mm, scale_sigma * pose.x_mm)),
             quality=quality,
             status=status,
             sigma_registration_mm=sigma_mm,
