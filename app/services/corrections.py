@@ -388,7 +388,7 @@ def _by_joints(adjusted: Adjusted) -> dict[str, Any] | None:
         "joints": found.joints,
         "scale": _rounded(found.scale, 4),
         "sigma": _rounded(found.sigma, 4),
-        "lower_mm": _rounded(found.lower_mm, 1),
+        "lower_mm": _rounded(found.lower_mm, 3),
     }
 
 
