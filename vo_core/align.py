@@ -69,7 +69,7 @@ OPEN_END_PX = 1e8
 BY_CHANCE = 5.0
 """Standard deviations of two gradients' correlation that do not count as common texture."""
 
-PIXEL_ERROR = 0.012
+PIXEL_ERROR = 0.01
 """Displacement, px, that all blocks err by together, however good the picture."""
 
 LOCK = 6.0
@@ -244,7 +244,7 @@ def align(
     hessian = seen_information + information
     bread = inverse(hessian)
     pull = usual.information @ (parameters - usual.mean)
-    unforced = inverse(hessian - usual.information)
+    unforced = inverse(seen_information + loose + known.information)
     filling = INFLATION * scores.T @ scores + seen.shared * seen_information + information
     covariance = bread @ filling @ bread
     return Alignment(

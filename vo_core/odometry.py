@@ -59,6 +59,9 @@ REACH_PX = 2.0
 APART = 4.0
 """Pixels of the patch by which two guesses must differ to be tried both."""
 
+REPEATED_LIMIT_S = 0.5
+"""A picture that repeats itself for longer shows a robot that stands."""
+
 LOST_LIMIT_S = 1.0
 """After so long without a fix the newest picture becomes a reference, at a guessed pose."""
 
@@ -205,9 +208,11 @@ class Odometry:
         """Is it the last picture once more, although the robot was moving?
 
         Every camera's noise is new in each picture; of one that stands still, too, coding leaves a
-        little.  A recorder that repeats a picture leaves nothing.
+        little.  A recorder that repeats a picture leaves nothing, but not for long.
         """
         if self.patch is None or self._velocity is None:
+            return False
+        if self._gone * self._clock.period_s > REPEATED_LIMIT_S:
             return False
         moves_mm = np.hypot(*self._velocity[:2])
         return moves_mm > self._rectify.grid.mm_per_px and np.array_equal(patch, self.patch)
