@@ -23,7 +23,7 @@ SOFTEST = np.array([3.0, np.radians(1), np.radians(1), np.radians(6)])
 Climb is how far the robot turns about the pipe's axis, up the wall to either side; its camera moves
 aside, too.  Roll is about itself."""
 
-STIFFEST = np.array([0.05, np.radians(0.015), np.radians(0.1), np.radians(0.1)])
+STIFFEST = np.array([0.05, np.radians(0.01), np.radians(0.1), np.radians(0.1)])
 """The same of a robot of which nothing is seen to move: clearances and a rough wall."""
 
 USUAL = np.array([0.2, np.radians(0.1), np.radians(0.1), np.radians(1)])
