@@ -145,6 +145,8 @@ class Odometry:
         self._fix_periods = 0.0
         """Of the clock at the last fix."""
         self._frame = 0
+        self._is_noiseless = False
+        """Did the robot stand, and no noise show it?"""
         self._pose_before = Pose()
         self._health: Health | None = NO_HEALTH
         """Of the last frame, once it was asked for."""
@@ -208,14 +210,17 @@ class Odometry:
         """Is it the last picture once more, although the robot was moving?
 
         Every camera's noise is new in each picture; of one that stands still, too, coding leaves a
-        little.  A recorder that repeats a picture leaves nothing, but not for long.
+        little.  A recorder that repeats a picture leaves nothing, but not for long.  In a film that
+        left nothing of a standstill before, a repeated picture is one, too.
         """
         if self.patch is None or self._velocity is None:
             return False
-        if self._gone * self._clock.period_s > REPEATED_LIMIT_S:
+        if not np.array_equal(patch, self.patch):
             return False
-        moves_mm = np.hypot(*self._velocity[:2])
-        return moves_mm > self._rectify.grid.mm_per_px and np.array_equal(patch, self.patch)
+        if np.hypot(*self._velocity[:2]) <= self._rectify.grid.mm_per_px:
+            self._is_noiseless = True
+        lasts_s = self._gone * self._clock.period_s
+        return not self._is_noiseless and lasts_s <= REPEATED_LIMIT_S
 
     def _predict(self) -> Pose:
         """The pose if the robot went on as before, but never out of sight of the last fix."""

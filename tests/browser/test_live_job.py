@@ -319,4 +319,4 @@ def _observations(server: Server, inspection: str) -> list[dict[str, Any]]:
 
 
 def _distances_m(server: Server, inspection: str) -> dict[int, float]:
-    return {item["frame"]: item["distance_m"] for item in _observations(server, inspection)}
+    return {item["frame"]: item["distance_raw_m"] for item in _observations(server, inspection)}
