@@ -30,6 +30,14 @@ ACCURACY = {
     "tiled_floor": (0.5, 1.0, 0.15),
     "wide_lens": (0.8, 1.5, 0.3),
     "running_water": (0.5, 1.5, 0.4),
+    "network_jitter": (0.3, 1.0, 0.15),
+    "late_start": (0.4, 2.0, 0.4),
+    "stop_dead": (0.3, 1.0, 0.15),
+    "bounce": (6.0, 1.0, 0.15),
+    "climb": (1.0, 4.0, 0.15),
+    "interlaced": (0.3, 1.0, 0.15),
+    "rolling_shutter": (3.0, 5.0, 0.15),
+    "weak_spot_light": (0.6, 2.0, 0.4),
 }
 
 
