@@ -114,6 +114,8 @@ class JointFinder:
         self._strips: dict[int, _Strip] = {}
         self._open: set[int] = set()
         """Strips that were not searched yet; others are kept as their neighbours only."""
+        self._places_mm: dict[int, list[float]] = {}
+        """Of the rings that were found in strips which others still need."""
         self._found: list[Sighting] = []
         self._taken = 0
 
@@ -195,9 +197,13 @@ class JointFinder:
             count = np.hstack([strip.count for strip in beside])
             for ring in find_rings(total, count, [w / self._bin_mm for w in RING_WIDTHS_MM]):
                 column = ring.at_px - STRIP_BINS
-                if 0 <= column < STRIP_BINS:
+                at_mm = (k * STRIP_BINS + column) * self._bin_mm
+                # A ring on the border of two strips may peak in each of them.
+                beside_mm = [at for i in (-1, 1) for at in self._places_mm.get(k + i, ())]
+                is_known = any(abs(at_mm - at) < SAME_JOINT_MM for at in beside_mm)
+                if 0 <= column < STRIP_BINS and not is_known:
+                    self._places_mm.setdefault(k, []).append(at_mm)
                     frame, camera_mm = self._strips[k].seen_from(int(column))
-                    at_mm = (k * STRIP_BINS + column) * self._bin_mm
                     ahead_mm = at_mm - camera_mm
                     # Where the rig is wrong, places off the middle have scales of their own.
                     off_mm = self._scale_sigma * (ahead_mm - self._middle_mm)
@@ -206,6 +212,7 @@ class JointFinder:
         self._open = self._open - leaving
         needed = {k + i for k in self._open for i in (-1, 0, 1)}
         self._strips = {k: strip for k, strip in self._strips.items() if k in needed}
+        self._places_mm = {k: at for k, at in self._places_mm.items() if k in needed}
 
 
 class _Strip:
