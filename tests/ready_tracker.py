@@ -153,7 +153,7 @@ def _drained(connection: Connection, request: TrackRequest, begun_s: float) -> t
             message := from_tracker.decode(_received(connection, begun_s)), Done | Failed
         ):
             for row in message.rows if isinstance(message, Batch) else ():
-                numbers = msgspec.structs.astuple(row)[:-1]
+                numbers = [v for v in msgspec.structs.astuple(row) if not isinstance(v, str)]
                 if row.frame != len(rows) or not all(map(math.isfinite, numbers)):
                     return "unforeseen", f"row {numbers} after {len(rows)} rows", len(rows)
                 rows.append(row.time_s)

@@ -58,9 +58,9 @@ def ended(module: str, request: msgspec.Struct, *first: msgspec.Struct) -> objec
 
 @pytest.mark.parametrize("mebibytes", [600, 768])
 def test_a_film_that_needs_more_memory_than_allowed_says_so(mebibytes: int, tmp_path: Path) -> None:
-    size_wh = (4096, 2304)
+    size_wh = (7680, 4320)
     film = write_clip(tmp_path / "large.mp4", size_wh=size_wh, frames=6)
-    rig = clip_rig(width=size_wh[0], height=size_wh[1], cx=2047.5, cy=1151.5)
+    rig = clip_rig(width=size_wh[0], height=size_wh[1], fx=7500.0, fy=7500.0, cx=3839.5, cy=2159.5)
     answer = ended("app.jobs.tracker", TrackRequest(str(film), rig, Limits(mebibytes * MIB)))
     assert isinstance(answer, Failed), answer
     assert (answer.code, answer.trace) == ("out_of_memory", "")
