@@ -171,12 +171,15 @@ def _by_pose(rows: Matrix, pose: Pose, arm: Points) -> Matrix:
     Turns are about the world's z (yaw), the yawed y (pitch) and the robot's x (roll); of a turn w
     the arm moves by w x arm, and a . (w x arm) = w . (arm x a).
     """
-    turned = np.cross(arm[:, None], rows)  # (N, 2, 3)
-    matrix = np.array(rotation(pose))
-    cos, sin = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
-    axes = np.column_stack([(0.0, 0.0, 1.0), (-sin, cos, 0.0), matrix[:, 0]])
-    yaw, pitch, roll = np.moveaxis(turned @ axes, -1, 0)
     x, y, z = np.moveaxis(rows, -1, 0)
+    ahead, right, down = arm.T[..., None]
+    # Written out: `np.cross` takes as long as all the rest.
+    about_x, about_y, about_z = right * z - down * y, down * x - ahead * z, ahead * y - right * x
+    cos, sin = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
+    forward = [row[0] for row in rotation(pose)]
+    pitch = cos * about_y - sin * about_x
+    roll = forward[0] * about_x + forward[1] * about_y + forward[2] * about_z
+    yaw = about_z
     return np.stack([x, y, yaw, z, pitch, roll], -1)
 
 
