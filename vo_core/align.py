@@ -30,8 +30,8 @@ Warp = Callable[[Matrix], Points]
 CONVERGED_PX = 0.02
 """A step that moves no block by more ends the iteration: what is left is far smaller."""
 
-MOST_STEPS = 60
-"""However slowly they lead nearer."""
+LAST_STEP = 60
+"""Of any alignment, however slowly it leads nearer."""
 
 MOST_STEPS = 8
 """Of an alignment that is not extrapolated: where several motions are tried (wall, water, dirt), a
@@ -212,7 +212,7 @@ def align(
     jacobian = _on_reference(template.grid, positions, slopes)
     rooted = template.root @ jacobian
     stride, moved, left_px, waited = 1.0, np.zeros(0), np.inf, 0
-    for taken in range(1, MOST_STEPS + 1):
+    for taken in range(1, LAST_STEP + 1):
         seen = _compare(template, doubled, whole, positions)
         step = -np.linalg.solve(
             _hessian(rooted, seen.weights) + information,
