@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -68,6 +68,9 @@ RATE_SIGMA = np.array([100.0, 30.0, 0.3])
 UNKNOWN_RATE = Prior(np.zeros(RATES), np.diag(1 / np.square(RATE_SIGMA)))
 """Before anything moved."""
 
+LEAST_TILT_DEG = 1e-3
+"""No mount is known better, so that its uncertainty can be inverted."""
+
 _DIFFERENCE = np.zeros((POSE, PARAMETERS))
 _DIFFERENCE[:, MOVING], _DIFFERENCE[:, REFERENCE] = np.eye(POSE), -np.eye(POSE)
 _KNOWN = [*range(MOUNT.stop)[REFERENCE], *range(MOUNT.stop)[MOUNT]]
@@ -103,6 +106,26 @@ class State:
     """(8, 8), in the order of `Pose`, then the mount."""
     rate: Prior
     """(3,) change of x, y and yaw a second, as far as a rolling shutter showed it."""
+
+    def known_to(self, tilt_rad: float) -> State:
+        """The same with the mount known no worse than the rig states, one sigma `tilt_rad`.
+
+        Where the rig is wrong, blocks disagree, and each keyframe adds their scatter to what it
+        inherits.  A tilt that the pictures hardly show (the roll of a fisheye on the axis of the
+        pipe) would drift away without bound, and with it the sway that it is seen by.  So what
+        the rig states is fused in again as far as it was forgotten (Kalman 1960).
+        """
+        mean = np.array([*astuple(self.pose), *self.mount_rad])
+        covariance = self.covariance
+        for tilt in (POSE, POSE + 1):
+            variance = covariance[tilt, tilt]
+            if variance > tilt_rad**2:
+                forgotten = 1 / (1 / tilt_rad**2 - 1 / variance)
+                gain = covariance[:, tilt] / (variance + forgotten)
+                mean = mean - gain * mean[tilt]
+                covariance = covariance - np.outer(gain, covariance[tilt])
+        pose = Pose(*mean[:POSE].tolist())
+        return replace(self, pose=pose, mount_rad=mean[POSE:], covariance=covariance)
 
 
 @dataclass(frozen=True)
@@ -174,6 +197,8 @@ class Locator:
 
     def __init__(self, rectifier: Rectifier) -> None:
         self._rig, self._grid = rectifier.rig, rectifier.grid
+        self.tilt_rad = float(np.radians(max(self._rig.tolerance.tilt_deg, LEAST_TILT_DEG)))
+        """How well the tilt of the mount is known, one sigma."""
         self._blocks = BlockGrid.over(self._grid.shape)
         self.valid = rectifier.valid
         self._whole = self._blocks.whole(self.valid)
@@ -336,7 +361,7 @@ class Locator:
             rate = Prior(fit.parameters[shown], inverse(fit.covariance[shown, shown]))
         state = State(Pose(*at.tolist()), fit.parameters[MOUNT], covariance, rate)
         return Fix(
-            state=state,
+            state=state.known_to(self.tilt_rad),
             reference=reference,
             alignment=fit,
             moved_px=float(np.nanmedian(np.hypot(*moved.T))),

@@ -74,9 +74,6 @@ RELIABILITY_GAIN, RELIABILITY_FLOOR = 0.05, 0.05
 START_SIGMA = (1e-3, 0.5, np.radians(0.2), 1e-3, 1e-5, 1e-5)
 """How well the rig describes the pose at the start, in the order of `Pose`: mm and rad."""
 
-LEAST_TILT_DEG = 1e-3
-"""No mount is known better, so that its uncertainty can be inverted."""
-
 LINK_ERROR = (0.0, 0.0, 0.0, 0.01, np.radians(0.003), np.radians(0.003), 0.0, 0.0)
 """Error of z, pitch and roll, mm and rad, that each keyframe adds beyond its covariance."""
 
@@ -134,8 +131,8 @@ class Odometry:
         """The newest frame with a fix; after a long loss the newest one, at a guessed pose."""
         self._pose = self._fix_pose = Pose()
         """Of the last frame, and of the last frame that was measured."""
-        tilt_rad = np.radians(max(rig.tolerance.tilt_deg, LEAST_TILT_DEG))
-        self._covariance = np.diag(np.square([*START_SIGMA, tilt_rad, tilt_rad]))
+        tilts_rad = (self._locator.tilt_rad, self._locator.tilt_rad)
+        self._covariance = np.diag(np.square([*START_SIGMA, *tilts_rad]))
         self._fix_covariance = self._covariance
         """(8, 8), as in `State`."""
         self._mount_rad, self._rate = np.zeros(2), UNKNOWN_RATE

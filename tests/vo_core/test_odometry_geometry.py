@@ -87,6 +87,21 @@ def test_a_tilt_that_nobody_measured_costs_little_distance(shape, mount, most_pe
     assert 100 * abs(scale_error(track, x_mm)) < most_percent
 
 
+def test_a_wide_lens_whose_focal_length_is_wrong_is_wrong_by_one_factor():
+    """The roll of a fisheye on the axis hardly shows: misfits must not carry it off, and with it
+    the sway that the distance is measured beside."""
+    fisheye, on_axis = {"model": "fisheye", "fx": 105.0, "fy": 105.0}, {"height_mm": 150.0}
+    world = World(small_rig(camera=fisheye, mount=on_axis), speckle(1))
+    x_mm = 10.0 * np.arange(90)
+    poses = zip(x_mm, 4 * np.sin(x_mm / 270), np.sin(x_mm / 207), strict=True)
+    images = [stored(world.view(*pose), n) for n, pose in enumerate(poses)]
+    stated = small_rig(camera=fisheye | {"fx": 103.95, "fy": 103.95}, mount=on_axis)
+    track = follow(stated, images)
+    line = np.polyfit(x_mm, track.distance_mm, 1)
+    assert line[0] == pytest.approx(1.014, abs=0.002)
+    assert np.abs(track.distance_mm - np.polyval(line, x_mm)).max() < 0.9
+
+
 def test_a_forward_camera_sees_the_true_distance():
     rig = small_rig(mount=FORWARD, camera=WIDE)
     images, x_mm = drive(World(rig, speckle(0)), step_px=4)
