@@ -18,7 +18,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from vo_core.drift import Drift, row_of
+from vo_core.drift import Bed, Drift, row_of
 from vo_core.errors import InvalidCorrection
 from vo_core.joints import Sighting, numbered, places_mm
 from vo_core.track import Track
@@ -77,6 +77,14 @@ _COUNTABLE = 1 / 6
 
 _BREAK = 7.0
 """Log odds against a count that starts anew; a joint on its place is worth about 6.5."""
+
+_LEAST_BED = 0.01
+"""Share of the way between two rings, at least, by which a bed that the track shows may have
+changed it."""
+
+_BREAK_ON_BED, _LEAVES_ON_BED, _CHANGE_ON_BED = 14.0, 0.5, 0.1
+"""The same three beside such a bed: there the scale changes rather than that a count begins anew
+behind a segment of odd length."""
 
 _SURE = 3.0
 """Log odds that the best count must have against every other one."""
@@ -177,11 +185,14 @@ class _Path:
         return len(places) >= _FINER and math.gcd(*(n for _, _, n in self.links())) > 1
 
     def contradiction(self, other: _Path) -> tuple[int, int] | None:
-        """Two members that another path counts otherwise, if there are any."""
+        """Two members that another path counts otherwise, or of which it has other ones only."""
         places = dict(
             zip(other.members, zip(other.counts, other.numbers, strict=True), strict=True)
         )
-        for i, j, segments in self.links():
+        links = self.links()
+        if not {(i, j) for i, j, _ in links} & {(i, j) for i, j, _ in other.links()}:
+            return links[0][:2]
+        for i, j, segments in links:
             if i in places and j in places:
                 (count, here), (same, there) = places[i], places[j]
                 if count == same and there - here != segments:
@@ -205,6 +216,10 @@ class _Search:
     """(N,) axial coordinates by the track."""
     variance_mm2: Matrix
     """(N, N) of their differences, by track and picture."""
+    on_bed: NDArray[np.bool_]
+    """(N, N) whether the track shows a bed between them."""
+    beside_bed: NDArray[np.bool_]
+    """(N,) whether it does a segment before or after, so that the scale may change there."""
     contrast: Matrix
     """(N,) of the rings, 0 where it is not known."""
     scales: Matrix
@@ -225,7 +240,7 @@ class _Search:
     ) -> _Search:
         rows = np.array([row_of(track, sighting.frame) for sighting in sightings])
         seen = seen_variance(sightings)
-        drift = Drift.of(track)
+        drift = Drift.of(track).without_bed()  # the scales that are tried stand for it
         places = drift.places(rows)
         between = np.stack(
             [drift.between(drift.places(np.full_like(rows, row)), places) for row in rows]
@@ -234,10 +249,16 @@ class _Search:
         usual = np.exp(-((steps * _STEP) ** 2) / (2 * max(scale_sigma / scale, _STEP) ** 2))
         usual *= (1 - _UNUSUAL) / usual.sum()
         prior = usual + _UNUSUAL / len(steps)
+        at_mm, bed = places_mm(track, sightings), Bed.of(track)
+        doubt_mm = bed.at(at_mm)
+        ways = [np.abs(np.subtract.outer(mm, mm)) for mm in (doubt_mm, at_mm)]
+        beside_mm = bed.at(at_mm + segment_mm) - bed.at(at_mm - segment_mm)
         return cls(
             segment_mm,
-            places_mm(track, sightings),
+            at_mm,
             between + np.add.outer(seen, seen),
+            ways[0] > _LEAST_BED * ways[1],
+            beside_mm > _LEAST_BED * segment_mm,
             np.array([sighting.contrast for sighting in sightings]),
             scale * (1 + _STEP * steps),
             np.log(prior),
@@ -248,25 +269,31 @@ class _Search:
         """The best chain for each scale that it may end with."""
         count, tried = len(self.at_mm), np.arange(len(self.scales))
         score = np.tile(self.prior, (count, 1))  # a chain may begin anywhere
-        relaxed, origin = np.zeros_like(score), np.zeros(score.shape, np.intp)
+        even = _Relaxed.none(score.shape, self.change, _CHANGE)
+        uneven = _Relaxed.none(score.shape, np.minimum(self.change, _LEAVES_ON_BED), _CHANGE_ON_BED)
         links = _Links.none(score.shape)
         for j in range(count):
             if j > 0:
-                anew = score[:j].argmax(axis=0)
-                links.take(j, score, score[anew, tried] - _BREAK, before=anew, came=tried, broken=1)
+                breaks = np.where(self.on_bed[:j, j], _BREAK_ON_BED, _BREAK)
+                started = score[:j] - breaks[:, None]
+                anew = started.argmax(axis=0)
+                links.take(j, score, started[anew, tried], before=anew, came=tried, broken=1)
                 first = max(0, j - _REACH)
                 gain, number = self._gains(first, j, scatter_mm)
-                through = relaxed[first:j] + gain
+                beds = self.beside_bed[first:j, None]
+                through = np.where(beds, uneven.score[first:j], even.score[first:j]) + gain
+                origin = np.where(beds, uneven.origin[first:j], even.origin[first:j])
                 best = through.argmax(axis=0)
                 links.take(
                     j,
                     score,
                     through[best, tried],
                     before=first + best,
-                    came=origin[first:j][best, tried],
+                    came=origin[best, tried],
                     segments=number[best, tried],
                 )
-            relaxed[j], origin[j] = _relaxed(score[j], self.change)
+            even.take(j, score[j])
+            uneven.take(j, score[j])
         return [links.traced(score, self.scales, int(s)) for s in tried]
 
     def _gains(self, first: int, j: int, scatter_mm: float) -> tuple[Matrix, NDArray[np.int64]]:
@@ -359,21 +386,38 @@ class _Links:
         )
 
 
-def _relaxed(score: Matrix, change: Matrix) -> tuple[Matrix, NDArray[np.intp]]:
-    """(S,) the best score from which a scale is come to, changed or not, and which that was.
+@dataclass
+class _Relaxed:
+    """The best score from which a scale is come to, changed or not, and which that was."""
 
-    Changes cost by their size, so that one pass up and one down find the best (Felzenszwalb &
-    Huttenlocher 2012, distance transforms).
-    """
-    tried = np.arange(len(score))
-    slope = _STEP / _CHANGE * tried
-    best, origin = score, tried
-    for order, cost in ((slice(None), slope), (slice(None, None, -1), slope[::-1])):
-        lifted = (score - change)[order] + slope
-        highest = np.maximum.accumulate(lifted)
-        where = np.maximum.accumulate(np.where(lifted >= highest, tried, 0))
-        moved = highest[order] - cost - change
-        better = moved > best
-        best = np.where(better, moved, best)
-        origin = np.where(better, tried[order][where][order], origin)
-    return best, origin
+    change: Matrix
+    """(S,) half the log odds against a change from or to a scale."""
+    size: float
+    """Of a change that costs one more."""
+    score: Matrix
+    """(N, S)"""
+    origin: NDArray[np.intp]
+    """(N, S)"""
+
+    @classmethod
+    def none(cls, shape: tuple[int, ...], change: Matrix, size: float) -> _Relaxed:
+        return cls(change, size, np.zeros(shape), np.zeros(shape, np.intp))
+
+    def take(self, j: int, score: Matrix) -> None:
+        """Of sighting j.
+
+        Changes cost by their size, so that one pass up and one down find the best (Felzenszwalb &
+        Huttenlocher 2012, distance transforms).
+        """
+        tried = np.arange(len(score))
+        slope = _STEP / self.size * tried
+        best, origin = score, tried
+        for order, cost in ((slice(None), slope), (slice(None, None, -1), slope[::-1])):
+            lifted = (score - self.change)[order] + slope
+            highest = np.maximum.accumulate(lifted)
+            where = np.maximum.accumulate(np.where(lifted >= highest, tried, 0))
+            moved = highest[order] - cost - self.change
+            better = moved > best
+            best = np.where(better, moved, best)
+            origin = np.where(better, tried[order][where][order], origin)
+        self.score[j], self.origin[j] = best, origin

@@ -13,6 +13,7 @@ from itertools import product
 
 import numpy as np
 
+from vo_core.bed import Bed
 from vo_core.blocks import BlockGrid
 from vo_core.clock import Clock
 from vo_core.errors import InvalidTime
@@ -97,12 +98,6 @@ SCALE_ERROR = np.array([5e-5, 9e-4])
 It grows with the unevenness of the picture, because blur and coding differ where resolution does.
 """
 
-MISFIT = 0.08
-"""Of the wall (see `Sway.misfit`), from which its shape is not the rig's: silt lies on it."""
-
-BED_MM = 25.0
-"""How much nearer than the rig says such a wall may be, one sigma."""
-
 UNKNOWN_SPEED = np.array([300.0, 20.0, 0.1])
 """mm/s along and across, rad/s, one sigma, before any motion was seen."""
 
@@ -136,7 +131,7 @@ class Odometry:
         self._fix_covariance = self._covariance
         """(8, 8), as in `State`."""
         self._mount_rad, self._rate = np.zeros(2), UNKNOWN_RATE
-        self._sway = Sway(rig)
+        self._sway, self._bed = Sway(rig), Bed(rig.mount.height_mm)
         self._model_mm = 0.0
         """Error of one sign that may have added up, signed like the distance."""
         self._velocity: Matrix | None = None
@@ -284,6 +279,7 @@ class Odometry:
         share = _systematic(SCALE_ERROR, fix) * self._rectify.unevenness
         self._model_mm += share * (fix.pose.x_mm - self._fix_pose.x_mm)
         self._sway.learn(fix.change, fix.change_variance)
+        self._bed.take(fix.change, self._fix_pose.x_mm, fix.pose.x_mm)
         # A standstill that may be dirt says nothing of the speed, so the next frame can unmask it.
         if fix.is_doubtful and self._reliability is None:
             self._velocity = None
@@ -343,9 +339,7 @@ class Odometry:
     def _estimate(self, t_s: float, status: Status, quality: float) -> Estimate:
         pose = self._pose
         sigma_mm = float(np.sqrt(self._covariance[0, 0] + self._model_mm**2))
-        scale_sigma = self._scale_sigma
-        if self._sway.misfit > MISFIT:
-            scale_sigma = float(np.hypot(scale_sigma, BED_MM / self.rig.mount.height_mm))
+        scale_mm = np.hypot(self._scale_sigma * pose.x_mm, self._bed.sigma_mm)
         return Estimate(
             frame=self._frame,
             time_s=t_s,
@@ -353,7 +347,7 @@ class Odometry:
             y_mm=pose.y_mm,
             yaw_deg=float(np.degrees(pose.yaw_rad)),
             distance_mm=pose.x_mm,
-            sigma_distance_mm=float(np.hypot(sigma_mm, scale_sigma * pose.x_mm)),
+            sigma_distance_mm=float(np.hypot(sigma_mm, scale_mm)),
             quality=quality,
             status=status,
             sigma_registration_mm=sigma_mm,

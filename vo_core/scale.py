@@ -27,7 +27,7 @@ from typing import assert_never
 
 import numpy as np
 
-from vo_core.drift import Drift, Places, row_of
+from vo_core.drift import Drift, Places, own_scale_sigma, row_of
 from vo_core.errors import InvalidCorrection
 from vo_core.height import scale_sigma
 from vo_core.joints import Sighting, places_mm
@@ -273,17 +273,8 @@ def zeroed(track: Track, frame: int) -> Track:
         track,
         x_mm=track.x_mm - track.x_mm[row],
         distance_mm=way_mm,
-        sigma_distance_mm=np.hypot(np.sqrt(walked), _scale_sigma_of(track) * way_mm),
+        sigma_distance_mm=np.hypot(np.sqrt(walked), own_scale_sigma(track) * way_mm),
     )
-
-
-def _scale_sigma_of(track: Track) -> float:
-    """Relative, by what a raw track states beside its registration where that counts most."""
-    far = int(np.abs(track.distance_mm).argmax())
-    whole, own = track.sigma_distance_mm[far], track.sigma_registration_mm[far]
-    if track.distance_mm[far] == 0:
-        return 0.0
-    return float(np.sqrt(max(whole**2 - own**2, 0.0)) / abs(track.distance_mm[far]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -298,6 +289,8 @@ class _Piece:
     """How the scale wanders, as far as the joints ask for it: see `Drift.wander`."""
     may_wander: float = WANDER
     """The same where something else speaks for a scale that changes."""
+    log_likelihood: float = 0.0
+    """Of joints, by the drift that they were solved with."""
 
 
 @dataclass(frozen=True)
@@ -309,7 +302,7 @@ class _Solved:
     findings: tuple[Finding, ...]
     doubts_rig: bool
     changes: bool
-    """The joints ask for a scale that changes along the run."""
+    """The scale changes along the run: the joints ask for it, or the track shows a bed in parts."""
 
 
 def _solve(track: Track, evidence: Sequence[Evidence]) -> _Solved:
@@ -320,8 +313,7 @@ def _solve(track: Track, evidence: Sequence[Evidence]) -> _Solved:
     """
     if not evidence:
         raise InvalidCorrection("Nothing was given to correct the track by.")
-    drift = Drift.of(track)
-    pieces = tuple(_piece(track, drift, one) for one in evidence)
+    drift, pieces = _by_the_likelier_bed(track, evidence)
     measured = tuple(p for p in pieces if not isinstance(p.evidence, StatedScale))
     stated = tuple(p for p in pieces if isinstance(p.evidence, StatedScale))
     wander, doubts_rig = max(piece.wander for piece in pieces), False
@@ -330,14 +322,34 @@ def _solve(track: Track, evidence: Sequence[Evidence]) -> _Solved:
         told, sigma = _mean_scale(_together(drift, measured))
         own = {piece: _together(drift, [piece]).scale[1] for piece in stated}
         doubts_rig = any(abs(told - 1) > DOUBT * np.hypot(sigma, own[p]) for p in stated)
-        if doubts_rig:
+        if doubts_rig or drift.bed.is_partial:
             drift = replace(drift, wander=max(wander, *(p.may_wander for p in measured)))
         if doubts_rig or any(isinstance(p.evidence, JointSpacing) for p in measured):
             stated = ()
     findings = tuple(Finding(p.evidence, *_mean_scale(_together(drift, [p]))) for p in pieces)
     _require_agreement(drift, dict(zip(pieces, findings, strict=True)), measured)
     used = (*measured, *stated)
-    return _Solved(used, _together(drift, used), findings, doubts_rig, wander > 0)
+    return _Solved(
+        used, _together(drift, used), findings, doubts_rig, wander > 0 or drift.bed.is_partial
+    )
+
+
+def _by_the_likelier_bed(
+    track: Track, evidence: Sequence[Evidence]
+) -> tuple[Drift, tuple[_Piece, ...]]:
+    """The drift of a track, with the bed that it shows or without, and the evidence by it.
+
+    A bed all along is no other than a scale, which lengths and joints tell; and joints may say that
+    it lies otherwise than the track shows it.
+    """
+    drift = Drift.of(track)
+    pieces = tuple(_piece(track, drift, one) for one in evidence)
+    if not drift.bed.is_there or all(isinstance(one, StatedScale) for one in evidence):
+        return drift, pieces
+    level = drift.without_bed()
+    others = tuple(_piece(track, level, one) for one in evidence)
+    gain = sum(p.log_likelihood for p in others) - sum(p.log_likelihood for p in pieces)
+    return (level, others) if gain > CHANGE or not drift.bed.is_partial else (drift, pieces)
 
 
 def _together(drift: Drift, pieces: Sequence[_Piece]) -> Solution:
@@ -347,7 +359,7 @@ def _together(drift: Drift, pieces: Sequence[_Piece]) -> Solution:
 def _mean_scale(solution: Solution) -> tuple[float, float]:
     """With its standard uncertainty; where it wanders, over the way that the equations are of."""
     places = solution.equations.places
-    if solution.model.wander == 0 or len(places.rows) == 0:
+    if not solution.model.changes or len(places.rows) == 0:
         return solution.scale
     ends = (places.rows[places.at_mm.argmin()], places.rows[places.at_mm.argmax()])
     return solution.scale_between(*map(int, ends))
@@ -470,8 +482,9 @@ def _of_joints(track: Track, drift: Drift, spacing: JointSpacing) -> _Piece:
 
     scatter_mm = _spread(constant, PRIOR_SCATTER_MM)
     wander = _spread(changing, WANDER)
-    against = CHANGE - (scatter_mm / SCATTER_MM) ** 2 / 2
-    changes = changing(wander).log_likelihood > constant(scatter_mm).log_likelihood + against
+    even = constant(scatter_mm).log_likelihood - (scatter_mm / SCATTER_MM) ** 2 / 2
+    uneven = changing(wander).log_likelihood - CHANGE
+    changes = uneven > even
     if changes:
         scatter_mm = PRIOR_SCATTER_MM
     alike = np.outer(number, number) * spacing.segment_sigma_mm**2
@@ -481,6 +494,7 @@ def _of_joints(track: Track, drift: Drift, spacing: JointSpacing) -> _Piece:
         scatter_mm,
         wander=wander if changes else 0.0,
         may_wander=wander,
+        log_likelihood=max(even, uneven),
     )
 
 

@@ -53,9 +53,6 @@ _BIASED, _BIASED_AFTER = 0.5, 6
 shape and no sway, and the frames after which that is sure.  A flat bed of silt raises a camera by
 the same each step, to 45 mm in 6 m; a robot goes up and down.  Climbs are long, and go round."""
 
-_MISFIT_AFTER = 8
-"""Frames after which the shape of the wall is judged."""
-
 _MOST_BIAS = np.array([0.03, np.radians(0.02), 0.0, 0.0])
 """Height in mm and pitch in rad a mm of way, above which a wrong shape need not be thought of at
 once: a flat bed in the place of a pipe makes half of it."""
@@ -82,7 +79,6 @@ class Sway:
         diameter_mm = rig.pipe.diameter_mm
         self._arm_mm = None if diameter_mm is None else rig.mount.height_mm - diameter_mm / 2
         """Of the camera above the pipe's axis; a floor has none."""
-        self._depth_mm = rig.mount.height_mm
         self._variance = np.square(USUAL)
         self._count = _WORTH
         self._square, self._with_way, self._way = np.zeros(4), np.zeros(4), 0.0
@@ -113,17 +109,6 @@ class Sway:
         seen = np.where(biased, seen - per_mm * way_mm, seen)
         excess = np.square(seen) - CLEAR * variance[_LEARNT]
         self._variance += share * (_PER_STEP * excess / spread(way_mm)[_LEARNT] - self._variance)
-
-    @property
-    def misfit(self) -> float:
-        """Share of the way that pictures take for a pitch, by the depth at which they show it.
-
-        Next to 0 where the wall is as the rig says.  A flat bed of silt in the place of a pipe
-        makes 0.16 of it from the first steps on: its sides lie deeper than the pipe's.
-        """
-        if self._count < _WORTH + _MISFIT_AFTER:
-            return 0.0
-        return float(abs(self._with_way[1]) / max(self._way, 1e-9) * self._depth_mm)
 
     def mean(self, pose: Pose) -> Matrix:
         """(6,) the mean pose: level, but a camera above the axis comes down while it climbs."""

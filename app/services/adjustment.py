@@ -18,13 +18,14 @@ import numpy as np
 from app.interval import half_width_m
 from app.services.tracks import estimate_at, is_unmeasured, wall_point_of
 from vo_core import Rig, Track
-from vo_core.drift import row_of
+from vo_core.drift import Bed, row_of
 from vo_core.errors import InvalidCorrection, InvalidRig
 from vo_core.height import Height, implied_height
 from vo_core.joints import Sighting
 from vo_core.lattice import SCALE_SIGMA, Joint
 from vo_core.proposal import ScaleProposal
 from vo_core.scale import (
+    DOUBT,
     Correction,
     Evidence,
     JointSpacing,
@@ -48,9 +49,11 @@ CLICK_PX = 3.0
 UNCALIBRATED = SCALE_SIGMA
 """Relative standard uncertainty of a scale about which nothing else is known."""
 _LEAST_COUNTED = 0.7
-"""Share of the rings that were seen, which must be joints if they are to set the scale."""
+"""Share of the rings that were seen, which must be joints if they are to set the scale; fewer are
+enough where three that agree with the rig are: rings anywhere do not."""
 _LEAST_AGAINST_RIG = 3
-"""Joints that overrule the rig by themselves: two segments that agree."""
+"""Joints that overrule the rig by themselves: two segments that agree.  Fewer are enough where the
+wall itself shows that it is not as the rig says."""
 _MOST_AGAINST_RIG = 0.15
 """Relative, that joints change the scale by themselves: 25 mm of silt ask for 11 %, and a length of
 a segment that is not that of this pipe for more."""
@@ -494,20 +497,22 @@ def _require_certainty(found: Adjusted, seen: Sequence[Sighting]) -> None:
     if spacing is None or done is None:
         return
     counted = len(spacing.joints)
-    if counted < _LEAST_COUNTED * len(seen):
+    different = len({(joint.count, joint.number) for joint in spacing.joints})
+    agrees = different >= _LEAST_AGAINST_RIG and not done.doubts_rig
+    if counted < _LEAST_COUNTED * len(seen) and not agrees:
         raise InvalidCorrection(
             f"Of {len(seen)} rings that were seen only {counted} lie whole segments of "
             f"{spacing.segment_mm:g} mm apart, so that they do not set the scale by themselves; "
             "check the length of a segment, or tape a length."
         )
-    different = len({(joint.count, joint.number) for joint in spacing.joints})
     if done.doubts_rig and abs(done.scale - 1) > _MOST_AGAINST_RIG:
         raise _Unexplained(
             f"{different} joints ask for a scale of {done.scale:.3f}, which neither the rig nor a "
             f"bed of silt explains; check whether a segment has {spacing.segment_mm:g} mm.",
             done.scale,
         )
-    if done.doubts_rig and different < _LEAST_AGAINST_RIG:
+    by_bed = DOUBT * Bed.of(found.raw).share
+    if done.doubts_rig and different < _LEAST_AGAINST_RIG and abs(done.scale - 1) > by_bed:
         raise _Unexplained(
             f"{different} joints ask for a scale of {done.scale:.3f}, which the rig does not "
             "explain; one more joint or a taped length decides.",
