@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vo_core.bed import UNNOTICED_MM
 from vo_core.errors import InvalidCorrection
 from vo_core.track import Track
 from vo_core.types import Matrix
@@ -24,6 +23,9 @@ _PARTLY = 0.1
 
 _STEP = 5.0
 """Times what a track's doubt grows by on a bed, from which it is what came in one step."""
+
+_LEAST_RATE = 0.01
+"""What the doubt grows by on a bed, over the way, at least."""
 
 _LEAST_WAY_MM = 1.0
 """From which the tolerances of a rig show in what a track states, written to four digits."""
@@ -189,17 +191,17 @@ def bed_mm(track: Track) -> Matrix:
 
 
 def _given_back(doubt_mm: Matrix, distance_mm: Matrix) -> Matrix:
-    """What came in one step when a bed was noticed, along the way before."""
+    """What came in one step when a bed, or its end, was noticed, along the way before."""
     doubt_mm, steps = doubt_mm.copy(), np.abs(np.diff(doubt_mm))
     ways = np.abs(np.diff(distance_mm))
-    growing = (steps > 0) & (ways > 0)
+    growing = steps > _LEAST_RATE * np.maximum(ways, 1e-3)
     if not growing.any():
         return doubt_mm
-    usual = float(np.median(steps[growing] / ways[growing]))
+    usual = float(np.median(steps[growing] / np.maximum(ways[growing], 1e-3)))
     for before in np.flatnonzero(steps > _STEP * usual * np.maximum(ways, 1e-3)).tolist():
         last = before + 1
         way_mm = np.abs(distance_mm[:last] - distance_mm[last])
-        far = np.flatnonzero(way_mm > UNNOTICED_MM)
+        far = np.flatnonzero(way_mm > steps[before] / usual)
         first = int(far[-1]) + 1 if far.size else 0
         share = 1 - way_mm[first:] / max(float(way_mm[first:].max()), 1e-9)
         doubt_mm[first:last] += share * (doubt_mm[last] - doubt_mm[before])

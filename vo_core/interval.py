@@ -37,7 +37,7 @@ class IntervalParts:
     segment_mm: float
     """The stated length of a segment, alike in all."""
     change_mm: float
-    """A scale that changes along the run, between the joints and beyond them."""
+    """A scale that changes along the run, between the joints and beyond them, and a bed of silt."""
     tape_mm: float
     """Taped lengths."""
     taped_mm: float

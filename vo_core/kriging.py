@@ -17,8 +17,9 @@ from vo_core.drift import Drift, Places, Rows
 from vo_core.types import Matrix
 
 Source = Literal["tracking", "wander", "joints", "segment", "tape", "rig"]
-"""Of an error: registration and bridging; a scale that changes along the run; places of joints and
-single segments; the stated length of all segments; taped lengths; what the rig states."""
+"""Of an error: registration and bridging; a scale that changes along the run, as on a bed; places
+of joints and single segments; the stated length of all segments; taped lengths; what the rig
+states."""
 
 _BLOCK = 4096
 """Rows of a track that are worked out at once, so that an hour of video does not fill memory."""

@@ -131,7 +131,9 @@ class Odometry:
         self._fix_covariance = self._covariance
         """(8, 8), as in `State`."""
         self._mount_rad, self._rate = np.zeros(2), UNKNOWN_RATE
-        self._sway, self._bed = Sway(rig), Bed(rig.mount.height_mm)
+        rows, columns = self._rectify.grid.shape
+        side_mm = self._rectify.grid.mm_per_px
+        self._sway, self._bed = Sway(rig), Bed(rig, (columns * side_mm, rows * side_mm))
         self._model_mm = 0.0
         """Error of one sign that may have added up, signed like the distance."""
         self._velocity: Matrix | None = None

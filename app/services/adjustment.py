@@ -56,7 +56,7 @@ _LEAST_AGAINST_RIG = 3
 wall itself shows that it is not as the rig says."""
 _MOST_AGAINST_RIG = 0.15
 """Relative, that joints change the scale by themselves: 25 mm of silt ask for 11 %, and a length of
-a segment that is not that of this pipe for more."""
+a segment that is not that of this pipe for more.  A bed that the wall shows may be deeper."""
 _MOST_FOCAL_PERCENT = 20.0
 """A rig file states no more."""
 CLASSES_PERCENT = (0.5, 1.0, 5.0)
@@ -505,13 +505,13 @@ def _require_certainty(found: Adjusted, seen: Sequence[Sighting]) -> None:
             f"{spacing.segment_mm:g} mm apart, so that they do not set the scale by themselves; "
             "check the length of a segment, or tape a length."
         )
-    if done.doubts_rig and abs(done.scale - 1) > _MOST_AGAINST_RIG:
+    by_bed = DOUBT * Bed.of(found.raw).share
+    if done.doubts_rig and abs(done.scale - 1) > max(_MOST_AGAINST_RIG, by_bed):
         raise _Unexplained(
             f"{different} joints ask for a scale of {done.scale:.3f}, which neither the rig nor a "
             f"bed of silt explains; check whether a segment has {spacing.segment_mm:g} mm.",
             done.scale,
         )
-    by_bed = DOUBT * Bed.of(found.raw).share
     if done.doubts_rig and different < _LEAST_AGAINST_RIG and abs(done.scale - 1) > by_bed:
         raise _Unexplained(
             f"{different} joints ask for a scale of {done.scale:.3f}, which the rig does not "
