@@ -189,8 +189,8 @@ class _Path:
         places = dict(
             zip(other.members, zip(other.counts, other.numbers, strict=True), strict=True)
         )
-        links = self.links()
-        if not {(i, j) for i, j, _ in links} & {(i, j) for i, j, _ in other.links()}:
+        links, theirs = self.links(), {(i, j) for i, j, _ in other.links()}
+        if theirs and not theirs & {(i, j) for i, j, _ in links}:
             return links[0][:2]
         for i, j, segments in links:
             if i in places and j in places:

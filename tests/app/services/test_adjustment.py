@@ -259,6 +259,24 @@ def test_joints_that_do_not_count_are_where_they_were_seen() -> None:
     assert [left.name for left in found.residuals()] == ["12 m ± 5 mm between frames 0 and 300"]
 
 
+def test_joints_that_agree_with_the_rig_count_among_as_many_other_rings() -> None:
+    others = joints_at(1500.0, 4100.0, 6250.0, 8000.0)
+    found = adjusted(Stated(), [*SEEN[:4], *others])
+    assert (found.source, found.scale) == ("joint", pytest.approx(1.01, abs=0.003))
+
+
+@pytest.mark.parametrize(("bed", "source"), [(0.0, "odometry"), (0.11, "joint")])
+def test_two_joints_overrule_the_rig_where_the_wall_shows_a_bed(bed: float, source: str) -> None:
+    deep = make_track(TRUE_MM / 0.9)
+    noticed = np.where(deep.distance_mm > 300, np.hypot(0.01, bed), 0.01)
+    whole = np.hypot(deep.sigma_registration_mm, noticed * deep.distance_mm)
+    seen = joints_at(800.0, 2300.0, scale=0.9)
+    found = adjusted(Stated(), seen, replace(deep, sigma_distance_mm=whole))
+    assert found.source == source
+    errors_mm = np.abs(found.track.distance_mm - TRUE_MM)
+    assert (errors_mm <= 3 * found.track.sigma_distance_mm + 1e-6).all() == (bed > 0)
+
+
 def test_rings_that_cannot_be_counted_are_not_forced() -> None:
     rng = np.random.default_rng(0)
     found = adjusted(Stated(), joints_at(*np.sort(rng.uniform(100, 11_900, 9))))
