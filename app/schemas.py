@@ -31,6 +31,7 @@ from app.services.inspections import InspectionView
 from app.services.live import CameraStatus, Update
 from app.services.makeup import Makeup, PartName
 from app.services.meter_counter import Connection
+from app.services.notices import Notice
 from app.services.observations import ObservationView, WallGrid, WallUnder
 from app.services.packs import PackView
 from app.services.samples import SampleState
@@ -301,10 +302,10 @@ class CorrectionsOut(BaseModel):
     @classmethod
     def of(cls, corrected: Corrected) -> CorrectionsOut:
         """From the service's result."""
-        adjusted, error = corrected.adjusted, corrected.error
+        error = corrected.error
         return cls(
             stated=corrected.stated.to_json(),
-            result=result_of(adjusted) if adjusted else None,
+            result=result_of(corrected),
             error=ErrorOut(**error) if error else None,
         )
 
@@ -999,6 +1000,7 @@ def live_header(
     told: Estimate | None,
     revision: int | None,
     joints: int | None,
+    notices: Sequence[Notice],
     now_s: float,
 ) -> dict[str, Any]:
     """Header of one message of the live socket.
@@ -1008,6 +1010,7 @@ def live_header(
         told: Its last estimate, corrected.
         revision: Of the corrections; None if the inspection has been deleted.
         joints: How many are known, seen or expected; None likewise.
+        notices: Where picture and rig disagree.
         now_s: By `time.monotonic`.
     """
     last = update.estimates[-1] if update.estimates else None
@@ -1031,6 +1034,7 @@ def live_header(
         },
         "revision": revision,
         "joints": joints,
+        "notices": [notice.code for notice in notices],
         "distance_raw_mm": last.distance_mm if last else None,
         "age_ms": None if age_s is None else round(1000 * age_s, 1),
         "camera": None

@@ -31,12 +31,14 @@ from vo_core.locate import (
     Reference,
     State,
 )
+from vo_core.motion import POSE
 from vo_core.pattern import FixedPattern
 from vo_core.rectify import Rectifier
 from vo_core.resample import grey_frame, reduce_to
 from vo_core.rig import Rig
 from vo_core.skipped import Skipping, blank
 from vo_core.sway import Sway
+from vo_core.tilt import MountTilt
 from vo_core.track import Estimate, Status
 from vo_core.types import GrayImage, Image, Matrix
 from vo_core.wall import Pose
@@ -203,6 +205,13 @@ class Odometry:
                 fixed_pattern=self._pattern.share,
             )
         return self._health or NO_HEALTH
+
+    @property
+    def tilt(self) -> MountTilt:
+        """Of the mount against the rig, by all frames until now."""
+        pitch, roll = np.degrees(self._mount_rad).tolist()
+        pitch_sigma, roll_sigma = np.degrees(np.sqrt(np.diag(self._covariance)[POSE:])).tolist()
+        return MountTilt(pitch, roll, pitch_sigma, roll_sigma)
 
     @property
     def _gone(self) -> float:

@@ -11,7 +11,7 @@ import cv2
 import msgspec
 
 from app.jobs.gaps import between
-from app.jobs.messages import Batch, Gauged, Row, Seen, WallTile
+from app.jobs.messages import Batch, Gauged, Row, Seen, Tilted, WallTile
 from vo_core import Odometry, Rig
 from vo_core.joints import JointFinder
 from vo_core.mosaic import Mosaic
@@ -77,6 +77,7 @@ class Follower:
             health=self._health,
             tiles=[_wall_tile(tile) for tile in tiles],
             sightings=[Seen(*astuple(sighting)) for sighting in self._joints.take()],
+            tilt=Tilted(*astuple(self._odometry.tilt)),
         )
         self._rows, self._health, self._last = [], [], None
         return batch

@@ -20,12 +20,13 @@ from app.interval import half_width_m
 from app.services.adjustment import Adjusted, Joints, Stated, adjust
 from app.services.live import Live
 from app.services.makeup import Makeup, makeup_of
-from app.services.notices import notices_of
+from app.services.notices import Notice, notices_of
 from app.services.tracks import Tracks
 from app.storage.inspections import InspectionStore
 from app.storage.tables import ENDED, Inspection
 from vo_core import Rig, Track
 from vo_core.errors import InvalidCorrection
+from vo_core.tilt import MountTilt
 from vo_core.track import Estimate
 
 logger = logging.getLogger(__name__)
@@ -49,6 +50,8 @@ class Corrected:
     """None if it cannot be applied; by a part of what was stated if it once could."""
     error: dict[str, str] | None
     """Code and detail."""
+    tilt: MountTilt | None = None
+    """Of the mount against the rig, as far as the run has gone; None if it was not measured."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +100,8 @@ class Corrections:
         Raises:
             InspectionNotFound: There is none of this id.
         """
-        return self._solution(inspection_id).corrected
+        corrected = self._solution(inspection_id).corrected
+        return replace(corrected, tilt=self._tracks.tilt(inspection_id))
 
     def preview(self, inspection_id: str, stated: Stated) -> Corrected:
         """What would hold; a known length that would be refused is shown with its closure.
@@ -112,7 +116,8 @@ class Corrections:
             )
         except InvalidCorrection as error:
             return Corrected(stated, None, body_of(error)[1])
-        return Corrected(stated, adjusted, _refusal(adjusted))
+        tilt = self._tracks.tilt(inspection_id)
+        return Corrected(stated, adjusted, _refusal(adjusted), tilt)
 
     def put(self, inspection_id: str, stated: Stated, remark: str | None, who: str) -> Corrected:
         """State it in place of what was stated before; it is committed and synced on return.
@@ -144,7 +149,7 @@ class Corrections:
         if revision != statement.revision:
             logger.info("Inspection %s corrected by %s.", inspection_id, who)
             self._live.corrected(inspection_id)
-        return corrected
+        return replace(corrected, tilt=self._tracks.tilt(inspection_id))
 
     def rescaled(
         self,
@@ -173,6 +178,10 @@ class Corrections:
     def adjusted(self, inspection_id: str) -> Adjusted:
         """The newest solution; the last frames of a run that goes on may not be in it."""
         return self._solution(inspection_id).adjusted
+
+    def notices(self, inspection_id: str) -> list[Notice]:
+        """Where picture and rig disagree, by the last solution of any age; cheap."""
+        return notices_of(self.newest(inspection_id), self._tracks.tilt(inspection_id))
 
     def makeup(self, inspection_id: str, frame: int | None) -> Makeup | None:
         """What the interval of a frame is made of, of the furthest one without; see `makeup_of`.
@@ -310,8 +319,11 @@ class Corrections:
                 _remember(self._solutions, inspection_id, solution, _SOLVED_KEPT)
 
 
-def result_of(adjusted: Adjusted) -> dict[str, Any] | None:
+def result_of(corrected: Corrected) -> dict[str, Any] | None:
     """What came out, in figures for people: metres of distance, mm of what is left."""
+    adjusted = corrected.adjusted
+    if adjusted is None:
+        return None
     met = adjusted.distance_class()
     if met is None:
         return None
@@ -353,7 +365,8 @@ def result_of(adjusted: Adjusted) -> dict[str, Any] | None:
         "joints_refusal": adjusted.joints_refusal,
         "by_joints": _by_joints(adjusted),
         "notices": [
-            {"code": notice.code, "params": notice.params} for notice in notices_of(adjusted)
+            {"code": notice.code, "params": notice.params}
+            for notice in notices_of(adjusted, corrected.tilt)
         ],
         "closure": None
         if closure is None

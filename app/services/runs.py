@@ -19,6 +19,7 @@ from app.services.unrolled import Unrolled
 from app.storage.tables import Inspection
 from vo_core.health import Health
 from vo_core.joints import Sighting
+from vo_core.tilt import MountTilt
 from vo_core.track import Estimate
 
 logger = logging.getLogger(__name__)
@@ -221,6 +222,7 @@ class Runs:
             run.inspection.id,
             health,
             [Sighting(*msgspec.structs.astuple(seen)) for seen in batch.sightings],
+            None if batch.tilt is None else MountTilt(*msgspec.structs.astuple(batch.tilt)),
         )
         return estimates, health
 
