@@ -26,7 +26,7 @@ from app.reports.report import Written
 from app.services.adjustment import Stated
 from app.services.checks import Issue
 from app.services.clicks import Click
-from app.services.corrections import Corrected, result_of
+from app.services.corrections import Corrected, reason_of, result_of
 from app.services.inspections import InspectionView
 from app.services.live import CameraStatus, Update
 from app.services.makeup import Makeup, PartName
@@ -298,15 +298,18 @@ class CorrectionsOut(BaseModel):
     stated: dict[str, Any]
     result: dict[str, Any] | None
     error: ErrorOut | None
+    reason: dict[str, Any] | None
+    """Code and params of the error, where there is more to say than its sentence."""
 
     @classmethod
     def of(cls, corrected: Corrected) -> CorrectionsOut:
         """From the service's result."""
-        error = corrected.error
+        error, refusal = corrected.error, corrected.refusal
         return cls(
             stated=corrected.stated.to_json(),
             result=result_of(corrected),
             error=ErrorOut(**error) if error else None,
+            reason=reason_of(refusal) if refusal else None,
         )
 
 

@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 
 from app.errors import DiskFull, body_of
 from app.interval import half_width_m
-from app.services.adjustment import Adjusted, Joints, Stated, adjust
+from app.services.adjustment import Adjusted, Joints, Refusal, Stated, adjust
 from app.services.live import Live
 from app.services.makeup import Makeup, makeup_of
 from app.services.notices import Notice, notices_of
@@ -50,6 +50,8 @@ class Corrected:
     """None if it cannot be applied; by a part of what was stated if it once could."""
     error: dict[str, str] | None
     """Code and detail."""
+    refusal: Refusal | None = None
+    """The same for pages in other languages, where it can be said."""
     tilt: MountTilt | None = None
     """Of the mount against the rig, as far as the run has gone; None if it was not measured."""
 
@@ -115,9 +117,9 @@ class Corrections:
                 self._tracks.get(inspection_id), rig, stated, self._tracks.sightings(inspection_id)
             )
         except InvalidCorrection as error:
-            return Corrected(stated, None, body_of(error)[1])
+            return Corrected(stated, None, body_of(error)[1], Refusal.of(error))
         tilt = self._tracks.tilt(inspection_id)
-        return Corrected(stated, adjusted, _refusal(adjusted), tilt)
+        return Corrected(stated, adjusted, _refusal(adjusted), tilt=tilt)
 
     def put(self, inspection_id: str, stated: Stated, remark: str | None, who: str) -> Corrected:
         """State it in place of what was stated before; it is committed and synced on return.
@@ -281,14 +283,15 @@ class Corrections:
         raw = self._tracks.get(inspection_id)
         stated = statement.stated.within(len(raw)) if run[1] else statement.stated
         sightings, began_s = self._tracks.sightings(inspection_id), time.monotonic()
+        refusal = None
         try:
             adjusted = adjust(raw, statement.rig, stated, sightings)
             error = _refusal(adjusted)
         except InvalidCorrection as failure:
             unadjusted = stated.within(len(raw)).unadjusted()
             adjusted = adjust(raw, statement.rig, unadjusted, sightings)
-            error = body_of(failure)[1]
-        corrected = Corrected(statement.stated, adjusted, error)
+            error, refusal = body_of(failure)[1], Refusal.of(failure)
+        corrected = Corrected(statement.stated, adjusted, error, refusal)
         now_s = time.monotonic()
         solution = _Solution(statement.revision, run, now_s, now_s - began_s, corrected, adjusted)
         self._keep_solution(inspection_id, solution)
@@ -319,6 +322,13 @@ class Corrections:
                 _remember(self._solutions, inspection_id, solution, _SOLVED_KEPT)
 
 
+def reason_of(refusal: Refusal) -> dict[str, Any] | None:
+    """The name of a refusal and what changes in its sentence; None where it has none."""
+    if refusal.reason is None:
+        return None
+    return {"code": refusal.reason, "params": dict(refusal.values)}
+
+
 def result_of(corrected: Corrected) -> dict[str, Any] | None:
     """What came out, in figures for people: metres of distance, mm of what is left."""
     adjusted = corrected.adjusted
@@ -328,6 +338,7 @@ def result_of(corrected: Corrected) -> dict[str, Any] | None:
     if met is None:
         return None
     done, closure, height = adjusted.correction, adjusted.closure, adjusted.height
+    refusal = adjusted.joints_refusal
     return {
         "scale": _rounded(adjusted.scale, 6),
         "scale_sigma": _rounded(adjusted.scale_sigma, 6),
@@ -362,7 +373,8 @@ def result_of(corrected: Corrected) -> dict[str, Any] | None:
             {"number": joint.number, "distance_m": _metres(joint.distance_mm)}
             for joint in adjusted.expected_joints
         ],
-        "joints_refusal": adjusted.joints_refusal,
+        "joints_refusal": None if refusal is None else refusal.sentence,
+        "joints_reason": None if refusal is None else reason_of(refusal),
         "by_joints": _by_joints(adjusted),
         "notices": [
             {"code": notice.code, "params": notice.params}

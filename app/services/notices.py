@@ -23,6 +23,9 @@ NoticeCode = (
 )
 
 
+UNEXPLAINED = ("unexplained_scale", "undecided_scale")
+"""Reasons to refuse joints that ask for a scale which the rig does not explain."""
+
 MANY_RINGS = 4
 """Of fewer nobody can say yet that they lie elsewhere than joints do."""
 
@@ -79,12 +82,14 @@ def _turns(rig: Rig, tilt: MountTilt) -> Iterator[Notice]:
 
 def _notices(adjusted: Adjusted) -> Iterator[Notice]:
     done, segment_mm = adjusted.correction, adjusted.rig.pipe.segment_length_mm
-    if adjusted.refused_scale is not None and segment_mm is not None:
+    refusal = adjusted.joints_refusal
+    asked = refusal.values.get("scale") if refusal and refusal.reason in UNEXPLAINED else None
+    if isinstance(asked, float) and segment_mm is not None:
         yield Notice(
             "joints_doubted",
-            {"scale": round(adjusted.refused_scale, 3), "segment_mm": segment_mm},
+            {"scale": asked, "segment_mm": segment_mm},
         )
-    elif adjusted.joints_refusal is not None and adjusted.rings >= MANY_RINGS:
+    elif refusal is not None and adjusted.rings >= MANY_RINGS:
         yield Notice("rings_uncounted", {"n": adjusted.rings, "segment_mm": segment_mm or 0.0})
     if done is not None and done.stretches:
         scales = [stretch.scale for stretch in done.stretches]

@@ -157,4 +157,5 @@ def is_other(told: dict[str, Any] | None, scale: dict[str, Any] | None, adjusted
 def _remark(adjusted: Adjusted) -> str:
     if adjusted.by_joints is not None:
         return str(adjusted.by_joints)
-    return adjusted.joints_refusal or "The joints no longer count."
+    refusal = adjusted.joints_refusal
+    return "The joints no longer count." if refusal is None else refusal.sentence
