@@ -15,6 +15,7 @@ from math import floor, pi
 import cv2
 import numpy as np
 
+from vo_core.fields import WHOLE, Rows
 from vo_core.lamp import Lamp, evened
 from vo_core.optics import NODE_PX, PEAK, Canvas, Optics
 from vo_core.rectify import PATCH_SIDE_PX, PatchGrid, Rectifier
@@ -164,17 +165,18 @@ class Mosaic:
             return False
         return not self._done.issuperset(self._touched(estimate))
 
-    def add(self, picture: ByteImage, estimate: Estimate) -> None:
+    def add(self, picture: ByteImage, estimate: Estimate, rows: Rows = WHOLE) -> None:
         """Paint a frame, if it is wanted.
 
         Args:
             picture: (H, W) grey or (H, W, 3) BGR, of the rig's size.
             estimate: Its pose.
+            rows: Of the picture, that were exposed at that pose.
         """
         if not self.wants(estimate):
             return
         self._turn_to(estimate)
-        colour = self._optics.reduce(picture)
+        colour = self._optics.reduce(_alone(rows, picture))
         light = self._lamp.learn(colour)
         positions = self._canvas.positions(estimate.pose)
         weight = resample(light.weight, positions)
@@ -339,6 +341,16 @@ class _Packed:
         colour = np.asarray(cv2.imdecode(self.colour, cv2.IMREAD_COLOR), np.uint8)
         level = np.asarray(cv2.imdecode(self.weight, cv2.IMREAD_GRAYSCALE), np.float32)
         return _Painted(colour, level * np.float32(FULL / 255))
+
+
+def _alone(rows: Rows, picture: ByteImage) -> ByteImage:
+    """The picture as those rows show it, of the same shape: the others are interpolated."""
+    if rows == WHOLE:
+        return picture
+    shown = rows.of(picture)
+    place = np.clip((np.arange(len(picture)) - rows.first) / rows.step, 0, len(shown) - 1)
+    above, below = shown[np.floor(place).astype(int)], shown[np.ceil(place).astype(int)]
+    return np.asarray(cv2.addWeighted(above, 0.5, below, 0.5, 0.0), np.uint8)
 
 
 def _variance(estimate: Estimate) -> float:

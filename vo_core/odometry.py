@@ -16,7 +16,7 @@ import numpy as np
 from vo_core.blocks import BlockGrid
 from vo_core.clock import Clock
 from vo_core.errors import InvalidTime
-from vo_core.fields import Interlacing
+from vo_core.fields import WHOLE, Interlacing
 from vo_core.filters import low_pass, normalise
 from vo_core.health import NO_HEALTH, Health, HealthGauge
 from vo_core.height import scale_sigma
@@ -157,6 +157,8 @@ class Odometry:
         """Of the last frame, once it was asked for."""
         self.patch: GrayImage | None = None
         """The last frame on the developed wall, as `Rectifier` makes it."""
+        self.rows = WHOLE
+        """Of the last frame, that were exposed at its own time."""
 
     def step(self, image: Image, t_s: float) -> Estimate:
         """Take the next frame.
@@ -175,7 +177,8 @@ class Odometry:
         self._clock.tick(t_s)
         before = self._pose
         image = grey_frame(self.rig.camera, image)
-        patch = self._rectify(image, self._interlacing(image))
+        self.rows = self._interlacing(image)
+        patch = self._rectify(image, self.rows)
         normal = normalise(low_pass(patch))
         way_mm = _vector(self._predict()) - _vector(self._pose)
         skipped = self._skipping(normal, way_mm[:2] / self._rectify.grid.mm_per_px)

@@ -103,7 +103,7 @@ class Follower:
         if patch is not None and self._joints.wants(estimate):
             self._joints.spread(patch, estimate)
         if self._wall.wants(estimate):
-            self._wall.add(frame.to_bgr(), estimate)
+            self._wall.add(frame.to_bgr(), estimate, self._odometry.rows)
 
 
 def _row(estimate: Estimate, index: int) -> Row:
