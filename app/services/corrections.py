@@ -11,7 +11,6 @@ import logging
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -22,7 +21,7 @@ from app.services.live import Live
 from app.services.makeup import Makeup, makeup_of
 from app.services.notices import Notice, notices_of
 from app.services.tracks import Tracks
-from app.storage.inspections import InspectionStore
+from app.storage.inspections import InspectionStore, Rescaling
 from app.storage.tables import ENDED, Inspection
 from vo_core import Rig, Track
 from vo_core.errors import InvalidCorrection
@@ -153,14 +152,7 @@ class Corrections:
             self._live.corrected(inspection_id)
         return replace(corrected, tilt=self._tracks.tilt(inspection_id))
 
-    def rescaled(
-        self,
-        inspection_id: str,
-        who: str,
-        before: Mapping[str, Any] | None,
-        after: Mapping[str, Any] | None,
-        remark: str,
-    ) -> None:
+    def rescaled(self, inspection_id: str, change: Rescaling) -> None:
         """Record that the newest solution has another scale than was told; all is read again.
 
         Raises:
@@ -168,7 +160,7 @@ class Corrections:
             DiskFull: It could not be recorded.
         """
         statement, solution = self._statement(inspection_id), self._last_solution(inspection_id)
-        revision = self._inspections.rescale(inspection_id, who, before, after, remark)
+        revision = self._inspections.rescale(inspection_id, change)
         self._keep(inspection_id, replace(statement, revision=revision))
         self._keep_solution(inspection_id, replace(solution, revision=revision))
         self._live.corrected(inspection_id)
