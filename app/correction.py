@@ -39,7 +39,7 @@ def parse_length(words: str) -> KnownLength:
 
 @dataclass(frozen=True)
 class CorrectedFile:
-    """A corrected track and what is to be told of it."""
+    """A corrected track and what is to be reported of it."""
 
     raw: Track
     correction: Correction

@@ -189,7 +189,7 @@ class ObservationIn(_In):
 
 
 def click_message(click: Click) -> dict[str, object]:
-    """What a live socket tells of a shift-click in the 3D view."""
+    """What a live socket reports of a shift-click in the 3D view."""
     if isinstance(click, PinHit):
         return {"type": "pin_click", "observation": click.id}
     return {
@@ -407,7 +407,7 @@ class LossesOut(BaseModel):
 
 
 class AlertOut(BaseModel):
-    """Whether the client was told of a severe observation."""
+    """Whether the client was notified of a severe observation."""
 
     id: str
     observation_id: str
@@ -434,10 +434,10 @@ class AlertOut(BaseModel):
 
 
 class AlertsOut(BaseModel):
-    """What the client is told of."""
+    """What the client is notified of."""
 
     is_configured: bool
-    """Whether there is a client to be told."""
+    """Whether there is a client to be notified."""
     alerts: list[AlertOut]
 
 
@@ -1009,7 +1009,7 @@ def live_header(
     """Header of one message of the live socket.
 
     Args:
-        update: What is told.
+        update: What is published.
         told: Its last estimate, corrected.
         revision: Of the corrections; None if the inspection has been deleted.
         joints: How many are known, seen or expected; None likewise.

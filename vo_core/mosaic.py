@@ -60,13 +60,13 @@ GAIN_LEAK = 0.1
 """Of a frame's gain against the mosaic: what is wrong with the light adds up ten times."""
 
 OPEN_S = 1.0
-"""A tile that grows is told of so often, in seconds of the video."""
+"""How often a growing tile is published, in seconds of the video."""
 
 SHELF = 32
 """Unfinished tiles that are kept, packed, for the robot's return."""
 
 SPARSE = 8
-"""Every so manyth pixel each way tells how bright two pictures are."""
+"""Brightness is compared on every 8th pixel in each direction."""
 
 
 @dataclass(frozen=True)
@@ -314,7 +314,7 @@ class _Painted:
         return bool((self.weight.max(axis=0) > CLEAR).all())
 
     def picture(self) -> ByteImage:
-        """As it is now, BGR; it counts as told."""
+        """As it is now, BGR; it counts as published."""
         self.is_changed = False
         shown = cv2.cvtColor(self.colour, cv2.COLOR_YCrCb2BGR)
         seen = (self.weight >= LEAST_WEIGHT).astype(np.uint8)

@@ -531,7 +531,7 @@ def _checked(kind: type[Part], values: Any) -> Part:
 
 
 def _reason(fault: ErrorDetails) -> str:
-    # Of a union every branch is told; its names stand in the way behind the field's.
+    # Of a union every branch is named; its names stand in the way behind the field's.
     where = ".".join(str(step) for step in fault["loc"]) or "the file"
     found = fault["input"]
     is_short = isinstance(found, str | int | float | bool)

@@ -83,7 +83,7 @@ class Follower:
         return batch
 
     def state(self) -> bytes:
-        """All that is needed to go on, once `batch` has told what was found."""
+        """All that is needed to go on, once `batch` has handed over what was found."""
         return pickle.dumps(self, pickle.HIGHEST_PROTOCOL)
 
     @classmethod

@@ -48,7 +48,7 @@ class CameraInput(msgspec.Struct, frozen=True):
 
 
 class LiveRequest(msgspec.Struct, frozen=True, tag="live"):
-    """Parent to camera process: the one thing it is to do, until it is told to stop."""
+    """Parent to camera process: the one thing it is to do, until it has to stop."""
 
     camera: CameraInput
     rig: dict[str, Any]

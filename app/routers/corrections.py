@@ -1,4 +1,4 @@
-"""What was stated about distances, what stands against a report, who changed what, who was told."""
+"""What was stated about distances, what stands against a report, changes, and notifications."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def events(
 @router.get("/alerts", responses=failures(InspectionNotFound))
 @viewer
 def alerts(inspection_id: InspectionId, services: ServicesDep) -> AlertsOut:
-    """Whether the client was told of each severity 5, the oldest first."""
+    """Whether the client was notified of each severity 5, the oldest first."""
     found = services.webhook.alerts(inspection_id)
     return AlertsOut(
         is_configured=services.webhook.is_configured,

@@ -151,7 +151,7 @@ def _corrected(
         last = update.estimates[-1] if update.estimates else None
         told = None if last is None else corrections.estimate(update.inspection_id, last)
         notices = corrections.notices(update.inspection_id)
-    except InspectionNotFound:  # the update tells of its end
+    except InspectionNotFound:  # the update reports its end
         return None, None, None, []
     return told, revision, joints, notices
 

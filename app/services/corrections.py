@@ -153,7 +153,7 @@ class Corrections:
         return replace(corrected, tilt=self._tracks.tilt(inspection_id))
 
     def rescaled(self, inspection_id: str, change: Rescaling) -> None:
-        """Record that the newest solution has another scale than was told; all is read again.
+        """Record that the newest solution has another scale than was published; all is read again.
 
         Raises:
             InspectionNotFound: There is none of this id.
@@ -270,7 +270,7 @@ class Corrections:
         return self._solve(inspection_id)
 
     def _solve(self, inspection_id: str) -> _Solution:
-        """What was stated could be applied once; what cannot be now is left out and told."""
+        """What was stated could be applied once; what cannot be now is left out and reported."""
         statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
         raw = self._tracks.get(inspection_id)
         stated = statement.stated.within(len(raw)) if run[1] else statement.stated

@@ -205,7 +205,7 @@ class Run:
 
 
 def in_order(observations: Sequence[ImportedObservation]) -> list[ImportedObservation]:
-    """As they were met: by the time in the film if every row tells it, else by distance."""
+    """As they were met: by the time in the film if every row has it, else by distance."""
     if all(row.time_s is not None for row in observations):
         return sorted(observations, key=lambda row: (row.time_s or 0.0, row.distance_m))
     return sorted(observations, key=lambda row: row.distance_m)

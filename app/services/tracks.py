@@ -269,7 +269,7 @@ def wall_point_of(rig: Rig, pixel: tuple[float, float], estimate: Estimate) -> W
 
 
 def is_unmeasured(track: Track) -> bool:
-    """Whether another program has told the distances: they have no sigma and no quality."""
+    """Whether another program has measured the distances: they have no sigma and no quality."""
     return not (track.sigma_distance_mm.any() or track.quality.any())
 
 

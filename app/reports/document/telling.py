@@ -172,7 +172,7 @@ class Teller:
                 values[name] = self.length(length)
         try:
             return self(key, **values)
-        except KeyError:  # numbers that the check no longer tells
+        except KeyError:  # numbers that the check no longer has
             return issue.detail
 
     def _name(self, entry: Entry) -> str:

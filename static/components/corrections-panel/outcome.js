@@ -16,7 +16,7 @@ import { withSign } from './known-length.js';
 const CLASS_FLOOR_M = 0.3;
 
 const U95 = 1.96;
-/** Below that two lengths are told the same. */
+/** Below that two lengths are shown as the same. */
 const SAME_M = 0.00005;
 
 class CorrectionOutcome extends Component {

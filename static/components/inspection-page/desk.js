@@ -103,7 +103,7 @@ export class Desk extends EventTarget {
     }
   }
 
-  /** Reads anew what tells distances: they have been corrected. */
+  /** Reads anew what holds distances: they have been corrected. */
   async reload() {
     await Promise.all([this.track.reload(this.#signal), this.observations.load(), this.corrections.load()]);
     const { frame, isLive } = this.playhead.value;
@@ -289,7 +289,7 @@ export class Desk extends EventTarget {
     if (id !== null && !this.observations.find(id)) this.selection.set(null);
   }
 
-  /** Tells the person what did not work. */
+  /** Shows the person what did not work. */
   fault(text) {
     this.dispatchEvent(new CustomEvent('fault', { detail: text }));
   }
