@@ -43,7 +43,7 @@ from app.routers import (
     uploads,
     viewer,
 )
-from app.schemas import failures
+from app.schemas.failures import failures
 from app.services.container import Services, running
 from app.settings import Settings
 from app.storage.database import revision_of

@@ -8,20 +8,9 @@ from fastapi import APIRouter, Query
 
 from app.deps import OBSERVATION_ID, InspectionId, PrincipalDep, ServicesDep, operator, viewer
 from app.errors import InspectionNotFound
-from app.schemas import (
-    AlertOut,
-    AlertsOut,
-    CorrectionsIn,
-    CorrectionsOut,
-    EventOut,
-    EventsOut,
-    IntervalOut,
-    IssueOut,
-    IssuesOut,
-    MakeupOut,
-    StatedIn,
-    failures,
-)
+from app.schemas.corrections import CorrectionsIn, CorrectionsOut, IntervalOut, MakeupOut, StatedIn
+from app.schemas.failures import failures
+from app.schemas.records import AlertOut, AlertsOut, EventOut, EventsOut, IssueOut, IssuesOut
 from vo_core.errors import InvalidCorrection
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["corrections"])

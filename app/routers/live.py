@@ -14,7 +14,7 @@ from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
 from app.deps import InspectionId, ServicesDep, browser_of, viewer
 from app.errors import InspectionNotFound, NoScene, body_of
-from app.schemas import click_message, live_header
+from app.schemas.live import click_message, live_header
 from app.services.clicks import Click
 from app.services.container import Services
 from app.services.corrections import Corrections

@@ -6,7 +6,8 @@ from fastapi import APIRouter
 
 from app.deps import PrincipalDep, ServicesDep, viewer
 from app.errors import PackNotFound
-from app.schemas import MeOut, PreferencesIn, failures
+from app.schemas.access import MeOut, PreferencesIn
+from app.schemas.failures import failures
 
 router = APIRouter(prefix="/api/me", tags=["access"])
 
