@@ -139,7 +139,9 @@ def count_joints(
             "All rings that were seen are the same joint; give a taped length instead.",
             "one_joint",
         )
-    if odds < _LEAST or not best.links() or best.is_too_fine():
+    rivals = [path for path in paths if path.score > best.score - _SURE]
+    is_uncertain = not best.links() or any(best.is_apart(path) for path in rivals)
+    if odds < _LEAST or is_uncertain or best.is_too_fine():
         raise InvalidCorrection(
             f"Segments of {segment_mm:g} mm cannot be counted by the {len(ordered)} rings that "
             "were seen; check the length of a segment, or give a taped length.",
@@ -147,8 +149,8 @@ def count_joints(
             n=len(ordered),
             segment_mm=segment_mm,
         )
-    for path in paths:
-        if path.score > best.score - _SURE and (gap := best.contradiction(path)) is not None:
+    for path in rivals:
+        if (gap := best.contradiction(path)) is not None:
             first, last = (ordered[i].frame for i in gap)
             raise InvalidCorrection(
                 f"How many segments lie between the joints in frames {first} and {last} is not "
@@ -194,19 +196,21 @@ class _Path:
         return len(places) >= _FINER and math.gcd(*(n for _, _, n in self.links())) > 1
 
     def contradiction(self, other: _Path) -> tuple[int, int] | None:
-        """Two members that another path counts otherwise, or of which it has other ones only."""
+        """Two members that another path counts otherwise, if there are any."""
         places = dict(
             zip(other.members, zip(other.counts, other.numbers, strict=True), strict=True)
         )
-        links, theirs = self.links(), {(i, j) for i, j, _ in other.links()}
-        if theirs and not theirs & {(i, j) for i, j, _ in links}:
-            return links[0][:2]
-        for i, j, segments in links:
+        for i, j, segments in self.links():
             if i in places and j in places:
                 (count, here), (same, there) = places[i], places[j]
                 if count == same and there - here != segments:
                     return i, j
         return None
+
+    def is_apart(self, other: _Path) -> bool:
+        """Whether another path takes other rings for joints altogether."""
+        own, theirs = ({(i, j) for i, j, _ in path.links()} for path in (self, other))
+        return bool(theirs) and not own & theirs
 
     def joints(self, sightings: Sequence[Sighting]) -> list[Joint]:
         """The members as joints."""

@@ -106,5 +106,5 @@ def test_without_joints_the_interval_holds_the_bed():
 
 def test_two_pairs_of_rings_that_ask_for_two_scales_are_refused():
     track = replace(straight_track(TRUE_MM), sigma_distance_mm=0.01 * TRUE_MM)
-    with pytest.raises(InvalidCorrection, match="is not certain"):
+    with pytest.raises(InvalidCorrection, match="cannot be counted"):
         propose(track, look(track, [900.0, 1300.0, 2385.0, 2815.0]), RIG)

@@ -283,7 +283,7 @@ def test_rings_that_cannot_be_counted_are_not_forced() -> None:
     assert (found.scale, found.source, found.joints) == (1.0, "odometry", ())
     assert found.joints_refusal is not None
     assert found.joints_refusal.sentence.endswith(".")
-    assert found.joints_refusal.reason == "few_counted"
+    assert found.joints_refusal.reason == "uncountable"
     assert found.joints_refusal.values["n"] == 9
 
 
