@@ -60,8 +60,8 @@ class Bed:
         """Weighted means of the pitch times the way and of the way squared."""
         self._is_here, self._highest = False, 0.0
         """Is the wall a bed, and the highest misfit of it?"""
-        self._way_mm = 0.0
-        """Over beds, signed like the distance."""
+        self._way_mm = self._left_mm = 0.0
+        """Over beds, signed like the distance, and where the last one ended."""
 
     def take(self, change: Matrix, last_mm: float, x_mm: float) -> None:
         """Take how a pose differs from its reference's, and the distances of the last two fixes.
@@ -82,12 +82,13 @@ class Bed:
         highest = max(self._highest, self.misfit)
         self._highest = highest if self._is_here else 0.0
         if self._is_here:
-            before_mm = 0.0 if was_here else min(UNNOTICED_MM, abs(x_mm))
+            before_mm = 0.0 if was_here else min(UNNOTICED_MM, abs(x_mm - self._left_mm))
             self._way_mm += x_mm - last_mm + float(np.copysign(before_mm, x_mm - last_mm))
         elif was_here:
             # A mean falls from what it was to the least by so much way behind the bed.
             outlasted_mm = MEMORY_MM * min(np.log(highest / self._least), 1.0)
             self._way_mm -= float(np.copysign(outlasted_mm, x_mm - last_mm))
+            self._left_mm = x_mm
 
     @property
     def misfit(self) -> float:
