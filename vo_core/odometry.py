@@ -299,6 +299,7 @@ class Odometry:
         share = _systematic(SCALE_ERROR, fix) * self._rectify.unevenness
         self._model_mm += share * (fix.pose.x_mm - self._fix_pose.x_mm)
         self._sway.learn(fix.change, fix.change_variance)
+        self._sway.follow(fix.pose, np.diag(fix.state.covariance)[:6])
         # A standstill that may be dirt says nothing of the speed, so the next frame can unmask it.
         if fix.is_doubtful and self._reliability is None:
             self._velocity = None
