@@ -167,7 +167,7 @@ class Outlook:
     sway: Sway
     """How far this robot leaves its mean pose."""
     shear_rad: float
-    """By how much coding may have sheared a picture, one sigma."""
+    """By how much coding may have sheared a picture, one sigma; 0 where it is too good for that."""
     is_bound: bool = False
     """Does nothing out of reach count, not even a stop?"""
 
@@ -181,10 +181,6 @@ class Locator:
         self.valid = rectifier.valid
         self._whole = self._blocks.whole(self.valid)
         self._motion = WallMotion(self._rig, self._grid, self._blocks.nodes())
-        rolls = self._rig.camera.readout_ms > 0
-        self._coded_motion = CodedMotion(
-            RollingMotion(self._motion) if rolls else self._motion, self._blocks.nodes()
-        )
         self._centres = self._blocks.centres(self._blocks.nodes())
         self._coarse_valid = (halve(self.valid.astype(np.float32)) > 0.99).astype(np.uint8)
         self._coarse_blocks = BlockGrid.over(self._coarse_valid.shape)
@@ -303,11 +299,12 @@ class Locator:
         self, reference: Reference, picture: Picture, start: Pose, outlook: Outlook
     ) -> Fix | None:
         parameters = _parameters(reference, start)
-        motion = self._coded_motion
+        exact: WallMotion | RollingMotion = self._motion
         scales, known = self._motion.scales, _known(reference, parameters)
         reach_mm = START_PX * self._grid.mm_per_px
         habit = _habit(reference, start, parameters, outlook.sway, reach_mm)
         if self._rig.camera.readout_ms > 0:
+            exact = RollingMotion(self._motion)
             before = reference.state.rate
             rates = np.append(_rate(outlook.last, start, outlook.since_s), before.mean)
             information = np.zeros((2 * RATES, 2 * RATES))
@@ -319,10 +316,12 @@ class Locator:
             )
             known = _widened(known, Prior(rates, information))
             habit = _widened(habit, Prior(rates, 0 * information))
-        none = np.zeros(1)
-        known = _widened(known, Prior(none, np.array([[outlook.shear_rad**-2]])))
-        habit = _widened(habit, Prior(none, np.zeros((1, 1))))
-        parameters, scales = np.append(parameters, 0.0), np.append(scales, motion.turn_rad)
+        motion: WallMotion | RollingMotion | CodedMotion = exact
+        if outlook.shear_rad > 0:
+            motion, none = CodedMotion(exact, self._blocks.nodes()), np.zeros(1)
+            known = _widened(known, Prior(none, np.array([[outlook.shear_rad**-2]])))
+            habit = _widened(habit, Prior(none, np.zeros((1, 1))))
+            parameters, scales = np.append(parameters, 0.0), np.append(scales, motion.turn_rad)
         fit = align(
             reference.template,
             picture.doubled,

@@ -105,11 +105,12 @@ yaw would be trusted more than the shear, by which a cylinder shows where its ax
 (measured on coded video: yaw rms 0.05 degrees with it, 0.15 to 1.2 without).
 """
 
-SHEAR_ERROR = np.radians([0.01, 0.5])
-"""By how much coding shears a picture (see `CodedMotion`), rad: always, and of pure noise.
+SHEAR_ERROR = float(np.radians(0.5))
+"""By how much coarse coding shears a picture (see `CodedMotion`), rad, were it pure noise.
 
-Measured from I frames to the P frames behind them: 0.07 degrees at crf 30 (fidelity 0.95) and 0.12
-at crf 38 (0.8 to 0.6), of one sign, where the blocks alone would state 0.02 and 0.05.
+Measured from I frames to the P frames behind them: 0.12 degrees at crf 38 (fidelity 0.8 to 0.6),
+of one sign, where the blocks alone would state 0.05.  At crf 30 it is 0.07 degrees, and one more
+unknown in every frame would cost more than it brings.
 """
 
 FIDELITY_GAIN = 0.1
@@ -287,7 +288,7 @@ class Odometry:
             reach_mm = ACCELERATION_MM_S2 * gone_s**2 + REACH_PX * self._rectify.grid.mm_per_px
             reach_mm += self._clock.jitter * way_mm
         since_s = self._gone * self._clock.period_s
-        shear_rad = float(SHEAR_ERROR[0] + SHEAR_ERROR[1] * (1 - self._fidelity))
+        shear_rad = SHEAR_ERROR * (1 - self._fidelity) if self._skipping.is_coarse else 0.0
         return Outlook(reach_mm, self._fix_pose, since_s, self._reliability, self._sway, shear_rad)
 
     def _measure(self, picture: Picture) -> Fix | None:
