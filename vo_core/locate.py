@@ -35,6 +35,7 @@ from vo_core.motion import (
     POSE,
     RATES,
     REFERENCE,
+    CodedMotion,
     RollingMotion,
     WallMotion,
     moved_by_content,
@@ -188,6 +189,8 @@ class Outlook:
     ones. None before the robot has moved."""
     sway: Sway
     """How far this robot leaves its mean pose."""
+    shear_rad: float
+    """By how much coding may have sheared a picture, one sigma; 0 where it is too good for that."""
     is_bound: bool = False
     """Does nothing out of reach count, not even a stop?"""
 
@@ -221,7 +224,7 @@ class Locator:
         decide that have shown the wall before.
         """
         fixes = self._fixes(reference, picture, guess, outlook)
-        in_reach = [fix for fix in fixes if _distance_mm(fix.pose, guess) <= outlook.reach_mm]
+        in_reach = [fix for fix in fixes if _off_mm(fix, guess) <= outlook.reach_mm]
         return self._best(in_reach if outlook.is_bound else fixes, in_reach, outlook, guess)
 
     def search(self, reference: Reference, picture: Picture, outlook: Outlook) -> Fix | None:
@@ -264,7 +267,7 @@ class Locator:
         ]
         best = fixes[int(np.argmax(supports))]
         if np.isfinite(outlook.reach_mm):
-            best = min(as_good, key=lambda fix: _distance_mm(fix.pose, guess))
+            best = min(as_good, key=lambda fix: _off_mm(fix, guess))
         if _stands(best) and any(_is_pattern(best, other) for other in found):
             best = replace(best, is_doubtful=True)
         rivals = [abs(fix.pose.x_mm - best.pose.x_mm) for fix in as_good]
@@ -321,12 +324,12 @@ class Locator:
         self, reference: Reference, picture: Picture, start: Pose, outlook: Outlook
     ) -> Fix | None:
         parameters = _parameters(reference, start)
-        motion: WallMotion | RollingMotion = self._motion
+        exact: WallMotion | RollingMotion = self._motion
         scales, known = self._motion.scales, _known(reference, parameters)
         reach_mm = START_PX * self._grid.mm_per_px
         habit = _habit(reference, start, parameters, outlook.sway, reach_mm)
         if self._rig.camera.readout_ms > 0:
-            motion = RollingMotion(self._motion)
+            exact = RollingMotion(self._motion)
             before = reference.state.rate
             rates = np.append(_rate(outlook.last, start, outlook.since_s), before.mean)
             information = np.zeros((2 * RATES, 2 * RATES))
@@ -338,6 +341,12 @@ class Locator:
             )
             known = _widened(known, Prior(rates, information))
             habit = _widened(habit, Prior(rates, 0 * information))
+        motion: WallMotion | RollingMotion | CodedMotion = exact
+        if outlook.shear_rad > 0:
+            motion, none = CodedMotion(exact, self._blocks.nodes()), np.zeros(1)
+            known = _widened(known, Prior(none, np.array([[outlook.shear_rad**-2]])))
+            habit = _widened(habit, Prior(none, np.zeros((1, 1))))
+            parameters, scales = np.append(parameters, 0.0), np.append(scales, motion.turn_rad)
         fit = align(
             reference.template,
             picture.doubled,
@@ -356,7 +365,7 @@ class Locator:
         moved = self._blocks.centres(fit.positions) - self._centres
         at = fit.parameters[MOVING]
         rate = UNKNOWN_RATE
-        if len(parameters) > PARAMETERS:
+        if self._rig.camera.readout_ms > 0:
             shown = slice(PARAMETERS, PARAMETERS + RATES)
             rate = Prior(fit.parameters[shown], inverse(fit.covariance[shown, shown]))
         state = State(Pose(*at.tolist()), fit.parameters[MOUNT], covariance, rate)
@@ -431,6 +440,24 @@ def _is_pattern(fix: Fix, other: Fix) -> bool:
         return False
     clearer = other.alignment.trust - fix.alignment.trust > CLEARER
     return float(clearer.mean()) > LEAST_CLEARER
+
+
+def _off_mm(fix: Fix, guess: Pose) -> float:
+    """How far the robot is from a guess, by what it moved since the reference.
+
+    A clear picture after poor ones corrects where both were taken, by millimetres beside the axis;
+    that is no motion of the robot.
+    """
+    corrected = Pose(*fix.alignment.parameters[REFERENCE].tolist())
+    moved, expected = _since(corrected, fix.pose), _since(fix.reference.pose, guess)
+    return float(np.hypot(*(moved - expected)))
+
+
+def _since(reference: Pose, pose: Pose) -> Matrix:
+    """(2,) way ahead and to the right, mm, in the axes of the reference."""
+    cos, sin = np.cos(reference.yaw_rad), np.sin(reference.yaw_rad)
+    x_mm, y_mm = pose.x_mm - reference.x_mm, pose.y_mm - reference.y_mm
+    return np.array([cos * x_mm + sin * y_mm, cos * y_mm - sin * x_mm])
 
 
 def _distance_mm(a: Pose, b: Pose) -> float:

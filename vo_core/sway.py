@@ -14,8 +14,15 @@ from vo_core.rig import Rig
 from vo_core.types import Matrix
 from vo_core.wall import Pose
 
-ASIDE_MM, YAW_RAD = 15.0, float(np.radians(6))
-"""One sigma each: beside the axis, and heading."""
+STEERED = np.array([5.0, np.radians(1.5)])
+"""Beside the axis in mm and heading in rad, one sigma: a round pipe centres a robot, so no more is
+assumed of one that was not seen to do more.
+
+The wall shows both by its shear only, from link to link: coding errors add up to 5 mm and 1 degree
+where the mean pose is left open."""
+
+UNSTEADY = np.array([15.0, np.radians(6)])
+"""The same of the worst driver, and on a floor, which centres nothing."""
 
 SOFTEST = np.array([3.0, np.radians(1), np.radians(1), np.radians(6)])
 """Height in mm, pitch, roll and climb in rad, one sigma, on soft wheels.
@@ -47,6 +54,9 @@ _MEMORY = 40
 
 _WORTH = 5
 """Frames for which that counts."""
+
+_WORTH_MM, _MEMORY_MM = 300.0, 3000.0
+"""Way for which `STEERED` counts, and over which steering is averaged."""
 
 _BIASED, _BIASED_AFTER = 0.5, 6
 """Share of the squared changes that grow with the way, by which they are an error of the wall's
@@ -84,6 +94,10 @@ class Sway:
         self._square, self._with_way, self._way = np.zeros(4), np.zeros(4), 0.0
         """Means of the squared changes, of their products with the way, and of the way squared."""
 
+        self._steering = np.square(UNSTEADY if self._arm_mm is None else STEERED)
+        """Mean squares about the mean pose, beside the axis and heading."""
+        self._followed_mm, self._last_mm = _WORTH_MM, 0.0
+
     def learn(self, change: Matrix, variance: Matrix) -> None:
         """Take how a pose differs from its reference's, as measured without any habit.
 
@@ -110,6 +124,27 @@ class Sway:
         excess = np.square(seen) - CLEAR * variance[_LEARNT]
         self._variance += share * (_PER_STEP * excess / spread(way_mm)[_LEARNT] - self._variance)
 
+    def follow(self, pose: Pose, variance: Matrix) -> None:
+        """Take a pose as a whole: how far from the axis the robot drives, and how far turned.
+
+        The mean of the squared estimate and its variance does not mistake a pose that is hardly
+        seen, and therefore held near the mean one, for a steady drive (expectation maximisation,
+        Dempster et al. 1977).
+
+        Args:
+            pose: As estimated, with the habit.
+            variance: (6,) of it.
+        """
+        if self._arm_mm is None:
+            return
+        way_mm, self._last_mm = abs(pose.x_mm - self._last_mm), pose.x_mm
+        self._followed_mm += way_mm
+        # What a climb moves aside is in the sway already.
+        aside_mm = min(pose.y_mm, pose.y_mm - self._arm_mm * pose.roll_rad, key=abs)
+        seen = np.square([aside_mm, pose.yaw_rad]) + variance[1:3]
+        share = min(way_mm / min(self._followed_mm, _MEMORY_MM), 1.0)
+        self._steering += share * (seen - self._steering)
+
     def mean(self, pose: Pose) -> Matrix:
         """(6,) the mean pose: level, but a camera above the axis comes down while it climbs."""
         if self._arm_mm is None:
@@ -120,7 +155,8 @@ class Sway:
     def covariance(self) -> Matrix:
         """(6, 6) of a pose about the mean one, in the order of `Pose`; open along the pipe."""
         height, pitch, roll, climb = np.clip(self._variance, STIFFEST**2, SOFTEST**2)
-        covariance = np.diag([1e12, ASIDE_MM**2, YAW_RAD**2, height, pitch, roll])
+        aside, yaw = np.clip(self._steering, STEERED**2, UNSTEADY**2)
+        covariance = np.diag([1e12, aside, yaw, height, pitch, roll])
         if self._arm_mm is not None:
             direction = np.array([0.0, self._arm_mm, 0.0, 0.0, 0.0, 1.0])
             covariance += climb * np.outer(direction, direction)
