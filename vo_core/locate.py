@@ -21,6 +21,7 @@ from vo_core.blocks import BlockGrid
 from vo_core.correlate import (
     LOBE_PX,
     LOCK_PSR,
+    Peak,
     best_peaks,
     correlation,
     polar_spectrum,
@@ -214,9 +215,18 @@ class Locator:
     def _fixes(
         self, reference: Reference, picture: Picture, guess: Pose, outlook: Outlook
     ) -> list[Fix]:
-        starts = self._starts(reference, picture, guess)
-        aligned = (self._align(reference, picture, start, outlook) for start in starts)
-        return [fix for fix in aligned if fix is not None]
+        peaks = self._peaks(reference, picture, guess)
+        step_mm = 2 * self._grid.mm_per_px
+        shifts_mm = [(peak.dx_px * step_mm, peak.dy_px * step_mm) for peak in peaks]
+        yaw_rad = reference.pose.yaw_rad
+        starts = [moved_by_content(guess, shift_mm, yaw_rad) for shift_mm in shifts_mm]
+        aligned = [self._align(reference, picture, start, outlook) for start in starts]
+        # The peaks of wall and water may be one lobe, whose top is neither: so try the guess too,
+        # unless a motion explains all that is seen.
+        is_lobe = any(1 < np.hypot(peak.dx_px, peak.dy_px) < LOBE_PX for peak in peaks)
+        if is_lobe and not any(fix and _explains_all(fix) for fix in aligned):
+            aligned.append(self._align(reference, picture, guess, outlook))
+        return [fix for fix in aligned if fix]
 
     def _best(
         self, found: list[Fix], in_reach: list[Fix], outlook: Outlook, guess: Pose
@@ -271,8 +281,8 @@ class Locator:
         """Share of the reference's wall that a camera at `pose` sees, about."""
         return self._grid.common(reference.pose, pose)
 
-    def _starts(self, reference: Reference, picture: Picture, guess: Pose) -> list[Pose]:
-        """Poses at which the phase correlation of the reference with the moved picture peaks."""
+    def _peaks(self, reference: Reference, picture: Picture, guess: Pose) -> list[Peak]:
+        """Phase correlation of the reference with the picture moved by the guess, coarse px."""
         moved = self._coarse_motion.positions(_parameters(reference, guess))
         positions = (moved - 0.5) / 2  # of the half-size picture
         maps = self._coarse_blocks.dense(positions)
@@ -284,13 +294,7 @@ class Locator:
         window = taper(common, max(4, min(common.shape) // 5))
         original = self._coarse_blocks.crop(reference.picture.coarse)
         surface = correlation(spectrum(original, window), spectrum(seen, window))
-        peaks = [peak for peak in best_peaks(surface, 2) if peak.psr >= LOCK_PSR]
-        step_mm = 2 * self._grid.mm_per_px
-        shifts_mm = [(peak.dx_px * step_mm, peak.dy_px * step_mm) for peak in peaks]
-        # The peaks of wall and water may be one lobe, whose top is neither: so try the guess too.
-        if any(1 < np.hypot(peak.dx_px, peak.dy_px) < LOBE_PX for peak in peaks):
-            shifts_mm.append((0.0, 0.0))
-        return [moved_by_content(guess, shift, reference.pose.yaw_rad) for shift in shifts_mm]
+        return [peak for peak in best_peaks(surface, 2) if peak.psr >= LOCK_PSR]
 
     def _align(
         self, reference: Reference, picture: Picture, start: Pose, outlook: Outlook
@@ -406,6 +410,16 @@ def _is_pattern(fix: Fix, other: Fix) -> bool:
         return False
     clearer = other.alignment.trust - fix.alignment.trust > CLEARER
     return float(clearer.mean()) > LEAST_CLEARER
+
+
+def _explains_all(fix: Fix) -> bool:
+    """Do all places that both pictures show agree so well that none can speak for another motion?
+
+    None can agree by `CLEARER` better than those do.
+    """
+    seen = fix.alignment.overlap * np.count_nonzero(fix.reference.template.seen)
+    agree = np.count_nonzero(fix.alignment.trust >= 1 - CLEARER)
+    return bool(agree >= (1 - LEAST_CLEARER) * seen)
 
 
 def _distance_mm(a: Pose, b: Pose) -> float:
