@@ -182,6 +182,7 @@ class Locator:
         self._centres = self._blocks.centres(self._blocks.nodes())
         self._coarse_valid = (halve(self.valid.astype(np.float32)) > 0.99).astype(np.uint8)
         self._coarse_blocks = BlockGrid.over(self._coarse_valid.shape)
+        self._coarse_shown = self._coarse_blocks.crop(self._coarse_valid)
         self._coarse_motion = WallMotion(
             self._rig, self._grid, 2 * self._coarse_blocks.nodes() + 0.5
         )
@@ -287,9 +288,8 @@ class Locator:
         positions = (moved - 0.5) / 2  # of the half-size picture
         maps = self._coarse_blocks.dense(positions)
         seen = resample(picture.coarse, maps)
-        common = resample_mask(self._coarse_valid, maps)
-        common &= self._coarse_blocks.crop(self._coarse_valid)
-        if common.mean() < LEAST_OVERLAP * self._coarse_valid.mean():
+        common = resample_mask(self._coarse_valid, maps) & self._coarse_shown
+        if np.count_nonzero(common) < LEAST_OVERLAP * np.count_nonzero(self._coarse_shown):
             return []
         window = taper(common, max(4, min(common.shape) // 5))
         original = self._coarse_blocks.crop(reference.picture.coarse)
@@ -332,7 +332,7 @@ class Locator:
         is_open = fit.uncertainty_px[0] > OPEN_PX
         if not fit.converged or is_open or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
             return None
-        moved = self._blocks.centres(fit.positions) - self._centres
+        moved_px = np.hypot(*(self._blocks.centres(fit.positions) - self._centres).T)
         at = fit.parameters[MOVING]
         rate = UNKNOWN_RATE
         if len(parameters) > PARAMETERS:
@@ -343,7 +343,7 @@ class Locator:
             state=state,
             reference=reference,
             alignment=fit,
-            moved_px=float(np.nanmedian(np.hypot(*moved.T))),
+            moved_px=float(np.median(moved_px[np.isfinite(moved_px)])),
             change=fit.free[MOVING] - fit.free[REFERENCE],
             change_variance=np.diag(
                 _DIFFERENCE @ fit.free_covariance[:PARAMETERS, :PARAMETERS] @ _DIFFERENCE.T

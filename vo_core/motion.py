@@ -9,7 +9,8 @@ camera.
 
 from __future__ import annotations
 
-from dataclasses import astuple, replace
+from dataclasses import replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -38,6 +39,9 @@ MOUNT = slice(2 * POSE, 2 * POSE + 2)
 """Pitch and roll by which the mount differs from the rig, in both pictures alike."""
 
 PARAMETERS = 2 * POSE + 2
+
+_numbers = attrgetter(*Pose.__match_args__)
+"""Of a pose, in its order; `astuple` would copy each of them deeply."""
 
 RATES = 3
 """Of x, y and yaw, where a shutter rolls."""
@@ -139,7 +143,7 @@ class RollingMotion:
 
 def parameters(moving: Pose, reference: Pose, mount_rad: Matrix) -> Matrix:
     """q of `WallMotion`; `mount_rad` is (2,), pitch and roll."""
-    return np.array([*astuple(moving), *astuple(reference), *mount_rad])
+    return np.array([*_numbers(moving), *_numbers(reference), *mount_rad])
 
 
 def poses(q: Matrix) -> tuple[Pose, Pose]:
@@ -150,7 +154,7 @@ def poses(q: Matrix) -> tuple[Pose, Pose]:
 
 def _along(pose: Pose, rate: Matrix, offset_s: Matrix) -> Poses:
     """The pose at other times, (N,) each."""
-    x, y, yaw = np.array(astuple(pose))[:RATES, None] + rate[:, None] * offset_s
+    x, y, yaw = np.array(_numbers(pose))[:RATES, None] + rate[:, None] * offset_s
     still = np.zeros_like(offset_s)
     return Poses(x, y, yaw, pose.z_mm + still, pose.pitch_rad + still, pose.roll_rad + still)
 
