@@ -12,7 +12,6 @@ the right, so that arc = R phi; on a floor the arc is Y itself.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
