@@ -32,10 +32,16 @@ def normalise(image: GrayImage) -> GrayImage:
         (H, W), about zero mean and unit deviation where there is texture.
     """
     lit = np.maximum(image, 0)
-    relative = np.asarray(lit / (smooth(lit, LIGHT_PX) + np.float32(BLACK_GREY)))
-    detail = relative - smooth(relative, NEIGHBOURHOOD_PX)
-    deviation = cv2.sqrt(smooth(detail * detail, NEIGHBOURHOOD_PX))
-    return np.asarray(detail / (deviation + np.float32(FLOOR)))
+    light = smooth(lit, LIGHT_PX)
+    light += np.float32(BLACK_GREY)
+    # In place: whole pictures that are made and dropped cost more than the arithmetic.
+    detail = np.divide(lit, light, out=lit)
+    detail -= smooth(detail, NEIGHBOURHOOD_PX)
+    deviation = smooth(detail * detail, NEIGHBOURHOOD_PX)
+    np.sqrt(deviation, out=deviation)
+    deviation += np.float32(FLOOR)
+    detail /= deviation
+    return detail
 
 
 def low_pass(image: GrayImage) -> GrayImage:
