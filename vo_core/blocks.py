@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vo_core.resample import resample_mask
 from vo_core.types import AnyImage, ByteImage, GrayImage, Matrix
 from vo_core.wall import Points
 
@@ -70,12 +71,8 @@ class BlockGrid:
 
     def look_up(self, mask: ByteImage, positions: Points) -> NDArray[np.bool_]:
         """The nearest values of a mask at the positions of the blocks' centres, (blocks,)."""
-        centres = self.centres(positions)
-        height, width = mask.shape
-        with np.errstate(invalid="ignore"):
-            inside = np.all((centres > -0.5) & (centres < (width - 0.5, height - 0.5)), axis=1)
-        column, row = np.rint(np.where(inside[:, None], centres, 0)).astype(int).T
-        return np.asarray(inside & (mask[row, column] > 0))
+        centres = np.nan_to_num(self.at_nodes(positions)[1:-1, 1:-1], nan=-1e4)
+        return resample_mask(mask, centres.astype(np.float32)).ravel() > 0
 
     def means(self, image: GrayImage) -> Matrix:
         """Mean of each block of a `crop`, of any resolution, (blocks,)."""

@@ -8,8 +8,7 @@ longer: then frames are missing.  Nothing here divides by a single interval.
 from __future__ import annotations
 
 from collections import deque
-
-import numpy as np
+from statistics import fmean, median
 
 _MEMORY = 31
 """Intervals of which the period is the median."""
@@ -45,12 +44,13 @@ class Clock:
         """From one frame to the next."""
         if not self._intervals_s:
             return _PERIOD_LIMITS_S[1]
-        return float(np.clip(np.median(self._intervals_s), *_PERIOD_LIMITS_S))
+        shortest_s, longest_s = _PERIOD_LIMITS_S
+        return min(max(median(self._intervals_s), shortest_s), longest_s)
 
     @property
     def jitter(self) -> float:
         """Mean deviation of an interval from the period, over the period, 1 at most."""
         if not self._intervals_s:
             return 0.0
-        ratio = np.array(self._intervals_s) / self.period_s
-        return float(np.minimum(np.abs(ratio - 1), 1.0).mean())
+        period_s = self.period_s
+        return fmean(min(abs(each_s / period_s - 1), 1.0) for each_s in self._intervals_s)

@@ -13,6 +13,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
+from vo_core.filters import smooth
 from vo_core.types import GrayImage
 
 LOW_PASS, HIGH_PASS = 0.16, 0.02
@@ -131,10 +132,13 @@ _RADIUS_RANGE = (0.03, 0.35)
 
 def polar_spectrum(image: GrayImage, window: GrayImage) -> GrayImage:
     """log|F| over (angle of half a turn, radius), free of slow parts; only rotation moves it."""
-    half = np.fft.rfft2(_padded(image, window))
-    magnitude = np.log1p(np.abs(np.fft.fftshift(half, axes=0))).astype(np.float32)
-    polar = cv2.remap(magnitude, *_polar_maps(*magnitude.shape), cv2.INTER_LINEAR)
-    return np.asarray(polar - cv2.GaussianBlur(polar, (0, 0), 9))
+    padded = _padded(image, window)
+    whole = cv2.dft(padded, flags=cv2.DFT_COMPLEX_OUTPUT)
+    half = np.fft.fftshift(whole[:, : padded.shape[1] // 2 + 1], axes=0)
+    magnitude = np.log1p(cv2.magnitude(half[..., 0], half[..., 1]))
+    maps = _polar_maps(*magnitude.shape)
+    polar = np.asarray(cv2.remap(magnitude, *maps, cv2.INTER_LINEAR), np.float32)
+    return polar - smooth(polar, 9)
 
 
 def rotation_between(reference: GrayImage, moving: GrayImage) -> float:

@@ -32,10 +32,16 @@ def normalise(image: GrayImage) -> GrayImage:
         (H, W), about zero mean and unit deviation where there is texture.
     """
     lit = np.maximum(image, 0)
-    relative = np.asarray(lit / (_smooth(lit, LIGHT_PX) + np.float32(BLACK_GREY)))
-    detail = relative - _smooth(relative, NEIGHBOURHOOD_PX)
-    deviation = cv2.sqrt(_smooth(detail * detail, NEIGHBOURHOOD_PX))
-    return np.asarray(detail / (deviation + np.float32(FLOOR)))
+    light = smooth(lit, LIGHT_PX)
+    light += np.float32(BLACK_GREY)
+    # In place: whole pictures that are made and dropped cost more than the arithmetic.
+    detail = np.divide(lit, light, out=lit)
+    detail -= smooth(detail, NEIGHBOURHOOD_PX)
+    deviation = smooth(detail * detail, NEIGHBOURHOOD_PX)
+    np.sqrt(deviation, out=deviation)
+    deviation += np.float32(FLOOR)
+    detail /= deviation
+    return detail
 
 
 def low_pass(image: GrayImage) -> GrayImage:
@@ -52,7 +58,7 @@ def gradient(image: GrayImage) -> tuple[GrayImage, GrayImage]:
     return np.asarray(along, np.float32), np.asarray(down, np.float32)
 
 
-def _smooth(image: GrayImage, sigma_px: float) -> GrayImage:
+def smooth(image: GrayImage, sigma_px: float) -> GrayImage:
     """A wide Gaussian at a quarter of the size: the same to 1 %, at a tenth of the cost."""
     height, width = image.shape
     small_wh = (max(width // _REDUCTION, 1), max(height // _REDUCTION, 1))

@@ -21,6 +21,7 @@ from vo_core.blocks import BlockGrid
 from vo_core.correlate import (
     LOBE_PX,
     LOCK_PSR,
+    Peak,
     best_peaks,
     correlation,
     polar_spectrum,
@@ -209,6 +210,7 @@ class Locator:
         self._centres = self._blocks.centres(self._blocks.nodes())
         self._coarse_valid = (halve(self.valid.astype(np.float32)) > 0.99).astype(np.uint8)
         self._coarse_blocks = BlockGrid.over(self._coarse_valid.shape)
+        self._coarse_shown = self._coarse_blocks.crop(self._coarse_valid)
         self._coarse_motion = WallMotion(
             self._rig, self._grid, 2 * self._coarse_blocks.nodes() + 0.5
         )
@@ -242,9 +244,18 @@ class Locator:
     def _fixes(
         self, reference: Reference, picture: Picture, guess: Pose, outlook: Outlook
     ) -> list[Fix]:
-        starts = self._starts(reference, picture, guess)
-        aligned = (self._align(reference, picture, start, outlook) for start in starts)
-        return [fix for fix in aligned if fix is not None]
+        peaks = self._peaks(reference, picture, guess)
+        step_mm = 2 * self._grid.mm_per_px
+        shifts_mm = [(peak.dx_px * step_mm, peak.dy_px * step_mm) for peak in peaks]
+        yaw_rad = reference.pose.yaw_rad
+        starts = [moved_by_content(guess, shift_mm, yaw_rad) for shift_mm in shifts_mm]
+        aligned = [self._align(reference, picture, start, outlook) for start in starts]
+        # The peaks of wall and water may be one lobe, whose top is neither: so try the guess too,
+        # unless a motion explains all that is seen.
+        is_lobe = any(1 < np.hypot(peak.dx_px, peak.dy_px) < LOBE_PX for peak in peaks)
+        if is_lobe and not any(fix and _explains_all(fix) for fix in aligned):
+            aligned.append(self._align(reference, picture, guess, outlook))
+        return [fix for fix in aligned if fix]
 
     def _best(
         self, found: list[Fix], in_reach: list[Fix], outlook: Outlook, guess: Pose
@@ -299,26 +310,19 @@ class Locator:
         """Share of the reference's wall that a camera at `pose` sees, about."""
         return self._grid.common(reference.pose, pose)
 
-    def _starts(self, reference: Reference, picture: Picture, guess: Pose) -> list[Pose]:
-        """Poses at which the phase correlation of the reference with the moved picture peaks."""
+    def _peaks(self, reference: Reference, picture: Picture, guess: Pose) -> list[Peak]:
+        """Phase correlation of the reference with the picture moved by the guess, coarse px."""
         moved = self._coarse_motion.positions(_parameters(reference, guess))
         positions = (moved - 0.5) / 2  # of the half-size picture
         maps = self._coarse_blocks.dense(positions)
         seen = resample(picture.coarse, maps)
-        common = resample_mask(self._coarse_valid, maps)
-        common &= self._coarse_blocks.crop(self._coarse_valid)
-        if common.mean() < LEAST_OVERLAP * self._coarse_valid.mean():
+        common = resample_mask(self._coarse_valid, maps) & self._coarse_shown
+        if np.count_nonzero(common) < LEAST_OVERLAP * np.count_nonzero(self._coarse_shown):
             return []
         window = taper(common, max(4, min(common.shape) // 5))
         original = self._coarse_blocks.crop(reference.picture.coarse)
         surface = correlation(spectrum(original, window), spectrum(seen, window))
-        peaks = [peak for peak in best_peaks(surface, 2) if peak.psr >= LOCK_PSR]
-        step_mm = 2 * self._grid.mm_per_px
-        shifts_mm = [(peak.dx_px * step_mm, peak.dy_px * step_mm) for peak in peaks]
-        # The peaks of wall and water may be one lobe, whose top is neither: so try the guess too.
-        if any(1 < np.hypot(peak.dx_px, peak.dy_px) < LOBE_PX for peak in peaks):
-            shifts_mm.append((0.0, 0.0))
-        return [moved_by_content(guess, shift, reference.pose.yaw_rad) for shift in shifts_mm]
+        return [peak for peak in best_peaks(surface, 2) if peak.psr >= LOCK_PSR]
 
     def _align(
         self, reference: Reference, picture: Picture, start: Pose, outlook: Outlook
@@ -362,7 +366,7 @@ class Locator:
         is_open = fit.uncertainty_px[0] > OPEN_PX
         if not fit.converged or is_open or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
             return None
-        moved = self._blocks.centres(fit.positions) - self._centres
+        moved_px = np.hypot(*(self._blocks.centres(fit.positions) - self._centres).T)
         at = fit.parameters[MOVING]
         rate = UNKNOWN_RATE
         if self._rig.camera.readout_ms > 0:
@@ -373,7 +377,7 @@ class Locator:
             state=state.known_to(self.tilt_rad),
             reference=reference,
             alignment=fit,
-            moved_px=float(np.nanmedian(np.hypot(*moved.T))),
+            moved_px=float(np.median(moved_px[np.isfinite(moved_px)])),
             change=fit.free[MOVING] - fit.free[REFERENCE],
             change_variance=np.diag(
                 _DIFFERENCE @ fit.free_covariance[:PARAMETERS, :PARAMETERS] @ _DIFFERENCE.T
@@ -458,6 +462,16 @@ def _since(reference: Pose, pose: Pose) -> Matrix:
     cos, sin = np.cos(reference.yaw_rad), np.sin(reference.yaw_rad)
     x_mm, y_mm = pose.x_mm - reference.x_mm, pose.y_mm - reference.y_mm
     return np.array([cos * x_mm + sin * y_mm, cos * y_mm - sin * x_mm])
+
+
+def _explains_all(fix: Fix) -> bool:
+    """Do all places that both pictures show agree so well that none can speak for another motion?
+
+    None can agree by `CLEARER` better than those do.
+    """
+    seen = fix.alignment.overlap * np.count_nonzero(fix.reference.template.seen)
+    agree = np.count_nonzero(fix.alignment.trust >= 1 - CLEARER)
+    return bool(agree >= (1 - LEAST_CLEARER) * seen)
 
 
 def _distance_mm(a: Pose, b: Pose) -> float:

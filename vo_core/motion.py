@@ -9,7 +9,8 @@ camera.
 
 from __future__ import annotations
 
-from dataclasses import astuple, replace
+from dataclasses import replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -38,6 +39,9 @@ MOUNT = slice(2 * POSE, 2 * POSE + 2)
 """Pitch and roll by which the mount differs from the rig, in both pictures alike."""
 
 PARAMETERS = 2 * POSE + 2
+
+_numbers = attrgetter(*Pose.__match_args__)
+"""Of a pose, in its order; `astuple` would copy each of them deeply."""
 
 RATES = 3
 """Of x, y and yaw, where a shutter rolls."""
@@ -85,17 +89,14 @@ class WallMotion:
         appears = cast(self._rig, NOMINAL, seen)
         away = appears - camera_position(self._rig, NOMINAL)
         around, outward = wall_axes(self._rig, appears)
-        # Rows of d(axial, arc)/d(ray in robot axes), (N, 3) each, times the distance ratio.
+        # d(axial, arc)/d(ray in robot axes), (N, 2, 3), with the ratio of the distances.
+        axes = np.stack([np.broadcast_to((1.0, 0.0, 0.0), around.shape), around], 1)
         nearer = _norm(away) / _norm(seen) / self.grid.mm_per_px
-        along = np.zeros_like(around)
-        along[:, 0] = 1.0
-        rows = [_on_wall(row, away, outward) * nearer for row in (along, around)]
-        by_wall = np.stack(rows, 1) @ np.array(rotation(moving)).T
+        by_ray = _on_wall(axes, away, outward) * nearer[:, None, None]
+        by_wall = _times(by_ray, rotation(moving).T)
         _, outward = wall_axes(self._rig, wall)
         before = wall - camera_position(self._rig, reference)
-        by_shift = np.stack(
-            [_on_wall(row, before, outward) for row in np.moveaxis(by_wall, 1, 0)], 1
-        )
+        by_shift = _on_wall(by_wall, before, outward)
         of_moving = -_by_pose(by_wall, moving, wall - camera_position(self._rig, moving))
         of_reference = _by_pose(by_shift, reference, before)
         mount = of_moving[..., 4:] + of_reference[..., 4:]
@@ -171,7 +172,7 @@ class CodedMotion:
 
 def parameters(moving: Pose, reference: Pose, mount_rad: Matrix) -> Matrix:
     """q of `WallMotion`; `mount_rad` is (2,), pitch and roll."""
-    return np.array([*astuple(moving), *astuple(reference), *mount_rad])
+    return np.array([*_numbers(moving), *_numbers(reference), *mount_rad])
 
 
 def poses(q: Matrix) -> tuple[Pose, Pose]:
@@ -182,19 +183,24 @@ def poses(q: Matrix) -> tuple[Pose, Pose]:
 
 def _along(pose: Pose, rate: Matrix, offset_s: Matrix) -> Poses:
     """The pose at other times, (N,) each."""
-    x, y, yaw = np.array(astuple(pose))[:RATES, None] + rate[:, None] * offset_s
+    x, y, yaw = np.array(_numbers(pose))[:RATES, None] + rate[:, None] * offset_s
     still = np.zeros_like(offset_s)
     return Poses(x, y, yaw, pose.z_mm + still, pose.pitch_rad + still, pose.roll_rad + still)
 
 
 def _norm(vectors: Points) -> Matrix:
-    return np.asarray(np.linalg.norm(vectors, axis=-1, keepdims=True))
+    return np.asarray(np.sqrt(np.einsum("ni,ni->n", vectors, vectors)))
 
 
-def _on_wall(row: Points, ray: Points, normal: Points) -> Points:
-    """(N, 3) a' (I - r n' / n'r) for rows a."""
-    slope = np.einsum("ij,ij->i", row, ray) / np.einsum("ij,ij->i", normal, ray)
-    return np.asarray(row - slope[:, None] * normal)
+def _times(rows: Points, matrix: Matrix) -> Points:
+    """(N, 2, 3) rows times a matrix (3, 3), in one product."""
+    return np.asarray((rows.reshape(-1, 3) @ matrix).reshape(rows.shape))
+
+
+def _on_wall(rows: Points, ray: Points, normal: Points) -> Points:
+    """(N, 2, 3) a' (I - r n' / n'r) of rows a, for rays r and normals n, (N, 3)."""
+    slopes = np.einsum("nij,nj->ni", rows, ray) / np.einsum("ni,ni->n", normal, ray)[:, None]
+    return np.asarray(rows - slopes[:, :, None] * normal[:, None])
 
 
 def _by_pose(rows: Matrix, pose: Pose, arm: Points) -> Matrix:
@@ -206,13 +212,12 @@ def _by_pose(rows: Matrix, pose: Pose, arm: Points) -> Matrix:
     x, y, z = np.moveaxis(rows, -1, 0)
     ahead, right, down = arm.T[..., None]
     # Written out: `np.cross` takes as long as all the rest.
-    about_x, about_y, about_z = right * z - down * y, down * x - ahead * z, ahead * y - right * x
+    moments = np.stack([right * z - down * y, down * x - ahead * z, ahead * y - right * x], -1)
     cos, sin = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
-    forward = [row[0] for row in rotation(pose)]
-    pitch = cos * about_y - sin * about_x
-    roll = forward[0] * about_x + forward[1] * about_y + forward[2] * about_z
-    yaw = about_z
-    return np.stack([x, y, yaw, z, pitch, roll], -1)
+    turns = np.array([[0.0, 0.0, 1.0], [-sin, cos, 0.0], rotation(pose)[:, 0]])
+    slopes = np.empty((*rows.shape[:2], POSE))
+    slopes[..., [0, 1, 3]], slopes[..., [2, 4, 5]] = rows, _times(moments, turns.T)
+    return slopes
 
 
 def moved_by_content(pose: Pose, shift_mm: tuple[float, float], reference_yaw_rad: float) -> Pose:

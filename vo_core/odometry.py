@@ -275,15 +275,13 @@ class Odometry:
 
     def _outlook(self) -> Outlook:
         """What to expect of the next frame."""
-        reach_mm = np.inf
+        reach_mm, gone_s = np.inf, self._gone * self._clock.period_s
         if self._velocity is not None:
-            gone_s = self._gone * self._clock.period_s
             way_mm = float(np.hypot(*self._velocity[:2])) * self._gone
             reach_mm = ACCELERATION_MM_S2 * gone_s**2 + REACH_PX * self._rectify.grid.mm_per_px
             reach_mm += self._clock.jitter * way_mm
-        since_s = self._gone * self._clock.period_s
         shear_rad = SHEAR_ERROR * (1 - self._fidelity) if self._skipping.is_coarse else 0.0
-        return Outlook(reach_mm, self._fix_pose, since_s, self._reliability, self._sway, shear_rad)
+        return Outlook(reach_mm, self._fix_pose, gone_s, self._reliability, self._sway, shear_rad)
 
     def _measure(self, picture: Picture) -> Fix | None:
         """The pose by the keyframe, else by the newest frame.

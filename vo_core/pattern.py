@@ -31,9 +31,6 @@ class FixedPattern:
     """Running mean and mean square, pixel by pixel, of pictures of different parts of the wall."""
 
     count: int = 0
-    share: float = 0.0
-    """Of the pictures' energy that is the pattern's; what runs along the rows is left out, because
-    a water line or a seam along the pipe stays in its place too."""
     _mean: GrayImage | None = None
     _power: GrayImage | None = None
     _pattern: GrayImage | None = None
@@ -52,7 +49,17 @@ class FixedPattern:
         variance = np.maximum(self._power - self._mean * self._mean, 0)
         excess = np.abs(self._mean) - SIGNIFICANT * cv2.sqrt(variance / np.float32(frames - 1))
         self._pattern = np.copysign(np.maximum(excess, 0), self._mean)
-        self.share = _share(self._mean, self._power, frames)
+
+    @property
+    def share(self) -> float:
+        """Of the pictures' energy that is the pattern's.
+
+        What runs along the rows is left out, because a water line or a seam along the pipe stays
+        in its place too.
+        """
+        if self._mean is None or self._power is None or self.count < LEAST:
+            return 0.0
+        return _share(self._mean, self._power, min(self.count, MEMORY))
 
     def remove(self, picture: GrayImage) -> GrayImage:
         """The picture without the pattern known so far."""

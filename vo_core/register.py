@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 
 from vo_core.align import LOCK, OPEN_PX, Alignment, Template, align
-from vo_core.blocks import BlockGrid
 from vo_core.correlate import (
     LOCK_PSR,
     Peak,
@@ -37,10 +36,13 @@ COARSE_SIGMA_PX, FINE_SIGMA_PX = 1.0, 0.5
 """Low-pass of the small pictures, which are aligned from further off, and of the large ones: there
 the finest texture shows the motion best."""
 
-SETTLED, ENOUGH_PX = 2, 0.004
+SETTLED = 2
 """See `align`: three parameters that any texture determines may be extrapolated soon."""
 
-NEARLY_PX = 0.005
+NEAR_PX, ENOUGH_PX = 0.02, 0.004
+"""Pixels of the large pictures where the alignment of the small ones ends, and where theirs."""
+
+NEARLY_PX = 0.02
 """So near to the reference a picture is sampled at its own pixels, as good as."""
 
 MOST_PASSES = 3
@@ -71,6 +73,7 @@ class Shift:
 
 NO_LOCK = Shift(0.0, 0.0, 0.0, 0.0)
 Pair = tuple[GrayImage, GrayImage]
+Window = tuple[slice, ...]
 
 
 def register(reference: Image, moving: Image) -> Shift:
@@ -103,19 +106,21 @@ def register(reference: Image, moving: Image) -> Shift:
     reduction = max(1.0, size_wh.max() / COARSE_SIDE_PX)
     coarse_wh = np.maximum(np.rint(size_wh / reduction).astype(int), 1)
     coarse = _each(lambda image: normalise(_reduced(image, coarse_wh)), full)
-    fits = [_fitted(coarse, start, (coarse_wh - 1) / 2) for start in _starts(*coarse)]
-    locked = [fit for fit in fits if fit]
-    if not locked:
+    start = _best_start(coarse, _starts(*coarse), NEAR_PX / reduction)
+    if start is None:
         return NO_LOCK
-    best = max(locked, key=lambda fit: fit.trust.sum())
-    parameters, agreement = best.parameters * [*size_wh / coarse_wh, 1.0], best.agreement
-    fine = _each(lambda image: _low_pass(image, FINE_SIGMA_PX), full)
+    parameters, agreement = start * [*size_wh / coarse_wh, 1.0], 0.0
+    whole_px = np.rint(parameters[:2]).astype(int)
+    reference, moving = _each(lambda image: _low_pass(image, FINE_SIGMA_PX), full)
+    here, there = _common(reference.shape, whole_px)
+    if min(reference[here].shape) < LEAST_COMMON_PX:
+        return NO_LOCK
+    template = _template(normalise(reference[here]))
+    centre = (size_wh - 1) / 2 - [here[1].start, here[0].start]
     for _ in range(MOST_PASSES):
         shift_px, start = parameters[:2], np.array([0.0, 0.0, parameters[2]])
-        common, corner = _on_reference(fine, shift_px)
-        if min(common[0].shape) < LEAST_COMMON_PX:
-            return NO_LOCK
-        fit = _fitted(_each(normalise, common), start, (size_wh - 1) / 2 - corner)
+        back = _shifted_back(moving, shift_px - whole_px)[there]
+        fit = _fitted(template, normalise(back), start, centre, ENOUGH_PX)
         if fit is None:
             return NO_LOCK
         parameters, agreement = fit.parameters + [*shift_px, 0.0], fit.agreement
@@ -129,44 +134,59 @@ def _each(change: Callable[[Image], GrayImage], pair: tuple[Image, Image]) -> Pa
     return change(pair[0]), change(pair[1])
 
 
-def _fitted(pair: Pair, start: Matrix, centre: Matrix) -> Alignment | None:
-    """The alignment of two normalised pictures; None where they do not show the same wall."""
+def _best_start(pair: Pair, starts: list[Matrix], enough_px: float) -> Matrix | None:
+    """Aligned; of two that both may be right, the one where more of the picture agrees."""
     reference, moving = pair
-    grid = BlockGrid.over(reference.shape)
-    nodes, everywhere = grid.nodes(), np.ones(reference.shape, np.uint8)
+    template, centre = _template(reference), (np.array(moving.shape[::-1]) - 1) / 2
+    fits = [_fitted(template, moving, start, centre, enough_px) for start in starts]
+    locked = [fit for fit in fits if fit]
+    return max(locked, key=lambda fit: fit.trust.sum()).parameters if locked else None
+
+
+def _template(reference: GrayImage) -> Template:
+    return Template.of(double(reference), _inner(reference.shape))
+
+
+def _fitted(
+    template: Template, moving: GrayImage, start: Matrix, centre: Matrix, enough_px: float
+) -> Alignment | None:
+    """The alignment of a normalised picture; None where it does not show the template's wall."""
+    nodes, everywhere = template.grid.nodes(), np.ones(moving.shape, np.uint8)
     # Up to the border it can be compared only where nothing comes in from beyond it.
     stays = np.abs(rigid(start, nodes, centre) - nodes).max() < 1
     fit = align(
-        Template.of(double(reference), _inner(reference.shape)),
+        template,
         double(moving),
-        everywhere if stays else grid.whole(everywhere),
+        everywhere if stays else template.grid.whole(everywhere),
         lambda q: rigid(q, nodes, centre),
         start,
-        np.array([1.0, 1.0, 2 / max(reference.shape)]),
+        np.array([1.0, 1.0, 2 / max(moving.shape)]),
         settled=SETTLED,
-        enough_px=ENOUGH_PX,
+        enough_px=enough_px,
     )
     is_open = np.linalg.eigvalsh(fit.covariance[:2, :2])[-1] > OPEN_PX**2
     return None if not fit.converged or is_open or fit.significance < LOCK else fit
 
 
-def _on_reference(pair: Pair, shift_px: Matrix) -> tuple[Pair, Matrix]:
-    """What both pictures show, the moving one shifted back, and where in the reference it begins.
+def _common(shape: tuple[int, ...], whole_px: Matrix) -> tuple[Window, Window]:
+    """What both pictures show after a shift by whole pixels: in the reference, in the moving one.
 
-    Compared so, no sample lies between two pixels, which would draw it to one of them, and what is
-    then normalised has the same neighbourhood in both, also at the border.
+    Compared so, what is then normalised has the same neighbourhood in both, also at the border.
     """
-    reference, moving = pair
-    whole_px = np.rint(shift_px).astype(int)
-    along, down = (_sinc_kernel(float(part)) for part in shift_px - whole_px)
-    back = cv2.sepFilter2D(moving, cv2.CV_32F, along, down, borderType=cv2.BORDER_REFLECT_101)
-    size = np.maximum(np.array(reference.shape[::-1]) - np.abs(whole_px), 0)
+    shift = whole_px[::-1]
+    size = np.maximum(np.array(shape) - np.abs(shift), 0)
     here, there = (
-        tuple(slice(at, at + side) for at, side in zip(corner[::-1], size[::-1], strict=True))
-        for corner in (np.maximum(-whole_px, 0), np.maximum(whole_px, 0))
+        tuple(slice(at, at + side) for at, side in zip(corner, size, strict=True))
+        for corner in (np.maximum(-shift, 0), np.maximum(shift, 0))
     )
-    common = (np.array(reference[here]), np.array(back[there], np.float32))
-    return common, np.maximum(-whole_px, 0).astype(np.float64)
+    return here, there
+
+
+def _shifted_back(image: GrayImage, part_px: Matrix) -> GrayImage:
+    """So that no sample lies between two pixels, which would draw it to one of them."""
+    along, down = (_sinc_kernel(part) for part in part_px.tolist())
+    back = cv2.sepFilter2D(image, cv2.CV_32F, along, down, borderType=cv2.BORDER_REFLECT_101)
+    return np.asarray(back, np.float32)
 
 
 def _reduced(image: GrayImage, size_wh: Matrix) -> GrayImage:
@@ -218,7 +238,8 @@ def _starts(reference: GrayImage, moving: GrayImage) -> list[Matrix]:
     target = spectrum(moving, window)
     rotation = rotation_between(before, now)
     candidates = []
-    for angle in (0.0, rotation):
+    # A turn that moves no corner by a pixel correlates as well as none.
+    for angle in (0.0, rotation) if abs(rotation) * max(shape) / 2 > 1 else (0.0,):
         turned = _moved(reference, np.array([0.0, 0.0, angle])) if angle else reference
         (peak,) = best_peaks(correlation(spectrum(turned, window), target))
         candidates.append((np.array([peak.dx_px, peak.dy_px, angle]), peak))

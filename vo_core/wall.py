@@ -12,7 +12,6 @@ the right, so that arc = R phi; on a floor the arc is Y itself.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
@@ -213,8 +212,7 @@ def cast(rig: Rig, pose: Pose | Poses, robot_rays: Points) -> Points:
     a = dy^2 + dz^2, b = oy dy + oz dz, c = oy^2 + oz^2 - R^2, t = (-b + sqrt(b^2 - a c)) / a.
     """
     oy, oz = rig.mount.lateral_mm + pose.y_mm, _camera_z(rig) + pose.z_mm
-    ahead, right, down = (robot_rays[..., i] for i in range(3))
-    dx, dy, dz = (row[0] * ahead + row[1] * right + row[2] * down for row in rotation(pose))
+    dx, dy, dz = np.moveaxis(_turned(rotation(pose), robot_rays), -1, 0)
     radius = _radius(rig)
     with np.errstate(invalid="ignore", divide="ignore"):
         if radius is None:
@@ -232,19 +230,27 @@ def sight(rig: Rig, pose: Pose | Poses, wall_xyz: Points) -> Points:
     dx = wall_xyz[..., 0] - pose.x_mm
     dy = wall_xyz[..., 1] - (rig.mount.lateral_mm + pose.y_mm)
     dz = wall_xyz[..., 2] - (_camera_z(rig) + pose.z_mm)
-    columns = zip(*rotation(pose), strict=True)
-    return _xyz(*(column[0] * dx + column[1] * dy + column[2] * dz for column in columns))
+    return _turned(rotation(pose).swapaxes(0, 1), _xyz(dx, dy, dz))
 
 
-def rotation(pose: Pose | Poses) -> tuple[tuple[Any, Any, Any], ...]:
-    """The rows of R_z(yaw) R_y(pitch) R_x(roll), robot to world; numbers or arrays as the pose."""
+def rotation(pose: Pose | Poses) -> Matrix:
+    """R_z(yaw) R_y(pitch) R_x(roll), robot to world, (3, 3) and then the shape of the poses."""
     cy, cp, cr = np.cos(pose.yaw_rad), np.cos(pose.pitch_rad), np.cos(pose.roll_rad)
     sy, sp, sr = np.sin(pose.yaw_rad), np.sin(pose.pitch_rad), np.sin(pose.roll_rad)
-    return (
-        (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
-        (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
-        (-sp, cp * sr, cp * cr),
+    return np.array(
+        [
+            (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+            (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+            (-sp, cp * sr, cp * cr),
+        ]
     )
+
+
+def _turned(matrix: Matrix, vectors: Points) -> Points:
+    """R v of vectors (..., 3); `matrix` is (3, 3) for all of them, or (3, 3, ...) for each."""
+    if matrix.ndim == 2:
+        return np.asarray(vectors @ matrix.T)
+    return np.asarray(np.einsum("ij...,...j->...i", matrix, vectors))
 
 
 def develop(rig: Rig, wall_xyz: Points) -> Points:
