@@ -32,7 +32,7 @@ from vo_core.locate import (
     State,
 )
 from vo_core.pattern import FixedPattern
-from vo_core.rectify import Rectifier
+from vo_core.rectify import BOTTOM, TOP, Rectifier, Rows
 from vo_core.resample import grey_frame, reduce_to
 from vo_core.rig import Rig
 from vo_core.skipped import Skipping, blank
@@ -118,7 +118,9 @@ class Odometry:
         self._scale_sigma = scale_sigma(rig)
         self._least_overlap = KEYFRAME_OVERLAP[rig.pipe.shape]
         self._rectify = Rectifier(rig)
-        self._interlacing = Interlacing()
+        self._interlacing = Interlacing(self._rectify)
+        self._first: tuple[Image, Rows] | None = None
+        """The picture at the zero point and how it was read, until the fields are certain."""
         self._blocks = BlockGrid.over(self._rectify.grid.shape)
         self._skipping = Skipping(self._blocks)
         self._is_torn = False
@@ -173,7 +175,9 @@ class Odometry:
         self._clock.tick(t_s)
         before = self._pose
         image = grey_frame(self.rig.camera, image)
-        patch = self._rectify(image, self._interlacing(image))
+        rows = self._interlacing(image)
+        self._keep_zero(rows)
+        patch = self._rectify(image, rows)
         normal = normalise(low_pass(patch))
         way_mm = _vector(self._predict()) - _vector(self._pose)
         skipped = self._skipping(normal, way_mm[:2] / self._rectify.grid.mm_per_px)
@@ -183,6 +187,8 @@ class Odometry:
         fix = self._measure(picture) if is_new else None
         if self._keyframe is None:
             status, quality = self._begin(picture, is_new=is_new)
+            if self._keyframe is not None and not self._interlacing.is_certain:
+                self._first = image, rows
         elif fix is not None:
             status, quality = self._take(fix, picture)
             self._learn(normal, fix)
@@ -208,6 +214,46 @@ class Odometry:
     def _gone(self) -> float:
         """Frame periods since the last fix."""
         return self._clock.periods - self._fix_periods
+
+    def _keep_zero(self, rows: Rows) -> None:
+        """Put the zero point where the first picture was taken, if its wrong field was read.
+
+        What was measured since holds, from another moment on: half a frame of motion too much.
+        """
+        if self._first is None:
+            return
+        image, before = self._first
+        if {before, rows} == {TOP, BOTTOM}:
+            read, anew = (
+                Picture(normalise(low_pass(self._rectify(image, field))))
+                for field in (before, rows)
+            )
+            state = State(Pose(), self._mount_rad, self._covariance, UNKNOWN_RATE)
+            reference = Reference(read, self._locator.valid, state)
+            outlook = Outlook(np.inf, Pose(), self._clock.period_s / 2, None, self._sway)
+            fix = self._locator.locate(reference, anew, Pose(), outlook)
+            if fix is not None:
+                self._shift(-fix.pose.x_mm, -fix.pose.y_mm)
+            self._first = image, rows
+        if self._interlacing.is_certain:
+            self._first = None
+
+    def _shift(self, x_mm: float, y_mm: float) -> None:
+        """Move all that was measured against the zero point."""
+
+        def shifted(pose: Pose) -> Pose:
+            return replace(pose, x_mm=pose.x_mm + x_mm, y_mm=pose.y_mm + y_mm)
+
+        self._pose, self._fix_pose, self._pattern_pose = (
+            shifted(pose) for pose in (self._pose, self._fix_pose, self._pattern_pose)
+        )
+        keyframe, fallback = self._keyframe, self._fallback
+        self._keyframe, self._fallback = (
+            r and replace(r, state=replace(r.state, pose=shifted(r.pose)))
+            for r in (keyframe, fallback)
+        )
+        if keyframe is fallback:
+            self._fallback = self._keyframe
 
     def _is_repeated(self, patch: GrayImage) -> bool:
         """Is it the last picture once more, although the robot was moving?
