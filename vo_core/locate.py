@@ -103,6 +103,10 @@ class State:
     """(8, 8), in the order of `Pose`, then the mount."""
     rate: Prior
     """(3,) change of x, y and yaw a second, as far as a rolling shutter showed it."""
+    start: Matrix
+    """(6,) pose of the first frame, as far as it is known by now, in the order of `Pose`."""
+    with_start: Matrix
+    """(8, 6) covariance of pose and mount with it."""
 
 
 @dataclass(frozen=True)
@@ -302,11 +306,11 @@ class Locator:
         habit = _habit(reference, start, parameters, outlook.sway, reach_mm)
         if self._rig.camera.readout_ms > 0:
             motion = RollingMotion(self._motion)
-            before = reference.state.rate
-            rates = np.append(_rate(outlook.last, start, outlook.since_s), before.mean)
+            rate_before = reference.state.rate
+            rates = np.append(_rate(outlook.last, start, outlook.since_s), rate_before.mean)
             information = np.zeros((2 * RATES, 2 * RATES))
             information[:RATES, :RATES] = np.diag(1 / np.square(RATE_SIGMA))
-            information[RATES:, RATES:] = before.information
+            information[RATES:, RATES:] = rate_before.information
             parameters, scales = (
                 np.append(parameters, rates),
                 np.append(scales, [*RATE_SIGMA, *RATE_SIGMA]),
@@ -334,7 +338,19 @@ class Locator:
         if len(parameters) > PARAMETERS:
             shown = slice(PARAMETERS, PARAMETERS + RATES)
             rate = Prior(fit.parameters[shown], inverse(fit.covariance[shown, shown]))
-        state = State(Pose(*at.tolist()), fit.parameters[MOUNT], covariance, rate)
+        # What the picture shows of the reference it shows of the first frame, too, as far as the
+        # errors of both are one (fixed-point smoothing; Meditch 1967).
+        before = reference.state
+        gain = before.with_start.T @ inverse(before.covariance)
+        news = fit.parameters[_KNOWN] - parameters[_KNOWN]
+        state = State(
+            pose=Pose(*at.tolist()),
+            mount_rad=fit.parameters[MOUNT],
+            covariance=covariance,
+            rate=rate,
+            start=before.start + gain @ news,
+            with_start=fit.covariance[np.ix_(_KEPT, _KNOWN)] @ gain.T,
+        )
         return Fix(
             state=state,
             reference=reference,

@@ -8,7 +8,7 @@ motion before them and say so.  Times only say where to look first: no stamp mov
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 from itertools import product
 
 import numpy as np
@@ -31,6 +31,7 @@ from vo_core.locate import (
     Reference,
     State,
 )
+from vo_core.motion import POSE
 from vo_core.pattern import FixedPattern
 from vo_core.rectify import BOTTOM, TOP, Rectifier, Rows
 from vo_core.resample import grey_frame, reduce_to
@@ -71,8 +72,12 @@ PATTERN_STEP = 0.1
 RELIABILITY_GAIN, RELIABILITY_FLOOR = 0.05, 0.05
 """Share of the newest frame in the mean, and what every block keeps: a lens may be wiped."""
 
-START_SIGMA = (1e-3, 0.5, np.radians(0.2), 1e-3, 1e-5, 1e-5)
-"""How well the rig describes the pose at the start, in the order of `Pose`: mm and rad."""
+START_SIGMA = {
+    "circular": (1e-3, 4.0, np.radians(1), 1e-3, 1e-5, 1e-5),
+    "flat": (1e-3, 0.5, np.radians(0.2), 1e-3, 1e-5, 1e-5),
+}
+"""Of the first pose, in the order of `Pose`, mm and rad.  A film may begin anywhere on the way of a
+robot that sways, and the pipe shows how it stands; on a floor the first pose defines the axes."""
 
 LEAST_TILT_DEG = 1e-3
 """No mount is known better, so that its uncertainty can be inverted."""
@@ -136,10 +141,11 @@ class Odometry:
         """The newest frame with a fix; after a long loss the newest one, at a guessed pose."""
         self._pose = self._fix_pose = Pose()
         """Of the last frame, and of the last frame that was measured."""
-        tilt_rad = np.radians(max(rig.tolerance.tilt_deg, LEAST_TILT_DEG))
-        self._covariance = np.diag(np.square([*START_SIGMA, tilt_rad, tilt_rad]))
+        self._covariance = _at_start(rig)
         self._fix_covariance = self._covariance
         """(8, 8), as in `State`."""
+        self._start, self._with_start = np.zeros(POSE), self._covariance[:, :POSE]
+        """As in `State`, at the last fix."""
         self._mount_rad, self._rate = np.zeros(2), UNKNOWN_RATE
         self._sway = Sway(rig)
         self._model_mm = 0.0
@@ -228,8 +234,15 @@ class Odometry:
                 Picture(normalise(low_pass(self._rectify(image, field))))
                 for field in (before, rows)
             )
-            state = State(Pose(), self._mount_rad, self._covariance, UNKNOWN_RATE)
-            reference = Reference(read, self._locator.valid, state)
+            at = State(
+                Pose(),
+                self._mount_rad,
+                _at_start(self.rig),
+                UNKNOWN_RATE,
+                np.zeros(POSE),
+                np.zeros((POSE + 2, POSE)),
+            )
+            reference = Reference(read, self._locator.valid, at)
             outlook = Outlook(np.inf, Pose(), self._clock.period_s / 2, None, self._sway)
             fix = self._locator.locate(reference, anew, Pose(), outlook)
             if fix is not None:
@@ -343,6 +356,7 @@ class Odometry:
         self._pose = self._fix_pose = fix.pose
         self._covariance = self._fix_covariance = fix.state.covariance
         self._mount_rad, self._rate = fix.state.mount_rad, fix.state.rate
+        self._start, self._with_start = fix.state.start, fix.state.with_start
         self._fix_periods = self._clock.periods
         self._fallback = self._reference(picture, turn_rad=_systematic(TURN_ERROR, fix))
         if fix.reference is not self._keyframe or fix.alignment.overlap < self._least_overlap:
@@ -372,7 +386,9 @@ class Odometry:
     def _reference(self, picture: Picture, turn_rad: float = 0.0) -> Reference:
         covariance = self._covariance + np.diag(np.square(LINK_ERROR))
         covariance[2, 2] += turn_rad**2
-        state = State(self._pose, self._mount_rad, covariance, self._rate)
+        state = State(
+            self._pose, self._mount_rad, covariance, self._rate, self._start, self._with_start
+        )
         return Reference(picture, self._locator.valid, state)
 
     def _learn(self, normal: GrayImage, fix: Fix) -> None:
@@ -390,7 +406,7 @@ class Odometry:
         self._pattern_pose = self._pose
 
     def _estimate(self, t_s: float, status: Status, quality: float) -> Estimate:
-        pose = self._pose
+        pose = Pose(*(np.array(astuple(self._pose)) - self._start))
         sigma_mm = float(np.sqrt(self._covariance[0, 0] + self._model_mm**2))
         scale_sigma = self._scale_sigma
         if self._sway.misfit > MISFIT:
@@ -410,6 +426,12 @@ class Odometry:
             pitch_deg=float(np.degrees(pose.pitch_rad)),
             roll_deg=float(np.degrees(pose.roll_rad)),
         )
+
+
+def _at_start(rig: Rig) -> Matrix:
+    """(8, 8) covariance of the first pose and the mount."""
+    tilt_rad = np.radians(max(rig.tolerance.tilt_deg, LEAST_TILT_DEG))
+    return np.diag(np.square([*START_SIGMA[rig.pipe.shape], tilt_rad, tilt_rad]))
 
 
 def _systematic(error: Matrix, fix: Fix) -> float:

@@ -129,3 +129,12 @@ def test_a_mount_that_is_tilted_is_estimated_and_costs_no_distance():
     estimates, true_mm, _ = followed("pitched_mount", 600.0)
     assert np.abs([e.distance_mm for e in estimates] - true_mm).max() < 0.3
     assert abs(estimates[-1].pitch_deg) < 0.1  # against the first frame it never changed
+
+
+def test_a_film_may_begin_with_a_robot_that_stands_askew_and_beside_the_axis():
+    """The first frame is zero, and the pipe shows later that it was not straight."""
+    images = [stored(WORLD.view(x, y_mm=4.0, yaw_deg=1.0), n) for n, x in enumerate(DRIVEN_MM)]
+    track = follow(WORLD.rig, images)
+    assert np.abs(track.distance_mm - DRIVEN_MM).max() < 0.2
+    assert np.abs(track.yaw_deg).max() < 0.1
+    assert np.abs(track.y_mm).max() < 0.3
