@@ -62,8 +62,9 @@ such blocks that unmasks a fixed pattern."""
 CERTAIN = 14.0
 """Significance (see `LOCK`) from which an alignment is sure."""
 
-RATE_SIGMA = np.array([100.0, 30.0, 0.3])
-"""How well the change of x, y and yaw is known from the frame before, mm/s and rad/s."""
+RATE_SIGMA = np.array([100.0, 30.0, 0.3, 30.0, 0.1, 0.1])
+"""How well the change of a pose is known from the frame before, mm/s and rad/s, in the order of
+`Pose`; those of height, pitch and roll are 0 on average."""
 
 UNKNOWN_RATE = Prior(np.zeros(RATES), np.diag(1 / np.square(RATE_SIGMA)))
 """Before anything moved."""
@@ -102,7 +103,7 @@ class State:
     covariance: Matrix
     """(8, 8), in the order of `Pose`, then the mount."""
     rate: Prior
-    """(3,) change of x, y and yaw a second, as far as a rolling shutter showed it."""
+    """(6,) change of the pose a second, as far as a rolling shutter showed it."""
     start: Matrix
     """(6,) pose of the first frame, as far as it is known by now, in the order of `Pose`."""
     with_start: Matrix
@@ -169,6 +170,8 @@ class Outlook:
     ones. None before the robot has moved."""
     sway: Sway
     """How far this robot leaves its mean pose."""
+    rate: Matrix | None
+    """(6,) change of the pose a second between the last two fixes."""
     is_bound: bool = False
     """Does nothing out of reach count, not even a stop?"""
 
@@ -307,7 +310,9 @@ class Locator:
         if self._rig.camera.readout_ms > 0:
             motion = RollingMotion(self._motion)
             rate_before = reference.state.rate
-            rates = np.append(_rate(outlook.last, start, outlook.since_s), rate_before.mean)
+            rates = np.append(
+                _rate(start, outlook) if outlook.rate is None else outlook.rate, rate_before.mean
+            )
             information = np.zeros((2 * RATES, 2 * RATES))
             information[:RATES, :RATES] = np.diag(1 / np.square(RATE_SIGMA))
             information[RATES:, RATES:] = rate_before.information
@@ -334,10 +339,6 @@ class Locator:
             return None
         moved = self._blocks.centres(fit.positions) - self._centres
         at = fit.parameters[MOVING]
-        rate = UNKNOWN_RATE
-        if len(parameters) > PARAMETERS:
-            shown = slice(PARAMETERS, PARAMETERS + RATES)
-            rate = Prior(fit.parameters[shown], inverse(fit.covariance[shown, shown]))
         # What the picture shows of the reference it shows of the first frame, too, as far as the
         # errors of both are one (fixed-point smoothing; Meditch 1967).
         before = reference.state
@@ -347,7 +348,7 @@ class Locator:
             pose=Pose(*at.tolist()),
             mount_rad=fit.parameters[MOUNT],
             covariance=covariance,
-            rate=rate,
+            rate=Prior(_rate(Pose(*at.tolist()), outlook), UNKNOWN_RATE.information),
             start=before.start + gain @ news,
             with_start=fit.covariance[np.ix_(_KEPT, _KNOWN)] @ gain.T,
         )
@@ -392,10 +393,11 @@ def _habit(
     return Prior(mean, follows.T @ weight @ follows)
 
 
-def _rate(before: Pose, after: Pose, since_s: float) -> Matrix:
-    """(3,) change of x, y and yaw a second."""
-    x_mm, y_mm = after.x_mm - before.x_mm, after.y_mm - before.y_mm
-    return np.array([x_mm, y_mm, after.yaw_rad - before.yaw_rad]) / max(since_s, 1e-3)
+def _rate(pose: Pose, outlook: Outlook) -> Matrix:
+    """(6,) change of the pose a second since the last fix."""
+    last = outlook.last
+    way = np.array([pose.x_mm - last.x_mm, pose.y_mm - last.y_mm, pose.yaw_rad - last.yaw_rad])
+    return np.append(way / max(outlook.since_s, 1e-3), np.zeros(RATES - len(way)))
 
 
 def _widened(prior: Prior, further: Prior) -> Prior:

@@ -243,7 +243,7 @@ class Odometry:
                 np.zeros((POSE + 2, POSE)),
             )
             reference = Reference(read, self._locator.valid, at)
-            outlook = Outlook(np.inf, Pose(), self._clock.period_s / 2, None, self._sway)
+            outlook = Outlook(np.inf, Pose(), self._clock.period_s / 2, None, self._sway, None)
             fix = self._locator.locate(reference, anew, Pose(), outlook)
             if fix is not None:
                 self._shift(-fix.pose.x_mm, -fix.pose.y_mm)
@@ -310,7 +310,10 @@ class Odometry:
             reach_mm = ACCELERATION_MM_S2 * gone_s**2 + REACH_PX * self._rectify.grid.mm_per_px
             reach_mm += self._clock.jitter * way_mm
         since_s = self._gone * self._clock.period_s
-        return Outlook(reach_mm, self._fix_pose, since_s, self._reliability, self._sway)
+        rate = None
+        if self._velocity is not None:
+            rate = np.append(self._velocity / self._clock.period_s, np.zeros(3))
+        return Outlook(reach_mm, self._fix_pose, since_s, self._reliability, self._sway, rate)
 
     def _measure(self, picture: Picture) -> Fix | None:
         """The pose by the keyframe, else by the newest frame.

@@ -127,7 +127,7 @@ def test_a_video_that_begins_without_a_wall_does_not_claim_to_know_where_it_is(k
     track = follow(PIPE, [NO_WALL[kind](n) for n in range(15)] + images)
     assert set(track.status[:15]) == {"lost"}
     assert np.all(np.diff(track.sigma_distance_mm[:15]) > 0)
-    assert np.all(track.sigma_distance_mm[15:] >= track.sigma_distance_mm[14])
+    assert np.all(track.sigma_distance_mm[15:] >= track.sigma_distance_mm[14] - 1e-3)
     assert set(track.status[16:]) == {"ok"}
 
 
