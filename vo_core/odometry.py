@@ -60,8 +60,11 @@ REACH_PX = 2.0
 APART = 4.0
 """Pixels of the patch by which two guesses must differ to be tried both."""
 
-REPEATED_LIMIT_S = 0.5
+REPEATED_LIMIT_S = 0.3
 """A picture that repeats itself for longer shows a robot that stands."""
+
+STOPPED = 0.5
+"""Share of the predicted way below which a robot stood while its picture repeated itself."""
 
 LOST_LIMIT_S = 1.0
 """After so long without a fix the newest picture becomes a reference, at a guessed pose."""
@@ -158,6 +161,8 @@ class Odometry:
         self._frame = 0
         self._is_noiseless = False
         """Did the robot stand, and no noise show it?"""
+        self._is_held = False
+        """Did the last picture only repeat the one before?"""
         self._pose_before = Pose()
         self._health: Health | None = NO_HEALTH
         """Of the last frame, once it was asked for."""
@@ -189,13 +194,16 @@ class Odometry:
         skipped = self._skipping(normal, way_mm[:2] / self._rectify.grid.mm_per_px)
         self._is_torn = bool(skipped.any())
         picture = Picture(blank(self._blocks, self._pattern.remove(normal), skipped))
-        is_new = _contrast(patch) >= LEAST_CONTRAST and not self._is_repeated(patch)
+        was_repeated, self._is_held = self._is_held, self._is_repeated(patch)
+        is_new = _contrast(patch) >= LEAST_CONTRAST and not self._is_held
         fix = self._measure(picture) if is_new else None
         if self._keyframe is None:
             status, quality = self._begin(picture, is_new=is_new)
             if self._keyframe is not None and not self._interlacing.is_certain:
                 self._first = image, rows
         elif fix is not None:
+            if was_repeated:
+                self._judge_repeats(fix)
             status, quality = self._take(fix, picture)
             self._learn(normal, fix)
         else:
@@ -283,6 +291,11 @@ class Odometry:
             self._is_noiseless = True
         lasts_s = self._gone * self._clock.period_s
         return not self._is_noiseless and lasts_s <= REPEATED_LIMIT_S
+
+    def _judge_repeats(self, fix: Fix) -> None:
+        """Was it a stop that the pictures hid that repeated themselves before this one?"""
+        way_mm = _apart_mm(self._predict(), self._fix_pose)
+        self._is_noiseless |= _apart_mm(fix.pose, self._fix_pose) < STOPPED * way_mm
 
     def _predict(self) -> Pose:
         """The pose if the robot went on as before, but never out of sight of the last fix."""
