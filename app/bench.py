@@ -3,7 +3,7 @@
 Where the rig that is stated is wrong, or silt lies in the pipe, Chainage's run is also brought to
 scale by the joints that it saw, as `chainage correct --joints` does.
 
-Times are told as a multiple of one windowed `cv2.phaseCorrelate` of the same frames, measured
+Times are given as a multiple of one windowed `cv2.phaseCorrelate` of the same frames, measured
 between the steps of the method: a busy or slow machine slows both.
 """
 
@@ -215,7 +215,7 @@ def all_scenarios(length_mm: float = LENGTH_MM) -> list[Scenario]:
 
 
 def quick_scenarios(length_mm: float = QUICK_LENGTH_MM) -> list[Scenario]:
-    """A few telling scenarios over a short path: less than two minutes of work."""
+    """A few significant scenarios over a short path: less than two minutes of work."""
     return [SCENARIOS[name].shortened(length_mm) for name in QUICK_NAMES]
 
 

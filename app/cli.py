@@ -307,7 +307,7 @@ def correct(
     rig: Annotated[
         Path | None,
         typer.Option(
-            help="Rig file with which the track was made; with it the height is told too.",
+            help="Rig file with which the track was made; with it the height is reported too.",
             show_default=False,
         ),
     ] = None,

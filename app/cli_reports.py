@@ -38,7 +38,7 @@ def export(
 ) -> None:
     """Write the report of an inspection, without a server or beside one.
 
-    What the format cannot hold is told on standard error.
+    What the format cannot hold is reported on standard error.
     """
     from app.errors import ExportNotAvailable, UnusableDatabase
     from app.reports.formats import FORMATS

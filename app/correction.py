@@ -12,6 +12,7 @@ from vo_core.errors import InvalidCorrection, InvalidTrack
 from vo_core.height import Height, implied_height
 from vo_core.proposal import ScaleProposal, propose
 from vo_core.scale import TAPE_SIGMA_MM, Correction, KnownLength, correct, rig_scale
+from vo_core.track import metadata_of
 
 _LENGTH = re.compile(
     r"(?P<first>\d+):(?P<last>\d+)=(?P<metres>\d+(\.\d*)?)((±|\+-)(?P<sigma>\d+(\.\d*)?))?"
@@ -38,7 +39,7 @@ def parse_length(words: str) -> KnownLength:
 
 @dataclass(frozen=True)
 class CorrectedFile:
-    """A corrected track and what is to be told of it."""
+    """A corrected track and what is to be reported of it."""
 
     raw: Track
     correction: Correction
@@ -104,7 +105,7 @@ def correct_file(
         InvalidCorrection: What is known does not go with the track.
     """
     text = track.read_text(encoding="utf-8")
-    raw, metadata = Track.from_csv(text), _metadata(text)
+    raw, metadata = Track.from_csv(text), metadata_of(text.splitlines())
     if "scale" in metadata:
         raise InvalidTrack(
             f"{track.name} was corrected before, to a scale of {metadata['scale']}; correct the "
@@ -150,12 +151,6 @@ def _proposed(
             "correct the track by a taped length instead."
         )
     return proposal
-
-
-def _metadata(text: str) -> dict[str, str]:
-    """The `# key: value` lines of a track file."""
-    lines = (line[1:].partition(":") for line in text.splitlines() if line[:1] == "#")
-    return {key.strip(): value.strip() for key, _, value in lines}
 
 
 def _with_sigma(value: float, sigma: float) -> str:

@@ -52,7 +52,7 @@ def _principal(request: Request) -> Principal:
 
 
 def browser_of(connection: HTTPConnection) -> str:
-    """What tells the user's browser from others: its session, or the name of a program's token.
+    """What names the user's browser: its session, or the name of a program's token.
 
     Several people may share a token, and what one of them clicks is not for the others.
     """

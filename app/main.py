@@ -43,7 +43,7 @@ from app.routers import (
     uploads,
     viewer,
 )
-from app.schemas import failures
+from app.schemas.failures import failures
 from app.services.container import Services, running
 from app.settings import Settings
 from app.storage.database import revision_of
@@ -156,7 +156,7 @@ def _require_protection(settings: Settings, address: str) -> None:
 
 
 def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnReady) -> None:
-    """Run the server on `listener` until it is told to stop by a signal.
+    """Run the server on `listener` until a signal stops it.
 
     `on_ready(url, services)` is called in a thread of its own once it takes requests, with the
     address to log in at; the token stands in it unless the operator has set one.  `host` is the
@@ -169,7 +169,7 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
         OSError: The data folder cannot be made or written.
     """
     logs.configure(settings.log_format)
-    # Told here in one sentence; at the start of the application it would be a traceback in the log.
+    # Reported here in one sentence; at the start of the application the log would get a traceback.
     folder = DataFolder(settings.data, reserve_bytes=0)
     try:
         revision_of(folder.database)
@@ -203,7 +203,7 @@ class _Server(uvicorn.Server):
         self._announcing: asyncio.Task[None] | None = None
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        """A signal: whoever asks is told before the sockets are closed."""
+        """A signal: whoever asks gets an answer before the sockets are closed."""
         app = self.config.app
         if self.started and isinstance(app, FastAPI):
             app.state.services.health.stop()

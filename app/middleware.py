@@ -149,7 +149,7 @@ class Guard:
         has_ended = False
 
         async def send_until_ended(message: Message) -> None:
-            if not has_ended:  # after it nothing may be sent; the next `receive` tells of the end
+            if not has_ended:  # after it nothing may be sent; the next `receive` reports the end
                 await send(message)
 
         serving = asyncio.ensure_future(self._app(connection.scope, receive, send_until_ended))
@@ -259,7 +259,7 @@ def _check_origin(headers: Headers, *, is_required: bool) -> None:
 
 
 def _refusal(scope: Scope, error: Unauthenticated) -> Response:
-    """Pages lead to the log-in; everything else is told."""
+    """Pages lead to the log-in; everything else gets the error."""
     accepts = Headers(scope=scope).get("accept", "")
     path = scope["path"]
     is_page = scope["type"] == "http" and scope["method"] == "GET" and "text/html" in accepts

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import re
 from collections.abc import Iterator
@@ -124,6 +125,20 @@ def test_every_error_code_is_told_in_both_languages() -> None:
     known = {key.removeprefix("error.") for key in ENGLISH if key.startswith("error.")}
     assert codes - known - by_the_server == set()
     assert by_the_server - codes == set()
+
+
+def test_every_refused_correction_has_words() -> None:
+    sources = [*(ROOT / "vo_core").glob("*.py"), ROOT / "app" / "services" / "adjustment.py"]
+    calls = [
+        node
+        for path in sources
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "InvalidCorrection"
+    ]
+    reasons = {call.args[1].value for call in calls if len(call.args) > 1}
+    table = SOURCES[STATIC / "core" / "evidence.js"].split("const REFUSALS = {")[1]
+    assert len(reasons) > 10
+    assert reasons == set(re.findall(r"^  (\w+): \(", table, re.MULTILINE))
 
 
 def _told_by_the_server() -> str:

@@ -14,10 +14,9 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from vo_core.errors import InvalidRig
 from vo_core.locate import LEAST_OVERLAP
 from vo_core.odometry import KEYFRAME_OVERLAP
-from vo_core.rectify import COARSEST, NOMINAL, Rectifier
+from vo_core.rectify import COARSEST, NOMINAL, Rectifier, no_wall_in_view
 from vo_core.rig import Camera, Rig
 from vo_core.types import ByteImage
 from vo_core.wall import (
@@ -318,7 +317,7 @@ def _pixel_grid(camera: Camera) -> Points:
 def _seen_wall(rig: Rig, pixels_uv: Points) -> Points:
     wall = cast(rig, NOMINAL, robot_rays(rig, pixels_uv))
     if not np.isfinite(wall).all(axis=1).any():
-        raise InvalidRig("mount: no pixel of this camera shows the wall; turn it towards the wall.")
+        raise no_wall_in_view(rig)
     return wall
 
 

@@ -32,6 +32,12 @@ class InvalidTrack(ChainageError):
 class InvalidCorrection(ChainageError):
     """Known lengths or joints that cannot correct the track, or that contradict each other."""
 
+    def __init__(self, detail: str, reason: str | None = None, **values: float | str) -> None:
+        """The sentence; where a page says it in other languages its name and what changes in it."""
+        super().__init__(detail)
+        self.reason = reason
+        self.values = values
+
 
 class UnreadableVideo(ChainageError):
     """The video is refused or gives no picture at all."""

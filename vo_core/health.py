@@ -1,6 +1,6 @@
 """How good the pictures are to measure on, and what is wrong with them in a word.
 
-Nothing here changes the odometry: it tells the operator what to do while there is still time.
+Nothing here changes the odometry: it shows the operator what to do while there is still time.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ NO_HEALTH = Health(1.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def complaints(health: Health) -> tuple[str, ...]:
-    """What to tell the operator: too_fast, too_dark, too_bright, blurred, lens_dirty."""
+    """What to show the operator: too_fast, too_dark, too_bright, blurred, lens_dirty."""
     found = {
         "too_fast": health.overlap < TOO_FAST,
         "too_dark": health.brightness < TOO_DARK,

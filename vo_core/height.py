@@ -6,7 +6,7 @@ track?  Measured on rendered runs of 6 m with e = 3 %:
 - In a circular pipe the depth of the wall beside the invert changes less than the height.  The
   distance is wrong by one factor all along still (what scaling leaves is below 0.05 mm at 30
   degrees of view and 0.3 mm with a fisheye), but by one nearer to 1: see `reading`.
-- There y is told by the shear that an offset from the axis gives when driving on, whatever the
+- There y is shown by the shear that an offset from the axis gives when driving on, whatever the
   height.  Scaled with the rest it becomes wrong by e y: less than 0.5 mm on 14 mm of sway.
 - A camera that looks along the pipe measures by the diameter; its height hardly matters.
 """

@@ -117,7 +117,9 @@ def count_joints(
     """
     ordered = sorted(sightings, key=lambda sighting: sighting.frame)
     if not ordered:
-        raise InvalidCorrection("No joints were seen; correct the track by a taped length instead.")
+        raise InvalidCorrection(
+            "No joints were seen; correct the track by a taped length instead.", "no_joints"
+        )
     search = _Search.of(track, ordered, segment_mm, scale, scale_sigma)
     paths = search.best_paths(SCATTER_MM)
     scores = np.array([path.score for path in paths])
@@ -126,19 +128,26 @@ def count_joints(
     odds = np.logaddexp.reduce(scores) - np.log(max(len(ordered) - 1, 1))
     if not best.links() and len(set(numbered(track, ordered))) == 1:
         raise InvalidCorrection(
-            "All rings that were seen are the same joint; give a taped length instead."
+            "All rings that were seen are the same joint; give a taped length instead.",
+            "one_joint",
         )
     if odds < _LEAST or not best.links() or best.is_too_fine():
         raise InvalidCorrection(
             f"Segments of {segment_mm:g} mm cannot be counted by the {len(ordered)} rings that "
-            "were seen; check the length of a segment, or give a taped length."
+            "were seen; check the length of a segment, or give a taped length.",
+            "uncountable",
+            n=len(ordered),
+            segment_mm=segment_mm,
         )
     for path in paths:
         if path.score > best.score - _SURE and (gap := best.contradiction(path)) is not None:
             first, last = (ordered[i].frame for i in gap)
             raise InvalidCorrection(
                 f"How many segments lie between the joints in frames {first} and {last} is not "
-                "certain; give a taped length too."
+                "certain; give a taped length too.",
+                "uncertain_gap",
+                first=first,
+                last=last,
             )
     # Once more with the scatter of this pipe: rings beside the joints are told from them.
     again = search.best_paths(search.scatter_mm(best))

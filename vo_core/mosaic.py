@@ -17,7 +17,7 @@ import numpy as np
 
 from vo_core.lamp import Lamp, evened
 from vo_core.optics import NODE_PX, PEAK, Canvas, Optics
-from vo_core.rectify import PATCH_SIDE_PX, PatchGrid, Rectifier
+from vo_core.rectify import PATCH_SIDE_PX, WHOLE, PatchGrid, Rectifier, Rows
 from vo_core.resample import resample, resample_colour
 from vo_core.rig import Rig
 from vo_core.track import Estimate
@@ -59,13 +59,13 @@ GAIN_LEAK = 0.1
 """Of a frame's gain against the mosaic: what is wrong with the light adds up ten times."""
 
 OPEN_S = 1.0
-"""A tile that grows is told of so often, in seconds of the video."""
+"""How often a growing tile is published, in seconds of the video."""
 
 SHELF = 32
 """Unfinished tiles that are kept, packed, for the robot's return."""
 
 SPARSE = 8
-"""Every so manyth pixel each way tells how bright two pictures are."""
+"""Brightness is compared on every 8th pixel in each direction."""
 
 
 @dataclass(frozen=True)
@@ -164,17 +164,18 @@ class Mosaic:
             return False
         return not self._done.issuperset(self._touched(estimate))
 
-    def add(self, picture: ByteImage, estimate: Estimate) -> None:
+    def add(self, picture: ByteImage, estimate: Estimate, rows: Rows = WHOLE) -> None:
         """Paint a frame, if it is wanted.
 
         Args:
             picture: (H, W) grey or (H, W, 3) BGR, of the rig's size.
             estimate: Its pose.
+            rows: Of the picture, that were exposed at that pose.
         """
         if not self.wants(estimate):
             return
         self._turn_to(estimate)
-        colour = self._optics.reduce(picture)
+        colour = self._optics.reduce(_alone(rows, picture))
         light = self._lamp.learn(colour)
         positions = self._canvas.positions(estimate.pose)
         weight = resample(light.weight, positions)
@@ -312,7 +313,7 @@ class _Painted:
         return bool((self.weight.max(axis=0) > CLEAR).all())
 
     def picture(self) -> ByteImage:
-        """As it is now, BGR; it counts as told."""
+        """As it is now, BGR; it counts as published."""
         self.is_changed = False
         shown = cv2.cvtColor(self.colour, cv2.COLOR_YCrCb2BGR)
         seen = (self.weight >= LEAST_WEIGHT).astype(np.uint8)
@@ -339,6 +340,16 @@ class _Packed:
         colour = np.asarray(cv2.imdecode(self.colour, cv2.IMREAD_COLOR), np.uint8)
         level = np.asarray(cv2.imdecode(self.weight, cv2.IMREAD_GRAYSCALE), np.float32)
         return _Painted(colour, level * np.float32(FULL / 255))
+
+
+def _alone(rows: Rows, picture: ByteImage) -> ByteImage:
+    """The picture as those rows show it, of the same shape: the others are interpolated."""
+    if rows == WHOLE:
+        return picture
+    shown = rows.of(picture)
+    place = np.clip((np.arange(len(picture)) - rows.first) / rows.step, 0, len(shown) - 1)
+    above, below = shown[np.floor(place).astype(int)], shown[np.ceil(place).astype(int)]
+    return np.asarray(cv2.addWeighted(above, 0.5, below, 0.5, 0.0), np.uint8)
 
 
 def _variance(estimate: Estimate) -> float:

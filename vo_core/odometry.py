@@ -33,11 +33,12 @@ from vo_core.locate import (
 )
 from vo_core.motion import POSE
 from vo_core.pattern import FixedPattern
-from vo_core.rectify import BOTTOM, TOP, Rectifier, Rows
+from vo_core.rectify import BOTTOM, TOP, WHOLE, Rectifier, Rows
 from vo_core.resample import grey_frame, reduce_to
 from vo_core.rig import Rig
 from vo_core.skipped import Skipping, blank
 from vo_core.sway import Sway
+from vo_core.tilt import MountTilt
 from vo_core.track import Estimate, Status
 from vo_core.types import GrayImage, Image, Matrix
 from vo_core.wall import Pose
@@ -168,6 +169,8 @@ class Odometry:
         """Of the last frame, once it was asked for."""
         self.patch: GrayImage | None = None
         """The last frame on the developed wall, as `Rectifier` makes it."""
+        self.rows = WHOLE
+        """Of the last frame, that were exposed at its own time."""
 
     def step(self, image: Image, t_s: float) -> Estimate:
         """Take the next frame.
@@ -186,9 +189,9 @@ class Odometry:
         self._clock.tick(t_s)
         before = self._pose
         image = grey_frame(self.rig.camera, image)
-        rows = self._interlacing(image)
-        self._keep_zero(rows)
-        patch = self._rectify(image, rows)
+        self.rows = self._interlacing(image)
+        self._keep_zero(self.rows)
+        patch = self._rectify(image, self.rows)
         normal = normalise(low_pass(patch))
         way_mm = _vector(self._predict()) - _vector(self._pose)
         skipped = self._skipping(normal, way_mm[:2] / self._rectify.grid.mm_per_px)
@@ -200,7 +203,7 @@ class Odometry:
         if self._keyframe is None:
             status, quality = self._begin(picture, is_new=is_new)
             if self._keyframe is not None and not self._interlacing.is_certain:
-                self._first = image, rows
+                self._first = image, self.rows
         elif fix is not None:
             if was_repeated:
                 self._judge_repeats(fix)
@@ -223,6 +226,13 @@ class Odometry:
                 fixed_pattern=self._pattern.share,
             )
         return self._health or NO_HEALTH
+
+    @property
+    def tilt(self) -> MountTilt:
+        """Of the mount against the rig, by all frames until now."""
+        pitch, roll = np.degrees(self._mount_rad).tolist()
+        pitch_sigma, roll_sigma = np.degrees(np.sqrt(np.diag(self._covariance)[POSE:])).tolist()
+        return MountTilt(pitch, roll, pitch_sigma, roll_sigma)
 
     @property
     def _gone(self) -> float:

@@ -184,6 +184,17 @@ def require_wall_in_view(rig: Rig) -> None:
     _visible_grid(rig)
 
 
+def no_wall_in_view(rig: Rig) -> InvalidRig:
+    """What is raised where no pixel shows the wall, with what to check."""
+    mount, camera = rig.mount, rig.camera
+    return InvalidRig(
+        f"The camera sees no wall with view '{mount.view}', pitch_deg {mount.pitch_deg:g}, "
+        f"roll_deg {mount.roll_deg:g}, cx {camera.cx:g} and cy {camera.cy:g}. Check the signs of "
+        "the tilts (nose up and right side down are positive) and that the principal point is of "
+        "this picture."
+    )
+
+
 def _visible_grid(rig: Rig) -> tuple[PatchGrid, float]:
     """The bounding rectangle of the wall that the picture shows well enough (see `COARSEST`).
 
@@ -197,12 +208,7 @@ def _visible_grid(rig: Rig) -> tuple[PatchGrid, float]:
     along_v = np.linalg.norm(np.diff(wall_mm, axis=0), axis=2)[:, :-1] / (v[1] - v[0])
     mm_per_px = np.maximum(along_u, along_v)  # (48, 64), nan where no wall is seen
     if np.isnan(mm_per_px).all():
-        raise InvalidRig(
-            f"The camera sees no wall with view '{rig.mount.view}', pitch_deg "
-            f"{rig.mount.pitch_deg:g}, roll_deg {rig.mount.roll_deg:g}, cx {camera.cx:g} and cy "
-            f"{camera.cy:g}. Check the signs of the tilts (nose up and right side down are "
-            "positive) and that the principal point is of this picture."
-        )
+        raise no_wall_in_view(rig)
     finest = float(np.nanmin(mm_per_px))
     with np.errstate(invalid="ignore"):
         good = mm_per_px <= COARSEST * finest

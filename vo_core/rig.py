@@ -29,12 +29,18 @@ class _Part(BaseModel):
         except ValidationError as error:
             reasons = []
             for fault in error.errors(include_url=False):
-                field = ".".join(map(str, fault["loc"])) or origin
+                field = ".".join(map(str, fault["loc"]))
                 value = fault["input"]
                 found = "" if isinstance(value, dict) else f" (found {value!r})"
-                said = f"{field}: {fault['msg'].removeprefix('Value error, ')}{found}"
+                where = f"{field}: " if field else ""
+                said = f"{where}{fault['msg'].removeprefix('Value error, ')}{found}"
                 reasons.append(said + _meant(field, value))
-            raise InvalidRig(f"{origin} cannot be used. " + "; ".join(reasons) + ".") from error
+            raise InvalidRig(_unusable(origin, "; ".join(reasons))) from error
+
+
+def _unusable(origin: str, reasons: str) -> str:
+    """As sentences; the last one may be a question."""
+    return f"{origin} cannot be used. {reasons}{'' if reasons.endswith('?') else '.'}"
 
 
 _OTHER_UNITS: dict[str, tuple[tuple[str, float, float, float], ...]] = {
@@ -237,11 +243,10 @@ class Rig(_Part):
             off_axis_mm = np.hypot(self.mount.lateral_mm, radius_mm - self.mount.height_mm)
             if off_axis_mm >= radius_mm:
                 raise ValueError(
-                    f"height_mm {self.mount.height_mm:g} with lateral_mm "
+                    f"mount.height_mm: {self.mount.height_mm:g} mm with a lateral_mm of "
                     f"{self.mount.lateral_mm:g} puts the camera outside the pipe of "
-                    f"{self.pipe.diameter_mm:g} mm diameter; both must lie within it. Is the "
-                    "height that above the invert and not of the robot, and diameter_mm not the "
-                    "radius or in another unit?"
+                    f"{self.pipe.diameter_mm:g} mm diameter. Is it the height above the invert, "
+                    "and diameter_mm not the radius or in another unit?"
                 )
         return self
 
@@ -259,7 +264,7 @@ class Rig(_Part):
             rig.camera.require_possible()
             rig.mount.require_possible()
         except InvalidRig as error:
-            raise InvalidRig(f"{origin} cannot be used. {error}.") from error
+            raise InvalidRig(_unusable(origin, str(error))) from error
         return rig
 
     @classmethod

@@ -365,7 +365,14 @@ def _require_agreement(
             raise InvalidCorrection(
                 f"Two corrections contradict each other: the scale is {here.scale:.4f} ± "
                 f"{here.sigma:.4f} by {here.evidence}, but {there.scale:.4f} ± {there.sigma:.4f} "
-                f"by {there.evidence}; one of them is wrong or less certain than stated."
+                f"by {there.evidence}; one of them is wrong or less certain than stated.",
+                "contradiction",
+                scale=round(here.scale, 4),
+                sigma=round(here.sigma, 4),
+                evidence=str(here.evidence),
+                other_scale=round(there.scale, 4),
+                other_sigma=round(there.sigma, 4),
+                other_evidence=str(there.evidence),
             )
 
 
@@ -422,14 +429,19 @@ def _of_length(track: Track, drift: Drift, length: KnownLength) -> Equations:
         if track.status[row] == "lost":
             raise InvalidCorrection(
                 f"The wall was not recognised in frame {track.frame[row]}, so that its distance is "
-                "not measured; mark a frame beside it."
+                "not measured; mark a frame beside it.",
+                "length_lost",
+                frame=int(track.frame[row]),
             )
     way = float(np.diff(track.distance_mm[rows])[0])
     low, high = SCALE_LIMITS
     if not low * abs(way) < length.length_mm < high * abs(way):
         raise InvalidCorrection(
             f"The known length of {length} cannot be right: the track has {abs(way) / 1000:.3f} m "
-            "there; check the frames and the length."
+            "there; check the frames and the length.",
+            "impossible_length",
+            length_m=length.length_mm / 1000,
+            measured_m=abs(way) / 1000,
         )
     return Equations(
         known=np.array([length.length_mm]),

@@ -8,6 +8,7 @@ import json
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
+from itertools import takewhile
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -210,6 +211,13 @@ class Track:
 
 
 CSV_HEADER = ",".join(COLUMNS) + "\n"
+
+
+def metadata_of(lines: Iterable[str]) -> dict[str, str]:
+    """The `# key: value` lines at the head of a track file."""
+    head = takewhile(lambda line: line[:1] == "#", lines)
+    parts = (line[1:].partition(":") for line in head)
+    return {key.strip(): value.strip() for key, _, value in parts}
 
 
 def _finite(text: str) -> float:

@@ -33,6 +33,7 @@ from vo_core import Rig, Track
 from vo_core.errors import InvalidRig, RigVideoMismatch
 from vo_core.health import Health
 from vo_core.joints import Sighting
+from vo_core.tilt import MountTilt
 
 FAMILY, VERSION = "chainage-report", 2
 
@@ -96,6 +97,7 @@ class WholeInspection:
     """As it was measured; row i is frame i."""
     health: tuple[Health, ...]
     sightings: tuple[Sighting, ...]
+    tilt: MountTilt | None
     tags: tuple[Tag, ...]
     """In the order of their numbers."""
     events: tuple[Happening, ...]
@@ -141,6 +143,7 @@ def read(content: bytes) -> WholeInspection:
         track=track,
         health=tuple(health),
         sightings=tuple(Sighting(**sighting.model_dump()) for sighting in file.sightings),
+        tilt=MountTilt(**file.mount_tilt.model_dump()) if file.mount_tilt else None,
         tags=tuple(_tag(tag) for tag in sorted(file.tags, key=lambda tag: tag.seq)),
         events=tuple(Happening(**event.model_dump()) for event in file.events),
     )
@@ -404,6 +407,13 @@ class _Sighting(_Part):
     contrast: Annotated[float, Field(ge=-1e6, le=1e6)]
 
 
+class _MountTilt(_Part):
+    pitch_deg: Annotated[float, Field(ge=-180, le=180)]
+    roll_deg: Annotated[float, Field(ge=-180, le=180)]
+    pitch_sigma_deg: Annotated[float, Field(ge=0, le=180)]
+    roll_sigma_deg: Annotated[float, Field(ge=0, le=180)]
+
+
 class _File(_Part):
     inspection: _Inspection
     corrections: _Corrections
@@ -412,6 +422,8 @@ class _File(_Part):
     track: _TrackPart
     health: _HealthPart
     sightings: Annotated[list[_Sighting], Field(max_length=1_000_000)]
+    mount_tilt: _MountTilt | None = None
+    """Older exports have none."""
 
     @model_validator(mode="after")
     def _tags_can_be_told_apart(self) -> _File:
@@ -519,7 +531,7 @@ def _checked(kind: type[Part], values: Any) -> Part:
 
 
 def _reason(fault: ErrorDetails) -> str:
-    # Of a union every branch is told; its names stand in the way behind the field's.
+    # Of a union every branch is named; its names stand in the way behind the field's.
     where = ".".join(str(step) for step in fault["loc"]) or "the file"
     found = fault["input"]
     is_short = isinstance(found, str | int | float | bool)

@@ -74,7 +74,7 @@ _LETTERS: Mapping[str, tuple[str, Mapping[str, str | bool]]] = {
     "ADA": ("weather", {"A": "dry", "B": "rain", "C": "snow or ice melting"}),
 }  # fmt: skip
 _NOT_KEPT = frozenset({"ABM"})
-"""The form of the video times, which are told by the rows."""
+"""The form of the video times, which the rows show."""
 _COLUMNS = frozenset("ABCDEFGHIJKLMN")
 
 
@@ -92,7 +92,7 @@ class _Block:
 
 @dataclass(frozen=True)
 class _Form:
-    """How the cells of the file are told apart."""
+    """How the cells of the file are separated."""
 
     separator: str = ";"
     quote: str | None = '"'

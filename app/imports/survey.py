@@ -1,7 +1,7 @@
 """What a file of another program says of surveys, and how its cells are read.
 
 A reader never refuses what it can keep: what has no field here goes to the remark, and what is odd
-is told with its line.
+is named with its line.
 """
 
 from __future__ import annotations
@@ -185,7 +185,7 @@ def time_of_day(text: str) -> str | None:
 
 @dataclass
 class Notes:
-    """Warnings of one survey, as they come; there may be too many to tell all."""
+    """Warnings of one survey, as they come; there may be too many to name all."""
 
     said: list[Caveat] = field(default_factory=list)
 
@@ -194,7 +194,7 @@ class Notes:
         if len(self.said) < MOST_WARNINGS:
             self.said.append(Caveat(detail, line))
         elif len(self.said) == MOST_WARNINGS:
-            self.said.append(Caveat("There is more of that; the rest is not told."))
+            self.said.append(Caveat("There is more of that; the rest is not named."))
 
 
 def coded(observation: ImportedObservation, notes: Notes) -> ImportedObservation:

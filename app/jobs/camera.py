@@ -1,4 +1,4 @@
-"""The camera process: captures, records and tracks one live source until it is told to stop.
+"""The camera process: captures, records and tracks one live source until it has to stop.
 
 The only file that it writes is the recording.
 """

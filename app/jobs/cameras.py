@@ -84,7 +84,7 @@ def opened(camera: CameraInput) -> Iterator[tuple[InputContainer, VideoStream]]:
 
 
 def _container(camera: CameraInput, location: str, options: dict[str, str]) -> InputContainer:
-    """Opened with the least of looking ahead that tells the size of its pictures."""
+    """Opened with the least of looking ahead that shows the size of its pictures."""
     probes = [_THOROUGH] if camera.kind in ("file", "pipe") else [_QUICK, _THOROUGH]
     for probe in probes:
         with told_plainly():

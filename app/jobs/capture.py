@@ -321,7 +321,7 @@ def _from_key_frame(packets: Iterator[Packet[VideoStream]]) -> Iterator[Arrival]
 def _waited(arrivals: Iterator[Arrival]) -> list[Arrival]:
     """The packets that had piled up while the connection was made, and the first that had not.
 
-    Only what did not wait tells how long the way from the camera takes.
+    Only what did not wait shows how long the way from the camera takes.
     """
     waited: list[Arrival] = []
     for packet, arrived_s in islice(arrivals, _MOST_WAITED):

@@ -1,4 +1,4 @@
-"""What a child tells its parent of an exception."""
+"""What a child reports to its parent of an exception."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ import cv2
 import msgspec
 
 from app.jobs.gaps import between
-from app.jobs.messages import Batch, Gauged, Row, Seen, WallTile
+from app.jobs.messages import Batch, Gauged, Row, Seen, Tilted, WallTile
 from vo_core import Odometry, Rig
 from vo_core.joints import JointFinder
 from vo_core.mosaic import Mosaic
@@ -77,12 +77,13 @@ class Follower:
             health=self._health,
             tiles=[_wall_tile(tile) for tile in tiles],
             sightings=[Seen(*astuple(sighting)) for sighting in self._joints.take()],
+            tilt=Tilted(*astuple(self._odometry.tilt)),
         )
         self._rows, self._health, self._last = [], [], None
         return batch
 
     def state(self) -> bytes:
-        """All that is needed to go on, once `batch` has told what was found."""
+        """All that is needed to go on, once `batch` has handed over what was found."""
         return pickle.dumps(self, pickle.HIGHEST_PROTOCOL)
 
     @classmethod
@@ -102,7 +103,7 @@ class Follower:
         if patch is not None and self._joints.wants(estimate):
             self._joints.spread(patch, estimate)
         if self._wall.wants(estimate):
-            self._wall.add(frame.to_bgr(), estimate)
+            self._wall.add(frame.to_bgr(), estimate, self._odometry.rows)
 
 
 def _row(estimate: Estimate, index: int) -> Row:

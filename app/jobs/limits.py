@@ -15,7 +15,7 @@ def apply(limits: Limits) -> None:
     _set(resource.RLIMIT_FSIZE, limits.file_bytes)
     _set(resource.RLIMIT_CORE, 0)
     if limits.cpu_s is not None:
-        # At the first bound comes SIGXCPU, which tells the reason; SIGKILL at the second does not.
+        # At the first bound comes SIGXCPU, which names the reason; SIGKILL at the second does not.
         _set(resource.RLIMIT_CPU, limits.cpu_s, limits.cpu_s + _CPU_GRACE_S)
 
 

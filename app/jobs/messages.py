@@ -48,7 +48,7 @@ class CameraInput(msgspec.Struct, frozen=True):
 
 
 class LiveRequest(msgspec.Struct, frozen=True, tag="live"):
-    """Parent to camera process: the one thing it is to do, until it is told to stop."""
+    """Parent to camera process: the one thing it is to do, until it has to stop."""
 
     camera: CameraInput
     rig: dict[str, Any]
@@ -118,6 +118,15 @@ class Seen(msgspec.Struct, frozen=True, array_like=True):
     contrast: float
 
 
+class Tilted(msgspec.Struct, frozen=True, array_like=True):
+    """A `MountTilt` on its way."""
+
+    pitch_deg: float
+    roll_deg: float
+    pitch_sigma_deg: float
+    roll_sigma_deg: float
+
+
 class WallTile(msgspec.Struct, frozen=True, array_like=True):
     """A piece of the unrolled wall, as it is now."""
 
@@ -138,6 +147,8 @@ class Batch(msgspec.Struct, frozen=True, tag="batch"):
     """Pieces of the unrolled wall that changed."""
     sightings: list[Seen] = []
     """Joints that were found."""
+    tilt: Tilted | None = None
+    """Of the mount against the rig, by all frames until now."""
 
 
 class Checkpoint(msgspec.Struct, frozen=True, tag="checkpoint"):

@@ -66,7 +66,7 @@ class Video(msgspec.Struct, frozen=True):
 
 
 class Manifest(msgspec.Struct, frozen=True):
-    """What a bundle holds, and of what it tells."""
+    """What a bundle holds, and what it is about."""
 
     schema: str
     program: str
@@ -80,7 +80,7 @@ class Manifest(msgspec.Struct, frozen=True):
     fingerprint: str
     files: dict[str, Listed]
     missing: list[str]
-    """Photos that are told of and were gone."""
+    """Photos that are named and were gone."""
 
 
 def write(report: Report, forms: Mapping[str, Form]) -> Written:
@@ -127,7 +127,7 @@ class _Bundle:
         self.losses += [Loss(f"{kind}: {loss.detail}", loss.entry) for loss in written.losses]
 
     def add_track(self, name: str, track: Track, *, raw: bool) -> None:
-        """As the API tells it, with where it comes from."""
+        """As the API gives it, with where it comes from."""
         report = self._report
         metadata: dict[str, object] = {
             "inspection": report.id,

@@ -1,6 +1,6 @@
 """The overall condition of an asset by its worst defect: a rule of Chainage's own.
 
-It is no PACP, MSCC or DWA grade, and every report that tells it says so.
+It is no PACP, MSCC or DWA grade, and every report that shows it says so.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The whole report as JSON, in a schema with a version; `app.imports.chainage_json` reads it again.
 
 `observations` holds what is derived, as the tables do.  What an import starts from is what it is
-derived from: `tags` (what people stated), the raw `track`, its `health` and the joint `sightings`,
-the rig and the stated corrections.
+derived from: `tags` (what people stated), the raw `track`, its `health`, the joint `sightings` and
+the `mount_tilt` against the rig, the rig and the stated corrections.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def write(report: Report) -> Written:
         "inspection": _inspection(report),
         "corrections": {
             "stated": report.corrected.stated.to_json(),
-            "result": result_of(report.adjusted) if report.adjusted else None,
+            "result": result_of(report.corrected),
             "error": report.corrected.error,
         },
         "observations": table.rows(report),
@@ -50,6 +50,7 @@ def write(report: Report) -> Written:
             }
         },
         "sightings": [asdict(sighting) for sighting in report.sightings],
+        "mount_tilt": asdict(tilt) if (tilt := report.corrected.tilt) else None,
     }
     lines = ",\n".join(f"{_text(name)}: {_text(part)}" for name, part in parts.items())
     return Written(f"{{\n{lines}\n}}\n".encode())

@@ -1,4 +1,4 @@
-"""What a report says, worked out once: every format tells the same distances because of it."""
+"""What a report says, worked out once: every format has the same distances because of it."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Entry:
     """Number of its stretch."""
     cont_role: Role | None
     cont_length_m: float | None
-    """Of the stretch, told at its start once it is finished."""
+    """Of the stretch, given at its start once it is finished."""
     severity: int | None
     remark: str | None
     photo: Photo | None
@@ -150,7 +150,7 @@ class Report:
     created_at: datetime
     finished_at: datetime | None
     revision: int
-    """Rises whenever a distance that was told has changed."""
+    """Rises whenever a distance that was published has changed."""
     header: Mapping[str, Any]
     """By the names of `app.catalogue.header.FIELDS`; other names may be there, too."""
     pack: str
@@ -201,7 +201,7 @@ class Report:
 
     @property
     def is_unmeasured(self) -> bool:
-        """Whether another program has told the distances: nobody knows how sure they are."""
+        """Whether another program has measured the distances: nobody knows how sure they are."""
         return len(self.raw_track) > 0 and is_unmeasured(self.raw_track)
 
     @property

@@ -186,7 +186,7 @@ def _joints(report: Report) -> Iterable[Row]:
 
 
 def _corrections(report: Report) -> Iterable[Row]:
-    """Everything that has changed a distance that was told."""
+    """Everything that has changed a distance that was published."""
     numbers = {entry.id: entry.seq for entry in report.entries}
     for event in report.events:
         at, before, after = iso(event.at), event.before, event.after

@@ -44,7 +44,7 @@ DICTIONARY = (
     Column("clock_to", "Where the sector ends, clockwise seen in the direction of travel", "h"),
     Column("cont_id", "Number of the stretch (continuous defect) that it belongs to"),
     Column("cont_role", "Its part in the stretch: start, change or finish"),
-    Column("cont_length_m", "Length of the stretch, told at its start", "m"),
+    Column("cont_length_m", "Length of the stretch, given at its start", "m"),
     Column("severity", "0 note, 1 as new, 2 slight, 3 watch, 4 plan repair, 5 act now"),
     Column("code_pack", "Name of the table of codes"),
     Column("video_file", "Name of the video"),

@@ -124,7 +124,7 @@ def _signature(
         return
     yield Finding("signature", True, f"{MANIFEST} is as it was signed")
     if manifest.fingerprint != own:
-        yield Finding("key", False, f"{MANIFEST} tells another fingerprint than its key has")
+        yield Finding("key", False, f"{MANIFEST} names another fingerprint than its key has")
     if wanted is None:
         yield Finding("key", None, "whose it is was not checked: compare it, or name it (--key)")
     else:

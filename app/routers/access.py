@@ -13,7 +13,8 @@ from app.deps import PrincipalDep, ServicesDep, viewer
 from app.errors import TooManyAttempts
 from app.middleware import COOKIE, SECURE_COOKIE, address_of, cookie_of
 from app.routers.pages import login_page
-from app.schemas import LoginIn, SessionOut, failures
+from app.schemas.access import LoginIn, SessionOut
+from app.schemas.failures import failures
 from app.services.access import SESSION_LIFETIME
 
 router = APIRouter(tags=["access"])

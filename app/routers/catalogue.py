@@ -11,15 +11,9 @@ from app.catalogue.header import FIELDS
 from app.catalogue.presets import PRESETS
 from app.deps import ServicesDep, viewer
 from app.errors import PackNotFound
-from app.schemas import (
-    CodeOut,
-    HeaderFieldOut,
-    HeaderFieldsOut,
-    PackId,
-    PresetOut,
-    PresetsOut,
-    failures,
-)
+from app.schemas.catalogue import CodeOut, HeaderFieldOut, HeaderFieldsOut, PresetOut, PresetsOut
+from app.schemas.failures import failures
+from app.schemas.given import PackId
 
 router = APIRouter(prefix="/api", tags=["catalogue"])
 

@@ -1,4 +1,4 @@
-"""What was stated about distances, what stands against a report, who changed what, who was told."""
+"""What was stated about distances, what stands against a report, changes, and notifications."""
 
 from __future__ import annotations
 
@@ -8,20 +8,9 @@ from fastapi import APIRouter, Query
 
 from app.deps import OBSERVATION_ID, InspectionId, PrincipalDep, ServicesDep, operator, viewer
 from app.errors import InspectionNotFound
-from app.schemas import (
-    AlertOut,
-    AlertsOut,
-    CorrectionsIn,
-    CorrectionsOut,
-    EventOut,
-    EventsOut,
-    IntervalOut,
-    IssueOut,
-    IssuesOut,
-    MakeupOut,
-    StatedIn,
-    failures,
-)
+from app.schemas.corrections import CorrectionsIn, CorrectionsOut, IntervalOut, MakeupOut, StatedIn
+from app.schemas.failures import failures
+from app.schemas.records import AlertOut, AlertsOut, EventOut, EventsOut, IssueOut, IssuesOut
 from vo_core.errors import InvalidCorrection
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["corrections"])
@@ -90,7 +79,7 @@ def events(
 @router.get("/alerts", responses=failures(InspectionNotFound))
 @viewer
 def alerts(inspection_id: InspectionId, services: ServicesDep) -> AlertsOut:
-    """Whether the client was told of each severity 5, the oldest first."""
+    """Whether the client was notified of each severity 5, the oldest first."""
     found = services.webhook.alerts(inspection_id)
     return AlertsOut(
         is_configured=services.webhook.is_configured,

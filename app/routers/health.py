@@ -5,7 +5,7 @@ from dataclasses import asdict
 from fastapi import APIRouter
 
 from app.deps import ServicesDep
-from app.schemas import AliveOut, CheckOut, ReadyOut
+from app.schemas.server import AliveOut, CheckOut, ReadyOut
 
 router = APIRouter(tags=["health"])
 

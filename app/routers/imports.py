@@ -8,7 +8,8 @@ from fastapi import APIRouter, Body, Query
 
 from app.deps import PrincipalDep, ServicesDep, operator
 from app.errors import InvalidImport
-from app.schemas import ImportedOut, InspectionOut, failures
+from app.schemas.failures import failures
+from app.schemas.inspections import ImportedOut, InspectionOut
 
 router = APIRouter(prefix="/api/imports", tags=["inspections"])
 

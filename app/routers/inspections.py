@@ -23,18 +23,16 @@ from app.errors import (
     UploadIncomplete,
     UploadNotFound,
 )
-from app.schemas import (
+from app.schemas.failures import content, failures
+from app.schemas.inspections import (
     FinishIn,
     InspectionChange,
     InspectionIn,
     InspectionOut,
     InspectionsOut,
     LiveSource,
-    WallGridOut,
-    WallPointOut,
-    content,
-    failures,
 )
+from app.schemas.observations import WallGridOut, WallPointOut
 from vo_core.errors import InvalidRig, RigVideoMismatch, UnreadableVideo
 
 router = APIRouter(prefix="/api/inspections", tags=["inspections"])

@@ -14,11 +14,12 @@ from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
 from app.deps import InspectionId, ServicesDep, browser_of, viewer
 from app.errors import InspectionNotFound, NoScene, body_of
-from app.schemas import click_message, live_header
+from app.schemas.live import click_message, live_header
 from app.services.clicks import Click
 from app.services.container import Services
 from app.services.corrections import Corrections
 from app.services.live import Event, Update
+from app.services.notices import Notice
 from app.services.scenes import SceneFeed
 from vo_core.track import Estimate
 
@@ -133,25 +134,26 @@ async def live(socket: WebSocket, inspection_id: InspectionId, services: Service
 async def _send(socket: WebSocket, outbox: _Outbox, corrections: Corrections) -> None:
     while True:
         update = await outbox.next()
-        told, revision, joints = await asyncio.to_thread(_corrected, corrections, update)
-        fields = live_header(update, told, revision, joints, time.monotonic())
+        now = await asyncio.to_thread(_corrected, corrections, update)
+        fields = live_header(update, *now, time.monotonic())
         header = json.dumps(fields, allow_nan=False).encode()
         await socket.send_bytes(len(header).to_bytes(4, "big") + header + update.jpeg)
 
 
 def _corrected(
     corrections: Corrections, update: Update
-) -> tuple[Estimate | None, int | None, int | None]:
-    """The last estimate of an update as it is told, the revision that tells it, known joints."""
+) -> tuple[Estimate | None, int | None, int | None, list[Notice]]:
+    """The last estimate of an update, corrected, by which revision, known joints, and notices."""
     try:
         revision = corrections.revision(update.inspection_id)
         solved = corrections.newest(update.inspection_id)
         joints = len(solved.joints) + len(solved.expected_joints)
         last = update.estimates[-1] if update.estimates else None
         told = None if last is None else corrections.estimate(update.inspection_id, last)
-    except InspectionNotFound:  # the update tells of its end
-        return None, None, None
-    return told, revision, joints
+        notices = corrections.notices(update.inspection_id)
+    except InspectionNotFound:  # the update reports its end
+        return None, None, None, []
+    return told, revision, joints, notices
 
 
 async def _send_clicks(socket: WebSocket, clicks: asyncio.Queue[Click]) -> None:

@@ -6,7 +6,8 @@ from fastapi import APIRouter
 
 from app.deps import PrincipalDep, ServicesDep, viewer
 from app.errors import PackNotFound
-from app.schemas import MeOut, PreferencesIn, failures
+from app.schemas.access import MeOut, PreferencesIn
+from app.schemas.failures import failures
 
 router = APIRouter(prefix="/api/me", tags=["access"])
 
@@ -14,7 +15,7 @@ router = APIRouter(prefix="/api/me", tags=["access"])
 @router.get("")
 @viewer
 def me(services: ServicesDep, principal: PrincipalDep) -> MeOut:
-    """Name, role and preferences; people are told apart by the names of their tokens."""
+    """Name, role and preferences; people are distinguished by the names of their tokens."""
     chosen = PreferencesIn.model_validate(services.preferences.of(principal.name))
     return MeOut(name=principal.name, role=principal.role, preferences=chosen)
 

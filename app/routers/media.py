@@ -20,7 +20,8 @@ from app.errors import (
 )
 from app.reports.formats import FORMATS
 from app.reports.report import Language, Units
-from app.schemas import LossesOut, content, failures
+from app.schemas.failures import content, failures
+from app.schemas.records import LossesOut
 from vo_core.errors import UnreadableVideo
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["media"])

@@ -3,7 +3,7 @@
 from fastapi import APIRouter
 
 from app.deps import ServicesDep, viewer
-from app.schemas import MeterCounterOut
+from app.schemas.server import MeterCounterOut
 
 router = APIRouter(prefix="/api/meter-counter", tags=["sources"])
 

@@ -13,7 +13,8 @@ from app.errors import (
     PhotoNotFound,
     PixelOutsidePicture,
 )
-from app.schemas import ObservationIn, ObservationOut, ObservationsOut, content, failures
+from app.schemas.failures import content, failures
+from app.schemas.observations import ObservationIn, ObservationOut, ObservationsOut
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}/observations", tags=["observations"])
 

@@ -8,7 +8,9 @@ from fastapi import APIRouter, Body, Query, Response
 
 from app.deps import CodePackId, PrincipalDep, ServicesDep, viewer
 from app.errors import InvalidPack, PackInUse, PackNameTaken, PackNotFound
-from app.schemas import PackName, PackOut, PacksOut, failures
+from app.schemas.catalogue import PackOut, PacksOut
+from app.schemas.failures import failures
+from app.schemas.given import PackName
 
 router = APIRouter(prefix="/api/packs", tags=["catalogue"])
 

@@ -8,7 +8,8 @@ from fastapi import APIRouter, Query
 
 from app.deps import InspectionId, ServicesDep, viewer
 from app.errors import IncompleteWallPoint, InspectionNotFound, WallNotSeen
-from app.schemas import FrameAtOut, failures
+from app.schemas.failures import failures
+from app.schemas.observations import FrameAtOut
 from app.services.picking import WallPlace
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["observations"])

@@ -6,7 +6,8 @@ from fastapi import APIRouter
 
 from app.deps import ServicesDep, operator, viewer
 from app.errors import SampleBeingMade
-from app.schemas import SampleOut, failures
+from app.schemas.failures import failures
+from app.schemas.sources import SampleOut
 
 router = APIRouter(prefix="/api/samples", tags=["inspections"])
 

@@ -3,7 +3,7 @@
 from fastapi import APIRouter
 
 from app.deps import ServicesDep, viewer
-from app.schemas import SourcesOut
+from app.schemas.sources import SourcesOut
 
 router = APIRouter(prefix="/api/sources", tags=["sources"])
 

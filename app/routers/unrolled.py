@@ -8,7 +8,9 @@ from fastapi import APIRouter, Path, Query, Response
 
 from app.deps import InspectionId, ServicesDep, viewer
 from app.errors import InspectionNotFound, TileNotFound
-from app.schemas import HealthOut, UnrolledOut, content, failures
+from app.schemas.failures import content, failures
+from app.schemas.live import HealthOut
+from app.schemas.wall import UnrolledOut
 from app.services.observations import rig_of
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["unrolled"])

@@ -19,7 +19,7 @@ from app.errors import (
     UploadTooLarge,
     WrongContentType,
 )
-from app.schemas import failures
+from app.schemas.failures import failures
 from app.services.uploads import (
     CHECKSUMS,
     MAX_CHECKED_PIECE,

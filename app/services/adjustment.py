@@ -215,6 +215,21 @@ class Closure:
 
 
 @dataclass(frozen=True)
+class Refusal:
+    """Why what is known of distances cannot be used."""
+
+    sentence: str
+    reason: str | None
+    """Its name, where a page says it in other languages; `values` is what changes in it."""
+    values: Mapping[str, float | str]
+
+    @classmethod
+    def of(cls, error: InvalidCorrection) -> Refusal:
+        """Without what else an exception holds on to."""
+        return cls(str(error), error.reason, error.values)
+
+
+@dataclass(frozen=True)
 class DistanceClass:
     """The per cent of the length within which distances are known."""
 
@@ -249,12 +264,10 @@ class Adjusted:
     source: Source = "odometry"
     spacing: JointSpacing | None = None
     """The joints by which the track was brought to scale; None if they do not count."""
-    joints_refusal: str | None = None
-    """Why joints that were seen do not count although nobody has said so; a sentence."""
+    joints_refusal: Refusal | None = None
+    """Why joints that were seen do not count although nobody has said so."""
     rings: int = 0
     """Times that something like a joint was seen."""
-    refused_scale: float | None = None
-    """That they ask for, if it is because the rig does not explain it."""
 
     def extended(self, raw: Track) -> Track:
         """The corrected track of a run that has gone on since."""
@@ -475,17 +488,8 @@ def adjust(raw: Track, rig: Rig, stated: Stated, sightings: Sequence[Sighting]) 
         _require_certainty(by_joints, seen)
     except InvalidCorrection as refusal:
         without = _adjusted(raw, rig, stated, seen, marked, joints_count=False)
-        refused = refusal.scale if isinstance(refusal, _Unexplained) else None
-        return replace(without, joints_refusal=str(refusal), refused_scale=refused)
+        return replace(without, joints_refusal=Refusal.of(refusal))
     return by_joints
-
-
-class _Unexplained(InvalidCorrection):
-    """Joints ask for a scale that the rig does not explain."""
-
-    def __init__(self, detail: str, scale: float) -> None:
-        super().__init__(detail)
-        self.scale = scale
 
 
 def _require_certainty(found: Adjusted, seen: Sequence[Sighting]) -> None:
@@ -498,20 +502,29 @@ def _require_certainty(found: Adjusted, seen: Sequence[Sighting]) -> None:
         raise InvalidCorrection(
             f"Of {len(seen)} rings that were seen only {counted} lie whole segments of "
             f"{spacing.segment_mm:g} mm apart, so that they do not set the scale by themselves; "
-            "check the length of a segment, or tape a length."
+            "check the length of a segment, or tape a length.",
+            "few_counted",
+            n=len(seen),
+            counted=counted,
+            segment_mm=spacing.segment_mm,
         )
     different = len({(joint.count, joint.number) for joint in spacing.joints})
     if done.doubts_rig and abs(done.scale - 1) > _MOST_AGAINST_RIG:
-        raise _Unexplained(
+        raise InvalidCorrection(
             f"{different} joints ask for a scale of {done.scale:.3f}, which neither the rig nor a "
             f"bed of silt explains; check whether a segment has {spacing.segment_mm:g} mm.",
-            done.scale,
+            "unexplained_scale",
+            n=different,
+            scale=round(done.scale, 3),
+            segment_mm=spacing.segment_mm,
         )
     if done.doubts_rig and different < _LEAST_AGAINST_RIG:
-        raise _Unexplained(
+        raise InvalidCorrection(
             f"{different} joints ask for a scale of {done.scale:.3f}, which the rig does not "
             "explain; one more joint or a taped length decides.",
-            done.scale,
+            "undecided_scale",
+            n=different,
+            scale=round(done.scale, 3),
         )
 
 
@@ -607,10 +620,16 @@ def _sighted(raw: Track, rig: Rig, mark: Mark) -> Sighting:
     """Where a click is on the wall, as if a joint had been found there."""
     estimate = estimate_at(raw, mark.frame)
     if estimate is None:
-        raise InvalidCorrection(f"A joint was marked in frame {mark.frame}, which is not tracked.")
+        raise InvalidCorrection(
+            f"A joint was marked in frame {mark.frame}, which is not tracked.",
+            "untracked_mark",
+            frame=mark.frame,
+        )
     if estimate.status == "lost":
         raise InvalidCorrection(
-            f"The wall was not recognised in frame {mark.frame}; mark the joint in one beside it."
+            f"The wall was not recognised in frame {mark.frame}; mark the joint in one beside it.",
+            "lost_mark",
+            frame=mark.frame,
         )
     u, v = mark.pixel
     ahead_mm, right_mm, below_mm = (
@@ -624,7 +643,9 @@ def _ahead_mm(rig: Rig, estimate: Estimate, pixel: tuple[float, float]) -> float
     point = wall_point_of(rig, pixel, estimate)
     if point is None:
         raise InvalidCorrection(
-            f"No wall is seen in frame {estimate.frame} at the pixel ({pixel[0]:g}, {pixel[1]:g})."
+            f"No wall is seen in frame {estimate.frame} at the pixel ({pixel[0]:g}, {pixel[1]:g}).",
+            "mark_off_the_wall",
+            frame=estimate.frame,
         )
     return point.distance_mm - estimate.x_mm
 
@@ -652,7 +673,8 @@ def _spacing(
     segment_mm = rig.pipe.segment_length_mm
     if segment_mm is None:
         raise InvalidCorrection(
-            "The rig does not say how long a segment is; joints need pipe.segment_length_mm."
+            "The rig does not say how long a segment is; joints need pipe.segment_length_mm.",
+            "no_segment",
         )
     sigma_mm = rig.tolerance.segment_length_mm
     try:

@@ -28,7 +28,7 @@ from vo_core.health import Health, complaints
 Param = str | int | float
 
 SAME_PLACE_MM = 10.0
-"""Distances are told to a centimetre."""
+"""Distances are shown to a centimetre."""
 SEVERE = 4
 LOST_PERCENT, POOR_PERCENT = 1.0, 5.0
 """Of the frames, that may be lost or poor."""

@@ -31,7 +31,7 @@ class Clicks:
     def listening(self, inspection_id: str, browser: str) -> Iterator[asyncio.Queue[Click]]:
         """The clicks of a browser on an inspection, until the block ends.
 
-        `browser` is whatever tells one from another: all of its windows have the same.
+        `browser` is whatever distinguishes one from another: all of its windows have the same.
         """
         key, queue = (inspection_id, browser), asyncio.Queue[Click](_WAITING)
         queues = self._queues.setdefault(key, set())

@@ -243,7 +243,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
 
 
 def _client(settings: Settings) -> Client | None:
-    """Who is told of what must not wait."""
+    """Who is notified of what must not wait."""
     if settings.webhook_url is None or settings.webhook_secret is None:
         return None
     page_root = (settings.public_url or "").rstrip("/")

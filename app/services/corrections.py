@@ -11,21 +11,21 @@ import logging
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from app.errors import DiskFull, body_of
 from app.interval import half_width_m
-from app.services.adjustment import Adjusted, Joints, Stated, adjust
+from app.services.adjustment import Adjusted, Joints, Refusal, Stated, adjust
 from app.services.live import Live
 from app.services.makeup import Makeup, makeup_of
-from app.services.notices import notices_of
+from app.services.notices import Notice, notices_of
 from app.services.tracks import Tracks
-from app.storage.inspections import InspectionStore
+from app.storage.inspections import InspectionStore, Rescaling
 from app.storage.tables import ENDED, Inspection
 from vo_core import Rig, Track
 from vo_core.errors import InvalidCorrection
+from vo_core.tilt import MountTilt
 from vo_core.track import Estimate
 
 logger = logging.getLogger(__name__)
@@ -49,6 +49,10 @@ class Corrected:
     """None if it cannot be applied; by a part of what was stated if it once could."""
     error: dict[str, str] | None
     """Code and detail."""
+    refusal: Refusal | None = None
+    """The same for pages in other languages, where it can be said."""
+    tilt: MountTilt | None = None
+    """Of the mount against the rig, as far as the run has gone; None if it was not measured."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +101,8 @@ class Corrections:
         Raises:
             InspectionNotFound: There is none of this id.
         """
-        return self._solution(inspection_id).corrected
+        corrected = self._solution(inspection_id).corrected
+        return replace(corrected, tilt=self._tracks.tilt(inspection_id))
 
     def preview(self, inspection_id: str, stated: Stated) -> Corrected:
         """What would hold; a known length that would be refused is shown with its closure.
@@ -111,8 +116,9 @@ class Corrections:
                 self._tracks.get(inspection_id), rig, stated, self._tracks.sightings(inspection_id)
             )
         except InvalidCorrection as error:
-            return Corrected(stated, None, body_of(error)[1])
-        return Corrected(stated, adjusted, _refusal(adjusted))
+            return Corrected(stated, None, body_of(error)[1], Refusal.of(error))
+        tilt = self._tracks.tilt(inspection_id)
+        return Corrected(stated, adjusted, _refusal(adjusted), tilt=tilt)
 
     def put(self, inspection_id: str, stated: Stated, remark: str | None, who: str) -> Corrected:
         """State it in place of what was stated before; it is committed and synced on return.
@@ -144,24 +150,17 @@ class Corrections:
         if revision != statement.revision:
             logger.info("Inspection %s corrected by %s.", inspection_id, who)
             self._live.corrected(inspection_id)
-        return corrected
+        return replace(corrected, tilt=self._tracks.tilt(inspection_id))
 
-    def rescaled(
-        self,
-        inspection_id: str,
-        who: str,
-        before: Mapping[str, Any] | None,
-        after: Mapping[str, Any] | None,
-        remark: str,
-    ) -> None:
-        """Record that the newest solution has another scale than was told; all is read again.
+    def rescaled(self, inspection_id: str, change: Rescaling) -> None:
+        """Record that the newest solution has another scale than was published; all is read again.
 
         Raises:
             InspectionNotFound: There is none of this id.
             DiskFull: It could not be recorded.
         """
         statement, solution = self._statement(inspection_id), self._last_solution(inspection_id)
-        revision = self._inspections.rescale(inspection_id, who, before, after, remark)
+        revision = self._inspections.rescale(inspection_id, change)
         self._keep(inspection_id, replace(statement, revision=revision))
         self._keep_solution(inspection_id, replace(solution, revision=revision))
         self._live.corrected(inspection_id)
@@ -173,6 +172,10 @@ class Corrections:
     def adjusted(self, inspection_id: str) -> Adjusted:
         """The newest solution; the last frames of a run that goes on may not be in it."""
         return self._solution(inspection_id).adjusted
+
+    def notices(self, inspection_id: str) -> list[Notice]:
+        """Where picture and rig disagree, by the last solution of any age; cheap."""
+        return notices_of(self.newest(inspection_id), self._tracks.tilt(inspection_id))
 
     def makeup(self, inspection_id: str, frame: int | None) -> Makeup | None:
         """What the interval of a frame is made of, of the furthest one without; see `makeup_of`.
@@ -267,19 +270,20 @@ class Corrections:
         return self._solve(inspection_id)
 
     def _solve(self, inspection_id: str) -> _Solution:
-        """What was stated could be applied once; what cannot be now is left out and told."""
+        """What was stated could be applied once; what cannot be now is left out and reported."""
         statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
         raw = self._tracks.get(inspection_id)
         stated = statement.stated.within(len(raw)) if run[1] else statement.stated
         sightings, began_s = self._tracks.sightings(inspection_id), time.monotonic()
+        refusal = None
         try:
             adjusted = adjust(raw, statement.rig, stated, sightings)
             error = _refusal(adjusted)
         except InvalidCorrection as failure:
             unadjusted = stated.within(len(raw)).unadjusted()
             adjusted = adjust(raw, statement.rig, unadjusted, sightings)
-            error = body_of(failure)[1]
-        corrected = Corrected(statement.stated, adjusted, error)
+            error, refusal = body_of(failure)[1], Refusal.of(failure)
+        corrected = Corrected(statement.stated, adjusted, error, refusal)
         now_s = time.monotonic()
         solution = _Solution(statement.revision, run, now_s, now_s - began_s, corrected, adjusted)
         self._keep_solution(inspection_id, solution)
@@ -310,12 +314,23 @@ class Corrections:
                 _remember(self._solutions, inspection_id, solution, _SOLVED_KEPT)
 
 
-def result_of(adjusted: Adjusted) -> dict[str, Any] | None:
+def reason_of(refusal: Refusal) -> dict[str, Any] | None:
+    """The name of a refusal and what changes in its sentence; None where it has none."""
+    if refusal.reason is None:
+        return None
+    return {"code": refusal.reason, "params": dict(refusal.values)}
+
+
+def result_of(corrected: Corrected) -> dict[str, Any] | None:
     """What came out, in figures for people: metres of distance, mm of what is left."""
+    adjusted = corrected.adjusted
+    if adjusted is None:
+        return None
     met = adjusted.distance_class()
     if met is None:
         return None
     done, closure, height = adjusted.correction, adjusted.closure, adjusted.height
+    refusal = adjusted.joints_refusal
     return {
         "scale": _rounded(adjusted.scale, 6),
         "scale_sigma": _rounded(adjusted.scale_sigma, 6),
@@ -350,10 +365,12 @@ def result_of(adjusted: Adjusted) -> dict[str, Any] | None:
             {"number": joint.number, "distance_m": _metres(joint.distance_mm)}
             for joint in adjusted.expected_joints
         ],
-        "joints_refusal": adjusted.joints_refusal,
+        "joints_refusal": None if refusal is None else refusal.sentence,
+        "joints_reason": None if refusal is None else reason_of(refusal),
         "by_joints": _by_joints(adjusted),
         "notices": [
-            {"code": notice.code, "params": notice.params} for notice in notices_of(adjusted)
+            {"code": notice.code, "params": notice.params}
+            for notice in notices_of(adjusted, corrected.tilt)
         ],
         "closure": None
         if closure is None

@@ -34,6 +34,7 @@ from app.storage.tables import ENDED, IMPORTED, Event, Inspection, Observation
 from vo_core import Rig, Track
 from vo_core.health import Health
 from vo_core.joints import Sighting
+from vo_core.tilt import MountTilt
 from vo_core.track import Estimate
 
 logger = logging.getLogger(__name__)
@@ -129,7 +130,7 @@ class Imports:
                 f"This server has no code pack {header.pop('code_pack')}; the built-in one is "
                 "used. Import the pack, then choose it in the header."
             )
-        run = Run(whole.track, whole.health, whole.sightings)
+        run = Run(whole.track, whole.health, whole.sightings, whole.tilt)
         inspection = _inspection(filename, content)
         inspection.name, inspection.header = whole.name, header
         inspection.rig = whole.rig.model_dump(mode="json")
@@ -176,7 +177,7 @@ class Imports:
             write_durably(place / "rig.json", json.dumps(inspection.rig, indent=2).encode())
             self._tracks.begin(inspection.id)
             self._tracks.append(inspection.id, run.estimates())
-            self._tracks.note(inspection.id, enumerate(run.health), run.sightings)
+            self._tracks.note(inspection.id, enumerate(run.health), run.sightings, run.tilt)
             self._tracks.finish(inspection.id, track_metadata(inspection))
             self._store.add(inspection, observations, events)
         except BaseException:
@@ -193,6 +194,7 @@ class Run:
     track: Track
     health: Sequence[Health] = ()
     sightings: Sequence[Sighting] = ()
+    tilt: MountTilt | None = None
 
     def estimates(self) -> Iterator[Estimate]:
         """Row by row."""
@@ -203,7 +205,7 @@ class Run:
 
 
 def in_order(observations: Sequence[ImportedObservation]) -> list[ImportedObservation]:
-    """As they were met: by the time in the film if every row tells it, else by distance."""
+    """As they were met: by the time in the film if every row has it, else by distance."""
     if all(row.time_s is not None for row in observations):
         return sorted(observations, key=lambda row: (row.time_s or 0.0, row.distance_m))
     return sorted(observations, key=lambda row: row.distance_m)

@@ -53,7 +53,7 @@ class Update:
 
     inspection_id: str
     seq: int
-    """Rises with every update of the server, so that a reader can tell newer from older."""
+    """Rises with every update of the server, so that a reader knows newer from older."""
     state: str
     """queued, running, done, failed or cancelled."""
     progress: Progress
@@ -115,7 +115,7 @@ class Live:
         camera: CameraStatus | None = None,
         health: Health | None = None,
     ) -> None:
-        """Tell the listeners; while an inspection is active its newest update is kept."""
+        """Notify the listeners; while an inspection is active its newest update is kept."""
         update = Update(
             inspection_id,
             next(self._seq),
@@ -135,15 +135,15 @@ class Live:
         self._tell(update)
 
     def observations_changed(self, inspection_id: str) -> None:
-        """Tell the listeners that the list of observations is to be read again."""
+        """Notify the listeners that the list of observations is to be read again."""
         self._tell(ObservationsChanged(inspection_id))
 
     def wall_changed(self, inspection_id: str, indices: tuple[int, ...]) -> None:
-        """Tell the listeners that these tiles of the unrolled wall are to be read again."""
+        """Notify the listeners that these tiles of the unrolled wall are to be read again."""
         self._tell(WallChanged(inspection_id, indices))
 
     def corrected(self, inspection_id: str) -> None:
-        """Tell the listeners that distances which were told before have changed."""
+        """Notify the listeners that distances which were published have changed."""
         self._tell(DistancesCorrected(inspection_id))
 
     def newest(self, inspection_id: str) -> Update | None:

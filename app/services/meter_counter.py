@@ -74,7 +74,7 @@ class Connection:
 
 
 class MeterCounter:
-    """Tells the distance, and lets the other side set it."""
+    """Reports the distance, and lets the other side set it."""
 
     def __init__(self, peer: Peer | None, corrections: Corrections) -> None:
         self._peer = peer
@@ -218,7 +218,7 @@ class _Conversation:
         """Until the other side ends it.
 
         Raises:
-            OSError: It did, or does not take what it is told.
+            OSError: It did, or does not take what it is sent.
         """
         self._socket.sendall(choose_version(next(self._ids)))
         self._counter.found()

@@ -178,7 +178,7 @@ class WatchedServices(Collector):
         yield restarts
         told = GaugeMetricFamily(
             "chainage_webhook_alerts",
-            "Severe observations that the client is told of, by what has become of it.",
+            "Severe observations that the client is notified of, by what has become of it.",
             labels=["state"],
         )
         for state, number in self._alerts.counts().items():

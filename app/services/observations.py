@@ -43,7 +43,7 @@ class Place:
     raw_mm: float
     """The same as it was measured."""
     u95_m: float | None
-    """Half of the 95 % interval; None where nobody knows: another program has told the distance."""
+    """Half of the 95 % interval; None where nobody knows: another program has measured it."""
     source: Source
     """What the distance rests on."""
     time_s: float

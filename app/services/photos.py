@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import logging
-import threading
 from pathlib import Path
 
 from app.errors import DiskFull, InspectionNotFound, ObservationNotFound, PhotoNotFound
@@ -17,6 +16,7 @@ from app.services.live import Event, Live, Update, WallChanged
 from app.services.media import Media
 from app.services.tracks import Tracks, estimate_at
 from app.services.videos import NO_FILM
+from app.services.worker import Worker
 from app.storage.files import DataFolder, write_durably
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
@@ -30,7 +30,7 @@ _PAUSE_AFTER_FAULT_S = 5.0
 _STOP_TIMEOUT_S = 40.0
 
 
-class Photos:
+class Photos(Worker):
     """Makes what is missing, serves what is there."""
 
     def __init__(
@@ -42,34 +42,20 @@ class Photos:
         tracks: Tracks,
         live: Live,
     ) -> None:
+        super().__init__("photos", stop_timeout_s=_STOP_TIMEOUT_S)
         self._inspections = inspections
         self._observations = observations
         self._folder = folder
         self._media = media
         self._tracks = tracks
         self._live = live
-        self._changed = threading.Condition()
-        """Guards `_dirty` and `_stopping`; notified when either or a photo changes."""
         self._dirty: set[str] = set()
-        """Inspections that may miss photos."""
-        self._stopping = False
-        self._thread = threading.Thread(target=self._work, name="photos", daemon=True)
+        """Inspections that may miss photos.  A photo that changes is notified, too."""
 
     def start(self) -> None:
         """Begin with what the last run of the server left undone."""
         self._dirty.update(self._observations.inspections_without_photos())
-        self._thread.start()
-
-    def stop(self) -> None:
-        """Finish the photo in hand and end."""
-        with self._changed:
-            self._stopping = True
-            self._changed.notify_all()
-        self._thread.join(_STOP_TIMEOUT_S)
-
-    def is_alive(self) -> bool:
-        """Whether photos are being made."""
-        return self._thread.is_alive()
+        super().start()
 
     def on_event(self, event: Event) -> None:
         """A listener of all events: a tag or the end of a track may allow for more photos."""

@@ -44,15 +44,13 @@ class SeenAt:
     pixel: tuple[float, float]
 
 
+@dataclass(frozen=True)
 class Picking:
     """Finds frames by the wall that they show."""
 
-    def __init__(
-        self, inspections: InspectionStore, tracks: Tracks, corrections: Corrections
-    ) -> None:
-        self._inspections = inspections
-        self._tracks = tracks
-        self._corrections = corrections
+    inspections: InspectionStore
+    tracks: Tracks
+    corrections: Corrections
 
     def frame_at(self, inspection_id: str, place: WallPlace, near_frame: int | None) -> SeenAt:
         """The tracked frame that shows the place best, of several passes the one at `near_frame`.
@@ -62,8 +60,8 @@ class Picking:
             IncompleteWallPoint: A pipe needs a clock position, a floor a lateral one.
             WallNotSeen: No frame shows it.
         """
-        self._inspections.get(inspection_id)
-        course = Course(self._corrections.adjusted(inspection_id), self._tracks.get(inspection_id))
+        self.inspections.get(inspection_id)
+        course = Course(self.corrections.adjusted(inspection_id), self.tracks.get(inspection_id))
         seen = seen_best(course, place, near_frame)
         if seen is None:
             where = (

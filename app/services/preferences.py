@@ -1,4 +1,4 @@
-"""What a person has chosen for the page; people are told apart by the names of their tokens."""
+"""What a person has chosen for the page; people are distinguished by the names of their tokens."""
 
 from __future__ import annotations
 

@@ -261,7 +261,7 @@ class Recorder:
         return max(self._folder.free_bytes(), 0)
 
     def _note(self, run: LiveRun, state: CameraState) -> None:
-        """Keep how the camera does, and tell the listeners if it has gone or come back."""
+        """Keep how the camera does, and notify the listeners if it has gone or come back."""
         before = run.camera
         run.zero_s = state.zero_s
         run.camera = CameraStatus(

@@ -262,7 +262,7 @@ def _entry(
 
 
 def _along_the_pipe(entry: Entry) -> tuple[float, float, int]:
-    """Key of the order in which a report tells its entries."""
+    """Key of the order in which a report lists its entries."""
     distance_m = math.inf if entry.distance_m is None else entry.distance_m
     return distance_m, math.inf if entry.time_s is None else entry.time_s, entry.seq
 

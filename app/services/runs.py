@@ -19,6 +19,7 @@ from app.services.unrolled import Unrolled
 from app.storage.tables import Inspection
 from vo_core.health import Health
 from vo_core.joints import Sighting
+from vo_core.tilt import MountTilt
 from vo_core.track import Estimate
 
 logger = logging.getLogger(__name__)
@@ -140,14 +141,14 @@ class Runs:
             return sum(run.camera is not None for run in self._runs.values())
 
     def give_child(self, run: Run, child: Child) -> None:
-        """The run has a child from now on; one that is to stop already is told at once."""
+        """The run has a child from now on; one that is to stop already is stopped at once."""
         with self.changed:
             run.child = child
             if run.stop is not None:
                 run.end_child(child)
 
     def ask_to_stop(self, inspection_id: str, why: str) -> Run | None:
-        """Tell a run to stop; None if there is none."""
+        """Ask a run to stop; None if there is none."""
         with self.changed:
             run = self._runs.get(inspection_id)
             if run is not None:
@@ -155,7 +156,7 @@ class Runs:
             return run
 
     def ask_all_to_stop(self, why: str) -> None:
-        """Tell all of them."""
+        """Ask all of them."""
         with self.changed:
             for run in self._runs.values():
                 _ask_to_stop(run, why)
@@ -185,7 +186,7 @@ class Runs:
                 return True
 
     def take(self, run: Run, batch: Batch) -> None:
-        """Keep what a child has found and tell the listeners."""
+        """Keep what a child has found and notify the listeners."""
         estimates, health = self._keep(run, batch)
         self._unrolled.take(run.inspection.id, {tile.index: tile.jpeg for tile in batch.tiles})
         if not estimates:  # what a camera's run held back until its end
@@ -221,6 +222,7 @@ class Runs:
             run.inspection.id,
             health,
             [Sighting(*msgspec.structs.astuple(seen)) for seen in batch.sightings],
+            None if batch.tilt is None else MountTilt(*msgspec.structs.astuple(batch.tilt)),
         )
         return estimates, health
 

@@ -8,7 +8,6 @@ more than the interval that was told, it stands in the history.
 from __future__ import annotations
 
 import logging
-import threading
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +17,8 @@ from app.services.adjustment import Adjusted
 from app.services.corrections import Corrections
 from app.services.live import Event, Update
 from app.services.tracks import Tracks
-from app.storage.inspections import InspectionStore
+from app.services.worker import Worker
+from app.storage.inspections import InspectionStore, Rescaling
 from app.storage.tables import ENDED
 
 logger = logging.getLogger(__name__)
@@ -42,33 +42,19 @@ class _Told:
     way_mm: float = 0.0
 
 
-class Scaling:
+class Scaling(Worker):
     """A thread that looks at runs when they have gone on."""
 
     def __init__(
         self, inspections: InspectionStore, tracks: Tracks, corrections: Corrections
     ) -> None:
+        super().__init__("scaling", stop_timeout_s=_STOP_TIMEOUT_S)
         self._inspections = inspections
         self._tracks = tracks
         self._corrections = corrections
-        self._changed = threading.Condition()
-        """Guards the next two."""
         self._due: dict[str, str] = {}
         """State of runs that have gone on."""
-        self._stopping = False
         self._told: dict[str, _Told] = {}
-        self._thread = threading.Thread(target=self._work, name="scaling", daemon=True)
-
-    def start(self) -> None:
-        """Begin to watch."""
-        self._thread.start()
-
-    def stop(self) -> None:
-        """End the thread."""
-        with self._changed:
-            self._stopping = True
-            self._changed.notify_all()
-        self._thread.join(_STOP_TIMEOUT_S)
 
     def on_event(self, event: Event) -> None:
         """A listener of all events."""
@@ -115,7 +101,8 @@ class Scaling:
         scale = scale_of(adjusted)
         revision = self._corrections.revision(inspection_id)
         if revision == told.revision and is_other(told.scale, scale, adjusted):
-            self._corrections.rescaled(inspection_id, WHO, told.scale, scale, _remark(adjusted))
+            change = Rescaling(WHO, told.scale, scale, _remark(adjusted))
+            self._corrections.rescaled(inspection_id, change)
             logger.info("Inspection %s: %s", inspection_id, _remark(adjusted))
             revision = self._corrections.revision(inspection_id)
         elif revision == told.revision:
@@ -157,4 +144,5 @@ def is_other(told: dict[str, Any] | None, scale: dict[str, Any] | None, adjusted
 def _remark(adjusted: Adjusted) -> str:
     if adjusted.by_joints is not None:
         return str(adjusted.by_joints)
-    return adjusted.joints_refusal or "The joints no longer count."
+    refusal = adjusted.joints_refusal
+    return "The joints no longer count." if refusal is None else refusal.sentence

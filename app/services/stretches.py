@@ -2,7 +2,7 @@
 
 A tag is never refused for what is wrong with its stretch: a browser sends its tags again after a
 while without a net, in the order of its outbox, so that for a time a B is there before its A.  What
-is wrong is told by the checks before a report is issued, and what is open when a survey ends.
+is wrong is named by the checks before a report is issued, and what is open when a survey ends.
 """
 
 from __future__ import annotations

@@ -15,7 +15,8 @@ from app.storage.files import Places, write_durably
 from vo_core.health import Health
 from vo_core.joints import Sighting, from_csv, to_csv
 from vo_core.rig import Rig
-from vo_core.track import COLUMNS, Estimate, Track
+from vo_core.tilt import MountTilt
+from vo_core.track import COLUMNS, Estimate, Track, metadata_of
 from vo_core.wall import WallPoint, wall_point
 
 HEALTH = tuple(field.name for field in fields(Health))
@@ -79,6 +80,7 @@ class _Growing:
     def __init__(self) -> None:
         self.health = HealthColumns()
         self.sightings: list[Sighting] = []
+        self.tilt: MountTilt | None = None
         self.columns = {name: array("d") for name in _NUMBERS}
         self.status: list[str] = []
 
@@ -132,18 +134,21 @@ class Tracks:
         inspection_id: str,
         health: Iterable[tuple[int, Health]],
         sightings: Iterable[Sighting],
+        tilt: MountTilt | None = None,
     ) -> None:
-        """Add how good frames were to measure on, and joints that were seen."""
+        """Add how good frames were to measure on, joints that were seen, and the newest tilt."""
         with self._lock:
             growing = self._growing[inspection_id]
             for frame, each in health:
                 growing.health.note(frame, each)
             growing.sightings.extend(sightings)
+            growing.tilt = tilt or growing.tilt
 
     def finish(self, inspection_id: str, metadata: Mapping[str, object]) -> None:
         """Write track.csv, health.csv and joints.csv, as far as the track is."""
         track, health = self.get(inspection_id), self.health(inspection_id)
-        sightings = self.sightings(inspection_id)
+        sightings, tilt = self.sightings(inspection_id), self.tilt(inspection_id)
+        metadata = {**metadata, **(tilt.metadata() if tilt else {})}
         write_durably(self._folder.joints(inspection_id), to_csv(track, sightings).encode())
         write_durably(self._folder.health(inspection_id), health.to_csv().encode())
         write_durably(self._folder.track(inspection_id), track.to_csv(metadata).encode())
@@ -219,6 +224,18 @@ class Tracks:
         path = self._folder.joints(inspection_id)
         return from_csv(path.read_text("utf-8")) if path.exists() else []
 
+    def tilt(self, inspection_id: str) -> MountTilt | None:
+        """Of the mount against the rig, as far as the track is; None if nobody has measured it."""
+        with self._lock:
+            growing = self._growing.get(inspection_id)
+            if growing is not None:
+                return growing.tilt
+        path = self._folder.track(inspection_id)
+        if not path.exists():
+            return None
+        with path.open(encoding="utf-8") as lines:
+            return MountTilt.from_metadata(metadata_of(lines))
+
     def _remember(self, inspection_id: str, track: Track) -> None:
         _remember(self._read, inspection_id, track)
 
@@ -252,7 +269,7 @@ def wall_point_of(rig: Rig, pixel: tuple[float, float], estimate: Estimate) -> W
 
 
 def is_unmeasured(track: Track) -> bool:
-    """Whether another program has told the distances: they have no sigma and no quality."""
+    """Whether another program has measured the distances: they have no sigma and no quality."""
     return not (track.sigma_distance_mm.any() or track.quality.any())
 
 

@@ -45,7 +45,7 @@ class Unrolled:
             shutil.rmtree(self._folder.wall(inspection_id))
 
     def take(self, inspection_id: str, pictures: Mapping[int, bytes]) -> None:
-        """Keep new pictures, JPEG by index, and tell the listeners."""
+        """Keep new pictures, JPEG by index, and notify the listeners."""
         if not pictures:
             return
         folder = self._folder.wall(inspection_id)

@@ -22,7 +22,7 @@ _BROWSERS_PLAY = {"mp4": {"h264", *_WEBM_CODECS}, "webm": _WEBM_CODECS}
 _BROWSERS_SHOW = {"yuv420p", "yuvj420p"}
 
 NO_FILM = "This survey was imported without its film, so there is no picture."
-"""What is told in place of one."""
+"""What is said in place of one."""
 
 
 def file_name(probed: Probed) -> str:
@@ -60,7 +60,7 @@ def unfilmed_columns(size_wh: tuple[int, int], duration_s: float | None) -> dict
 
     Args:
         size_wh: Of the pictures that the rig stands for.
-        duration_s: Of the film, as far as its times are told; None if they are not.
+        duration_s: Of the film, as far as its times are known; None if they are not.
     """
     return unrecorded_columns(*size_wh) | {
         "container": "",

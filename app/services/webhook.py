@@ -1,7 +1,7 @@
-"""Tells the client at once of what must not wait: a signed POST for each severity 5.
+"""Notifies the client at once of what must not wait: a signed POST for each severity 5.
 
 The alert is written with the observation, in one transaction; a thread of its own sends it, so that
-a client that is slow, away or hostile never keeps anybody from tagging.  What is sent tells the
+a client that is slow, away or hostile never keeps anybody from tagging.  What is sent shows the
 observation as it is then; one that was deleted or lowered before anybody was told is not sent.
 """
 
@@ -48,7 +48,7 @@ _STOP_TIMEOUT_S = 3.0
 
 @dataclass(frozen=True)
 class Client:
-    """Who is to be told, and with what secret."""
+    """Who is to be notified, and with what secret."""
 
     url: str = field(repr=False)
     """http or https; it may hold a secret itself, so it stands in no log."""
@@ -89,7 +89,7 @@ class Webhook:
 
     @property
     def is_configured(self) -> bool:
-        """Whether there is a client to be told."""
+        """Whether there is a client to be notified."""
         return self._client is not None
 
     def start(self) -> None:
@@ -108,14 +108,14 @@ class Webhook:
             self._thread.join(_STOP_TIMEOUT_S)
 
     def on_event(self, event: Event) -> None:
-        """A listener of all events: a tag may be one that the client is to be told of."""
+        """A listener of all events: a tag may be one that the client is to be notified of."""
         if isinstance(event, ObservationsChanged):
             with self._changed:
                 self._is_woken = True
                 self._changed.notify_all()
 
     def alerts(self, inspection_id: str) -> list[Alert]:
-        """Whether the client was told of each severe observation, the oldest first.
+        """Whether the client was notified of each severe observation, the oldest first.
 
         Raises:
             InspectionNotFound: There is none of this id.
@@ -163,18 +163,18 @@ class Webhook:
                     return
                 next_at = next_try(alert, datetime.now(UTC))
                 logger.warning(
-                    "The client could not be told of observation %s, %s: %s",
+                    "The client could not be notified of observation %s, %s: %s",
                     alert.observation_id,
                     "another try follows" if next_at else "and no other try follows",
                     failure,
                 )
                 self._store.record_failure(alert.id, str(failure), next_at)
             else:
-                logger.info("The client was told of observation %s.", alert.observation_id)
+                logger.info("The client was notified of observation %s.", alert.observation_id)
                 self._store.record_told(alert.id)
 
     def _body(self, alert: Alert, page_root: str) -> bytes | None:
-        """What is sent now; None where nothing severe is left to tell of."""
+        """What is sent now; None where nothing severe is left to report."""
         try:
             inspection = self._inspections.row(alert.inspection_id)
             view = self._observations.get(alert.inspection_id, alert.observation_id)
@@ -217,7 +217,7 @@ def message(
     label: str | None,
     page_root: str,
 ) -> dict[str, Any]:
-    """The body of the POST; the README tells its form."""
+    """The body of the POST; the README shows its form."""
     row, place = view.row, view.place
     return {
         "event": EVENT,

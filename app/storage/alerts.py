@@ -1,4 +1,4 @@
-"""The outbox of the webhook: what the client is to be told of, and whether that was done."""
+"""The outbox of the webhook: what the client is to be notified of, and whether that was done."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _WAITING_AT_MOST = 1000
 def note_emergency(
     session: Session, row: Observation, before: dict[str, Any] | None, *, was_deleted: bool
 ) -> None:
-    """Within the session that stores an observation: have the client told if it became severe.
+    """Within the session that stores an observation: have the client notified if it became severe.
 
     Args:
         session: So that the observation and the alert are on the disk together, or neither.
@@ -38,9 +38,9 @@ def note_emergency(
     )
     last = session.scalar(of_this.order_by(Alert.created_at.desc()).limit(1))
     was_severe = (before or {}).get("severity") == EMERGENCY
-    # What was deleted before anybody was told of it is new to the client when it comes back.
+    # What was deleted before anybody was notified of it is new to the client when it comes back.
     is_new = not was_severe or (was_deleted and last == "withdrawn")
-    if not is_new or last == "waiting":  # one that waits tells the state of then
+    if not is_new or last == "waiting":  # one that waits reports the state of then
         return
     waiting = select(func.count()).where(Alert.state == "waiting")
     is_full = (session.scalar(waiting) or 0) >= _WAITING_AT_MOST
@@ -101,7 +101,7 @@ class AlertStore:
         self._change(alert_id, record)
 
     def record_failure(self, alert_id: str, error: str, next_at: datetime | None) -> None:
-        """A try has failed; without a next one the history says that nobody was told."""
+        """A try has failed; without a next one the history says that nobody was notified."""
 
         def record(row: Alert, now: datetime) -> Event | None:
             row.error = error
@@ -115,7 +115,7 @@ class AlertStore:
         self._change(alert_id, record)
 
     def withdraw(self, alert_id: str) -> None:
-        """The observation was deleted or lowered before anybody was told."""
+        """The observation was deleted or lowered before anybody was notified."""
 
         def record(row: Alert, now: datetime) -> None:
             row.state = "withdrawn"

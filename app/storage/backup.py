@@ -99,7 +99,7 @@ def back_up(data: Path, target: Path, on_progress: OnProgress) -> Summary:
     Args:
         data: The data folder; a server may be using it.
         target: Replaced whole, or left as it is when something fails.
-        on_progress: Told how far it is.
+        on_progress: Called with how far it is.
     Raises:
         UnusableBackup: There is no database to back up, or inspections are deleted all the time.
         UnusableDatabase: The database is damaged or of a newer version.
@@ -138,7 +138,7 @@ def restore(archive: Path, data: Path, on_progress: OnProgress) -> Summary:
     Args:
         archive: What `back_up` wrote.
         data: A folder that is empty or does not exist.
-        on_progress: Told how far it is.
+        on_progress: Called with how far it is.
     Raises:
         UnusableBackup: The archive is damaged or none of ours, or the folder is not empty.
         UnusableDatabase: It was made by a newer version.

@@ -55,7 +55,7 @@ class Database:
 
         Args:
             path: The file.
-            on_write: Told in the writer's thread how many seconds each transaction took.
+            on_write: Called in the writer's thread with how many seconds each transaction took.
         Raises:
             UnusableDatabase: The file is damaged or of a newer version.
         """

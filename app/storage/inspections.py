@@ -37,6 +37,17 @@ class Outcome:
     warning: str | None = None
 
 
+@dataclass(frozen=True)
+class Rescaling:
+    """Distances have another scale by what the run has shown."""
+
+    who: str
+    before: dict[str, Any] | None
+    """What the joints said; None if they did not count."""
+    after: dict[str, Any] | None
+    remark: str
+
+
 class InspectionStore:
     """Rows come back detached: what is done to them stays without effect on the database."""
 
@@ -145,14 +156,7 @@ class InspectionStore:
 
         return self._database.write(apply)
 
-    def rescale(
-        self,
-        inspection_id: str,
-        who: str,
-        before: Mapping[str, Any] | None,
-        after: Mapping[str, Any] | None,
-        remark: str,
-    ) -> int:
+    def rescale(self, inspection_id: str, change: Rescaling) -> int:
         """Record that distances have another scale by what the run has shown; the revision then.
 
         Raises:
@@ -163,8 +167,9 @@ class InspectionStore:
             row = existing(session, inspection_id)
             row.revision += 1
             row.corrected_mm = row.sigma_corrected_mm = None
-            old, new = (None if fields is None else dict(fields) for fields in (before, after))
-            session.add(_event(row, RESCALED, who, old, new, remark))
+            session.add(
+                _event(row, RESCALED, change.who, change.before, change.after, change.remark)
+            )
             return row.revision
 
         return self._database.write(apply)

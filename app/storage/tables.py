@@ -91,7 +91,7 @@ class Inspection(Base):
     corrections: Mapped[dict[str, Any]] = mapped_column(default=dict)
     """Zero point, known lengths, joints: what brings the raw track to the stated distance."""
     revision: Mapped[int] = mapped_column(default=0)
-    """Rises when distances that were told before have changed."""
+    """Rises when distances that were published have changed."""
     corrected_mm: Mapped[float | None] = mapped_column(Float)
     """As `distance_mm`, but corrected, so that a list need not read tracks; None until known."""
     sigma_corrected_mm: Mapped[float | None] = mapped_column(Float)
@@ -145,7 +145,7 @@ class Event(Base):
 
 
 class Alert(Base):
-    """A severe observation that the client is to be told of by the webhook."""
+    """A severe observation that the client is to be notified of by the webhook."""
 
     __tablename__ = "alerts"
 

@@ -103,7 +103,7 @@ class Culvert:
 
     def _draw_wall(self) -> None:
         starts = np.arange(self._first, self._last, dtype=np.float64)
-        # Neighbours differ a little, so that metres can be told apart.
+        # Neighbours differ a little, so that metres can be distinguished.
         wall = np.where(starts[:, None] % 2, _WALL, 0.84 * _WALL).astype(np.uint8)
         size = self._section.scale_m
         if self._section.radius_m is None:

@@ -1,6 +1,6 @@
 """The 95 % interval of the distance as a ring on the wall around the robot.
 
-How the robot is known is told by the shape as well as by the colour: measured is a full ring with
+How the robot is known is shown by the shape as well as by the colour: measured is a full ring with
 full edges, weak has dashed edges, lost is hatched between dotted edges.
 """
 

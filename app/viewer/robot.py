@@ -43,7 +43,7 @@ class Robot:
         self._frame.wxyz = yaw_wxyz(np.radians(estimate.yaw_deg))
 
         note = "" if estimate.status == "ok" else f" · {estimate.status}"
-        # Another program has told a distance that has neither sigma nor quality.
+        # Another program has measured a distance that has neither sigma nor quality.
         is_told = estimate.sigma_distance_mm == 0 and estimate.quality == 0
         half_m = half_width_m(estimate.sigma_distance_mm)
         interval = "" if is_told else f" ± {half_width_text(half_m)} m"

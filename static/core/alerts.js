@@ -1,4 +1,4 @@
-/** Whether the client was told of the severest defects: what the webhook of the server has done. */
+/** Whether the client was notified of the severest defects: what the webhook of the server has done. */
 
 import { ApiError, get } from './api.js';
 import { Store } from './store.js';
@@ -14,7 +14,7 @@ const SETTLED_MS = 30_000;
  * @property {string|null} error
  */
 
-/** A store of the last alert of each observation, by its id; empty where there is no client to be told. */
+/** A store of the last alert of each observation, by its id; empty where there is no client to be notified. */
 export class Alerts extends Store {
   #path;
   #signal;
@@ -37,7 +37,7 @@ export class Alerts extends Store {
     return this.#round > 0;
   }
 
-  /** Asks now, and again as long as somebody is still to be told; a server that is away changes nothing. */
+  /** Asks now, and again as long as somebody is still to be notified; a server that is away changes nothing. */
   async follow() {
     this.#round += 1;
     const round = this.#round;

@@ -12,7 +12,7 @@ export class Health extends EventTarget {
   #path;
   /** Of each frame a bit for each complaint. */
   complaints = [];
-  /** The numbers that a complaint is told with. */
+  /** The numbers that a complaint is shown with. */
   #overlap = [];
   #fixedPattern = [];
   /** All bits that have occurred. */
@@ -41,7 +41,7 @@ export class Health extends EventTarget {
     this.dispatchEvent(new Event('change'));
   }
 
-  /** Of one frame, as the live socket tells it; null where it is not known. */
+  /** Of one frame, as the live socket sends it; null where it is not known. */
   at(frame) {
     if (!(frame in this.complaints)) return null;
     return {

@@ -1,6 +1,6 @@
 /**
  * What one person has done on one page, to be taken back and done again in turn. A step knows how
- * to do both, and whether somebody else has changed the same thing meanwhile: then it is told
+ * to do both, and whether somebody else has changed the same thing meanwhile: then it is said
  * instead of overwritten.
  */
 

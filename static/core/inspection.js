@@ -9,7 +9,7 @@ export const isUnfinished = ({ status }) => status === 'queued' || status === 'r
 /** Whether there are pictures: an imported survey is without its film. */
 export const hasFilm = ({ source }) => source.kind !== 'import';
 
-/** Whether another program has told the distances, so that nobody knows their intervals. */
+/** Whether another program has measured the distances, so that nobody knows their intervals. */
 export const isUnmeasured = ({ source, video }) => source.kind === 'import' && video.codec === '';
 
 export class Inspection extends Store {

@@ -5,7 +5,7 @@
  * empty). The server sends the next one only after an acknowledgement, so a slow page sees fewer
  * pictures and never old ones. A text message is JSON with a `type`.
  *
- * The page asks for an answer every two seconds: it tells how long a message is on its way, which is
+ * The page asks for an answer every two seconds: it shows how long a message is on its way, which is
  * part of a picture's age, and that a connection is dead although nothing has closed it.
  *
  * States: CLOSED => CONNECTING => OPEN => CLOSED; ENDED when the server refuses for good.

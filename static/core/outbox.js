@@ -191,7 +191,7 @@ export class Outbox extends EventTarget {
     await this.#settle(operation, event);
   }
 
-  /** Takes an operation out of the box, or marks it as refused, and tells. */
+  /** Takes an operation out of the box, or marks it as refused, and notifies. */
   async #settle(operation, event) {
     if (event.type === 'refused') {
       const { code, message } = event.detail.error;

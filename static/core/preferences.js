@@ -23,7 +23,7 @@ export const USUAL_CODES = ['BAB', 'BAC', 'BAF', 'BAJ', 'BBA', 'BBB', 'BBC', 'BB
 const UNSET = { language: null, units: 'm', quick_codes: USUAL_CODES, pack: null };
 
 class Preferences extends Store {
-  /** {name, role} of who is logged in, or null before the server has told. */
+  /** {name, role} of who is logged in, or null before the server has answered. */
   person = null;
 
   constructor() {

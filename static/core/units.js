@@ -8,7 +8,7 @@ import { language, t } from './words.js';
 
 const M_PER_FT = 0.3048;
 
-/** 'm' or 'ft': what distances along the culvert are told in. */
+/** 'm' or 'ft': what distances along the culvert are shown in. */
 export const lengthUnit = preferences.value.units;
 
 const DECIMALS = lengthUnit === 'ft' ? 1 : 2;

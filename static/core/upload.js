@@ -173,7 +173,7 @@ export class Upload extends EventTarget {
     this.#advance(offset);
   }
 
-  /** About a second's worth, so that the progress moves: fetch tells none while it sends. */
+  /** About a second's worth, so that the progress moves: fetch reports none while it sends. */
   #pieceLength() {
     return Math.round(Math.min(Math.max(this.speed, SMALLEST_PIECE), LARGEST_PIECE));
   }

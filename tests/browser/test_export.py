@@ -234,16 +234,16 @@ def test_a_severity_5_is_told_on_the_page_as_a_sheet_and_to_the_client(
     page.locator(".defect__main").first.click()
     page.keyboard.press("Shift+Digit5")
     expect(banner).to_contain_text("BAB at 0.00 m")
-    expect(banner).to_contain_text("Client not told yet: It answered 500.")
+    expect(banner).to_contain_text("Client not notified yet: It answered 500.")
     expect_no_fault(page)
     with page.expect_download() as download:
         banner.get_by_role("link", name="One-page sheet").click()
     assert download.value.suggested_filename == "clip-act-now.pdf"
     assert Path(download.value.path()).read_bytes().startswith(b"%PDF-")
-    expect(banner).to_contain_text("Client told, ")
+    expect(banner).to_contain_text("Client notified, ")
     assert receiver.received[-1].told["observation"]["code"] == "BAB"
     page.get_by_role("tab", name="History").click()
-    expect(page.locator("history-panel")).to_contain_text("The client was told of BAB")
+    expect(page.locator("history-panel")).to_contain_text("The client was notified of BAB")
     expect_no_fault(page)
     open_menu(page)
     expect(page.get_by_role("button", name=re.compile("^Act-now sheet"))).to_be_visible()

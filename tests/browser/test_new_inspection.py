@@ -35,6 +35,7 @@ def test_a_preset_fills_a_rig_without_faults(form: Page) -> None:
         ("Height of the lens", "0", "More than 0 mm."),
         ("Picture width", "640.5", "A whole number is needed."),
         ("Turned by", "", "Needed."),
+        ("Focal length fx", "8", "Is it the lens’s focal length in mm?"),
         ("Distortion", "0.1, 0.2", "2 numbers; this lens takes 4, 5, 8, 12, 14, or none."),
     ],
 )
@@ -53,7 +54,7 @@ def test_a_camera_outside_its_pipe_is_a_fault(form: Page) -> None:
     form.get_by_label("Inner diameter").fill("300")
     form.get_by_label("Height of the lens").fill("310")
     form.get_by_label("Height of the lens").blur()
-    expect(form.get_by_text("Outside the pipe")).to_be_visible()
+    expect(form.get_by_text("outside the pipe")).to_be_visible()
 
 
 def test_a_file_that_is_no_rig_is_refused_with_its_name(form: Page, tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from worlds import World, floor_rig, glass, small_rig, speckle, stored
 from vo_core import Estimate, InvalidRig
 from vo_core.mosaic import FINEST_MM, MOST_PX, OPEN_S, SHELF, TILE_MM, UNSEEN_GREY, Layout, Mosaic
 from vo_core.optics import NODE_PX
+from vo_core.rectify import BOTTOM, TOP
 from vo_core.wall import enclose
 
 FISHEYE = {"model": "fisheye", "fx": 105.0, "fy": 105.0}
@@ -80,6 +81,23 @@ def test_a_tile_shows_the_wall_where_it_is(rig):
     low, high = (cv2.GaussianBlur(image, (0, 0), 1.5) for image in (picture, true))
     assert np.corrcoef(low[seen > 0], high[seen > 0])[0, 1] > 0.85
     assert np.hypot(*shift_mm(picture, true, seen, layout.mm_per_px)) < 0.15
+
+
+@pytest.mark.parametrize("first", [TOP, BOTTOM])
+def test_of_an_interlaced_picture_the_field_of_its_pose_is_painted(first):
+    """The other field shows the wall elsewhere, so that a woven picture shows everything twice."""
+    rig = RIGS["pipe"]
+    world, woven, still = World(rig, speckle(3)), Mosaic(rig), Mosaic(rig)
+    for frame, x in enumerate(np.arange(-150.0, 650.0, 8.0)):
+        picture, later = (stored(world.view(at), frame) for at in (x, x + 4.0))
+        still.add(picture, estimate(x, frame=frame))
+        picture[1 - first.first :: 2] = later[1 - first.first :: 2]
+        woven.add(picture, estimate(x, frame=frame), first)
+    (found, seen), (wanted, _) = (
+        inner({tile.index: tile.picture for tile in mosaic.finish()}[0])
+        for mosaic in (woven, still)
+    )
+    assert np.corrcoef(found[seen > 0], wanted[seen > 0])[0, 1] > 0.9
 
 
 def test_the_lamp_leaves_no_bands_and_the_wall_keeps_its_tones():

@@ -39,7 +39,11 @@ def test_a_written_rig_reads_back_the_same(tmp_path):
         ("camera", {"distortion": [0.1, 0.2]}, ["2 numbers", "0, 4, 5, 8, 12 or 14"]),
         ("camera", {"zoom": 2}, ["camera.zoom", "not permitted"]),
         ("mount", {"height_mm": -1.0}, ["mount.height_mm", "greater than 0", "-1"]),
-        ("mount", {"height_mm": 320.0}, ["height_mm 320", "outside the pipe of 300"]),
+        (
+            "mount",
+            {"height_mm": 320.0},
+            ["mount.height_mm: 320 mm", "outside the pipe of 300", "unit?"],
+        ),
         ("mount", {"view": "up"}, ["mount.view", "'down' or 'forward'"]),
         ("pipe", {"diameter_mm": None}, ["diameter_mm is missing", "50 to 20000"]),
         ("pipe", {"shape": "flat"}, ["diameter_mm", "flat floor"]),

@@ -1,4 +1,4 @@
-"""How the asset is, by a rule that is told in words."""
+"""How the asset is, by a rule that is stated in words."""
 
 from __future__ import annotations
 

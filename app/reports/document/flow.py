@@ -110,7 +110,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Badge:
-    """A cell that tells a severity by number and shade."""
+    """A cell that shows a severity by number and shade."""
 
     severity: int | None
 

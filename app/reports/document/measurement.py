@@ -181,7 +181,7 @@ def correction_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
     elif stated.joints.use is False:
         rows.append((tell("measurement.joints"), tell("measurement.joints_off")))
     elif adjusted is not None and adjusted.joints_refusal is not None:
-        rows.append((tell("measurement.joints"), adjusted.joints_refusal))
+        rows.append((tell("measurement.joints"), tell.refusal(adjusted.joints_refusal)))
     if stated.rig_sigma is not None:
         rows.append(
             (

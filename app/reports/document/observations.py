@@ -12,7 +12,7 @@ from app.reports.document.text import one_line
 from app.reports.report import Entry, Report
 
 _LONG, _SHOWN = 500, 250
-"""Remarks with more characters are told in full behind the table, of which this many are in it."""
+"""Remarks with more characters are in full behind the table, of which this many are in it."""
 
 
 def observations(report: Report, tell: Teller) -> list[Flowable]:

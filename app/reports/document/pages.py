@@ -70,7 +70,7 @@ class _Sink:
 
 
 class _Pages(Flowable):
-    """Last of the story: knows how many pages there are, which every foot tells."""
+    """Last of the story: knows how many pages there are, which every foot shows."""
 
     def __init__(self, document: BaseDocTemplate) -> None:
         super().__init__()
@@ -89,7 +89,7 @@ class _Pages(Flowable):
 
 
 def _canvas(made_at: datetime, *args: Any, **options: Any) -> Canvas:
-    """One whose file tells when the report was made, so that it is the same each time.
+    """One whose file says when the report was made, so that it is the same each time.
 
     It begins with a font of ours; else every page names one that is not embedded.
     """

@@ -23,7 +23,7 @@ class Jpeg(ImageReader):
         """Of the file."""
 
     def getRGBData(self) -> bytes:  # noqa: N802
-        """What tells pictures apart: ReportLab would decode each of them for that."""
+        """What distinguishes pictures: ReportLab would decode each of them for that."""
         return self.content
 
 

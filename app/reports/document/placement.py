@@ -1,4 +1,4 @@
-"""Where labels go so that none lies on another: as near as can be to what they tell of."""
+"""Where labels go so that none lies on another: as near as can be to what they name."""
 
 from __future__ import annotations
 

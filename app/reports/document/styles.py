@@ -1,4 +1,4 @@
-"""Paper, type and colours of the document; all of it can be told apart in grey."""
+"""Paper, type and colours of the document; all of it is distinct in grey."""
 
 from __future__ import annotations
 

@@ -10,6 +10,7 @@ from app.interval import half_width_text
 from app.reports.document.text import one_line
 from app.reports.report import Entry, Language, Report, Units
 from app.reports.words import words_of
+from app.services.adjustment import Refusal
 from app.services.checks import Issue
 
 FOOT_M = 0.3048
@@ -37,6 +38,14 @@ class Teller:
     def one_of(self, area: str, name: object, otherwise: str | None = None) -> str:
         """The word for a value if there is one, else the value as it is."""
         return self._words.get(f"{area}.{name}", str(name) if otherwise is None else otherwise)
+
+    def refusal(self, refusal: Refusal) -> str:
+        """Why joints do not count."""
+        key = f"refusal.{refusal.reason}"
+        if key not in self._words:
+            return refusal.sentence
+        figures = refusal.values.items()
+        return self(key, **{k: v if isinstance(v, str) else f"{v:g}" for k, v in figures})
 
     @property
     def per_unit_m(self) -> float:
@@ -163,7 +172,7 @@ class Teller:
                 values[name] = self.length(length)
         try:
             return self(key, **values)
-        except KeyError:  # numbers that the check no longer tells
+        except KeyError:  # numbers that the check no longer has
             return issue.detail
 
     def _name(self, entry: Entry) -> str:

@@ -293,7 +293,7 @@ def _char_of(glyph: int, font: Any, advance: int) -> str:
 
     Args:
         glyph: Its number in the font.
-        font: A TTFont; its types do not tell of what it knows about glyphs.
+        font: A TTFont; its types do not show what it knows about glyphs.
         advance: Of the glyph, in units of the font.
     """
     face = font.face

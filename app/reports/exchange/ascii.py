@@ -23,7 +23,7 @@ def one_line(text: str) -> str:
 
 
 def transliterate(text: str) -> str:
-    """One line of printable ASCII; a letter that has no Latin form is told by its number."""
+    """One line of printable ASCII; a letter that has no Latin form is written by its number."""
     composed = unicodedata.normalize("NFC", one_line(text))
     return one_line("".join(map(_latin, composed.translate(_OWN))))
 

@@ -18,7 +18,7 @@ _NEVER_SAID = frozenset({"standard", "edition", "code_pack", "video_files", "end
 
 
 class Fields:
-    """Values of the header by name; what is asked for and there counts as told."""
+    """Values of the header by name; what is asked for and there counts as written."""
 
     def __init__(self, header: Mapping[str, Any]) -> None:
         self._header = header

@@ -59,7 +59,7 @@ def write(report: Report) -> Written:
 
 
 def road_chainage_m(fields: Fields) -> float | None:
-    """Where on the road the culvert is, if the header tells it as a number or as 12+340."""
+    """Where on the road the culvert is, if the header has it as a number or as 12+340."""
     found = _KILOMETRES.fullmatch(fields.text("road_chainage"))
     if found:
         return round(1000 * float(found[1]) + float(found[2]), 3)

@@ -74,7 +74,7 @@ def write(report: Report) -> Written:
 
 
 class _Pipe:
-    """The culvert as master data and survey both tell it."""
+    """The culvert as master data and survey both describe it."""
 
     def __init__(self, report: Report, fields: Fields, names: Names) -> None:
         self.report = report

@@ -1,6 +1,6 @@
 """DWA-M 150 XML, type B of 04-2010: nodes (KG), pipe (HG), inspection (HI), observations (HZ).
 
-Elements stand in rising number.  A station has one decimal there, so the exact one is told in
+Elements stand in rising number.  A station has one decimal there, so the exact one is given in
 HZ999.
 """
 

@@ -1,7 +1,7 @@
 """What every exchange format is written from: the entries in order, each fit for a row.
 
 Nothing is dropped in silence: what has no column of its own goes to the remark, and what cannot be
-written at all is told as a loss.
+written at all is reported as a loss.
 """
 
 from __future__ import annotations
@@ -247,7 +247,7 @@ def _fitting(names: Sequence[str], longest: int | None, clean: Clean) -> dict[st
 
 
 def day_of(report: Report, fields: Fields) -> tuple[str | None, list[Loss]]:
-    """Of the survey; if the header has none, that on which the film came, which is told."""
+    """Of the survey; if the header has none, that on which the film came, which is reported."""
     day = fields.day()
     if day is not None or report.source.kind == "import":
         return day, []

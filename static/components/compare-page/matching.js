@@ -2,7 +2,7 @@
 
 /** Two people do not click the same spot of a defect. */
 const SPOT_MM = 100;
-/** Clock positions that are told in whole hours may differ by one. */
+/** Clock positions that are given in whole hours may differ by one. */
 const HOURS = 1;
 
 /**
@@ -68,7 +68,7 @@ function roleOf({ continuous }, isReversed = false) {
   return isReversed ? ({ A: 'B', B: 'A' }[role] ?? role) : role;
 }
 
-/** Hours from and to, clockwise; null where none is told. */
+/** Hours from and to, clockwise; null where none is given. */
 export function sectorOf({ clock_from: from, clock_to: to, clock }) {
   const first = from ?? clock ?? null;
   return first === null ? null : [first, to ?? first];

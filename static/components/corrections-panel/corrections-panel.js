@@ -4,6 +4,7 @@
  */
 
 import { knownLength } from '../../core/corrections.js';
+import { refusalText } from '../../core/evidence.js';
 import { html, render } from '../../core/html.js';
 import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
@@ -86,7 +87,8 @@ class CorrectionsPanel extends Component {
     if (parts.force !== document.activeElement) parts.force.value = draft.value.forced ?? '';
     parts.apply.disabled = !isEdited || preview.value === null || error !== null;
     if (preview.value === null) return; // the fault of before stays until the new answer is there
-    const text = isRefused ? t('corrections.refused') : error ? errorText(error) : '';
+    const why = () => refusalText(preview.value.reason) ?? errorText(error);
+    const text = isRefused ? t('corrections.refused') : error ? why() : '';
     if (parts.fault.textContent.trim() === text) return;
     render(
       parts.fault,

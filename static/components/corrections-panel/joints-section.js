@@ -1,5 +1,6 @@
 /** Joints as marks on a tape: whether they count, which of them, and what each leaves over. */
 
+import { refusalText } from '../../core/evidence.js';
 import { html, patchList, render, setText } from '../../core/html.js';
 import { Component } from '../../core/store.js';
 import { chainage, plusMinus } from '../../core/units.js';
@@ -133,7 +134,10 @@ function updateRow({ parts }, { joint, isMark }) {
 /** What the joints have done, or why they have not. */
 function doneText(result, use) {
   if (result?.by_joints) return jointsText(result.by_joints);
-  if (result?.joints_refusal) return t('corrections.joints_refused', { detail: result.joints_refusal });
+  if (result?.joints_refusal) {
+    const detail = refusalText(result.joints_reason) ?? result.joints_refusal;
+    return t('corrections.joints_refused', { detail });
+  }
   return use === false || !result ? '' : t('corrections.joints_none');
 }
 

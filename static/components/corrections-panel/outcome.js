@@ -1,6 +1,7 @@
 /** What follows from all that is stated: the far end, its class, the scale and what each evidence says. */
 
 import { UNSTATED } from '../../core/corrections.js';
+import { evidenceText, isOfJoints } from '../../core/evidence.js';
 import { html, render } from '../../core/html.js';
 import { noticeText } from '../../core/notices.js';
 import { Component } from '../../core/store.js';
@@ -15,7 +16,7 @@ import { withSign } from './known-length.js';
 const CLASS_FLOOR_M = 0.3;
 
 const U95 = 1.96;
-/** Below that two lengths are told the same. */
+/** Below that two lengths are shown as the same. */
 const SAME_M = 0.00005;
 
 class CorrectionOutcome extends Component {
@@ -150,27 +151,10 @@ const scaleText = ({ scale, sigma }) =>
     ? scale.toFixed(4)
     : t('corrections.scale_value', { scale: scale.toFixed(4), sigma: sigma < SAME_M ? '0.0001' : sigma.toFixed(4) });
 
-/** The server tells evidence in English, in three forms. */
-const FORMS = [
-  [/^([\d.]+) m ± ([\d.]+) mm between frames (\d+) and (\d+)$/, ([, metres, sigma, first, last]) =>
-    t('corrections.by_length', { length: chainage(Number(metres)), sigma, first, last })],
-  [/^(\d+) joints ([\d.]+) mm apart$/, ([, n, mm]) =>
-    t('corrections.by_joints', { n: Number(n), length: chainage(Number(mm) / 1000) })],
-  [/^the rig, to ([\d.e-]+) %$/, ([, percent]) => t('corrections.by_rig', { percent })],
-];
-
-function evidenceText(evidence) {
-  for (const [pattern, words] of FORMS) {
-    const match = pattern.exec(evidence);
-    if (match) return words(match);
-  }
-  return evidence;
-}
-
 /** What a length leaves over; of joints their root mean square. */
 function leftText(evidence, left, joints) {
   if (left.has(evidence)) return `${withSign(left.get(evidence), 1)} mm`;
-  if (!FORMS[1][0].test(evidence) || joints.length === 0 || joints[0].residual_mm === null) return '';
+  if (!isOfJoints(evidence) || joints.length === 0 || joints[0].residual_mm === null) return '';
   const squares = joints.reduce((sum, { residual_mm: mm }) => sum + mm * mm, 0);
   return t('corrections.rms', { mm: Math.sqrt(squares / joints.length).toFixed(1) });
 }

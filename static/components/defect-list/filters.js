@@ -28,7 +28,7 @@ export const FILTERS = [
 ];
 
 /**
- * What tells whether an observation is shown: every word of the text is in its code, label or remark.
+ * What decides whether an observation is shown: every word of the text is in its code, label or remark.
  * @param {string} text
  * @param {string} filter name of one of FILTERS
  * @param {import('../../core/codes.js').Catalogue} catalogue

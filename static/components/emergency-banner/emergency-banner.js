@@ -1,4 +1,4 @@
-/** The defects that must not wait: where they are, the sheet for whoever has to act, who was told. */
+/** The defects that must not wait: where they are, the sheet for whoever has to act, who was notified. */
 
 import { Alerts } from '../../core/alerts.js';
 import { exportPath } from '../../core/exports.js';
@@ -30,7 +30,7 @@ class EmergencyBanner extends Component {
     );
     this.listen(this.desk.observations, 'change', () => this.#show());
     this.listen(this.#alerts, 'change', () => this.#show());
-    // Only what has arrived at the server can be told.
+    // Nobody can be notified of what has not arrived at the server.
     this.listen(this.desk.outbox, 'answered', () => this.#grave.length > 0 && this.#alerts.follow());
     this.listen(this.parts.list, 'click', ({ target }) => {
       const link = target.closest('[data-observation]');

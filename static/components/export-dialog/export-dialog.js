@@ -10,7 +10,7 @@ import { openDialog } from '../dialog/dialog.js';
 import { icon } from '../icon/icon.js';
 import { toast } from '../toast-stack/toast-stack.js';
 
-/** Losses and checks that are told at first. */
+/** Losses and checks that are shown at first. */
 const TOLD = 5;
 const TICK_MS = 1000;
 

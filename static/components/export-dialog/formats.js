@@ -7,7 +7,7 @@ import { t } from '../../core/words.js';
  * @property {string} kind as the API names it
  * @property {string} name
  * @property {string} help what it is good for, in a line
- * @property {boolean} [isWhole] holds all that there is to tell; asking what it loses would mean to make it twice
+ * @property {boolean} [isWhole] holds all that there is; asking what it loses would mean to make it twice
  */
 
 /** @type {{title: string, formats: Format[]}[]} */

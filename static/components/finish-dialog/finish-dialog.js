@@ -21,7 +21,7 @@ const REASONS = [
 ];
 /** One sigma in mm of a length by its source in the header. */
 const SIGMA_MM = { drawing: 50, survey: 10, tape: 5 };
-/** Checks that are told here; the others are in their tab. */
+/** Checks that are shown here; the others are in their tab. */
 const TOLD = 5;
 
 /** Whether the header says that the survey has ended. */

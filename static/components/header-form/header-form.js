@@ -84,7 +84,7 @@ class HeaderForm extends Component {
     this.#count();
   }
 
-  /** Tells a fault beside a field; null takes it back. */
+  /** Shows a fault beside a field; null takes it back. */
   fault(name, sentence) {
     const input = this.#input(name);
     if (!input) return;

@@ -3,7 +3,7 @@
 import { chainage } from '../../core/units.js';
 import { t, wordFor } from '../../core/words.js';
 
-/** Where what was stated about the distances is told. */
+/** Where what was stated about the distances is shown. */
 const STATED = {
   zero: (zero) => t('history.zero_text', { frame: zero.frame, offset: chainage(zero.offset_m) }),
   lengths: (lengths) =>

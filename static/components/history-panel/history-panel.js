@@ -57,7 +57,7 @@ class HistoryPanel extends Component {
       if (link && desk.observations.find(link.dataset.observation)) desk.goTo(link.dataset.observation);
     });
     this.listen(desk.selection, 'change', () => parts.only.checked && this.#load());
-    // Every change goes through one of these, and is safe when they tell of it.
+    // Every change goes through one of these, and is safe when they report it.
     this.listen(desk.outbox, 'answered', () => this.#load());
     this.listen(desk.inspection, 'change', () => this.#changed());
     this.listen(desk.tab, 'change', () => this.#load());

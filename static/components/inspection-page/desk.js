@@ -54,6 +54,8 @@ export class Desk extends EventTarget {
   #revision;
   /** How many joints the server knew of when it last sent a picture. */
   #joints = null;
+  /** Likewise, what picture and rig disagreed about. */
+  #notices = null;
   #shownFrame = -1;
   #showTimer = 0;
 
@@ -101,7 +103,7 @@ export class Desk extends EventTarget {
     }
   }
 
-  /** Reads anew what tells distances: they have been corrected. */
+  /** Reads anew what holds distances: they have been corrected. */
   async reload() {
     await Promise.all([this.track.reload(this.#signal), this.observations.load(), this.corrections.load()]);
     const { frame, isLive } = this.playhead.value;
@@ -261,12 +263,18 @@ export class Desk extends EventTarget {
     }
   }
 
-  /** Somebody else, or the joints, may have corrected the distances; a joint may have been seen. */
-  async #compareRevision({ revision, joints }) {
+  /**
+   * Somebody else, or the joints, may have corrected the distances; a joint may have been seen, or
+   * picture and rig may disagree.
+   */
+  async #compareRevision({ revision, joints, notices }) {
     const isOther = revision !== undefined && revision > this.#revision;
     const hasMoreJoints = this.#joints !== null && joints !== this.#joints;
+    const known = String(notices);
+    const hasOtherNotices = this.#notices !== null && known !== this.#notices;
     this.#joints = joints;
-    if (!isOther && !hasMoreJoints) return;
+    this.#notices = known;
+    if (!isOther && !hasMoreJoints && !hasOtherNotices) return;
     this.#revision = Math.max(this.#revision, revision ?? 0);
     try {
       if (isOther) await Promise.all([this.inspection.load(), this.reload()]);
@@ -281,7 +289,7 @@ export class Desk extends EventTarget {
     if (id !== null && !this.observations.find(id)) this.selection.set(null);
   }
 
-  /** Tells the person what did not work. */
+  /** Shows the person what did not work. */
   fault(text) {
     this.dispatchEvent(new CustomEvent('fault', { detail: text }));
   }

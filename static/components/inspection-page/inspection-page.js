@@ -191,7 +191,7 @@ class InspectionPage extends Component {
 
   // Commands of the keys and buttons ---------------------------------------------------------
 
-  /** Takes back the last step, or the one that a message tells of. */
+  /** Takes back the last step, or the one that a message names. */
   undo(step) {
     return orToast(async () => this.#tellStep(await this.desk.history.undo(step)));
   }
@@ -200,7 +200,7 @@ class InspectionPage extends Component {
     return orToast(async () => this.#tellStep(await this.desk.history.redo()));
   }
 
-  /** Tells what was done just now, and can take that back. */
+  /** Shows what was done just now, and can take that back. */
   #tellDone(text) {
     const step = this.desk.history.last;
     toast(text, { action: t('page.undo'), run: () => this.undo(step) });
@@ -247,7 +247,7 @@ class InspectionPage extends Component {
     else await this.correct({ ...corrections.value.stated, zero }, null, t('corrections.zero_set', { frame }));
   }
 
-  /** States something about the distances; the message that tells of it can take it back. */
+  /** States something about the distances; the message that reports it can take it back. */
   async correct(stated, remark, text = t('corrections.applied')) {
     await orToast(async () => {
       await this.desk.correct(stated, remark);
@@ -345,7 +345,7 @@ class InspectionPage extends Component {
     this.parts.emergency.hidden = !observations.some(({ severity }) => severity === GRAVEST);
   }
 
-  /** Each button tells the very step that it takes back or does again. */
+  /** Each button names the very step that it takes back or does again. */
   #showHistory() {
     const { parts, desk: { history: { last, next } } } = this;
     for (const [button, step, title] of [

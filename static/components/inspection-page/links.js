@@ -66,7 +66,7 @@ function writeAddress({ selection, observations }) {
   history.replaceState(null, '', isThere ? linkTo({ defect: selection.value }) : location.pathname);
 }
 
-/** What tells the frame that an address names, null as long as it is not tracked; null without a place. */
+/** What finds the frame that an address names, null as long as it is not tracked; null without a place. */
 function placeIn(address, desk) {
   const number = (name) => {
     const value = Number(address.get(name) ?? NaN);

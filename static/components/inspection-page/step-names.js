@@ -22,7 +22,7 @@ const NAMES = {
   correction: () => t('step.correction'),
 };
 
-/** The first of the fields that differ, before and after; a code is told with its characters. */
+/** The first of the fields that differ, before and after; a code is shown with its characters. */
 function told(before, after) {
   if ('code' in after) {
     const whole = ({ code, char1, char2 }) => [code, char1, char2].filter(Boolean).join(' ') || '–';

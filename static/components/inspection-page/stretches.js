@@ -4,7 +4,7 @@ import { openStretches, partsOf, stretchNumber } from '../../core/stretches.js';
 import { t } from '../../core/words.js';
 import { toast } from '../toast-stack/toast-stack.js';
 
-/** Distances are told to a centimetre: what is shorter is a point. */
+/** Distances are shown to a centimetre: what is shorter is a point. */
 const POINT_M = 0.01;
 /** Two points of the same code that are farther apart may be the ends of a stretch. */
 const OFFERED_FROM_M = 1;

@@ -45,7 +45,7 @@ class LiveBar extends Component {
     const timer = setInterval(() => this.#show(), TICK_MS);
     this.signal.addEventListener('abort', () => clearInterval(timer));
     this.#told();
-    // A server that does not answer is told of already.
+    // A server that does not answer is reported already.
     poll(() => this.#askCounter(), this.signal, () => {});
   }
 
@@ -66,7 +66,7 @@ class LiveBar extends Component {
     return COUNTER_POLL_S;
   }
 
-  /** The server has told how the camera does. */
+  /** The server has reported how the camera does. */
   #told() {
     const { live } = this.desk.inspection.value;
     this.hidden = live === null;

@@ -133,6 +133,9 @@ export const FOLDED = [KNOWN, FINE];
 
 export const ALL_FIELDS = [...GROUPS, ...FOLDED].flatMap(({ fields }) => fields);
 
+/** Most focal lengths along a side of the picture, as the server has it: less is no lens. */
+const LONGEST_SIDE = { pinhole: 7.5, fisheye: 12.5 };
+
 const DISTORTION_LENGTHS = { pinhole: [0, 4, 5, 8, 12, 14], fisheye: [0, 4] };
 
 /** The value of one field from its text: undefined when it is empty, NaN when it is no number. */
@@ -167,6 +170,12 @@ export function jointFaults({ camera, mount, pipe }) {
       'camera.distortion',
       t('rig.fault_distortion', { n: camera.distortion.length, lengths: lengths.slice(1).join(', ') }),
     ]);
+  }
+  for (const [name, pixels] of [['fx', camera.width], ['fy', camera.height]]) {
+    const least = pixels / LONGEST_SIDE[camera.model];
+    if (camera[name] < least) {
+      faults.push([`camera.${name}`, t('rig.fault_focal', { least: Math.ceil(least), pixels, focal: camera[name] })]);
+    }
   }
   if (pipe.shape === 'circular') {
     const radius = pipe.diameter_mm / 2;

@@ -1,7 +1,7 @@
 /**
  * The rig: presets, a rig.json, or by hand, checked as it is typed.
  *
- * `value` is the rig as the API takes it, `check()` shows every fault and tells whether there is none.
+ * `value` is the rig as the API takes it, `check()` shows every fault and returns whether there is none.
  * Event `rig`: a value has changed.
  */
 

@@ -99,7 +99,7 @@ const content = () => html`<section class="settings" aria-labelledby="settings-d
   </section>
   <p class="settings__told" role="status" data-part="told"></p>`;
 
-/** Runs what asks the server and tells in the dialog why it failed: a toast would be behind it. */
+/** Runs what asks the server and says in the dialog why it failed: a toast would be behind it. */
 async function attempt(run, tell) {
   tell('');
   try {

@@ -82,7 +82,7 @@ class SourcePicker extends Component {
     return isGiven;
   }
 
-  /** Tells why the source was refused, and goes there. */
+  /** Shows why the source was refused, and goes there. */
   fault(text) {
     const isNetwork = this.#chosen === NETWORK;
     this.parts[isNetwork ? 'addressFault' : 'fault'].textContent = text;

@@ -6,7 +6,7 @@
 const CLICK_PX = 4;
 const TAP_PX = 10;
 const LINE_PX = 16;
-/** Zoom of a pixel of the wheel, and of a touchpad's pinch, which browsers tell as Ctrl + wheel. */
+/** Zoom of a pixel of the wheel, and of a touchpad's pinch, which browsers report as Ctrl + wheel. */
 const WHEEL = 0.0016;
 const PINCH = 0.01;
 
@@ -70,7 +70,7 @@ export function stripGestures(element, axis, handlers, signal) {
     const other = [...pressed].find(([key]) => key !== id)?.[1];
     if (!other) return; // one of the two fingers has left
     const [from, to] = [before, now].map(({ x, y }) => Math.hypot(x - other.x, y - other.y));
-    // Two fingers on one spot tell nothing.
+    // Two fingers on one spot show nothing.
     if (from > 1 && to > 1) axis.zoom(from / to, toMm((before.x + other.x) / 2));
     axis.pan(((before.x - now.x) / 2) * mmPerPx());
     panRows((now.y - before.y) / 2);

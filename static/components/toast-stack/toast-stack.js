@@ -60,7 +60,7 @@ export function toast(text, options = {}) {
 /** Shows why something failed. */
 export const toastError = (error) => toast(errorText(error), { kind: 'error' });
 
-/** Carries out a command of the person; what the server refuses is told. */
+/** Carries out a command of the person; what the server refuses is shown. */
 export async function orToast(run) {
   try {
     await run();

@@ -94,7 +94,7 @@ class Player extends EventTarget {
 
 /**
  * The original file by Range requests. A frame is found by seeking to the middle of its interval;
- * which frame is on screen is told by its media time. Event `unplayable`: not with this browser.
+ * which frame is on screen is known by its media time. Event `unplayable`: not with this browser.
  */
 export class FilePlayer extends Player {
   #video;

@@ -14,7 +14,8 @@ from reports import AT, report, track_of
 from app.errors import InvalidImport
 from app.imports.chainage_json import _Entered, _Stated, is_chainage_json, read
 from app.reports.json_report import write
-from app.schemas import ObservationIn, StatedIn
+from app.schemas.corrections import StatedIn
+from app.schemas.observations import ObservationIn
 from app.services.adjustment import Joints, Length, Mark, Stated, Zero, adjust
 from app.services.corrections import Corrected
 from app.storage.tables import Event

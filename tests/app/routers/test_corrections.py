@@ -211,6 +211,10 @@ def test_joints_that_were_seen_correct_and_number(shared: Client, run: str) -> N
     without = use | {"left_out": [{"frame": frame} for frame in frames]}
     answer = put(shared, run, stated(joints=without))
     assert "No joints were seen" in assert_error(answer, 422, "invalid_correction")
+    body = stated(joints=without)
+    preview = shared.post(f"/api/inspections/{run}/corrections/preview", json=body).json()
+    assert preview["reason"] == {"code": "no_joints", "params": {}}
+    assert "No joints were seen" in preview["error"]["detail"]
 
 
 def test_a_preview_shows_the_residual_and_stores_nothing(shared: Client, run: str) -> None:

@@ -264,7 +264,9 @@ def test_rings_that_cannot_be_counted_are_not_forced() -> None:
     found = adjusted(Stated(), joints_at(*np.sort(rng.uniform(100, 11_900, 9))))
     assert (found.scale, found.source, found.joints) == (1.0, "odometry", ())
     assert found.joints_refusal is not None
-    assert found.joints_refusal.endswith(".")
+    assert found.joints_refusal.sentence.endswith(".")
+    assert found.joints_refusal.reason == "few_counted"
+    assert found.joints_refusal.values["n"] == 9
 
 
 def test_joints_that_contradict_a_tape_are_not_forced() -> None:
@@ -273,7 +275,7 @@ def test_joints_that_contradict_a_tape_are_not_forced() -> None:
     assert found.source == "odometry"
     assert found.scale == pytest.approx(1.0437, abs=0.001)
     assert found.joints_refusal is not None
-    assert "contradict" in found.joints_refusal
+    assert found.joints_refusal.reason == "contradiction"
 
 
 def test_a_ring_that_is_no_joint_is_left_out() -> None:

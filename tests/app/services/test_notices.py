@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from builders import clip_rig
 from reports import track_of
+from textures import make_rig
 
 from app.services.adjustment import Adjusted, Stated, adjust
 from app.services.notices import notices_of
-from vo_core import Rig
+from app.simulation import SCENARIOS, Scenario, render
+from vo_core import Odometry, Rig
 from vo_core.joints import Sighting
+from vo_core.tilt import MountTilt
 
 SEGMENT_MM = 1500.0
 RAW = track_of(12.0)
@@ -69,3 +74,59 @@ def test_a_scale_that_changes_along_the_run_is_named() -> None:
     (notice,) = notices_of(adjusted(np.cumsum(SEGMENT_MM / scales)[:7]))
     assert notice.code == "scale_changes"
     assert notice.params["first"] > notice.params["last"]
+
+
+FORWARD = make_rig(mount={"view": "forward", "height_mm": 150.0, "roll_deg": 1.0})
+
+
+def turned(rig: Rig, tilt: MountTilt) -> list[tuple[str, dict[str, float]]]:
+    found = notices_of(adjust(RAW, rig, Stated(), []), tilt)
+    return [(notice.code, notice.params) for notice in found]
+
+
+def test_a_tilt_counts_beyond_two_sigma_of_tolerance_and_measurement_together() -> None:
+    assert turned(make_rig(), MountTilt(1.9, -1.9, 0.01, 0.01)) == []
+    assert turned(make_rig(), MountTilt(2.9, 0.0, 1.1, 0.0)) == []
+    assert turned(make_rig(), MountTilt(2.9, 0.0, 0.1, 0.0)) == [
+        ("looks_ahead", {"turned_deg": 2.9, "tolerance_deg": 1.0, "seen_deg": 2.9})
+    ]
+    known = make_rig().known_to(tilt_deg=0.2)
+    ((code, params),) = turned(known, MountTilt(0.1, -0.6, 0.01, 0.1))
+    assert (code, params["tolerance_deg"]) == ("looks_right", 0.2)
+
+
+def test_a_camera_that_looks_along_the_pipe_turns_otherwise() -> None:
+    assert turned(FORWARD, MountTilt(-2.5, 2.5, 0.1, 0.1)) == [
+        ("looks_down", {"turned_deg": 2.5, "tolerance_deg": 1.0, "seen_deg": -2.5}),
+        ("turned_clockwise", {"turned_deg": 2.5, "tolerance_deg": 1.0, "seen_deg": 3.5}),
+    ]
+
+
+def tilt_of(scenario: Scenario) -> MountTilt:
+    odometry = Odometry(scenario.rig)
+    for frame in render(scenario):
+        odometry.step(frame.image, frame.t_s)
+    return odometry.tilt
+
+
+def mounted(name: str, **mount: float) -> Scenario:
+    scenario = SCENARIOS[name].shortened(150.0)
+    rig = scenario.rig
+    true = rig.model_copy(update={"mount": rig.mount.model_copy(update=mount)})
+    return replace(scenario, true_rig=true, seed=5)
+
+
+def test_a_tilted_mount_is_named_from_its_pictures_and_its_rig_is_put_right() -> None:
+    scenario = mounted("nominal", pitch_deg=-3.5)
+    ((code, params),) = turned(scenario.rig, tilt_of(scenario))
+    assert (code, params["seen_deg"]) == ("looks_back", -3.5)
+
+    floor = mounted("tiled_floor", roll_deg=3.0)
+    ((code, params),) = turned(floor.rig, tilt_of(floor))
+    assert (code, params["seen_deg"]) == ("looks_left", pytest.approx(3.0, abs=0.21))
+    assert turned(floor.rendered_rig, tilt_of(replace(floor, rig=floor.rendered_rig))) == []
+
+
+def test_a_robot_that_nods_on_soft_wheels_has_no_tilted_mount() -> None:
+    scenario = replace(SCENARIOS["bounce"].shortened(300.0), seed=6)
+    assert turned(scenario.rig, tilt_of(scenario)) == []

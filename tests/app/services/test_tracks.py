@@ -1,7 +1,11 @@
 """What is kept of a run beside its poses."""
 
-from app.services.tracks import HealthColumns
+from pathlib import Path
+
+from app.services.tracks import HealthColumns, Tracks
+from app.storage.files import Places
 from vo_core.health import Health
+from vo_core.tilt import MountTilt
 
 SHARP, BLURRED = Health(0.9, 0.5, 0.0, 1.0, 0.0), Health(0.9, 0.5, 0.0, 0.25, 0.0)
 
@@ -22,3 +26,19 @@ def test_health_reads_back_from_its_file() -> None:
     read = HealthColumns.from_csv(columns.to_csv())
     assert read.to_csv() == columns.to_csv()
     assert len(read) == 3
+
+
+def test_the_newest_tilt_of_the_mount_is_kept_with_the_track(tmp_path: Path) -> None:
+    tracks, tilt = Tracks(Places(tmp_path)), MountTilt(2.9, -0.25, 0.01, 0.4)
+    Places(tmp_path).inspection("a").mkdir(parents=True)
+    tracks.begin("a")
+    assert tracks.tilt("a") is None
+    tracks.note("a", (), (), MountTilt(0.0, 0.0, 1.0, 1.0))
+    tracks.note("a", (), (), tilt)
+    tracks.note("a", (), ())
+    assert tracks.tilt("a") == tilt
+    tracks.finish("a", {"name": "A run"})
+    tracks.finish("a", {"name": "A run"})  # once more, as after a full disk
+    assert Tracks(Places(tmp_path)).tilt("a") == tilt
+    tracks.begin("a")
+    assert tracks.tilt("a") is None

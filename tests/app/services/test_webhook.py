@@ -234,7 +234,7 @@ def test_neither_secret_nor_address_is_logged_or_told(
         caplog.text,
         *(telling_server.get(f"{path}/{part}").text for part in ("alerts", "events")),
     ]
-    assert "could not be told" in caplog.text
+    assert "could not be notified" in caplog.text
     for text in told:
         assert SECRET not in text
         assert "a-secret-place" not in text

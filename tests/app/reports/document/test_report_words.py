@@ -8,8 +8,10 @@ import pytest
 from app.catalogue.header import FIELDS
 from app.reports.condition import SEVERITIES, Overall
 from app.reports.document.measurement import COMPLAINTS
+from app.reports.document.telling import Teller
 from app.reports.words import words_of
 from app.services import checks
+from app.services.adjustment import Refusal
 from vo_core.health import Health, complaints
 
 ENGLISH, MALAY = words_of("en"), words_of("ms")
@@ -68,3 +70,10 @@ def test_every_check_severity_condition_and_complaint_has_words():
 
 def in_area(area):
     return {key.split(".")[1] for key in ENGLISH if key.startswith(f"{area}.")}
+
+
+def test_why_joints_do_not_count_is_said_in_the_language_of_the_report():
+    refusal = Refusal("English.", "uncountable", {"n": 9, "segment_mm": 1500.0})
+
+    assert Teller("ms", "m").refusal(refusal).startswith("Unit paip 1500 mm tidak dapat dikira")
+    assert Teller("ms", "m").refusal(Refusal("English.", None, {})) == "English."

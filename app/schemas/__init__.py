@@ -1,0 +1,1 @@
+"""What goes over the wire, converted by hand from the services' types; a file a subject."""
