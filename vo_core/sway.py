@@ -26,7 +26,7 @@ aside, too.  Roll is about itself."""
 STIFFEST = np.array([0.05, np.radians(0.01), np.radians(0.1), np.radians(0.1)])
 """The same of a robot of which nothing is seen to move: clearances and a rough wall."""
 
-USUAL = np.array([0.4, np.radians(0.2), np.radians(0.05), np.radians(0.4)])
+USUAL = np.array([0.2, np.radians(0.1), np.radians(0.1), np.radians(1)])
 """The same before anything was seen."""
 
 FORGOTTEN_MM = np.array([np.inf, 300.0, 300.0, 100.0, 100.0, 300.0])
@@ -111,14 +111,8 @@ class Sway:
         biased[2:] = False
         biased &= (np.abs(per_mm) < _MOST_BIAS) | (self._count > _WORTH + _BIASED_AFTER)
         seen = np.where(biased, seen - per_mm * way_mm, seen)
-        # Both as variances about the mean pose; what hardly shows it must not speak for stiffness.
-        per_change = _PER_STEP / spread(way_mm)[_LEARNT]
-        noise = CLEAR * variance[_LEARNT] * per_change
-        shown = np.square(seen) * per_change - noise
-        own = np.maximum(self._variance, shown)
-        weight = share * (own / (own + noise)) ** 2
-        self._variance += weight * (shown - self._variance)
-        self._variance = np.maximum(self._variance, np.square(STIFFEST))
+        excess = np.square(seen) - CLEAR * variance[_LEARNT]
+        self._variance += share * (_PER_STEP * excess / spread(way_mm)[_LEARNT] - self._variance)
 
     @property
     def misfit(self) -> float:
