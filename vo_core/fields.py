@@ -3,21 +3,24 @@
 A woven picture holds two fields, its even and its odd rows, half a frame apart.  When the camera
 moves they show two places of the wall and the picture combs: neighbouring rows differ more than
 every second one does.  Noise and texture do not comb; fine lines and lamps that flicker can.  So
-where a picture combs its fields are compared with those of the next frame: fields that follow each
-other differ alike, whether they lie in one frame or in two, and less than those that are three
-fields apart, which gives their order.  The container's flags are not asked: they are often missing
-or wrong.
+where a picture combs the shift from field to field is measured, by phase correlation on the
+developed wall: in the order in which the fields were exposed every shift is like the one before,
+in the other every second one goes three times as far, and the other way.  The container's flags
+are not asked: they are often missing or wrong.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from vo_core.filters import normalise
-from vo_core.resample import reduce_to
-from vo_core.types import AnyImage, GrayImage, Image
+from vo_core.correlate import LOCK_PSR, best_peaks, correlation, spectrum
+from vo_core.filters import low_pass, normalise, taper
+from vo_core.rectify import BOTTOM, TOP, WHOLE, Rectifier, Rows
+from vo_core.resample import halve
+from vo_core.types import GrayImage, Image, Matrix
 
 COMBED = 1.2
 """Energy of the second differences of neighbouring rows over that of every second row's, where a
@@ -33,55 +36,41 @@ COLUMNS, ROWS, BLOCKS = 80, 100, 6
 BLANK = 0.01
 """Square of grey levels: a block whose rows differ by less shows nothing."""
 
-LONGEST_PX = 80
-"""Longest side to which fields are reduced before they are compared: the difference of coarse
-pictures still grows with the way when that of fine ones is as large as it can be."""
+LEAST_PX = 0.7
+"""Shift from field to field, in pixels of the correlated pictures, that shows an order."""
 
-WOVEN = 0.25
-"""Difference between the fields of one frame over that to the fields of the next: 1 when each is a
-moment of its own, below 0.15 when they are one."""
+ALIKE = 0.25
+"""Change of the shift from field to field, over the shift, that a robot can bring about."""
 
-SURE, MOST = 1.0, 0.3
-"""Evidence for an order of the fields, the sum over the frames of the logarithm of one difference
-over the other, and what a frame adds at most.  It adds 0.6 to 0.1 as a robot gains speed, and 0.02
-of either sign in a progressive film."""
+SURE = 3
+"""Frames more for one order than for the other, by which it is certain."""
 
 LONG = 25
-"""After so many frames that comb and move but speak for no order, the film is not interlaced."""
-
-
-@dataclass(frozen=True, slots=True)
-class Rows:
-    """Every `step`-th row of a picture from the row `first` on."""
-
-    first: int
-    step: int
-
-    def of(self, image: AnyImage) -> AnyImage:
-        """Those rows, (H / step, W, ...)."""
-        return image[self.first :: self.step]
-
-
-WHOLE = Rows(0, 1)
-TOP, BOTTOM = Rows(0, 2), Rows(1, 2)
-"""The two fields."""
+"""After so many frames that comb and show no shift from field to field, the film is not interlaced.
+"""
 
 
 class Interlacing:
     """Finds out, frame by frame, whether a film is interlaced and which of its fields is first.
 
-    Until that is certain, after a few frames of motion, a picture that combs is read by the field
-    that is first in most such films, the top one.  Afterwards nothing is looked at any more.
+    Until the second frame of motion shows it, a picture that combs is read by the field that is
+    first in most such films, the top one.  Once it is certain nothing is looked at any more.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, rectify: Rectifier) -> None:
+        self._rectify = rectify
         self._certain: Rows | None = None
-        self._top_first = 0.0
-        """Evidence so far; below 0 for the other order."""
-        self._frames = 0
-        """That moved and combed."""
+        self._top_first = 0
+        """Frames that spoke for it so far, less those that spoke for the other order."""
+        self._unmoved = 0
+        """Frames that combed and showed no shift from field to field."""
         self._before: _Fields | None = None
         """Of the frame before, if that one combed."""
+
+    @property
+    def is_certain(self) -> bool:
+        """Will all frames from now on be read by the same rows?"""
+        return self._certain is not None
 
     def __call__(self, image: Image) -> Rows:
         """The rows of the next frame, (H, W) grey, that were exposed at the frame's own time."""
@@ -90,7 +79,7 @@ class Interlacing:
         before, self._before = self._before, None
         if not combs(image):
             return WHOLE
-        now = _Fields.of(image)
+        now = _Fields(self._rectify, image)
         is_woven = before is None or self._weigh(before, now)
         if self._certain is None:
             self._before = now
@@ -103,20 +92,25 @@ class Interlacing:
         Bottom of the one and top of the next are neighbours in time when the top is first, and
         three fields apart when it is not; and the other way round.
         """
-        within = (_difference(before.top, before.bottom) + _difference(now.top, now.bottom)) / 2
-        if_top = _difference(before.bottom, now.top)
-        if_bottom = _difference(before.top, now.bottom)
-        if _difference(before.top, now.top) < within / 2:
-            return False  # the fields differ but nothing moves: fine lines, or a lamp that flickers
-        self._frames += 1
-        is_woven = within > WOVEN * min(if_top, if_bottom)
-        if is_woven:
-            self._top_first += float(np.clip(np.log(if_bottom / if_top), -MOST, MOST))
-        if abs(self._top_first) > SURE:
+        within = [s for s in _shifts_px(before.top, before.bottom) if np.hypot(*s) > LEAST_PX]
+        if not within:
+            self._unmoved += 1
+            if self._unmoved >= LONG:
+                self._certain = WHOLE
+            return False  # fine lines, or a lamp that flickers from field to field
+        if_top = _goes_on(within, _shifts_px(before.bottom, now.top))
+        if_bottom = _goes_on(within, [-s for s in _shifts_px(before.top, now.bottom)])
+        self._top_first += if_top - if_bottom
+        if abs(self._top_first) >= SURE:
             self._certain = TOP if self._top_first > 0 else BOTTOM
-        elif self._frames >= LONG:
-            self._certain = WHOLE
-        return is_woven
+        return True
+
+
+def _goes_on(shifts: list[Matrix], later: list[Matrix]) -> bool:
+    """Is there one among the later shifts like one before?"""
+    return any(
+        np.hypot(*(b - a)) < ALIKE * np.hypot(*a) + LEAST_PX / 2 for a in shifts for b in later
+    )
 
 
 def combs(image: Image) -> bool:
@@ -140,24 +134,28 @@ def _blocks_energy(values: GrayImage) -> GrayImage:
 
 @dataclass(frozen=True)
 class _Fields:
-    """The two fields of a frame, reduced and normalised."""
+    """The spectra of the two fields of a frame on the developed wall, at half the size."""
 
-    top: GrayImage
-    bottom: GrayImage
+    rectify: Rectifier
+    image: Image
 
-    @classmethod
-    def of(cls, image: Image) -> _Fields:
-        height, width = image.shape
-        reduction = max(height, width) / LONGEST_PX
-        size_wh = (max(3, round(width / reduction)), max(3, round(height / reduction)))
-        top, bottom = (normalise(reduce_to(rows.of(image), size_wh)) for rows in (TOP, BOTTOM))
-        # The bottom field lies a row lower: both are brought to the middle between them.
-        half_row = np.float32(size_wh[1] / height / 2)
-        return cls(
-            top[1:-1] + half_row * (top[2:] - top[1:-1]),
-            bottom[1:-1] + half_row * (bottom[:-2] - bottom[1:-1]),
-        )
+    @cached_property
+    def top(self) -> GrayImage:
+        """Of the even rows."""
+        return self._spectrum(TOP)
+
+    @cached_property
+    def bottom(self) -> GrayImage:
+        """Of the odd rows."""
+        return self._spectrum(BOTTOM)
+
+    def _spectrum(self, rows: Rows) -> GrayImage:
+        patch = halve(normalise(low_pass(self.rectify(self.image, rows))))
+        seen = (halve(self.rectify.valid.astype(np.float32)) > 0.99).astype(np.uint8)
+        return spectrum(patch, taper(seen, max(4, min(seen.shape) // 5)))
 
 
-def _difference(one: GrayImage, other: GrayImage) -> float:
-    return float(np.square(one - other).mean()) + 1e-9
+def _shifts_px(one: GrayImage, other: GrayImage) -> list[Matrix]:
+    """How far the content goes from one to the other, (2,) each; two where dirt stands still."""
+    peaks = best_peaks(correlation(one, other), 2)
+    return [np.array([p.dx_px, p.dy_px]) for p in peaks if p.psr >= LOCK_PSR]

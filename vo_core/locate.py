@@ -64,8 +64,9 @@ such blocks that unmasks a fixed pattern."""
 CERTAIN = 14.0
 """Significance (see `LOCK`) from which an alignment is sure."""
 
-RATE_SIGMA = np.array([100.0, 30.0, 0.3])
-"""How well the change of x, y and yaw is known from the frame before, mm/s and rad/s."""
+RATE_SIGMA = np.array([100.0, 30.0, 0.3, 30.0, 0.1, 0.1])
+"""How well the change of a pose is known from the frame before, mm/s and rad/s, in the order of
+`Pose`; those of height, pitch and roll are 0 on average."""
 
 UNKNOWN_RATE = Prior(np.zeros(RATES), np.diag(1 / np.square(RATE_SIGMA)))
 """Before anything moved."""
@@ -107,7 +108,11 @@ class State:
     covariance: Matrix
     """(8, 8), in the order of `Pose`, then the mount."""
     rate: Prior
-    """(3,) change of x, y and yaw a second, as far as a rolling shutter showed it."""
+    """(6,) change of the pose a second, as far as a rolling shutter showed it."""
+    start: Matrix
+    """(6,) pose of the first frame, as far as it is known by now, in the order of `Pose`."""
+    with_start: Matrix
+    """(8, 6) covariance of pose and mount with it."""
 
     def known_to(self, tilt_rad: float) -> State:
         """The same with the mount known no worse than the rig states, one sigma `tilt_rad`.
@@ -117,17 +122,20 @@ class State:
         pipe) would drift away without bound, and with it the sway that it is seen by.  So what
         the rig states is fused in again as far as it was forgotten (Kalman 1960).
         """
-        mean = np.array([*astuple(self.pose), *self.mount_rad])
-        covariance = self.covariance
+        mean, start = np.array([*astuple(self.pose), *self.mount_rad]), self.start
+        covariance, with_start = self.covariance, self.with_start
         for tilt in (POSE, POSE + 1):
             variance = covariance[tilt, tilt]
             if variance > tilt_rad**2:
                 forgotten = 1 / (1 / tilt_rad**2 - 1 / variance)
                 gain = covariance[:, tilt] / (variance + forgotten)
+                start = start - with_start[tilt] / (variance + forgotten) * mean[tilt]
+                with_start = with_start - np.outer(gain, with_start[tilt])
                 mean = mean - gain * mean[tilt]
                 covariance = covariance - np.outer(gain, covariance[tilt])
-        pose = Pose(*mean[:POSE].tolist())
-        return replace(self, pose=pose, mount_rad=mean[POSE:], covariance=covariance)
+        return State(
+            Pose(*mean[:POSE].tolist()), mean[POSE:], covariance, self.rate, start, with_start
+        )
 
 
 @dataclass(frozen=True)
@@ -190,7 +198,9 @@ class Outlook:
     ones. None before the robot has moved."""
     sway: Sway
     """How far this robot leaves its mean pose."""
-    shear_rad: float
+    rate: Matrix | None
+    """(6,) change of the pose a second between the last two fixes."""
+    shear_rad: float = 0.0
     """By how much coding may have sheared a picture, one sigma; 0 where it is too good for that."""
     is_bound: bool = False
     """Does nothing out of reach count, not even a stop?"""
@@ -334,11 +344,13 @@ class Locator:
         habit = _habit(reference, start, parameters, outlook.sway, reach_mm)
         if self._rig.camera.readout_ms > 0:
             exact = RollingMotion(self._motion)
-            before = reference.state.rate
-            rates = np.append(_rate(outlook.last, start, outlook.since_s), before.mean)
+            rate_before = reference.state.rate
+            rates = np.append(
+                _rate(start, outlook) if outlook.rate is None else outlook.rate, rate_before.mean
+            )
             information = np.zeros((2 * RATES, 2 * RATES))
             information[:RATES, :RATES] = np.diag(1 / np.square(RATE_SIGMA))
-            information[RATES:, RATES:] = before.information
+            information[RATES:, RATES:] = rate_before.information
             parameters, scales = (
                 np.append(parameters, rates),
                 np.append(scales, [*RATE_SIGMA, *RATE_SIGMA]),
@@ -368,11 +380,19 @@ class Locator:
             return None
         moved_px = np.hypot(*(self._blocks.centres(fit.positions) - self._centres).T)
         at = fit.parameters[MOVING]
-        rate = UNKNOWN_RATE
-        if self._rig.camera.readout_ms > 0:
-            shown = slice(PARAMETERS, PARAMETERS + RATES)
-            rate = Prior(fit.parameters[shown], inverse(fit.covariance[shown, shown]))
-        state = State(Pose(*at.tolist()), fit.parameters[MOUNT], covariance, rate)
+        # What the picture shows of the reference it shows of the first frame, too, as far as the
+        # errors of both are one (fixed-point smoothing; Meditch 1967).
+        before = reference.state
+        gain = before.with_start.T @ inverse(before.covariance)
+        news = fit.parameters[_KNOWN] - parameters[_KNOWN]
+        state = State(
+            pose=Pose(*at.tolist()),
+            mount_rad=fit.parameters[MOUNT],
+            covariance=covariance,
+            rate=Prior(_rate(Pose(*at.tolist()), outlook), UNKNOWN_RATE.information),
+            start=before.start + gain @ news,
+            with_start=fit.covariance[np.ix_(_KEPT, _KNOWN)] @ gain.T,
+        )
         return Fix(
             state=state.known_to(self.tilt_rad),
             reference=reference,
@@ -414,10 +434,11 @@ def _habit(
     return Prior(mean, follows.T @ weight @ follows)
 
 
-def _rate(before: Pose, after: Pose, since_s: float) -> Matrix:
-    """(3,) change of x, y and yaw a second."""
-    x_mm, y_mm = after.x_mm - before.x_mm, after.y_mm - before.y_mm
-    return np.array([x_mm, y_mm, after.yaw_rad - before.yaw_rad]) / max(since_s, 1e-3)
+def _rate(pose: Pose, outlook: Outlook) -> Matrix:
+    """(6,) change of the pose a second since the last fix."""
+    last = outlook.last
+    way = np.array([pose.x_mm - last.x_mm, pose.y_mm - last.y_mm, pose.yaw_rad - last.yaw_rad])
+    return np.append(way / max(outlook.since_s, 1e-3), np.zeros(RATES - len(way)))
 
 
 def _widened(prior: Prior, further: Prior) -> Prior:

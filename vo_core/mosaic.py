@@ -15,10 +15,9 @@ from math import floor, pi
 import cv2
 import numpy as np
 
-from vo_core.fields import WHOLE, Rows
 from vo_core.lamp import Lamp, evened
 from vo_core.optics import NODE_PX, PEAK, Canvas, Optics
-from vo_core.rectify import PATCH_SIDE_PX, PatchGrid, Rectifier
+from vo_core.rectify import PATCH_SIDE_PX, WHOLE, PatchGrid, Rectifier, Rows
 from vo_core.resample import resample, resample_colour
 from vo_core.rig import Rig
 from vo_core.track import Estimate

@@ -8,7 +8,7 @@ motion before them and say so.  Times only say where to look first: no stamp mov
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 from itertools import product
 
 import numpy as np
@@ -17,7 +17,7 @@ from vo_core.bed import Bed
 from vo_core.blocks import BlockGrid
 from vo_core.clock import Clock
 from vo_core.errors import InvalidTime
-from vo_core.fields import WHOLE, Interlacing
+from vo_core.fields import Interlacing
 from vo_core.filters import low_pass, normalise
 from vo_core.health import NO_HEALTH, Health, HealthGauge
 from vo_core.height import scale_sigma
@@ -34,7 +34,7 @@ from vo_core.locate import (
 )
 from vo_core.motion import POSE
 from vo_core.pattern import FixedPattern
-from vo_core.rectify import Rectifier
+from vo_core.rectify import BOTTOM, TOP, WHOLE, Rectifier, Rows
 from vo_core.resample import grey_frame, reduce_to
 from vo_core.rig import Rig
 from vo_core.skipped import Skipping, blank
@@ -71,8 +71,11 @@ REACH_PX = 2.0
 APART = 4.0
 """Pixels of the patch by which two guesses must differ to be tried both."""
 
-REPEATED_LIMIT_S = 0.5
+REPEATED_LIMIT_S = 0.3
 """A picture that repeats itself for longer shows a robot that stands."""
+
+STOPPED = 0.5
+"""Share of the predicted way below which a robot stood while its picture repeated itself."""
 
 LOST_LIMIT_S = 1.0
 """After so long without a fix the newest picture becomes a reference, at a guessed pose."""
@@ -83,8 +86,12 @@ PATTERN_STEP = 0.1
 RELIABILITY_GAIN, RELIABILITY_FLOOR = 0.05, 0.05
 """Share of the newest frame in the mean, and what every block keeps: a lens may be wiped."""
 
-START_SIGMA = (1e-3, 0.5, np.radians(0.2), 1e-3, 1e-5, 1e-5)
-"""How well the rig describes the pose at the start, in the order of `Pose`: mm and rad."""
+START_SIGMA = {
+    "circular": (1e-3, 4.0, np.radians(1), 1e-3, 1e-5, 1e-5),
+    "flat": (1e-3, 0.5, np.radians(0.2), 1e-3, 1e-5, 1e-5),
+}
+"""Of the first pose, in the order of `Pose`, mm and rad.  A film may begin anywhere on the way of a
+robot that sways, and the pipe shows how it stands; on a floor the first pose defines the axes."""
 
 LINK_ERROR = (0.0, 0.0, 0.0, 0.01, np.radians(0.003), np.radians(0.003), 0.0, 0.0)
 """Error of z, pitch and roll, mm and rad, that each keyframe adds beyond its covariance."""
@@ -132,7 +139,9 @@ class Odometry:
         self._scale_sigma = scale_sigma(rig)
         self._least_overlap = KEYFRAME_OVERLAP[rig.pipe.shape]
         self._rectify = Rectifier(rig)
-        self._interlacing = Interlacing()
+        self._interlacing = Interlacing(self._rectify)
+        self._first: tuple[Image, Rows] | None = None
+        """The picture at the zero point and how it was read, until the fields are certain."""
         self._blocks = BlockGrid.over(self._rectify.grid.shape)
         self._skipping = Skipping(self._blocks)
         self._is_torn = False
@@ -150,10 +159,11 @@ class Odometry:
         """The newest frame with a fix; after a long loss the newest one, at a guessed pose."""
         self._pose = self._fix_pose = Pose()
         """Of the last frame, and of the last frame that was measured."""
-        tilts_rad = (self._locator.tilt_rad, self._locator.tilt_rad)
-        self._covariance = np.diag(np.square([*START_SIGMA, *tilts_rad]))
+        self._covariance = self._at_start()
         self._fix_covariance = self._covariance
         """(8, 8), as in `State`."""
+        self._start, self._with_start = np.zeros(POSE), self._covariance[:, :POSE]
+        """As in `State`, at the last fix."""
         self._mount_rad, self._rate = np.zeros(2), UNKNOWN_RATE
         rows, columns = self._rectify.grid.shape
         side_mm = self._rectify.grid.mm_per_px
@@ -170,6 +180,8 @@ class Odometry:
         self._frame = 0
         self._is_noiseless = False
         """Did the robot stand, and no noise show it?"""
+        self._is_held = False
+        """Did the last picture only repeat the one before?"""
         self._pose_before = Pose()
         self._health: Health | None = NO_HEALTH
         """Of the last frame, once it was asked for."""
@@ -196,6 +208,7 @@ class Odometry:
         before = self._pose
         image = grey_frame(self.rig.camera, image)
         self.rows = self._interlacing(image)
+        self._keep_zero(self.rows)
         patch = self._rectify(image, self.rows)
         normal = normalise(low_pass(patch))
         way_mm = _vector(self._predict()) - _vector(self._pose)
@@ -203,11 +216,16 @@ class Odometry:
         self._is_torn = bool(skipped.any())
         self._is_fresh = self._skipping.is_coarse and skipped.mean() < FRESH
         picture = Picture(blank(self._blocks, self._pattern.remove(normal), skipped))
-        is_new = _contrast(patch) >= LEAST_CONTRAST and not self._is_repeated(patch)
+        was_repeated, self._is_held = self._is_held, self._is_repeated(patch)
+        is_new = _contrast(patch) >= LEAST_CONTRAST and not self._is_held
         fix = self._measure(picture) if is_new else None
         if self._keyframe is None:
             status, quality = self._begin(picture, is_new=is_new)
+            if self._keyframe is not None and not self._interlacing.is_certain:
+                self._first = image, self.rows
         elif fix is not None:
+            if was_repeated:
+                self._judge_repeats(fix)
             status, quality = self._take(fix, picture)
             self._learn(normal, fix)
         else:
@@ -240,6 +258,59 @@ class Odometry:
         """Frame periods since the last fix."""
         return self._clock.periods - self._fix_periods
 
+    def _at_start(self) -> Matrix:
+        """(8, 8) covariance of the first pose and the mount."""
+        tilts_rad = (self._locator.tilt_rad, self._locator.tilt_rad)
+        return np.diag(np.square([*START_SIGMA[self.rig.pipe.shape], *tilts_rad]))
+
+    def _keep_zero(self, rows: Rows) -> None:
+        """Put the zero point where the first picture was taken, if its wrong field was read.
+
+        What was measured since holds, from another moment on: half a frame of motion too much.
+        """
+        if self._first is None:
+            return
+        image, before = self._first
+        if {before, rows} == {TOP, BOTTOM}:
+            read, anew = (
+                Picture(normalise(low_pass(self._rectify(image, field))))
+                for field in (before, rows)
+            )
+            covariance = self._at_start()
+            at = State(
+                Pose(),
+                self._mount_rad,
+                covariance,
+                UNKNOWN_RATE,
+                np.zeros(POSE),
+                covariance[:, :POSE],
+            )
+            reference = Reference(read, self._locator.valid, at)
+            outlook = Outlook(np.inf, Pose(), self._clock.period_s / 2, None, self._sway, None)
+            fix = self._locator.locate(reference, anew, Pose(), outlook)
+            if fix is not None:
+                self._shift(-fix.pose.x_mm, -fix.pose.y_mm)
+            self._first = image, rows
+        if self._interlacing.is_certain:
+            self._first = None
+
+    def _shift(self, x_mm: float, y_mm: float) -> None:
+        """Move all that was measured against the zero point."""
+
+        def shifted(pose: Pose) -> Pose:
+            return replace(pose, x_mm=pose.x_mm + x_mm, y_mm=pose.y_mm + y_mm)
+
+        self._pose, self._fix_pose, self._pattern_pose = (
+            shifted(pose) for pose in (self._pose, self._fix_pose, self._pattern_pose)
+        )
+        keyframe, fallback = self._keyframe, self._fallback
+        self._keyframe, self._fallback = (
+            r and replace(r, state=replace(r.state, pose=shifted(r.pose)))
+            for r in (keyframe, fallback)
+        )
+        if keyframe is fallback:
+            self._fallback = self._keyframe
+
     def _is_repeated(self, patch: GrayImage) -> bool:
         """Is it the last picture once more, although the robot was moving?
 
@@ -255,6 +326,11 @@ class Odometry:
             self._is_noiseless = True
         lasts_s = self._gone * self._clock.period_s
         return not self._is_noiseless and lasts_s <= REPEATED_LIMIT_S
+
+    def _judge_repeats(self, fix: Fix) -> None:
+        """Was it a stop that the pictures hid that repeated themselves before this one?"""
+        way_mm = _apart_mm(self._predict(), self._fix_pose)
+        self._is_noiseless |= _apart_mm(fix.pose, self._fix_pose) < STOPPED * way_mm
 
     def _predict(self) -> Pose:
         """The pose if the robot went on as before, but never out of sight of the last fix."""
@@ -281,7 +357,12 @@ class Odometry:
             reach_mm = ACCELERATION_MM_S2 * gone_s**2 + REACH_PX * self._rectify.grid.mm_per_px
             reach_mm += self._clock.jitter * way_mm
         shear_rad = SHEAR_ERROR * (1 - self._fidelity) if self._skipping.is_coarse else 0.0
-        return Outlook(reach_mm, self._fix_pose, gone_s, self._reliability, self._sway, shear_rad)
+        rate = None
+        if self._velocity is not None:
+            rate = np.append(self._velocity / self._clock.period_s, np.zeros(3))
+        return Outlook(
+            reach_mm, self._fix_pose, gone_s, self._reliability, self._sway, rate, shear_rad
+        )
 
     def _measure(self, picture: Picture) -> Fix | None:
         """The pose by the keyframe, else by the newest frame.
@@ -332,6 +413,7 @@ class Odometry:
         self._pose = self._fix_pose = fix.pose
         self._covariance = self._fix_covariance = fix.state.covariance
         self._mount_rad, self._rate = fix.state.mount_rad, fix.state.rate
+        self._start, self._with_start = fix.state.start, fix.state.with_start
         self._fix_periods = self._clock.periods
         self._fallback = self._reference(picture, turn_rad=_systematic(TURN_ERROR, fix))
         least = COARSE_OVERLAP if self._skipping.is_coarse else self._least_overlap
@@ -363,7 +445,9 @@ class Odometry:
     def _reference(self, picture: Picture, turn_rad: float = 0.0) -> Reference:
         covariance = self._covariance + np.diag(np.square(LINK_ERROR))
         covariance[2, 2] += turn_rad**2
-        state = State(self._pose, self._mount_rad, covariance, self._rate)
+        state = State(
+            self._pose, self._mount_rad, covariance, self._rate, self._start, self._with_start
+        )
         return Reference(picture, self._locator.valid, state)
 
     def _learn(self, normal: GrayImage, fix: Fix) -> None:
@@ -381,7 +465,7 @@ class Odometry:
         self._pattern_pose = self._pose
 
     def _estimate(self, t_s: float, status: Status, quality: float) -> Estimate:
-        pose = self._pose
+        pose = Pose(*(np.array(astuple(self._pose)) - self._start))
         sigma_mm = float(np.sqrt(self._covariance[0, 0] + self._model_mm**2))
         scale_mm = np.hypot(self._scale_sigma * pose.x_mm, self._bed.sigma_mm)
         return Estimate(

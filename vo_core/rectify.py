@@ -13,10 +13,9 @@ import cv2
 import numpy as np
 
 from vo_core.errors import InvalidRig
-from vo_core.fields import WHOLE, Rows
 from vo_core.resample import grey_frame, reduce_to
 from vo_core.rig import Rig
-from vo_core.types import ByteImage, GrayImage, Image
+from vo_core.types import AnyImage, ByteImage, GrayImage, Image
 from vo_core.wall import (
     Points,
     Pose,
@@ -47,6 +46,23 @@ is compressed towards its border, an average there lies outward of its centre, a
 reads too long (by 0.06 % looking forward)."""
 
 NOMINAL = Pose()
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """Every `step`-th row of a picture from the row `first` on."""
+
+    first: int
+    step: int
+
+    def of(self, image: AnyImage) -> AnyImage:
+        """Those rows, (H / step, W, ...)."""
+        return image[self.first :: self.step]
+
+
+WHOLE = Rows(0, 1)
+TOP, BOTTOM = Rows(0, 2), Rows(1, 2)
+"""The two fields of an interlaced picture."""
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ import pytest
 from textures import texture
 from worlds import World, floor_rig, follow, speckle, stored
 
-from vo_core.fields import BOTTOM, TOP, WHOLE, Interlacing
-from vo_core.rectify import Rectifier
+from vo_core.fields import Interlacing
+from vo_core.rectify import BOTTOM, TOP, WHOLE, Rectifier
 
 SHAPE = (240, 320)
 STEP_PX = 10.0
@@ -52,7 +52,7 @@ def woven(pictures, first):
 
 def read(frames):
     """The rows that each frame is read by."""
-    interlacing = Interlacing()
+    interlacing = Interlacing(Rectifier(floor_rig()))
     return [interlacing(frame) for frame in frames]
 
 
@@ -121,7 +121,7 @@ def test_dirt_text_and_drop_outs_hide_no_fields(first):
 
 def test_the_search_goes_on_from_a_checkpoint_as_it_would_have():
     frames = woven(moments(30), BOTTOM)
-    interlacing = Interlacing()
+    interlacing = Interlacing(Rectifier(floor_rig()))
     seen = []
     for frame in frames:
         seen.append(interlacing(frame))
@@ -155,4 +155,16 @@ def test_an_interlaced_run_is_measured_at_the_times_of_its_frames(first):
     # The first frames of motion may be read by the wrong field.
     error_mm = (track.x_mm - x_mm[::2])[8:]
     assert np.abs(error_mm).max() < 0.1
+    assert not (track.status == "lost").any()
+
+
+@ORDERS
+@pytest.mark.parametrize("speed_mm", [1.0, 25.0])
+def test_an_interlaced_film_may_begin_in_mid_drive(first, speed_mm):
+    """The first picture is read before the order is known: the zero point is put right."""
+    rig = floor_rig()
+    world = World(rig, speckle(4))
+    x_mm = speed_mm * np.arange(24)
+    track = follow(rig, woven([stored(world.view(float(x)), n) for n, x in enumerate(x_mm)], first))
+    assert np.abs(track.x_mm - x_mm[::2]).max() < 0.1
     assert not (track.status == "lost").any()

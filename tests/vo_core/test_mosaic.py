@@ -10,9 +10,9 @@ from textures import make_rig
 from worlds import World, floor_rig, glass, small_rig, speckle, stored
 
 from vo_core import Estimate, InvalidRig
-from vo_core.fields import BOTTOM, TOP
 from vo_core.mosaic import FINEST_MM, MOST_PX, OPEN_S, SHELF, TILE_MM, UNSEEN_GREY, Layout, Mosaic
 from vo_core.optics import NODE_PX
+from vo_core.rectify import BOTTOM, TOP
 from vo_core.wall import enclose
 
 FISHEYE = {"model": "fisheye", "fx": 105.0, "fy": 105.0}
