@@ -64,9 +64,8 @@ such blocks that unmasks a fixed pattern."""
 CERTAIN = 14.0
 """Significance (see `LOCK`) from which an alignment is sure."""
 
-RATE_SIGMA = np.array([100.0, 30.0, 0.3, 30.0, 0.1, 0.1])
-"""How well the change of a pose is known from the frame before, mm/s and rad/s, in the order of
-`Pose`; those of height, pitch and roll are 0 on average."""
+RATE_SIGMA = np.array([100.0, 30.0, 0.3])
+"""How well the change of x, y and yaw is known from the frame before, mm/s and rad/s."""
 
 UNKNOWN_RATE = Prior(np.zeros(RATES), np.diag(1 / np.square(RATE_SIGMA)))
 """Before anything moved."""
@@ -108,7 +107,7 @@ class State:
     covariance: Matrix
     """(8, 8), in the order of `Pose`, then the mount."""
     rate: Prior
-    """(6,) change of the pose a second, as far as a rolling shutter showed it."""
+    """(3,) change of x, y and yaw a second, about."""
     start: Matrix
     """(6,) pose of the first frame, as far as it is known by now, in the order of `Pose`."""
     with_start: Matrix
@@ -199,7 +198,7 @@ class Outlook:
     sway: Sway
     """How far this robot leaves its mean pose."""
     rate: Matrix | None
-    """(6,) change of the pose a second between the last two fixes."""
+    """(3,) change of x, y and yaw a second between the last two fixes."""
     shear_rad: float = 0.0
     """By how much coding may have sheared a picture, one sigma; 0 where it is too good for that."""
     is_bound: bool = False
@@ -435,10 +434,10 @@ def _habit(
 
 
 def _rate(pose: Pose, outlook: Outlook) -> Matrix:
-    """(6,) change of the pose a second since the last fix."""
+    """(3,) change of x, y and yaw a second since the last fix."""
     last = outlook.last
     way = np.array([pose.x_mm - last.x_mm, pose.y_mm - last.y_mm, pose.yaw_rad - last.yaw_rad])
-    return np.append(way / max(outlook.since_s, 1e-3), np.zeros(RATES - len(way)))
+    return way / max(outlook.since_s, 1e-3)
 
 
 def _widened(prior: Prior, further: Prior) -> Prior:

@@ -43,8 +43,8 @@ PARAMETERS = 2 * POSE + 2
 _numbers = attrgetter(*Pose.__match_args__)
 """Of a pose, in its order; `astuple` would copy each of them deeply."""
 
-RATES = POSE
-"""How fast each parameter of a pose changes, where a shutter rolls."""
+RATES = 3
+"""Of x, y and yaw, where a shutter rolls."""
 
 
 class WallMotion:
@@ -74,12 +74,6 @@ class WallMotion:
         """Where the moving camera shows the points of the reference's patch, (axial, arc) mm."""
         wall = cast(self._rig, reference, self._rays)
         return develop(self._rig, cast(self._rig, NOMINAL, sight(self._rig, moving, wall)))
-
-    def drift(self, rate: Matrix) -> Matrix:
-        """(2,) how fast places of the wall drift in the patch, mm/s, in its middle, about."""
-        x, y, _, _, pitch, roll = rate
-        depth_mm = self._rig.mount.height_mm
-        return np.array([-x - depth_mm * pitch, -y + depth_mm * roll])
 
     def linearise(self, q: Matrix) -> tuple[Points, Matrix]:
         """w(q) and dw/dq at the points, (N, 2) and (N, 2, 14), of a global shutter.
@@ -113,7 +107,7 @@ class WallMotion:
 class RollingMotion:
     """The same of a rolling shutter: each point has the poses of the rows that show it.
 
-    q = (that of `WallMotion`, rate, rate of the reference), (26,): how fast the poses change, in
+    q = (that of `WallMotion`, rate, rate of the reference), (20,): how fast x, y and yaw change, in
     mm/s and rad/s.  Rows of different times show it, as a shear or a stretch of the picture.
     """
 
@@ -128,8 +122,9 @@ class RollingMotion:
         """w(q) and dw/dq; by the poses that of a global shutter, which is near enough."""
         positions, offset_s = self._appears(q)
         by_pose = self._motion.linearise(q[:PARAMETERS])[1]
-        by_rate = by_pose[..., MOVING] * offset_s[:, None, None]
-        before = by_pose[..., REFERENCE] * self._motion.exposure.offset_s[:, None, None]
+        by_rate = by_pose[..., :RATES] * offset_s[:, None, None]
+        of_reference = by_pose[..., POSE : POSE + RATES]
+        before = of_reference * self._motion.exposure.offset_s[:, None, None]
         return positions, np.concatenate([by_pose, by_rate, before], -1)
 
     def _appears(self, q: Matrix) -> tuple[Points, Matrix]:
@@ -138,7 +133,7 @@ class RollingMotion:
         moving, reference = poses(q)
         then = _along(reference, before, motion.exposure.offset_s)
         moved_mm = motion.appears(then, moving) - motion.places_mm
-        offset_s = motion.exposure.of_moved(moved_mm, motion.drift(rate))
+        offset_s = motion.exposure.of_moved(moved_mm, -rate[:2])
         now = _along(moving, rate, offset_s)
         return motion.grid.to_px(motion.appears(then, now)), offset_s
 
@@ -188,7 +183,9 @@ def poses(q: Matrix) -> tuple[Pose, Pose]:
 
 def _along(pose: Pose, rate: Matrix, offset_s: Matrix) -> Poses:
     """The pose at other times, (N,) each."""
-    return Poses(*(np.array(_numbers(pose))[:, None] + rate[:, None] * offset_s))
+    x, y, yaw = np.array(_numbers(pose))[:RATES, None] + rate[:, None] * offset_s
+    still = np.zeros_like(offset_s)
+    return Poses(x, y, yaw, pose.z_mm + still, pose.pitch_rad + still, pose.roll_rad + still)
 
 
 def _norm(vectors: Points) -> Matrix:

@@ -258,11 +258,6 @@ class Odometry:
         """Frame periods since the last fix."""
         return self._clock.periods - self._fix_periods
 
-    def _at_start(self) -> Matrix:
-        """(8, 8) covariance of the first pose and the mount."""
-        tilts_rad = (self._locator.tilt_rad, self._locator.tilt_rad)
-        return np.diag(np.square([*START_SIGMA[self.rig.pipe.shape], *tilts_rad]))
-
     def _keep_zero(self, rows: Rows) -> None:
         """Put the zero point where the first picture was taken, if its wrong field was read.
 
@@ -293,6 +288,11 @@ class Odometry:
             self._first = image, rows
         if self._interlacing.is_certain:
             self._first = None
+
+    def _at_start(self) -> Matrix:
+        """(8, 8) covariance of the first pose and the mount."""
+        tilts_rad = (self._locator.tilt_rad, self._locator.tilt_rad)
+        return np.diag(np.square([*START_SIGMA[self.rig.pipe.shape], *tilts_rad]))
 
     def _shift(self, x_mm: float, y_mm: float) -> None:
         """Move all that was measured against the zero point."""
@@ -357,9 +357,7 @@ class Odometry:
             reach_mm = ACCELERATION_MM_S2 * gone_s**2 + REACH_PX * self._rectify.grid.mm_per_px
             reach_mm += self._clock.jitter * way_mm
         shear_rad = SHEAR_ERROR * (1 - self._fidelity) if self._skipping.is_coarse else 0.0
-        rate = None
-        if self._velocity is not None:
-            rate = np.append(self._velocity / self._clock.period_s, np.zeros(3))
+        rate = None if self._velocity is None else self._velocity / self._clock.period_s
         return Outlook(
             reach_mm, self._fix_pose, gone_s, self._reliability, self._sway, rate, shear_rad
         )
