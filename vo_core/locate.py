@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -44,6 +44,7 @@ from vo_core.motion import (
 )
 from vo_core.rectify import Rectifier
 from vo_core.resample import double, halve, resample, resample_mask
+from vo_core.state import RATE_SIGMA, UNKNOWN_RATE, State, tilt_sigma_rad
 from vo_core.sway import Sway, kept, spread
 from vo_core.types import ByteImage, GrayImage, Matrix
 from vo_core.wall import Pose
@@ -63,15 +64,6 @@ such blocks that unmasks a fixed pattern."""
 
 CERTAIN = 14.0
 """Significance (see `LOCK`) from which an alignment is sure."""
-
-RATE_SIGMA = np.array([100.0, 30.0, 0.3])
-"""How well the change of x, y and yaw is known from the frame before, mm/s and rad/s."""
-
-UNKNOWN_RATE = Prior(np.zeros(RATES), np.diag(1 / np.square(RATE_SIGMA)))
-"""Before anything moved."""
-
-LEAST_TILT_DEG = 1e-3
-"""No mount is known better, so that its uncertainty can be inverted."""
 
 _DIFFERENCE = np.zeros((POSE, PARAMETERS))
 _DIFFERENCE[:, MOVING], _DIFFERENCE[:, REFERENCE] = np.eye(POSE), -np.eye(POSE)
@@ -95,46 +87,6 @@ class Picture:
     def doubled(self) -> GrayImage:
         """Twice the size, for the alignment."""
         return double(self.fine)
-
-
-@dataclass(frozen=True)
-class State:
-    """A pose and the tilt of the mount, and how well both are known."""
-
-    pose: Pose
-    mount_rad: Matrix
-    """(2,) pitch and roll of the mount against the rig."""
-    covariance: Matrix
-    """(8, 8), in the order of `Pose`, then the mount."""
-    rate: Prior
-    """(3,) change of x, y and yaw a second, about."""
-    start: Matrix
-    """(6,) pose of the first frame, as far as it is known by now, in the order of `Pose`."""
-    with_start: Matrix
-    """(8, 6) covariance of pose and mount with it."""
-
-    def known_to(self, tilt_rad: float) -> State:
-        """The same with the mount known no worse than the rig states, one sigma `tilt_rad`.
-
-        Where the rig is wrong, blocks disagree, and each keyframe adds their scatter to what it
-        inherits.  A tilt that the pictures hardly show (the roll of a fisheye on the axis of the
-        pipe) would drift away without bound, and with it the sway that it is seen by.  So what
-        the rig states is fused in again as far as it was forgotten (Kalman 1960).
-        """
-        mean, start = np.array([*astuple(self.pose), *self.mount_rad]), self.start
-        covariance, with_start = self.covariance, self.with_start
-        for tilt in (POSE, POSE + 1):
-            variance = covariance[tilt, tilt]
-            if variance > tilt_rad**2:
-                forgotten = 1 / (1 / tilt_rad**2 - 1 / variance)
-                gain = covariance[:, tilt] / (variance + forgotten)
-                start = start - with_start[tilt] / (variance + forgotten) * mean[tilt]
-                with_start = with_start - np.outer(gain, with_start[tilt])
-                mean = mean - gain * mean[tilt]
-                covariance = covariance - np.outer(gain, covariance[tilt])
-        return State(
-            Pose(*mean[:POSE].tolist()), mean[POSE:], covariance, self.rate, start, with_start
-        )
 
 
 @dataclass(frozen=True)
@@ -210,7 +162,7 @@ class Locator:
 
     def __init__(self, rectifier: Rectifier) -> None:
         self._rig, self._grid = rectifier.rig, rectifier.grid
-        self.tilt_rad = float(np.radians(max(self._rig.tolerance.tilt_deg, LEAST_TILT_DEG)))
+        self._tilt_rad = tilt_sigma_rad(self._rig)
         """How well the tilt of the mount is known, one sigma."""
         self._blocks = BlockGrid.over(self._grid.shape)
         self.valid = rectifier.valid
@@ -393,7 +345,7 @@ class Locator:
             with_start=fit.covariance[np.ix_(_KEPT, _KNOWN)] @ gain.T,
         )
         return Fix(
-            state=state.known_to(self.tilt_rad),
+            state=state.known_to(self._tilt_rad),
             reference=reference,
             alignment=fit,
             moved_px=float(np.median(moved_px[np.isfinite(moved_px)])),

@@ -21,23 +21,14 @@ from vo_core.fields import Interlacing
 from vo_core.filters import low_pass, normalise
 from vo_core.health import NO_HEALTH, Health, HealthGauge
 from vo_core.height import scale_sigma
-from vo_core.locate import (
-    CERTAIN,
-    LEAST_OVERLAP,
-    UNKNOWN_RATE,
-    Fix,
-    Locator,
-    Outlook,
-    Picture,
-    Reference,
-    State,
-)
+from vo_core.locate import CERTAIN, LEAST_OVERLAP, Fix, Locator, Outlook, Picture, Reference
 from vo_core.motion import POSE
 from vo_core.pattern import FixedPattern
 from vo_core.rectify import BOTTOM, TOP, WHOLE, Rectifier, Rows
 from vo_core.resample import grey_frame, reduce_to
 from vo_core.rig import Rig
 from vo_core.skipped import Skipping, blank
+from vo_core.state import State
 from vo_core.sway import Sway
 from vo_core.tilt import MountTilt
 from vo_core.track import Estimate, Status
@@ -85,13 +76,6 @@ PATTERN_STEP = 0.1
 
 RELIABILITY_GAIN, RELIABILITY_FLOOR = 0.05, 0.05
 """Share of the newest frame in the mean, and what every block keeps: a lens may be wiped."""
-
-START_SIGMA = {
-    "circular": (1e-3, 4.0, np.radians(1), 1e-3, 1e-5, 1e-5),
-    "flat": (1e-3, 0.5, np.radians(0.2), 1e-3, 1e-5, 1e-5),
-}
-"""Of the first pose, in the order of `Pose`, mm and rad.  A film may begin anywhere on the way of a
-robot that sways, and the pipe shows how it stands; on a floor the first pose defines the axes."""
 
 LINK_ERROR = (0.0, 0.0, 0.0, 0.01, np.radians(0.003), np.radians(0.003), 0.0, 0.0)
 """Error of z, pitch and roll, mm and rad, that each keyframe adds beyond its covariance."""
@@ -157,14 +141,8 @@ class Odometry:
         self._keyframe: Reference | None = None
         self._fallback: Reference | None = None
         """The newest frame with a fix; after a long loss the newest one, at a guessed pose."""
-        self._pose = self._fix_pose = Pose()
-        """Of the last frame, and of the last frame that was measured."""
-        self._covariance = self._at_start()
-        self._fix_covariance = self._covariance
-        """(8, 8), as in `State`."""
-        self._start, self._with_start = np.zeros(POSE), self._covariance[:, :POSE]
-        """As in `State`, at the last fix."""
-        self._mount_rad, self._rate = np.zeros(2), UNKNOWN_RATE
+        self._state = self._fixed = State.at_start(rig)
+        """At the last frame, and at the last frame that was measured."""
         rows, columns = self._rectify.grid.shape
         side_mm = self._rectify.grid.mm_per_px
         self._sway, self._bed = Sway(rig), Bed(rig, (columns * side_mm, rows * side_mm))
@@ -205,13 +183,13 @@ class Odometry:
         if not np.isfinite(t_s):
             raise InvalidTime(f"Frame {self._frame} has the time {t_s} s; it must be finite.")
         self._clock.tick(t_s)
-        before = self._pose
+        before = self._state.pose
         image = grey_frame(self.rig.camera, image)
         self.rows = self._interlacing(image)
         self._keep_zero(self.rows)
         patch = self._rectify(image, self.rows)
         normal = normalise(low_pass(patch))
-        way_mm = _vector(self._predict()) - _vector(self._pose)
+        way_mm = _vector(self._predict()) - _vector(self._state.pose)
         skipped = self._skipping(normal, way_mm[:2] / self._rectify.grid.mm_per_px)
         self._is_torn = bool(skipped.any())
         self._is_fresh = self._skipping.is_coarse and skipped.mean() < FRESH
@@ -241,7 +219,7 @@ class Odometry:
         if self._health is None and self.patch is not None:
             self._health = self._gauge.take(
                 self.patch,
-                overlap=self._rectify.grid.common(self._pose_before, self._pose),
+                overlap=self._rectify.grid.common(self._pose_before, self._state.pose),
                 fixed_pattern=self._pattern.share,
             )
         return self._health or NO_HEALTH
@@ -249,8 +227,9 @@ class Odometry:
     @property
     def tilt(self) -> MountTilt:
         """Of the mount against the rig, by all frames until now."""
-        pitch, roll = np.degrees(self._mount_rad).tolist()
-        pitch_sigma, roll_sigma = np.degrees(np.sqrt(np.diag(self._covariance)[POSE:])).tolist()
+        pitch, roll = np.degrees(self._state.mount_rad).tolist()
+        variance = np.diag(self._state.covariance)[POSE:]
+        pitch_sigma, roll_sigma = np.degrees(np.sqrt(variance)).tolist()
         return MountTilt(pitch, roll, pitch_sigma, roll_sigma)
 
     @property
@@ -271,16 +250,8 @@ class Odometry:
                 Picture(normalise(low_pass(self._rectify(image, field))))
                 for field in (before, rows)
             )
-            covariance = self._at_start()
-            at = State(
-                Pose(),
-                self._mount_rad,
-                covariance,
-                UNKNOWN_RATE,
-                np.zeros(POSE),
-                covariance[:, :POSE],
-            )
-            reference = Reference(read, self._locator.valid, at)
+            at_start = replace(State.at_start(self.rig), mount_rad=self._fixed.mount_rad)
+            reference = Reference(read, self._locator.valid, at_start)
             outlook = Outlook(np.inf, Pose(), self._clock.period_s / 2, None, self._sway, None)
             fix = self._locator.locate(reference, anew, Pose(), outlook)
             if fix is not None:
@@ -289,19 +260,15 @@ class Odometry:
         if self._interlacing.is_certain:
             self._first = None
 
-    def _at_start(self) -> Matrix:
-        """(8, 8) covariance of the first pose and the mount."""
-        tilts_rad = (self._locator.tilt_rad, self._locator.tilt_rad)
-        return np.diag(np.square([*START_SIGMA[self.rig.pipe.shape], *tilts_rad]))
-
     def _shift(self, x_mm: float, y_mm: float) -> None:
         """Move all that was measured against the zero point."""
 
         def shifted(pose: Pose) -> Pose:
             return replace(pose, x_mm=pose.x_mm + x_mm, y_mm=pose.y_mm + y_mm)
 
-        self._pose, self._fix_pose, self._pattern_pose = (
-            shifted(pose) for pose in (self._pose, self._fix_pose, self._pattern_pose)
+        self._pattern_pose = shifted(self._pattern_pose)
+        self._state, self._fixed = (
+            replace(state, pose=shifted(state.pose)) for state in (self._state, self._fixed)
         )
         keyframe, fallback = self._keyframe, self._fallback
         self._keyframe, self._fallback = (
@@ -329,15 +296,15 @@ class Odometry:
 
     def _judge_repeats(self, fix: Fix) -> None:
         """Was it a stop that the pictures hid that repeated themselves before this one?"""
-        way_mm = _apart_mm(self._predict(), self._fix_pose)
-        self._is_noiseless |= _apart_mm(fix.pose, self._fix_pose) < STOPPED * way_mm
+        way_mm = _apart_mm(self._predict(), self._fixed.pose)
+        self._is_noiseless |= _apart_mm(fix.pose, self._fixed.pose) < STOPPED * way_mm
 
     def _predict(self) -> Pose:
         """The pose if the robot went on as before, but never out of sight of the last fix."""
         if self._velocity is None:
-            return self._fix_pose
+            return self._fixed.pose
         x, y, yaw = self._velocity * self._gone * min(1.0, self._most_periods / self._gone)
-        at = self._fix_pose
+        at = self._fixed.pose
         return replace(at, x_mm=at.x_mm + x, y_mm=at.y_mm + y, yaw_rad=at.yaw_rad + yaw)
 
     @property
@@ -359,7 +326,7 @@ class Odometry:
         shear_rad = SHEAR_ERROR * (1 - self._fidelity) if self._skipping.is_coarse else 0.0
         rate = None if self._velocity is None else self._velocity / self._clock.period_s
         return Outlook(
-            reach_mm, self._fix_pose, gone_s, self._reliability, self._sway, rate, shear_rad
+            reach_mm, self._fixed.pose, gone_s, self._reliability, self._sway, rate, shear_rad
         )
 
     def _measure(self, picture: Picture) -> Fix | None:
@@ -373,8 +340,8 @@ class Odometry:
         if self._is_torn:
             # Texture that was skipped for some frames and then moved on lies whole ways off.
             outlook = replace(outlook, is_bound=True)
-        elif _apart_mm(predicted, self._fix_pose) > APART * self._rectify.grid.mm_per_px:
-            guesses.append(self._fix_pose)
+        elif _apart_mm(predicted, self._fixed.pose) > APART * self._rectify.grid.mm_per_px:
+            guesses.append(self._fixed.pose)
         for guess, reference in product(guesses, references):
             if self._locator.overlap(reference, guess) >= LEAST_OVERLAP:
                 fix = self._locator.locate(reference, picture, guess, outlook)
@@ -388,30 +355,27 @@ class Odometry:
     def _begin(self, picture: Picture, *, is_new: bool) -> tuple[Status, float]:
         if not is_new:
             return self._bridge(picture, is_new=False)
-        self._fix_periods, self._fix_covariance = self._clock.periods, self._covariance
+        self._fix_periods, self._fixed = self._clock.periods, self._state
         self._keyframe = self._fallback = self._reference(picture)
         return "ok", 1.0
 
     def _take(self, fix: Fix, picture: Picture) -> tuple[Status, float]:
         share = _systematic(SCALE_ERROR, fix) * self._rectify.unevenness
-        self._model_mm += share * (fix.pose.x_mm - self._fix_pose.x_mm)
+        self._model_mm += share * (fix.pose.x_mm - self._fixed.pose.x_mm)
         self._fidelity += FIDELITY_GAIN * (fix.alignment.fidelity - self._fidelity)
         self._sway.learn(fix.change, fix.change_variance)
         self._sway.follow(fix.pose, np.diag(fix.state.covariance)[:6])
-        self._bed.take(fix.change, self._fix_pose.x_mm, fix.pose.x_mm)
+        self._bed.take(fix.change, self._fixed.pose.x_mm, fix.pose.x_mm)
         # A standstill that may be dirt says nothing of the speed, so the next frame can unmask it.
         if fix.is_doubtful and self._reliability is None:
             self._velocity = None
         else:
-            velocity = (_vector(fix.pose) - _vector(self._fix_pose)) / self._gone
+            velocity = (_vector(fix.pose) - _vector(self._fixed.pose)) / self._gone
             if self._skipping.is_coarse and self._velocity is not None:
                 # Noise that a bridge would carry far off.
                 velocity = np.array([(velocity[0] + self._velocity[0]) / 2, 0.0, 0.0])
             self._velocity = velocity
-        self._pose = self._fix_pose = fix.pose
-        self._covariance = self._fix_covariance = fix.state.covariance
-        self._mount_rad, self._rate = fix.state.mount_rad, fix.state.rate
-        self._start, self._with_start = fix.state.start, fix.state.with_start
+        self._state = self._fixed = fix.state
         self._fix_periods = self._clock.periods
         self._fallback = self._reference(picture, turn_rad=_systematic(TURN_ERROR, fix))
         least = COARSE_OVERLAP if self._skipping.is_coarse else self._least_overlap
@@ -430,10 +394,10 @@ class Odometry:
             unknown[0] += abs(self._velocity[0]) * max(0.0, 1 - self._most_periods / gone)
         drift = unknown * gone
         drift += np.minimum(BRIDGE_ACCELERATION * gone_s / 2, UNKNOWN_SPEED) * gone_s
-        self._pose = self._predict()
-        self._covariance = self._fix_covariance.copy()
-        self._covariance[:3, :3] += np.diag(np.square(drift))
-        self._covariance[3:6, 3:6] += self._sway.covariance[3:6, 3:6] * min(gone_s, 1.0)
+        covariance = self._fixed.covariance.copy()
+        covariance[:3, :3] += np.diag(np.square(drift))
+        covariance[3:6, 3:6] += self._sway.covariance[3:6, 3:6] * min(gone_s, 1.0)
+        self._state = replace(self._fixed, pose=self._predict(), covariance=covariance)
         if is_new and self._keyframe is not None:
             out_of_sight = gone > (1 - LEAST_OVERLAP) * self._most_periods > 0
             if out_of_sight or gone_s > LOST_LIMIT_S:
@@ -441,17 +405,14 @@ class Odometry:
         return "lost", 0.0
 
     def _reference(self, picture: Picture, turn_rad: float = 0.0) -> Reference:
-        covariance = self._covariance + np.diag(np.square(LINK_ERROR))
+        covariance = self._state.covariance + np.diag(np.square(LINK_ERROR))
         covariance[2, 2] += turn_rad**2
-        state = State(
-            self._pose, self._mount_rad, covariance, self._rate, self._start, self._with_start
-        )
-        return Reference(picture, self._locator.valid, state)
+        return Reference(picture, self._locator.valid, replace(self._state, covariance=covariance))
 
     def _learn(self, normal: GrayImage, fix: Fix) -> None:
         """Teach the fixed pattern and the reliability one frame for each piece of new wall."""
         step_mm = PATTERN_STEP * max(normal.shape) * self._rectify.grid.mm_per_px
-        moved_mm = np.hypot(*(_vector(self._pose) - _vector(self._pattern_pose))[:2])
+        moved_mm = np.hypot(*(_vector(self._state.pose) - _vector(self._pattern_pose))[:2])
         if self._pattern.count > 0 and moved_mm < step_mm:
             return
         if self._pattern.count > 0:
@@ -460,11 +421,11 @@ class Odometry:
             seen = fix.alignment.trust > 0
             self._reliability = np.where(seen, known + RELIABILITY_GAIN * (trust - known), known)
         self._pattern.add(normal)
-        self._pattern_pose = self._pose
+        self._pattern_pose = self._state.pose
 
     def _estimate(self, t_s: float, status: Status, quality: float) -> Estimate:
-        pose = Pose(*(np.array(astuple(self._pose)) - self._start))
-        sigma_mm = float(np.sqrt(self._covariance[0, 0] + self._model_mm**2))
+        pose = Pose(*(np.array(astuple(self._state.pose)) - self._state.start))
+        sigma_mm = float(np.sqrt(self._state.covariance[0, 0] + self._model_mm**2))
         scale_mm = np.hypot(self._scale_sigma * pose.x_mm, self._bed.sigma_mm)
         return Estimate(
             frame=self._frame,
