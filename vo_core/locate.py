@@ -374,9 +374,11 @@ def _habit(
     way_mm = start.x_mm - reference.pose.x_mm
     left = kept(way_mm)
     follows = np.zeros((POSE, PARAMETERS))
-    follows[:, MOVING], follows[:, REFERENCE] = np.eye(POSE), -np.diag(left)
+    follows[:, MOVING], follows[:, REFERENCE] = sway.own, -left[:, None] * sway.own
+    usual, before = sway.mean(start), sway.mean(reference.pose)
+    deviation = left * (sway.own @ (parameters[REFERENCE] - before))
     mean = parameters.copy()
-    mean[MOVING] = left * parameters[REFERENCE] + (1 - left) * sway.mean(start)
+    mean[MOVING] = usual + np.linalg.solve(sway.own, deviation)
     mean[0] = start.x_mm
     new = np.sqrt(spread(way_mm))
     covariance = np.outer(new, new) * sway.covariance

@@ -89,6 +89,11 @@ class Sway:
         diameter_mm = rig.pipe.diameter_mm
         self._arm_mm = None if diameter_mm is None else rig.mount.height_mm - diameter_mm / 2
         """Of the camera above the pipe's axis; a floor has none."""
+        self.own = np.eye(6)
+        """Takes out of a deviation from the mean pose what a climb does to the height of a camera
+        beside the axis: (6, 6), of small angles."""
+        if self._arm_mm is not None:
+            self.own[3, 5] = -rig.mount.lateral_mm
         self._variance = np.square(USUAL)
         self._count = _WORTH
         self._square, self._with_way, self._way = np.zeros(4), np.zeros(4), 0.0
@@ -105,7 +110,7 @@ class Sway:
             change: (6,) in the order of `Pose`.
             variance: (6,)
         """
-        way_mm, aside_mm, _, down_mm, pitch, turn = change.tolist()
+        way_mm, aside_mm, _, down_mm, pitch, turn = (self.own @ change).tolist()
         # What moves the camera aside as a climb does is none of its own roll.
         own = turn
         if self._arm_mm:
@@ -153,7 +158,7 @@ class Sway:
 
     @property
     def covariance(self) -> Matrix:
-        """(6, 6) of a pose about the mean one, in the order of `Pose`; open along the pipe."""
+        """(6, 6) of its `own` deviations, in the order of `Pose`; open along the pipe."""
         height, pitch, roll, climb = np.clip(self._variance, STIFFEST**2, SOFTEST**2)
         aside, yaw = np.clip(self._steering, STEERED**2, UNSTEADY**2)
         covariance = np.diag([1e12, aside, yaw, height, pitch, roll])

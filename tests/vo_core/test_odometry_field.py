@@ -1,5 +1,7 @@
 """What the field does to a film: times that lie, stops, walls that are not as the rig says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 from textures import make_rig
 from worlds import World, follow, small_rig, speckle, stored
 
-from app.simulation import SCENARIOS, render
+from app.simulation import SCENARIOS, Scenario, render
 from vo_core import Odometry, Rig
 from vo_core.blocks import BlockGrid
 from vo_core.clock import Clock
@@ -116,9 +118,8 @@ def test_without_a_readout_time_a_rolling_shutter_is_a_global_one():
     assert np.all(rolling.linearise(q)[1][..., PARAMETERS:] == 0)
 
 
-def followed(name: str, length_mm: float) -> tuple[list, np.ndarray, Rig]:
-    """Estimates and true distances of a shortened scenario."""
-    scenario = SCENARIOS[name].shortened(length_mm)
+def followed(scenario: Scenario) -> tuple[list, np.ndarray, Rig]:
+    """Estimates and true distances of a rendered run."""
     odometry, estimates, true_mm = Odometry(scenario.rig), [], []
     for frame in render(scenario):
         estimates.append(odometry.step(frame.image, frame.t_s))
@@ -127,7 +128,7 @@ def followed(name: str, length_mm: float) -> tuple[list, np.ndarray, Rig]:
 
 
 def test_a_flat_bed_in_the_place_of_the_pipe_widens_the_interval():
-    estimates, true_mm, _ = followed("silt", 400.0)
+    estimates, true_mm, _ = followed(SCENARIOS["silt"].shortened(400.0))
     error_mm = np.abs([e.distance_mm for e in estimates] - true_mm)
     assert error_mm[-1] > 0.1 * 400  # nothing in the picture shows how deep it is
     late = slice(20, None)
@@ -136,9 +137,17 @@ def test_a_flat_bed_in_the_place_of_the_pipe_widens_the_interval():
 
 
 def test_a_mount_that_is_tilted_is_estimated_and_costs_no_distance():
-    estimates, true_mm, _ = followed("pitched_mount", 600.0)
+    estimates, true_mm, _ = followed(SCENARIOS["pitched_mount"].shortened(600.0))
     assert np.abs([e.distance_mm for e in estimates] - true_mm).max() < 0.3
     assert abs(estimates[-1].pitch_deg) < 0.1  # against the first frame it never changed
+
+
+def test_a_camera_beside_the_axis_rises_and_falls_with_a_climb_and_keeps_its_distance():
+    climb = SCENARIOS["climb"].shortened(800.0)
+    mount = climb.rig.mount.model_copy(update={"lateral_mm": 20.0})
+    rig = climb.rig.model_copy(update={"mount": mount})
+    estimates, true_mm, _ = followed(replace(climb, rig=rig))
+    assert np.abs([e.distance_mm for e in estimates] - true_mm + true_mm[0]).max() < 2.0
 
 
 def test_a_film_may_begin_with_a_robot_that_stands_askew_and_beside_the_axis():
