@@ -38,8 +38,8 @@ from vo_core.wall import Pose
 KEYFRAME_OVERLAP = {"circular": 0.68, "flat": 0.5}
 """Below this share of common wall the current frame becomes the reference.
 
-On a floor only the chain of keyframes tells the heading: fewer, longer links drift less (yaw rms
-0.28 degrees at 0.68, 0.08 at 0.5).  In a pipe the shear tells it, and more overlap pays."""
+On a floor only the chain of keyframes shows the heading: fewer, longer links drift less (yaw rms
+0.28 degrees at 0.68, 0.08 at 0.5).  In a pipe the shear shows it, and more overlap pays."""
 
 COARSE_OVERLAP = 0.35
 """The same in a coarsely coded film, where a picture that was coded anew (an I frame) becomes the
