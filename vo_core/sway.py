@@ -36,9 +36,12 @@ STIFFEST = np.array([0.05, np.radians(0.01), np.radians(0.1), np.radians(0.1)])
 USUAL = np.array([0.2, np.radians(0.1), np.radians(0.1), np.radians(1)])
 """The same before anything was seen."""
 
-FORGOTTEN_MM = np.array([np.inf, 300.0, 300.0, 100.0, 100.0, 300.0])
+FORGOTTEN_MM = np.array([np.inf, 300.0, 300.0, 25.0, 25.0, 300.0])
 """Way on which a deviation from the mean pose falls to 1/e, in the order of `Pose`: springs and
-pebbles are short, steering is longer, and a way is not forgotten."""
+pebbles are short, steering is longer, and a way is not forgotten.
+
+Springs swing about their mean, so that a deviation does not last: a longer way would let the height
+wander, and with it the scale."""
 
 LEAST_SPREAD = 0.05
 """Of the variance of its sway, what a robot may do on no way at all."""
@@ -126,8 +129,16 @@ class Sway:
         biased[2:] = False
         biased &= (np.abs(per_mm) < _MOST_BIAS) | (self._count > _WORTH + _BIASED_AFTER)
         seen = np.where(biased, seen - per_mm * way_mm, seen)
-        excess = np.square(seen) - CLEAR * variance[_LEARNT]
-        self._variance += share * (_PER_STEP * excess / spread(way_mm)[_LEARNT] - self._variance)
+        per_step = _PER_STEP / spread(way_mm)[_LEARNT]
+        noise = per_step * variance[_LEARNT]
+        # A change that is hardly seen is no sign of stiff springs: it counts by its information
+        # on the variance (Fisher's, of a normal distribution).  Rolls and climbs are small until
+        # they are seen: what is left open there moves the camera aside.
+        likely = np.maximum(self._variance, np.square(USUAL))
+        weight = np.square(likely / (likely + noise))
+        weight[2:] = 1.0
+        shown = per_step * np.square(seen) - CLEAR * noise
+        self._variance += share * weight * (shown - self._variance)
 
     def follow(self, pose: Pose, variance: Matrix) -> None:
         """Take a pose as a whole: how far from the axis the robot drives, and how far turned.

@@ -10,6 +10,7 @@ from textures import make_rig
 from worlds import World, follow, small_rig, speckle, stored
 
 from app.simulation import SCENARIOS, Scenario, render
+from app.simulation.scenario import Shaking
 from vo_core import Odometry, Rig
 from vo_core.blocks import BlockGrid
 from vo_core.clock import Clock
@@ -148,6 +149,14 @@ def test_a_camera_beside_the_axis_rises_and_falls_with_a_climb_and_keeps_its_dis
     rig = climb.rig.model_copy(update={"mount": mount})
     estimates, true_mm, _ = followed(replace(climb, rig=rig))
     assert np.abs([e.distance_mm for e in estimates] - true_mm + true_mm[0]).max() < 2.0
+
+
+def test_soft_springs_that_swing_slowly_are_learnt_and_cost_little_distance():
+    """Two frames differ by little then, and by what they share with a change of scale."""
+    slow = Shaking(frequencies_hz=(0.5, 1.3), z_mm=4.0, pitch_deg=1.0)
+    bounce = replace(SCENARIOS["bounce"], shaking=slow).shortened(1200.0)
+    estimates, true_mm, _ = followed(bounce)
+    assert np.abs([e.distance_mm for e in estimates] - true_mm).max() < 8.0
 
 
 def test_a_film_may_begin_with_a_robot_that_stands_askew_and_beside_the_axis():

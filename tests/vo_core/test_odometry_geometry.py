@@ -168,5 +168,5 @@ def test_water_over_the_invert_lengthens_the_distance_by_its_apparent_depth():
 
     images, x_mm = drive(world, view)
     apparent_mm = 150 - depth_mm * (1 - 1 / 1.333)
-    # The formula is that of the centre; towards the border water bends more.
-    assert scale_error(follow(rig, images), x_mm) == pytest.approx(150 / apparent_mm - 1, rel=0.2)
+    # The formula is that of the centre; towards the border water bends more, like a pitch at first.
+    assert scale_error(follow(rig, images), x_mm) == pytest.approx(150 / apparent_mm - 1, rel=0.25)
