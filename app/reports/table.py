@@ -7,7 +7,7 @@ import io
 from dataclasses import dataclass
 from datetime import datetime
 
-from app.reports.report import Entry, Report, Written
+from app.reports.report import Entry, Loss, Report, Written
 from app.reports.text import legible
 
 
@@ -73,6 +73,12 @@ FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 """Of text that a spreadsheet would run."""
 
 
+_ROWS_ONLY = Loss(
+    "The table holds the observations only: the header, the joints and the corrections are in the "
+    "XLSX and the JSON report."
+)
+
+
 def write(report: Report) -> Written:
     """UTF-8 with BOM, CRLF, comma, decimal point; text that a spreadsheet would run is quoted."""
     out = io.StringIO()
@@ -80,7 +86,7 @@ def write(report: Report) -> Written:
     writer.writerow(COLUMNS)
     for row in rows(report):
         writer.writerow([_csv_cell(name, row[name]) for name in COLUMNS])
-    return Written(out.getvalue().encode("utf-8-sig"))
+    return Written(out.getvalue().encode("utf-8-sig"), (_ROWS_ONLY,))
 
 
 def rows(report: Report) -> list[dict[str, Cell]]:

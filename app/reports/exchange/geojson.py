@@ -55,6 +55,7 @@ def write(report: Report) -> Written:
         for entry in untracked
     ]
     losses.append(Loss("The culvert is drawn as the straight line between its ends."))
+    losses.append(Loss("The joints and the corrections are in the XLSX and the JSON report only."))
     return Written(text.encode(), tuple(losses))
 
 

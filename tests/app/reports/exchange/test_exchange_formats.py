@@ -469,6 +469,20 @@ def test_the_reason_of_an_abandoned_survey_stands_at_its_end(kind: str) -> None:
         assert read.rows[-1]["GrundAbbruch"] == "GN"
 
 
+@pytest.mark.parametrize("kind", ["csv", "geojson"])
+def test_what_a_table_or_a_map_leaves_out_is_among_the_losses(kind: str) -> None:
+    details = " ".join(loss.detail for loss in FORMATS[kind].write(report()).losses)
+    assert "joints and the corrections are in the XLSX" in details
+    assert ("the header" in details) is (kind == "csv")
+
+
+def test_cover_and_summary_say_that_the_survey_was_abandoned() -> None:
+    page = FORMATS["html"].write(report(header=EVERY_FIELD)).content.decode()
+    sentence = "The survey was abandoned before the far end: robot stuck in silt"
+    assert page.count(sentence) == 2
+    assert "abandoned" not in FORMATS["html"].write(report()).content.decode()
+
+
 def test_isybau_names_road_year_and_order() -> None:
     read, _ = write("isybau", report(header=EVERY_FIELD))
     names = ("Strassenname", "Baujahr", "Auftragsnummer")
