@@ -59,10 +59,23 @@ def browser_of(connection: HTTPConnection) -> str:
     return cookie_of(connection) or str(connection.state.principal.name)
 
 
+def page_of(connection: HTTPConnection) -> str:
+    """What a page has in common with the 3D view in it, and with no other page.
+
+    Both name a long random number that the page has made.  A program that names none has one view
+    an inspection.
+    """
+    page = connection.path_params.get("page") or connection.query_params.get("page")
+    if page is None:
+        return f"browser {browser_of(connection)}"
+    return f"page {page}"
+
+
 ServicesDep = Annotated[Services, Depends(_services)]
 PrincipalDep = Annotated[Principal, Depends(_principal)]
 
 CodePackId = Annotated[str, Path(pattern=r"^[0-9a-f]{32}$")]
+PageId = Annotated[str, Path(pattern=r"^[0-9a-f]{32}$")]
 InspectionId = Annotated[str, Path(pattern=r"^[0-9a-f]{32}$")]
 OBSERVATION_ID = r"^[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}$"
 ObservationId = Annotated[str, Path(pattern=OBSERVATION_ID)]

@@ -12,6 +12,7 @@ import { jointsOf } from '../../core/joints.js';
 import { LiveFeed } from '../../core/live.js';
 import { Observations } from '../../core/observations.js';
 import { Outbox } from '../../core/outbox.js';
+import { pageId } from '../../core/page-id.js';
 import { may } from '../../core/rights.js';
 import { Store } from '../../core/store.js';
 import { Track } from '../../core/track.js';
@@ -88,7 +89,7 @@ export class Desk extends EventTarget {
     );
     this.corrections = new Corrections(inspection.id, signal);
     this.checks = new Checks(inspection.id, signal);
-    this.live = new LiveFeed(`/api/inspections/${inspection.id}/live`, signal);
+    this.live = new LiveFeed(`/api/inspections/${inspection.id}/live?page=${pageId}`, signal);
     this.playhead.addEventListener('change', () => this.#showIn3d(), { signal });
     this.observations.addEventListener('change', () => this.#dropLostSelection(), { signal });
     this.live.addEventListener('state', () => this.#showIn3d(true), { signal });

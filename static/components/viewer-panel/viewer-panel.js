@@ -1,8 +1,10 @@
 /** The 3D culvert in its frame, and where its camera stands. */
 
 import { html, render } from '../../core/html.js';
+import { pageId } from '../../core/page-id.js';
 import { Component } from '../../core/store.js';
-import { t } from '../../core/words.js';
+import { lengthUnit } from '../../core/units.js';
+import { language, t } from '../../core/words.js';
 import { fairShare } from './fair-share.js';
 
 const REMEMBERED = 'chainage.camera';
@@ -36,7 +38,7 @@ class ViewerPanel extends Component {
         </div>
         <div class="viewer__stage">
           ${gl
-            ? html`<iframe src="/viewer/${id}/${size}" title="${t('viewer.frame')}" data-part="frame"></iframe>`
+            ? html`<iframe src="/viewer/${id}/${pageId}/${size}" title="${t('viewer.frame')}" data-part="frame"></iframe>`
             : html`<p class="message">${t('viewer.no_webgl')}</p>`}
         </div>`,
     );
@@ -72,6 +74,7 @@ class ViewerPanel extends Component {
   }
 
   #send() {
+    this.desk.live.send({ type: 'words', language, units: lengthUnit });
     this.desk.live.send({ type: 'camera', mode: this.#mode });
   }
 }
