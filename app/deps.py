@@ -6,7 +6,7 @@ from typing import Annotated, Any, TypeVar
 from fastapi import Depends, Path, Request
 from starlette.requests import HTTPConnection
 
-from app.middleware import PUBLIC, cookie_of
+from app.middleware import PUBLIC
 from app.services.access import Principal
 from app.services.container import Services
 from app.storage.tokens import Role
@@ -52,11 +52,12 @@ def _principal(request: Request) -> Principal:
 
 
 def browser_of(connection: HTTPConnection) -> str:
-    """What names the user's browser: its session, or the name of a program's token.
+    """What distinguishes the user's browser: its session, or a program's token.
 
     Several people may share a token, and what one of them clicks is not for the others.
     """
-    return cookie_of(connection) or str(connection.state.principal.name)
+    principal: Principal = connection.state.principal
+    return principal.credential
 
 
 ServicesDep = Annotated[Services, Depends(_services)]

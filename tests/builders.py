@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypeVar
+from urllib.parse import urlsplit
 
 import av
 import cv2
@@ -241,6 +242,21 @@ class Client(httpx.Client):
             additional_headers={"Cookie": f"chainage_session={cookie}"},
             max_size=None,
             **options,
+        )
+
+    def view_path(self, inspection_id: str) -> str:
+        """Where the page of the 3D view is, with this client's ticket."""
+        door = self.get(f"/viewer/{inspection_id}/")
+        assert door.status_code == 303, door.text
+        return urlsplit(door.headers["Location"]).path
+
+    def view(self, inspection_id: str) -> ClientConnection:
+        """The socket of the 3D view, as its page opens it: by its ticket alone."""
+        return connect(
+            self.server.websocket_url + self.view_path(inspection_id).rstrip("/"),
+            origin="null",  # type: ignore[arg-type]
+            subprotocols=["viser-v1.1.1"],  # type: ignore[list-item]
+            max_size=None,
         )
 
     def tag(

@@ -1,20 +1,60 @@
-"""The 3D view: its page, and the way to its viser server."""
+"""The 3D view: its page, and the way to its viser server.
+
+viser's client runs in an origin of its own, without cookies: what it may reach is named by the
+ticket in its address, which opens this one view and nothing else.
+"""
 
 from __future__ import annotations
 
-from fastapi import APIRouter, Request, Response, WebSocket
+from typing import Annotated
 
-from app.deps import InspectionId, ServicesDep, browser_of, viewer
+from fastapi import APIRouter, Path, Query, Request, Response, WebSocket
+from pydantic import BaseModel, ConfigDict, Field
+from starlette.responses import RedirectResponse
+
+from app.deps import InspectionId, PrincipalDep, ServicesDep, browser_of, viewer
 from app.services.clicks import Click
 from app.viewer.page import ETAG, HEADERS, PAGE
 from app.viewer.pump import pump
 
 router = APIRouter(prefix="/viewer", include_in_schema=False)
 
+Ticket = Annotated[str, Path(pattern=r"^[0-9a-f]{64}\.[0-9a-f]{64}$")]
+
+
+class ViewerQuery(BaseModel):
+    """All that an address may ask of viser's client, which knows more: servers, recordings."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    fixedDpr: float | None = Field(None, gt=0, le=8)  # noqa: N815  (viser's name)
+    """Pixels of the picture for one of the page."""
+
 
 @router.get("/{inspection_id}/")
 @viewer
-def page(inspection_id: InspectionId, request: Request, services: ServicesDep) -> Response:
+def door(
+    inspection_id: InspectionId,
+    query: Annotated[ViewerQuery, Query()],
+    request: Request,
+    principal: PrincipalDep,
+    services: ServicesDep,
+) -> Response:
+    """Lead to the page, with a ticket."""
+    services.inspections.row(inspection_id)  # raises unless it exists
+    ticket = services.access.ticket(principal, inspection_id)
+    return RedirectResponse(request.url.replace(path=f"/viewer/{inspection_id}/{ticket}/"), 303)
+
+
+@router.get("/{inspection_id}/{ticket}/")
+@viewer
+def page(
+    inspection_id: InspectionId,
+    ticket: Ticket,
+    query: Annotated[ViewerQuery, Query()],
+    request: Request,
+    services: ServicesDep,
+) -> Response:
     """viser's page with our head and its own policy."""
     services.inspections.row(inspection_id)  # raises unless it exists
     if request.headers.get("if-none-match") == ETAG:
@@ -22,9 +62,13 @@ def page(inspection_id: InspectionId, request: Request, services: ServicesDep) -
     return Response(PAGE, headers=HEADERS)
 
 
-@router.websocket("/{inspection_id}")  # viser's client drops the trailing slash of the page
+@router.websocket(
+    "/{inspection_id}/{ticket}"
+)  # viser's client drops the trailing slash of the page
 @viewer
-async def connect(socket: WebSocket, inspection_id: InspectionId, services: ServicesDep) -> None:
+async def connect(
+    socket: WebSocket, inspection_id: InspectionId, ticket: Ticket, services: ServicesDep
+) -> None:
     """Bytes through, by the rights of the role; clicks go to the page around."""
     browser = browser_of(socket)
 

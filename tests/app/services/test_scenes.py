@@ -14,10 +14,6 @@ from builders import Client
 from websockets.sync.client import ClientConnection
 
 
-def look(client: Client, inspection_id: str) -> ClientConnection:
-    return client.socket(f"/viewer/{inspection_id}", subprotocols=["viser-v1.1.1"])
-
-
 def messages(socket: ClientConnection) -> list[dict[str, Any]]:
     """The next frame: raw size, compressed size, zstd of msgpack (viser 1.1.1)."""
     frame = socket.recv(20)
@@ -45,7 +41,7 @@ def robot_moves(message: dict[str, Any]) -> bool:
 
 def test_a_pin_appears_with_its_tag_and_goes_with_it(server: Client, clip: Path) -> None:
     inspection_id = server.tracked(clip)
-    with look(server, inspection_id) as socket:
+    with server.view(inspection_id) as socket:
         tag = server.tag(inspection_id, frame=20, code="BAB", severity=3).json()
         until(socket, says("BAB"))
         server.delete(f"/api/inspections/{inspection_id}/observations/{tag['id']}")
@@ -56,7 +52,7 @@ def test_who_looks_at_a_deleted_inspection_is_no_fault(
     server: Client, clip: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     inspection_id = server.tracked(clip)
-    with look(server, inspection_id) as socket:
+    with server.view(inspection_id) as socket:
         messages(socket)
         assert server.delete(f"/api/inspections/{inspection_id}").status_code == 204
     assert "failed" not in caplog.text
@@ -65,13 +61,13 @@ def test_who_looks_at_a_deleted_inspection_is_no_fault(
 def test_who_opens_the_view_later_sees_the_tags(server: Client, clip: Path) -> None:
     inspection_id = server.tracked(clip)
     server.tag(inspection_id, frame=20, code="BBC")
-    with look(server, inspection_id) as socket:
+    with server.view(inspection_id) as socket:
         until(socket, says("BBC"))
 
 
 def test_the_robot_follows_the_tracking(server: Client, long_clip: Path) -> None:
     inspection_id = server.inspect(long_clip)
-    with look(server, inspection_id) as socket:
+    with server.view(inspection_id) as socket:
         first = until(socket, lambda m: robot_moves(m) and m["position"][0] > 0.02)
         until(socket, lambda m: robot_moves(m) and m["position"][0] > first["position"][0] + 0.1)
 
@@ -80,7 +76,7 @@ def test_the_robot_goes_to_the_frame_that_the_player_shows(server: Client, clip:
     inspection_id = server.tracked(clip)
     with (
         server.socket(f"/api/inspections/{inspection_id}/live") as live,
-        look(server, inspection_id) as socket,
+        server.view(inspection_id) as socket,
     ):
         live.send(json.dumps({"type": "show", "frame": 10}))
         until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.016) < 0.001)
@@ -93,7 +89,7 @@ def test_the_tag_that_is_selected_in_the_list_is_marked(server: Client, clip: Pa
     tag = server.tag(inspection_id, frame=20, code="BAB").json()
     with (
         server.socket(f"/api/inspections/{inspection_id}/live") as live,
-        look(server, inspection_id) as socket,
+        server.view(inspection_id) as socket,
     ):
         live.send(json.dumps({"type": "select", "observation": tag["id"]}))
         until(socket, says("» BAB"))
@@ -105,7 +101,7 @@ def test_a_stretch_is_a_band_from_its_start_to_its_finish(server: Client, clip: 
     inspection_id = server.tracked(clip)
     server.tag(inspection_id, frame=5, code="BAB", severity=2, continuous="A1")
     server.tag(inspection_id, frame=35, code="BAB", severity=2, continuous="B1")
-    with look(server, inspection_id) as socket:
+    with server.view(inspection_id) as socket:
         until(socket, lambda m: m.get("name") == "/pins/patches/2")
 
 
@@ -120,7 +116,7 @@ def test_a_correction_moves_robot_path_wall_and_tags(server: Client, clip: Path)
         "forced": None,
         "remark": None,
     }
-    with look(server, inspection_id) as socket:
+    with server.view(inspection_id) as socket:
         wall = until(socket, lambda m: m["type"] == "GlbMessage")["name"]
         raw_m = 0.5 * int(wall.split("/")[2])
         answer = server.put(f"/api/inspections/{inspection_id}/corrections", json=stated)
