@@ -334,6 +334,7 @@ EVERYWHERE: dict[int, tuple[str, ...]] = {
     400: ("bad_request", "unknown_host"),
     401: ("unauthenticated",),
     403: ("cross_origin", "forbidden"),
+    408: ("request_timeout",),
     413: ("body_too_large",),
     422: ("invalid_request",),
     500: ("internal_error",),
@@ -349,6 +350,7 @@ _HTTP_CODES = {
     400: ("bad_request", "The request cannot be understood."),
     404: ("not_found", "There is nothing at this address."),
     405: ("method_not_allowed", "This address does not take that method."),
+    408: ("request_timeout", "The request did not arrive whole in time; send it again."),
     413: ("body_too_large", "The body of the request is too large."),
     416: ("range_not_satisfiable", "The file has no such range."),
 }

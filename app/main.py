@@ -19,6 +19,7 @@ from fastapi import Depends, FastAPI
 from app import errors, logs
 from app.deps import enforce_role
 from app.errors import AddressNotAvailable, AppError, InvalidSettings, OpenToTheNetwork
+from app.http_protocol import PromptProtocol
 from app.middleware import Envelope, Guard
 from app.request_log import RequestLog
 from app.routers import (
@@ -51,8 +52,10 @@ from app.storage.files import DataFolder
 
 logger = logging.getLogger(__name__)
 
-_WEBSOCKET_MESSAGE_BYTES = 64 * 2**20
-"""viser's clients answer a request for a picture in one message."""
+_WEBSOCKET_MESSAGE_BYTES = 64 * 2**10
+"""Browsers send clicks, camera poses and acknowledgements."""
+_CONNECTIONS = 512
+"""At once; a page has seven or eight.  Above it the answer is 503."""
 _SHUTDOWN_S = 3
 """Open sockets get so long to close; every wait ends."""
 
@@ -182,7 +185,11 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
         log_config=None,
         access_log=False,  # the log-in address holds the token
         server_header=False,
-        proxy_headers=False,  # anybody can write them, and guesses are counted by address
+        http=PromptProtocol,
+        limit_concurrency=_CONNECTIONS,
+        # Anybody can write them, and guesses are counted by address.
+        proxy_headers=bool(settings.trusted_proxies),
+        forwarded_allow_ips=[str(network) for network in settings.trusted_proxies],
         ssl_certfile=settings.tls_cert,
         ssl_keyfile=settings.tls_key,
         ws_per_message_deflate=False,

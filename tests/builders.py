@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypeVar
+from urllib.parse import urlsplit
 
 import av
 import cv2
@@ -241,6 +242,22 @@ class Client(httpx.Client):
             additional_headers={"Cookie": f"chainage_session={cookie}"},
             max_size=None,
             **options,
+        )
+
+    def view_path(self, inspection_id: str, page: str | None = None) -> str:
+        """Where the page of the 3D view is, with this client's ticket; `page` is around it."""
+        query = {} if page is None else {"page": page}
+        door = self.get(f"/viewer/{inspection_id}/", params=query)
+        assert door.status_code == 303, door.text
+        return urlsplit(door.headers["Location"]).path
+
+    def view(self, inspection_id: str, page: str | None = None) -> ClientConnection:
+        """The socket of the 3D view, as its page opens it: by its ticket alone."""
+        return connect(
+            self.server.websocket_url + self.view_path(inspection_id, page).rstrip("/"),
+            origin="null",  # type: ignore[arg-type]
+            subprotocols=["viser-v1.1.1"],  # type: ignore[list-item]
+            max_size=None,
         )
 
     def tag(

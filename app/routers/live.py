@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 import msgspec
 from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
 
-from app.deps import InspectionId, ServicesDep, page_of, viewer
+from app.deps import PAGE_ID, InspectionId, ServicesDep, page_of, viewer
 from app.errors import InspectionNotFound, body_of
 from app.schemas.live import click_message, live_header
 from app.services.clicks import Click
@@ -111,11 +111,11 @@ async def live(
     socket: WebSocket,
     inspection_id: InspectionId,
     services: ServicesDep,
-    page: Annotated[str | None, Query(pattern=r"^[0-9a-f]{32}$")] = None,
+    page: Annotated[str | None, Query(pattern=PAGE_ID)] = None,
 ) -> None:
     """Updates of an inspection to the browser; acknowledgements and commands from it.
 
-    `page` pairs it with the 3D view `/viewer/{inspection_id}/{page}/`, which its commands move.
+    `page` pairs it with the 3D view `/viewer/{inspection_id}/?page=`, which its commands move.
     """
     await socket.accept()
     try:

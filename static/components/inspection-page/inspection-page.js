@@ -146,7 +146,8 @@ class InspectionPage extends Component {
     this.#keys = groups;
     const bindings = groups.flatMap((group) => group.bindings);
     bindKeys(document, bindings, this.signal);
-    parts.viewer.onframe = (frame) => bindKeys(frame, bindings, this.signal, VIEWER_KEYS);
+    bindKeys(parts.viewer.keys, bindings, this.signal, VIEWER_KEYS);
+    parts.viewer.bound = bindings.flatMap((binding) => binding.keys).filter((key) => !VIEWER_KEYS.has(key));
 
     this.#showState();
     this.#showSaving();

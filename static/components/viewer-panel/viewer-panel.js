@@ -5,7 +5,6 @@ import { pageId } from '../../core/page-id.js';
 import { Component } from '../../core/store.js';
 import { lengthUnit } from '../../core/units.js';
 import { language, t } from '../../core/words.js';
-import { fairShare } from './fair-share.js';
 
 const REMEMBERED = 'chainage.camera';
 const CAMERAS = [
@@ -15,8 +14,10 @@ const CAMERAS = [
 ];
 
 class ViewerPanel extends Component {
-  /** Called with the window of the 3D view once it is there, to hear its keys. */
-  onframe = null;
+  /** The keys that are pressed in the 3D view, as `keydown`. */
+  keys = new EventTarget();
+  /** @type {string[]} names of keys that the browser is not to use there for itself */
+  bound = [];
 
   #mode;
 
@@ -26,7 +27,7 @@ class ViewerPanel extends Component {
     this.setAttribute('aria-label', t('viewer.title'));
     const { id } = this.desk.inspection;
     const gl = document.createElement('canvas').getContext('webgl2');
-    const size = gl && this.#isLive && isSlow(gl) ? `?fixedDpr=${devicePixelRatio / 2}` : '';
+    const size = gl && this.#isLive && isSlow(gl) ? `&fixedDpr=${devicePixelRatio / 2}` : '';
     this.parts = render(
       this,
       html`<div class="viewer__head">
@@ -38,7 +39,8 @@ class ViewerPanel extends Component {
         </div>
         <div class="viewer__stage">
           ${gl
-            ? html`<iframe src="/viewer/${id}/${pageId}/${size}" title="${t('viewer.frame')}" data-part="frame"></iframe>`
+            ? html`<iframe src="/viewer/${id}/?page=${pageId}${size}" sandbox="allow-scripts" title="${t('viewer.frame')}"
+              data-part="frame"></iframe>`
             : html`<p class="message">${t('viewer.no_webgl')}</p>`}
         </div>`,
     );
@@ -46,7 +48,8 @@ class ViewerPanel extends Component {
       this.listen(button, 'click', () => this.#choose(button.dataset.mode));
     }
     if (gl) {
-      this.listen(this.parts.frame, 'load', () => this.#loaded(this.parts.frame.contentWindow));
+      this.listen(this.parts.frame, 'load', () => this.#briefFrame());
+      this.listen(window, 'message', (event) => this.#hear(event));
     }
     this.listen(this.desk.live, 'state', () => this.#send());
     // What was tagged there is edited here: the keys belong to the page again.
@@ -58,10 +61,15 @@ class ViewerPanel extends Component {
     return this.desk.inspection.value.live !== null;
   }
 
-  #loaded(view) {
-    // While a camera runs its picture comes first.
-    fairShare(view, () => this.#isLive);
-    this.onframe?.(view);
+  /** While a camera runs its picture comes first. */
+  #briefFrame() {
+    const keys = this.bound.map((name) => name.replace('Shift+', ''));
+    this.parts.frame?.contentWindow.postMessage({ isLimited: this.#isLive, keys }, '*');
+  }
+
+  #hear({ source, data }) {
+    if (source !== this.parts.frame.contentWindow) return;
+    this.keys.dispatchEvent(new KeyboardEvent('keydown', data));
   }
 
   #choose(mode) {

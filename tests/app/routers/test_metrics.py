@@ -71,7 +71,7 @@ def test_the_work_of_the_server_is_counted(server: Client, clip: Path) -> None:
     assert value(server, "viewer_servers") == 0
     with (
         server.socket(f"/api/inspections/{inspection_id}/live") as socket,
-        server.socket(f"/viewer/{inspection_id}", subprotocols=["viser-v1.1.1"]) as view,
+        server.view(inspection_id) as view,
     ):
         socket.recv(30)
         view.recv(30)
