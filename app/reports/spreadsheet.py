@@ -201,7 +201,8 @@ def _corrections(report: Report) -> Iterable[Row]:
 
 def _scale(fields: Mapping[str, Any] | None) -> str:
     """What the joints had made of the scale."""
-    return "nothing" if fields is None else f"scale {fields.get('scale')} by the joints"
+    scale = None if fields is None else fields.get("scale")
+    return "nothing" if scale is None else f"scale {scale} by the joints"
 
 
 def _stated(fields: Mapping[str, Any] | None) -> str:

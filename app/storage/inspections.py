@@ -45,6 +45,7 @@ class Rescaling:
     before: dict[str, Any] | None
     """What the joints said; None if they did not count."""
     after: dict[str, Any] | None
+    """Likewise; without a `scale` it holds why they do not count."""
     remark: str
 
 
@@ -186,7 +187,9 @@ class InspectionStore:
                 .order_by(Event.id.desc())
                 .limit(1)
             ).first()
-            return newest.after if newest is not None and newest.action == RESCALED else None
+            if newest is None or newest.action != RESCALED:
+                return None
+            return newest.after if newest.after and "scale" in newest.after else None
 
     def record_corrected_end(
         self, inspection_id: str, revision: int, distance_mm: float, sigma_mm: float

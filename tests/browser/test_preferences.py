@@ -45,6 +45,50 @@ def test_the_language_is_that_of_the_browser(browser: Browser, server: Server) -
     page.context.close()
 
 
+REMARKS = (
+    ({"action": "created", "remark": "Imported from a.txt."}, "Diimport daripada a.txt."),
+    ({"action": "not_told", "remark": "It answered 500."}, "Ia menjawab 500."),
+    (
+        {
+            "action": "rescaled",
+            "remark": "3 joints: scale 0.9910",
+            "after": {
+                "scale": 0.991,
+                "scale_sigma": 0.0005,
+                "joints_counted": 3,
+                "camera_lower_mm": None,
+            },
+        },
+        "3 sambungan: skala 0.9910 ± 0.0005.",
+    ),
+    (
+        {
+            "action": "rescaled",
+            "remark": "No joints were seen.",
+            "after": {"refusal": {"code": "no_joints", "params": {}}},
+        },
+        "Tiada sambungan dilihat; ukur satu panjang dengan pita.",
+    ),
+    ({"action": "changed", "remark": "Imported from a.txt."}, "Imported from a.txt."),
+)
+
+
+def test_remarks_of_the_server_are_in_the_language_of_the_page(
+    browser: Browser, server: Server
+) -> None:
+    page = browser.new_context(locale="ms-MY").new_page()
+    page.goto(server.url)
+    seen = page.evaluate(
+        """async (events) => {
+          const { remarkText } = await import('/static/components/history-panel/remarks.js');
+          return events.map(remarkText);
+        }""",
+        [{"after": None} | event for event, _ in REMARKS],
+    )
+    assert seen == [text for _, text in REMARKS]
+    page.context.close()
+
+
 def test_a_chosen_language_is_there_on_another_device(
     page: Page, browser: Browser, server: Server, inspection: str
 ) -> None:

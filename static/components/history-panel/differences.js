@@ -34,9 +34,9 @@ export function differences({ action, before, after }) {
     .map((name) => ({ name, before: told(name, was[name]), after: told(name, is[name]) }));
 }
 
-/** An inspection's name and header side by side. */
+/** An inspection's name and header side by side; why joints were dropped stands in the remark. */
 const flat = (fields) => {
-  const { header, ...others } = fields ?? {};
+  const { header, refusal: _said, ...others } = fields ?? {};
   return { ...others, ...header };
 };
 

@@ -8,6 +8,7 @@ import { errorText, pieces, t } from '../../core/words.js';
 import { nameOf } from '../defect-list/names.js';
 import { icon } from '../icon/icon.js';
 import { differences, labelOf } from './differences.js';
+import { remarkText } from './remarks.js';
 
 /** Rows that are made at once. */
 const PAGE = 40;
@@ -104,7 +105,8 @@ class HistoryPanel extends Component {
   }
 
   #row(event) {
-    const { at, who, remark, observation_id: id } = event;
+    const { at, who, observation_id: id } = event;
+    const remark = remarkText(event);
     const [sign, title] = this.#titleOf(event);
     const changes = differences(event);
     return html`<li class="event">${icon(sign)}
