@@ -1,4 +1,4 @@
-/** Where the arc of the wall lies down a strip: the whole arc, or part of it in true proportion. */
+/** Where the arc of the wall lies down a strip: the whole circle of a pipe, or the whole breadth of a floor. */
 
 const RADIANS = Math.PI / 180;
 
@@ -8,30 +8,33 @@ export const clockAt = (arcMm, radiusMm) => (12 + 6 - arcMm / radiusMm / RADIANS
 /** The developed wall at a clock position: 0 at the invert, positive to the right. */
 export const arcAt = (clockH, radiusMm) => radiusMm * RADIANS * (180 - 30 * (clockH === 0 ? 12 : clockH));
 
-/** Rows of the strip; lengths are units of 1/16 rem. */
+/** Half a mark fits between the edge of the strip and the crown: no mark is moved to another hour. */
+const EDGE = 12;
+
+/**
+ * Rows of the strip, which always holds the whole circle, also where the camera saw no more than the
+ * invert: a defect at the crown has its place. Lengths are units of 1/16 rem.
+ */
 export class Rows {
   /**
-   * @param {{arc_from_mm: number, arc_to_mm: number}} layout
+   * @param {{arc_from_mm: number, arc_to_mm: number}} layout of what was seen
+   * @param {number|null} radiusMm null for a floor, which is as broad as was seen
    * @param {number} height of the strip
-   * @param {number} mmPerUnit along the axis
-   * @param {number} middleMm the arc in the middle, where not all of it has room
    */
-  constructor({ arc_from_mm: from, arc_to_mm: to }, height, mmPerUnit, middleMm) {
-    // Near by, a millimetre is as tall as it is long; far away the whole arc fills the strip.
-    this.mmPerUnit = Math.min((to - from) / height, mmPerUnit);
-    const seen = this.mmPerUnit * height;
-    this.middle = Math.min(Math.max(middleMm, from + seen / 2), to - seen / 2);
-    this.from = this.middle - seen / 2;
-    this.to = this.middle + seen / 2;
-    this.isCut = seen < to - from - 1e-6;
+  constructor({ arc_from_mm: from, arc_to_mm: to }, radiusMm, height) {
+    const half = radiusMm === null ? 0 : Math.PI * radiusMm;
+    this.from = half ? -half : from;
+    this.to = half || to;
+    this.mmPerUnit = (this.to - this.from) / Math.max(1, height - 2 * EDGE);
   }
 
   toY(arcMm) {
-    return (arcMm - this.from) / this.mmPerUnit;
+    return EDGE + (arcMm - this.from) / this.mmPerUnit;
   }
 
+  /** The edge belongs to the crown, or to the side of a floor. */
   toArc(y) {
-    return this.from + y * this.mmPerUnit;
+    return Math.min(Math.max(this.from + (y - EDGE) * this.mmPerUnit, this.from), this.to);
   }
 }
 
@@ -49,7 +52,7 @@ export function rowMarks(rows, radiusMm, atLeast) {
   const unit = radiusMm === null ? 1 : radiusMm * RADIANS * 30;
   const steps = radiusMm === null ? MM_APART : HOURS_APART;
   const step = steps.find((size) => (size * unit) / rows.mmPerUnit >= atLeast) ?? steps.at(-1);
-  const [first, last] = [Math.ceil(rows.from / unit / step), Math.floor(rows.to / unit / step)];
+  const [first, last] = [Math.ceil(rows.from / unit / step - 1e-6), Math.floor(rows.to / unit / step + 1e-6)];
   return Array.from({ length: Math.max(0, last - first + 1) }, (_, i) => {
     const count = (first + i) * step;
     // Counted from the invert: 6, and 5 to the right of it.

@@ -38,7 +38,6 @@ const TOLD_AFTER_MS = 400;
 
 class WallStrip extends Strip {
   #isStale = true;
-  #middle = 0;
   /** {mm, arc} of the keyboard's cursor, or null while it is not used */
   #cursor = null;
   #isFollowing = false;
@@ -72,7 +71,7 @@ class WallStrip extends Strip {
     }
     this.listen(parts.track, 'keydown', (event) => this.#key(event));
     this.listen(parts.track, 'blur', () => this.#moveCursor(null));
-    this.follow((by) => this.#panRows(by));
+    this.follow();
 
     this.listen(desk.inspection, 'change', () => this.#keepUp());
     this.listen(stripSettings, 'change', () => this.#showSettings());
@@ -125,13 +124,6 @@ class WallStrip extends Strip {
 
   // Pointer and keys ------------------------------------------------------------------------
 
-  #panRows(by) {
-    const { rows } = this;
-    if (!rows?.isCut) return;
-    this.#middle = rows.middle - by * rows.mmPerUnit;
-    this.stale();
-  }
-
   tap(x, y) {
     const mark = this.#markAt(x, y);
     if (mark) this.desk.goTo(mark.id);
@@ -173,7 +165,7 @@ class WallStrip extends Strip {
     if (!this.rows || event.ctrlKey || event.metaKey || event.altKey) return;
     const here = this.#cursor ?? {
       mm: this.inSight(playhead.value.row?.distance_mm ?? axis.value.low),
-      arc: this.rows.middle,
+      arc: (this.rows.from + this.rows.to) / 2,
     };
     if (event.key === 'Enter' && this.#cursor) {
       event.stopPropagation();
@@ -189,10 +181,10 @@ class WallStrip extends Strip {
     event.stopPropagation();
     event.preventDefault();
     const times = event.shiftKey ? FAR : 1;
-    const { arc_from_mm: from, arc_to_mm: to } = this.desk.unrolled.value;
+    const { from, to } = this.rows;
     this.#moveCursor({
       mm: Math.min(Math.max(here.mm + along * times * CURSOR_STEP * axis.span, axis.whole.low), axis.whole.high),
-      arc: Math.min(Math.max(here.arc + around * times * CURSOR_STEP_ARC * (this.rows.to - this.rows.from), from), to),
+      arc: Math.min(Math.max(here.arc + around * times * CURSOR_STEP_ARC * (to - from), from), to),
     });
   }
 
@@ -202,10 +194,6 @@ class WallStrip extends Strip {
     clearTimeout(this.#tellTimer);
     if (cursor) {
       this.desk.axis.reveal(cursor.mm);
-      if (cursor.arc < this.rows.from || cursor.arc > this.rows.to) {
-        this.#middle = cursor.arc;
-        this.stale();
-      }
       // A held key would be read out at every step.
       this.#tellTimer = setTimeout(() => (this.parts.told.textContent = this.#textOf(cursor)), TOLD_AFTER_MS);
     }
@@ -234,8 +222,7 @@ class WallStrip extends Strip {
     const height = parts.track.clientHeight / this.scale;
     const layout = desk.unrolled.value;
     this.#showEmpty(layout);
-    this.rows = layout && new Rows(layout, height, plot.mmPerUnit, this.#middle);
-    parts.track.classList.toggle('wall__track--cut', Boolean(this.rows?.isCut));
+    this.rows = layout && new Rows(layout, this.radius, height);
     const styles = getComputedStyle(this);
     if (this.#isStale) {
       const begun = performance.now();
@@ -261,8 +248,9 @@ class WallStrip extends Strip {
     const colour = (name) => styles.getPropertyValue(name);
     this.marks = [];
     if (!layout) return;
+    const [top, bottom] = [this.rows.from, this.rows.to].map((arc) => this.rows.toY(arc));
     context.fillStyle = UNSEEN;
-    context.fillRect(plot.left, 0, plot.width, height);
+    context.fillRect(plot.left, top, plot.width, bottom - top);
     context.save();
     context.beginPath();
     context.rect(plot.left, 0, plot.width, height);
@@ -273,7 +261,7 @@ class WallStrip extends Strip {
     this.#paintStretches(context, styles, plot);
     context.restore();
     this.#paintRowLabels(context, colour, plot, height);
-    this.#paintMarks(context, styles, plot, height);
+    this.#paintMarks(context, styles, plot);
   }
 
   #paintTiles(context, plot, layout) {
@@ -316,7 +304,6 @@ class WallStrip extends Strip {
     context.font = `500 11px ${colour('--sans')}`;
     for (const { arc, text } of rowMarks(this.rows, this.radius, LABEL_PX)) {
       const y = this.rows.toY(arc);
-      if (y < 6 || y > height - 6) continue;
       context.fillStyle = colour(arc === 0 ? '--text' : '--text-dim');
       context.fillText(text, plot.left - 6, y + 0.5);
     }
@@ -365,12 +352,12 @@ class WallStrip extends Strip {
     }
   }
 
-  #paintMarks(context, styles, plot, height) {
+  #paintMarks(context, styles, plot) {
     const { observations, selection, axis } = this.desk;
     for (const item of observations.value) {
       if (item.distance_m === null || !axis.holds(item.distance_m * 1000)) continue;
       const x = plot.toX(item.distance_m * 1000);
-      const y = Math.min(Math.max(this.#rowOf(item), MARK_PX / 2), height - MARK_PX / 2);
+      const y = this.#rowOf(item);
       this.marks.push({ item, x, y });
       if (item.id === selection.value) {
         context.strokeStyle = styles.getPropertyValue('--accent');
