@@ -271,7 +271,7 @@ class WallStrip extends Strip {
     const middle = (low + high) / 2000;
     const away = ({ from_m: from, to_m: to }) => Math.abs((from + to) / 2 - middle);
     const { arc_from_mm: arcFrom, arc_to_mm: arcTo } = layout;
-    const tall = (arcTo - arcFrom) / this.rows.mmPerUnit;
+    const tall = this.rows.toY(arcTo) - this.rows.toY(arcFrom);
     if (inSight.length) {
       const [{ from_m: from, to_m: to }] = inSight;
       const wide = ((to - from) * 1000) / plot.mmPerUnit;
