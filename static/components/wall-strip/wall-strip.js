@@ -24,9 +24,10 @@ const UNSEEN = '#2c2c2c';
 const MARK_PX = 20;
 const LABEL_PX = 15;
 const PLATE_AWAY_PX = 24;
-/** Joints nearer than this are left out, and plates with their numbers. */
+/** Joints nearer than this are left out. */
 const JOINT_LINE_PX = 18;
-const JOINT_PLATE_PX = 76;
+/** What a plate is wider than its text, with a gap to the next one. */
+const PLATE_PX = 22;
 const REFRESH_S = 1;
 /** A wide lens sees farther along the pipe, but too flat to be of use. */
 const SEEN_RADII = 4;
@@ -319,8 +320,11 @@ class WallStrip extends Strip {
     const { axis } = this.desk;
     const { joints } = this;
     const lineEvery = numberEvery(joints, plot, JOINT_LINE_PX);
-    const plateEvery = numberEvery(joints, plot, JOINT_PLATE_PX);
-    for (const { number, distance_m: m, u95_m: u95M } of joints) {
+    context.font = `600 12px ${styles.getPropertyValue('--sans')}`;
+    const widths = joints.map((joint) => context.measureText(nameOfJoint(joint)).width);
+    const plateEvery = numberEvery(joints, plot, Math.max(0, ...widths) + PLATE_PX);
+    for (const joint of joints) {
+      const { number, distance_m: m, u95_m: u95M } = joint;
       if (number % lineEvery || !axis.holds(m * 1000)) continue;
       const x = Math.round(plot.toX(m * 1000)) + 0.5;
       const isExpected = u95M === null;
@@ -331,8 +335,7 @@ class WallStrip extends Strip {
       context.lineTo(x, height);
       context.stroke();
       if (number === null || number % plateEvery) continue;
-      const name = isExpected ? t('wall.joint_expected', { number }) : t('wall.joint', { number });
-      paintPlate(context, styles, name, x, height - 12, [plot.left, plot.right]);
+      paintPlate(context, styles, nameOfJoint(joint), x, height - 12, [plot.left, plot.right]);
     }
     context.setLineDash([]);
   }
@@ -454,5 +457,8 @@ class WallStrip extends Strip {
     paintPlate(context, styles, text, x, above < 12 ? y + PLATE_AWAY_PX : above, [plot.left, plot.right]);
   }
 }
+
+const nameOfJoint = ({ number, u95_m: u95M }) =>
+  u95M === null ? t('wall.joint_expected', { number }) : t('wall.joint', { number: number ?? '–' });
 
 customElements.define('wall-strip', WallStrip);
