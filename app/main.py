@@ -84,13 +84,14 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.state.is_insecure = settings.insecure_lan and not settings.has_tls
     errors.install(app)
+    # Before the routes: a page asks for a hundred and fifty files, and each route is tried in turn.
+    app.mount("/static", pages.Assets(directory=pages.static_folder()))
     for part in (
         access, me, uploads, imports, inspections, observations, picking, corrections, media,
         catalogue, packs, samples, sources, meter_counter, unrolled, health, metrics, live, viewer,
         pages,
     ):  # fmt: skip
         app.include_router(part.router)
-    app.mount("/static", pages.Assets(directory=pages.static_folder()))
     app.add_middleware(Guard, allowed_hosts=(socket.gethostname(), *settings.allowed_hosts))
     app.add_middleware(Envelope)
     app.add_middleware(RequestLog)  # the last one added is the outermost
@@ -124,6 +125,9 @@ def listening(settings: Settings, host: str, port: int) -> socket.socket:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         listener = socket.create_server((host, port), family=family)
+        # Connections inherit it.  An answer is sent as head and body, and without it the body waits
+        # for the acknowledgement of the head, up to 40 ms; asyncio sets it on its own sockets only.
+        listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     except OSError as error:
         is_used = error.errno == EADDRINUSE
         reason = f"port {port} of {host} is in use" if is_used else error.strerror

@@ -5,6 +5,7 @@ import { preferences } from './core/preferences.js';
 import { may } from './core/rights.js';
 import { t } from './core/words.js';
 import { showInsecure } from './components/insecure-banner/insecure-banner.js';
+import { reopenSettings } from './components/settings-dialog/settings-dialog.js';
 import { toastError } from './components/toast-stack/toast-stack.js';
 import './components/compare-page/compare-page.js';
 import './components/inspection-list/inspection-list.js';
@@ -43,3 +44,4 @@ showInsecure();
 
 // Chosen on another device: every word and number of the page may change.
 if (await preferences.load()) location.reload();
+else reopenSettings();

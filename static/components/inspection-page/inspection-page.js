@@ -26,6 +26,7 @@ import { TABS } from './tabs.js';
 import '../distance-readout/distance-readout.js';
 import '../emergency-banner/emergency-banner.js';
 import '../live-bar/live-bar.js';
+import './rig-notice.js';
 import '../strip-log/strip-log.js';
 import '../tab-panels/tab-panels.js';
 import '../video-panel/video-panel.js';
@@ -96,8 +97,6 @@ class InspectionPage extends Component {
           <progress class="bar desk-bar__progress" max="1" data-part="bar" aria-label="${t('progress.label')}"></progress>
         </header>
         <main id="main" class="desk-main" tabindex="-1">
-          <div class="desk-messages" data-part="messages"></div>
-          <emergency-banner hidden></emergency-banner>
           <live-bar></live-bar>
           <div class="desk">
             <distance-readout class="desk__readout panel"></distance-readout>
@@ -108,6 +107,11 @@ class InspectionPage extends Component {
             </section>
             <viewer-panel class="desk__viewer panel" data-part="viewer"></viewer-panel>
             <tab-panels class="desk__side panel" data-part="side"></tab-panels>
+            <div class="desk__notices">
+              <emergency-banner hidden></emergency-banner>
+              <div class="desk-messages" data-part="messages"></div>
+              <rig-notice hidden></rig-notice>
+            </div>
           </div>
         </main>
         <p class="visually-hidden" role="status" data-part="announce"></p>`,
@@ -324,7 +328,7 @@ class InspectionPage extends Component {
     this.parts.messages.dataset.shows = text;
     render(
       this.parts.messages,
-      html`${messages.map(([kind, sentence]) => html`<p class="message message--${kind}" role="alert">
+      html`${messages.map(([kind, sentence]) => html`<p class="message message--${kind}" role="alert" tabindex="0">
         ${icon('alert')}<span>${sentence}</span></p>`)}`,
     );
   }

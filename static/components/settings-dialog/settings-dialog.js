@@ -11,11 +11,15 @@ import { openDialog } from '../dialog/dialog.js';
 import { icon } from '../icon/icon.js';
 import { toastError } from '../toast-stack/toast-stack.js';
 
+/** Where the choice is kept that the settings were drawn anew with, for the page that comes. */
+const REOPENED = 'chainage.settings';
+
 /**
  * Saves a choice and draws the page anew with it: every word and number of it may change.
  * @param {Partial<import('../../core/preferences.js').Chosen>} changes
+ * @param {'language'|'units'} [choice] of the settings, which are opened there again
  */
-export async function redrawWith(changes) {
+export async function redrawWith(changes, choice) {
   try {
     await preferences.save(changes);
   } catch (error) {
@@ -23,11 +27,22 @@ export async function redrawWith(changes) {
     toastError(error);
     return;
   }
+  if (choice) sessionStorage.setItem(REOPENED, choice);
   location.reload();
 }
 
-/** Opens the settings; a changed code takes effect when they are closed. */
-export async function openSettings() {
+/** Opens the settings again where a change of language or units has drawn the page anew beneath them. */
+export function reopenSettings() {
+  const choice = sessionStorage.getItem(REOPENED);
+  sessionStorage.removeItem(REOPENED);
+  if (choice) openSettings(choice);
+}
+
+/**
+ * Opens the settings; a changed code takes effect when they are closed.
+ * @param {'language'|'units'} [choice] gets the focus
+ */
+export async function openSettings(choice) {
   const before = JSON.stringify(preferences.value);
   const { parts, closed } = openDialog({ title: t('settings.title'), content: content(), size: 'wide' });
   const tell = (text, isFault = false) => {
@@ -38,8 +53,9 @@ export async function openSettings() {
 
   parts.language.value = preferences.value.language ?? '';
   parts.units.value = preferences.value.units;
-  parts.language.addEventListener('change', () => redrawWith({ language: parts.language.value || null }));
-  parts.units.addEventListener('change', () => redrawWith({ units: parts.units.value }));
+  parts.language.addEventListener('change', () => redrawWith({ language: parts.language.value || null }, 'language'));
+  parts.units.addEventListener('change', () => redrawWith({ units: parts.units.value }, 'units'));
+  if (choice) parts[choice].focus();
   parts.usual.addEventListener('click', async () => {
     await save({ quick_codes: USUAL_CODES });
     await showQuickCodes(parts, save);

@@ -1,4 +1,5 @@
 import json
+import posixpath
 import re
 import stat
 from pathlib import Path
@@ -60,10 +61,24 @@ def test_the_files_of_a_page_are_kept_until_one_of_them_changes(
     assert kept.text == asked.text
     assert "immutable" in kept.headers["Cache-Control"]
     assert asked.headers["Cache-Control"] == "no-cache"
+    tag = asked.headers["ETag"]
+    assert tag.startswith('"')  # a strong one: the very bytes
+    assert shared.get("/static/main.js", headers={"If-None-Match": tag}).status_code == 304
     (tmp_path / "a.js").write_text("1")
     before = version_of(tmp_path)
     (tmp_path / "a.js").write_text("12")
     assert version_of(tmp_path) != before
+
+
+def test_a_page_names_every_module_that_it_needs_at_once(shared: Client) -> None:
+    page = shared.get("/").text
+    named = re.findall(r'rel="modulepreload" href="([^"]+)"', page)
+    assert len(named) == len(set(named)) > 100
+    for path in named:
+        script = shared.get(path)
+        assert script.status_code == 200, path
+        for imported in re.findall(r"^import .*?'(\.[^']+)'", script.text, re.M | re.S):
+            assert posixpath.normpath(f"{posixpath.dirname(path)}/{imported}") in named
 
 
 def test_a_token_is_exchanged_for_a_session_that_log_out_ends(shared: Client) -> None:
