@@ -126,6 +126,7 @@ class InspectionPage extends Component {
     this.listen(document, 'visibilitychange', () => !document.hidden && this.#lookAgain());
     this.listen(desk.editing, 'change', () => desk.editing.value && desk.tab.set('defects'));
     this.listen(desk, 'fault', ({ detail }) => toast(detail, { kind: 'error' }));
+    this.listen(desk, 'done', ({ detail: { text, ...other } }) => this.#tellDone(text, other));
     this.listen(desk, 'tagged', ({ detail }) => this.#announceTag(detail));
     this.listen(parts.cancel, 'click', () => orToast(() => desk.inspection.cancel()));
     this.listen(parts.retry, 'click', () => orToast(() => this.#retry()));
@@ -200,10 +201,10 @@ class InspectionPage extends Component {
     return orToast(async () => this.#tellStep(await this.desk.history.redo()));
   }
 
-  /** Shows what was done just now, and can take that back. */
-  #tellDone(text) {
+  /** Shows what was done just now, and can take that back, or do another thing in its place. */
+  #tellDone(text, other = {}) {
     const step = this.desk.history.last;
-    toast(text, { action: t('page.undo'), run: () => this.undo(step) });
+    toast(text, { action: t('page.undo'), run: () => this.undo(step), ...other });
   }
 
   /** Says what was taken back or done again, and selects it; the picture stays where it is. */
