@@ -63,8 +63,10 @@ export class Desk extends EventTarget {
   /** Likewise, what picture and rig disagreed about. */
   #notices = null;
   #shownFrame = -1;
-  /** The tag that the person pointed out, and the frame that was shown then. */
-  #pointed = { id: null, frame: -1 };
+  /** The tag that the person pointed out, and the pose of the robot then. */
+  #pointed = { id: null, row: null };
+  /** The pose of the last tag: of a live picture it is known before the track has it. */
+  #tagged = { frame: -1, row: null };
   #showTimer = 0;
 
   /** Fetches what the page cannot be drawn without. */
@@ -153,10 +155,12 @@ export class Desk extends EventTarget {
     code = null, char1 = null, char2 = null, continuous = null, pixel = null,
     frame = this.playhead.value.frame, isSelected = true,
   }) {
-    if (!may('operator') || !this.#poseOf(frame)) {
+    const row = this.#poseOf(frame);
+    if (!may('operator') || !row) {
       this.fault(may('operator') ? t('desk.not_tracked') : t('rights.viewer'));
       return null;
     }
+    this.#tagged = { frame, row };
     const created = this.observations.create({ ...this.#anchor(frame, pixel), code, char1, char2, continuous });
     if (isSelected) this.select(created.id);
     this.dispatchEvent(new CustomEvent('tagged', { detail: created }));
@@ -166,7 +170,7 @@ export class Desk extends EventTarget {
   /** Tags the middle of the picture, with a code or without. */
   tagCentre(options = {}) {
     const created = this.tag({ ...options, pixel: this.#middle });
-    this.#pointed = { id: null, frame: -1 }; // the hand is on the keys: the next tag is another one
+    this.#pointed = { id: null, row: null }; // the hand is on the keys: the next tag is another one
     return created;
   }
 
@@ -176,7 +180,7 @@ export class Desk extends EventTarget {
    */
   tagAs({ code, char1, char2 }) {
     const item = this.#pointed.id === this.selection.value ? this.observations.find(this.#pointed.id) : null;
-    if (!item || item.code || !this.isNear(this.#pointed.frame, POINTED_M) || !may('operator')) {
+    if (!item || item.code || !this.#isWithin(POINTED_M, this.#pointed.row) || !may('operator')) {
       this.tagCentre({ code, char1, char2 });
       return;
     }
@@ -187,14 +191,17 @@ export class Desk extends EventTarget {
   /** Selects what the person has pointed out. */
   select(id) {
     this.selection.set(id);
-    this.#pointed = { id, frame: this.playhead.value.frame };
+    this.#pointed = { id, row: this.playhead.value.row };
   }
 
   /** Whether the robot has moved by no more than `reachM` between a frame and the shown one. */
   isNear(frame, reachM) {
-    if (frame === this.playhead.value.frame) return true;
-    const [there, here] = [this.#poseOf(frame), this.playhead.value.row];
-    return Boolean(there && here) && Math.abs(there.distance_mm - here.distance_mm) <= 1000 * reachM;
+    return frame === this.playhead.value.frame || this.#isWithin(reachM, this.#poseOf(frame));
+  }
+
+  #isWithin(reachM, row) {
+    const here = this.playhead.value.row;
+    return Boolean(row && here) && Math.abs(row.distance_mm - here.distance_mm) <= 1000 * reachM;
   }
 
   /** Moves the selected tag to the middle of the shown picture; its photo follows. */
@@ -212,7 +219,7 @@ export class Desk extends EventTarget {
     this.select(id);
     if (item.frame >= this.track.length) return;
     this.seek(item.frame);
-    this.#pointed = { id, frame: item.frame };
+    this.#pointed = { id, row: this.track.row(item.frame) };
   }
 
   /** Null where nobody knows what the camera saw there. */
@@ -225,7 +232,8 @@ export class Desk extends EventTarget {
   /** The pose of a frame, null where it is not tracked. */
   #poseOf(frame) {
     const shown = this.playhead.value;
-    return frame === shown.frame && shown.row ? shown.row : this.track.row(frame);
+    if (frame === shown.frame && shown.row) return shown.row;
+    return this.track.row(frame) ?? (frame === this.#tagged.frame ? this.#tagged.row : null);
   }
 
   /** What a tag rests on; without a wall under the pixel the camera counts. */

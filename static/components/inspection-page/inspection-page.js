@@ -2,7 +2,7 @@
 
 import { ApiError, poll } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
-import { bindKeys } from '../../core/keys.js';
+import { bindKeys, withKey } from '../../core/keys.js';
 import { Component } from '../../core/store.js';
 import { chainage } from '../../core/units.js';
 import { errorText, t } from '../../core/words.js';
@@ -84,7 +84,7 @@ class InspectionPage extends Component {
               <span class="desk-bar__word">${t('desk.undo')}</span></button>
             <button class="button button--quiet button--small button--icon" data-part="redo" data-needs="operator">${icon('redo')}
               <span class="visually-hidden">${t('desk.redo')}</span></button>
-            <button class="button button--quiet button--small desk-bar__keys" data-part="help" title="${t('desk.keys_key')}">${icon('keys')}
+            <button class="button button--quiet button--small desk-bar__keys" data-part="help" title="${withKey(t('desk.keys'), '?')}">${icon('keys')}
               <span class="desk-bar__word">${t('desk.keys')}</span></button>
             <button class="button button--small" data-part="finish" data-needs="operator"></button>
             <details class="menu" data-part="menu">
@@ -349,12 +349,12 @@ class InspectionPage extends Component {
   /** Each button names the very step that it takes back or does again. */
   #showHistory() {
     const { parts, desk: { history: { last, next } } } = this;
-    for (const [button, step, title] of [
-      [parts.undo, last, last ? t('desk.undo_step', { step: stepName(last) }) : t('desk.undo_key')],
-      [parts.redo, next, next ? t('desk.redo_step', { step: stepName(next) }) : t('desk.redo_key')],
+    for (const [button, step, title, key] of [
+      [parts.undo, last, last ? t('desk.undo_step', { step: stepName(last) }) : t('desk.undo_none'), 'U'],
+      [parts.redo, next, next ? t('desk.redo_step', { step: stepName(next) }) : t('desk.redo_none'), 'Shift + U'],
     ]) {
       button.disabled = !step;
-      button.title = title;
+      button.title = withKey(title, key);
     }
   }
 
