@@ -1,6 +1,7 @@
 /** Puts the page that belongs to the address into the shell. */
 
 import { session } from './core/api.js';
+import { isKeyOn } from './core/keys.js';
 import { preferences } from './core/preferences.js';
 import { may } from './core/rights.js';
 import { t } from './core/words.js';
@@ -29,6 +30,7 @@ addEventListener('unhandledrejection', ({ reason }) => {
 });
 addEventListener('error', ({ error, message }) => toastError(error ?? new Error(message)));
 
+document.documentElement.classList.toggle('without-single-keys', !isKeyOn('a'));
 const [, name] = PAGES.find(([pattern]) => pattern.test(location.pathname)) ?? PAGES[0];
 const page = document.createElement(name);
 page.inspectionId = location.pathname.split('/')[2];

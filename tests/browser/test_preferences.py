@@ -154,9 +154,41 @@ def test_a_digit_tags_the_code_that_was_put_on_it(
     page.keyboard.press("3")
     expect(page.locator(".defect__what b").last).to_have_text("BAB A D")
 
+    # A code that is typed out counts when the field is left; what is no code is said.
     open_settings(page)
+    key.fill("bcc a")
+    key.press("Tab")
+    expect(key).to_have_value("BCC A")
+    key.fill("crakc")
+    key.press("Tab")
+    expect(page.locator(".settings__told")).to_contain_text("“crakc” is no code")
+    expect(key).to_have_value("BCC A")
     page.get_by_role("button", name="Usual codes").click()
     expect(key).to_have_value("BAF")
+
+
+def test_letters_can_be_switched_off_as_keys(page: Page, server: Server, inspection: str) -> None:
+    log_in(page, server, f"/inspections/{inspection}")
+    page.get_by_role("button", name="Keys").click()
+    keys = page.get_by_role("dialog", name="Keys")
+    expect(keys.get_by_text("Shift + click tags a place")).to_be_visible()
+    expect(keys.locator("kbd", has_text=re.compile("^T$"))).to_be_visible()
+    page.keyboard.press("Escape")
+    open_settings(page)
+    page.get_by_label("Letters, digits and signs are keys").uncheck()
+    page.keyboard.press("Escape")
+    expect(page.locator("html.without-single-keys")).to_be_attached()
+    expect(page.locator(".transport__clock")).to_have_text(re.compile("frame 0$"))
+    before = page.locator(".defect").count()
+    for key in ("t", "1", "s", "Shift+T", "?", "Shift+Digit3"):
+        page.keyboard.press(key)
+    page.keyboard.press("ArrowRight")  # no letter
+    expect(page.locator(".transport__clock")).to_have_text(re.compile("frame 1$"))
+    expect(page.locator(".defect")).to_have_count(before)
+    expect(page.locator(".quick kbd").first).to_be_hidden()
+    page.get_by_role("button", name="Keys").click()
+    expect(keys.locator("kbd", has_text=re.compile("^(T|1|S|[?])$"))).to_have_count(0)
+    expect(keys.locator("kbd", has_text="F13")).to_be_visible()
 
 
 def test_a_code_pack_is_imported_chosen_and_deleted(

@@ -48,7 +48,15 @@ class DistanceReadout extends Component {
     this.listen(this.parts.why, 'click', () => openIntervalDetail(this.desk));
     this.listen(this.desk.playhead, 'change', () => this.repaint());
     for (const store of [this.desk.health, this.desk.corrections]) this.listen(store, 'change', () => this.repaint());
-    this.signal.addEventListener('abort', () => clearTimeout(this.#tellTimer));
+    // Where it stays in sight, what gets the focus comes to rest below it.
+    const resized = new ResizeObserver(() => {
+      document.documentElement.style.setProperty('--readout-height', `${this.offsetHeight}px`);
+    });
+    resized.observe(this);
+    this.signal.addEventListener('abort', () => {
+      clearTimeout(this.#tellTimer);
+      resized.disconnect();
+    });
     this.paint();
   }
 

@@ -3,7 +3,8 @@
  * work: required for a report, filled in by itself, and more. An empty required field stops nothing
  * here; it is counted and named.
  *
- * Events: `field` (detail {name, value}) when a field was left with another value that can be used.
+ * Events: `field` (detail {name, value}) when a field was left with another value that can be used,
+ * `typing` (likewise) with every letter before that.
  */
 
 import { ApiError, get } from '../../core/api.js';
@@ -134,6 +135,7 @@ class HeaderForm extends Component {
           ${REFERENCE_POINTS.map((point) => html`<option value="${point}"></option>`)}
         </datalist>`,
     );
+    this.listen(this, 'input', ({ target }) => this.#typing(target));
     this.listen(this, 'change', ({ target }) => this.#left(target));
     for (const field of this.#fields) this.#write(field);
     this.#count();
@@ -149,8 +151,19 @@ class HeaderForm extends Component {
     input.value = written(field, this.#values[field.name] ?? null);
   }
 
+  #fieldOf(input) {
+    return this.#fields.find(({ name }) => name === input.dataset.field);
+  }
+
+  #typing(input) {
+    const field = this.#fieldOf(input);
+    const value = field && read(field, input.value);
+    if (value === undefined) return; // not a number yet
+    this.dispatchEvent(new CustomEvent('typing', { detail: { name: field.name, value } }));
+  }
+
   #left(input) {
-    const field = this.#fields.find(({ name }) => name === input.dataset.field);
+    const field = this.#fieldOf(input);
     if (!field) return;
     const value = read(field, input.value);
     if (value === undefined) {

@@ -1,4 +1,7 @@
-/** The header of the inspection: each field is saved when it is left, and again until it is safe. */
+/**
+ * The header of the inspection: each field is saved when it is left, and again until it is safe. What
+ * is typed and not safe yet is kept in this browser, so that a reload loses none of it.
+ */
 
 import { ApiError, pause } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
@@ -15,9 +18,12 @@ class HeaderPanel extends Component {
   /** Values by name that the server does not take. */
   #refused = new Map();
   #isSending = false;
+  /** @type {Unsent} */
+  #unsent;
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
+    this.#unsent = new Unsent(this.desk.inspection.id);
     this.parts = render(
       this,
       html`<p class="header-panel__state number" role="status" data-part="state"></p>
@@ -25,12 +31,27 @@ class HeaderPanel extends Component {
     );
     const { form } = this.parts;
     form.value = this.desk.inspection.value.header;
+    this.listen(form, 'typing', ({ detail: { name, value } }) => {
+      const isAsBefore = (this.desk.inspection.value.header[name] ?? null) === value;
+      this.#unsent.put(name, value);
+      if (isAsBefore) this.#unsent.drop(name, value);
+      this.parts.state.textContent = isAsBefore ? t('header.saved') : t('header.saving');
+    });
     this.listen(form, 'field', ({ detail: { name, value } }) => {
       this.#refused.delete(name);
       this.#waiting.set(name, value);
+      this.#unsent.put(name, value);
       this.#send();
     });
     this.listen(this.desk.inspection, 'change', () => this.#refresh());
+    if (may('operator')) this.#goOn();
+  }
+
+  /** Sends what an earlier page could not. */
+  #goOn() {
+    for (const [name, value] of this.#unsent.all) this.#waiting.set(name, value);
+    this.#refresh();
+    if (this.#waiting.size) this.#send();
   }
 
   /** What the server has, under what was typed and is not safe yet. */
@@ -68,7 +89,39 @@ class HeaderPanel extends Component {
 
   /** Done with this value, unless the person has entered another one meanwhile. */
   #settle(name, value) {
-    if (this.#waiting.get(name) === value) this.#waiting.delete(name);
+    if (this.#waiting.get(name) !== value) return;
+    this.#waiting.delete(name);
+    this.#unsent.drop(name, value);
+  }
+}
+
+/** Values by name that were typed for one inspection and are not on the server yet, in this browser. */
+class Unsent {
+  #key;
+
+  constructor(inspection) {
+    this.#key = `chainage.header.${inspection}`;
+  }
+
+  get all() {
+    return new Map(JSON.parse(localStorage.getItem(this.#key) ?? '[]'));
+  }
+
+  put(name, value) {
+    this.#keep(this.all.set(name, value));
+  }
+
+  /** Forgets a value, unless more has been typed meanwhile. */
+  drop(name, value) {
+    const all = this.all;
+    if (all.get(name) !== value) return;
+    all.delete(name);
+    this.#keep(all);
+  }
+
+  #keep(all) {
+    if (all.size) localStorage.setItem(this.#key, JSON.stringify([...all]));
+    else localStorage.removeItem(this.#key);
   }
 }
 

@@ -2,7 +2,7 @@
 
 import { ApiError, poll } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
-import { bindKeys } from '../../core/keys.js';
+import { bindKeys, withKey } from '../../core/keys.js';
 import { Component } from '../../core/store.js';
 import { chainage } from '../../core/units.js';
 import { errorText, t } from '../../core/words.js';
@@ -85,7 +85,7 @@ class InspectionPage extends Component {
               <span class="desk-bar__word">${t('desk.undo')}</span></button>
             <button class="button button--quiet button--small button--icon" data-part="redo" data-needs="operator">${icon('redo')}
               <span class="visually-hidden">${t('desk.redo')}</span></button>
-            <button class="button button--quiet button--small desk-bar__keys" data-part="help" title="${t('desk.keys_key')}">${icon('keys')}
+            <button class="button button--quiet button--small desk-bar__keys" data-part="help" title="${withKey(t('desk.keys'), '?')}">${icon('keys')}
               <span class="desk-bar__word">${t('desk.keys')}</span></button>
             <button class="button button--small" data-part="finish" data-needs="operator"></button>
             <details class="menu" data-part="menu">
@@ -130,6 +130,7 @@ class InspectionPage extends Component {
     this.listen(document, 'visibilitychange', () => !document.hidden && this.#lookAgain());
     this.listen(desk.editing, 'change', () => desk.editing.value && desk.tab.set('defects'));
     this.listen(desk, 'fault', ({ detail }) => toast(detail, { kind: 'error' }));
+    this.listen(desk, 'done', ({ detail: { text, ...other } }) => this.#tellDone(text, other));
     this.listen(desk, 'tagged', ({ detail }) => this.#announceTag(detail));
     this.listen(parts.cancel, 'click', () => orToast(() => desk.inspection.cancel()));
     this.listen(parts.retry, 'click', () => orToast(() => this.#retry()));
@@ -205,10 +206,10 @@ class InspectionPage extends Component {
     return orToast(async () => this.#tellStep(await this.desk.history.redo()));
   }
 
-  /** Shows what was done just now, and can take that back. */
-  #tellDone(text) {
+  /** Shows what was done just now, and can take that back, or do another thing in its place. */
+  #tellDone(text, other = {}) {
     const step = this.desk.history.last;
-    toast(text, { action: t('page.undo'), run: () => this.undo(step) });
+    toast(text, { action: t('page.undo'), run: () => this.undo(step), ...other });
   }
 
   /** Says what was taken back or done again, and selects it; the picture stays where it is. */
@@ -353,12 +354,12 @@ class InspectionPage extends Component {
   /** Each button names the very step that it takes back or does again. */
   #showHistory() {
     const { parts, desk: { history: { last, next } } } = this;
-    for (const [button, step, title] of [
-      [parts.undo, last, last ? t('desk.undo_step', { step: stepName(last) }) : t('desk.undo_key')],
-      [parts.redo, next, next ? t('desk.redo_step', { step: stepName(next) }) : t('desk.redo_key')],
+    for (const [button, step, title, key] of [
+      [parts.undo, last, last ? t('desk.undo_step', { step: stepName(last) }) : t('desk.undo_none'), 'U'],
+      [parts.redo, next, next ? t('desk.redo_step', { step: stepName(next) }) : t('desk.redo_none'), 'Shift + U'],
     ]) {
       button.disabled = !step;
-      button.title = title;
+      button.title = withKey(title, key);
     }
   }
 
