@@ -104,6 +104,8 @@ class LiveOut(BaseModel):
     """Why there is no picture."""
     free_bytes: int
     """Room on the disk for the rest of the recording."""
+    is_recording: bool
+    """False while the disk is full: tracking goes on, recording when there is room again."""
 
     @classmethod
     def of(cls, camera: CameraStatus) -> LiveOut:
@@ -115,6 +117,7 @@ class LiveOut(BaseModel):
             recorded_s=round(camera.recorded_s, 2),
             detail=camera.detail,
             free_bytes=camera.free_bytes,
+            is_recording=camera.is_recording,
         )
 
 

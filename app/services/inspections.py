@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.errors import DiskFull, FrameNotFound, NothingRecorded, OpenStretches
+from app.jobs.parts import NOT_RECORDED
 from app.services.corrections import Corrections
 from app.services.live import CameraStatus, Live, Progress
 from app.services.media import Media
@@ -316,6 +317,8 @@ class Inspections:
         estimate = estimate_at(self._tracks.get(inspection_id), frame)
         if estimate is None:
             raise FrameNotFound(f"Frame {frame} is not tracked, so its picture cannot be found.")
+        if not self._tracks.is_recorded(inspection_id, frame):
+            raise FrameNotFound(NOT_RECORDED)
         return self._media.picture(self.video_path(row), estimate.time_s, _FRAME_JPEG_QUALITY)
 
     def change(

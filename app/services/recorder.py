@@ -11,7 +11,8 @@ import logging
 import threading
 import time
 from collections import deque
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,7 @@ from app.jobs.messages import (
     Row,
     StopCapture,
 )
+from app.jobs.parts import Mark
 from app.jobs.process import Child, describe_exit
 from app.logs import about
 from app.services.live import CameraStatus, Live, Progress
@@ -240,22 +242,25 @@ class Recorder:
 
     def _request(self, run: LiveRun) -> LiveRequest:
         assert run.source is not None  # noqa: S101  (given by begin)
-        limits = Limits(self._memory_bytes, file_bytes=self._room(run.inspection))
+        # As large as the disk: room may be made while it is recorded.
+        limits = Limits(self._memory_bytes, file_bytes=self._folder.disk_bytes())
         return LiveRequest(
             run.source.camera,
             run.inspection.rig,
             str(self._folder.recording(run.inspection.id)),
+            str(self._folder.marks(run.inspection.id)),
             limits,
             self._reserve_bytes,
             Row(*(getattr(run.last, name) for name in Row.__struct_fields__)) if run.last else None,
             run.zero_s,
+            self._left_out(run),
         )
 
-    def _room(self, inspection: Inspection) -> int:
-        """How large the recording may become."""
-        path = self._folder.recording(inspection.id)
-        size = path.stat().st_size if path.exists() else 0
-        return size + self._room_for_more()
+    def _left_out(self, run: LiveRun) -> list[Mark]:
+        """Frames that have a row and are not recorded; any later one was lost with its process."""
+        last = run.last.frame if run.last else -1
+        marks = self._tracks.marks(run.inspection.id)
+        return [mark for mark in marks if mark.kind == "left_out" and mark.frame <= last]
 
     def _room_for_more(self) -> int:
         return max(self._folder.free_bytes(), 0)
@@ -271,8 +276,10 @@ class Recorder:
             state.recorded_s,
             state.detail,
             self._room_for_more(),
+            state.is_recording,
         )
-        if before is None or (before.connected, before.detail) != (state.connected, state.detail):
+        self._tracks.leave_out(run.inspection.id, state.left_out)
+        if before is None or _shown(before) != _shown(run.camera):
             last = (run.last,) if run.last else ()
             self._live.publish(
                 run.inspection.id, "running", run.progress(), last, camera=run.camera
@@ -280,6 +287,9 @@ class Recorder:
 
     def _end(self, run: LiveRun, outcome: Outcome) -> None:
         inspection = run.inspection
+        marks = self._tracks.keep_marks(inspection.id)
+        if any(mark.kind == "left_out" for mark in marks) and outcome.warning is None:
+            outcome = replace(outcome, warning=_partly_recorded(marks))
         if run.stop == "cancelled" and outcome.status == "done":
             outcome = Outcome("cancelled", warning=outcome.warning)
         if outcome.status == "done" and not run.frames_done:
@@ -339,6 +349,8 @@ class Recorder:
         video = mp4 if mp4.exists() else recording
         columns = video_columns(answer.probed)
         columns["playable"] = columns["playable"] and video == mp4
+        left_out = [m for m in self._tracks.marks(inspection.id) if m.kind == "left_out"]
+        columns["frames"] += len(left_out)  # they have numbers, too
         sync_folder(video.parent)
         self._inspections.record_video(
             inspection.id, video.name, columns, video.stat().st_size, sha256_of(video)
@@ -361,3 +373,13 @@ class Recorder:
             return Failed("media_failed", f"The finalising process died: {how}.")
         finally:
             child.end()
+
+
+def _shown(camera: CameraStatus) -> tuple[bool, bool, str | None]:
+    """What a page is to show at once."""
+    return camera.connected, camera.is_recording, camera.detail
+
+
+def _partly_recorded(marks: Sequence[Mark]) -> str:
+    left_out = sum(mark.kind == "left_out" for mark in marks)
+    return f"The disk was full for a while: {left_out} frames were tracked but not recorded."

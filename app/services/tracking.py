@@ -296,13 +296,16 @@ class Tracking:
 
     def _request(self, inspection: Inspection, resumption: Resumption | None) -> TrackRequest:
         video = str(self._folder.inspection(inspection.id) / inspection.video_file)
+        marks = self._tracks.marks(inspection.id)
         if resumption is None:
-            return TrackRequest(video, inspection.rig, self._limits, self._pace)
+            return TrackRequest(video, inspection.rig, self._limits, self._pace, marks=marks)
         limits = self._limits
         if limits.cpu_s is not None:  # of the whole run, however many processes do it
             rest_s = max(limits.cpu_s - round(resumption.cpu_s), 1)
             limits = msgspec.structs.replace(limits, cpu_s=rest_s)
-        return TrackRequest(video, inspection.rig, limits, self._pace, str(resumption.checkpoint))
+        return TrackRequest(
+            video, inspection.rig, limits, self._pace, str(resumption.checkpoint), marks
+        )
 
 
 def track_metadata(inspection: Inspection) -> Mapping[str, object]:
