@@ -207,6 +207,10 @@ class SampleFailed(AppError):
     """The sample inspection could not be rendered."""
 
 
+class NotAllTracked(AppError):
+    """The track ends before the film, so nothing can be recorded behind it."""
+
+
 class StillRunning(AppError):
     """The inspection must have ended for that."""
 
@@ -315,6 +319,7 @@ STATUS: dict[type[Exception], tuple[int, str]] = {
     PackInUse: (409, "pack_in_use"),
     SampleBeingMade: (409, "sample_being_made"),
     SampleFailed: (500, "sample_failed"),
+    NotAllTracked: (409, "not_all_tracked"),
     StillRunning: (409, "still_running"),
     NotRunning: (409, "not_running"),
     MediaTimeout: (504, "media_timeout"),

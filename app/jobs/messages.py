@@ -260,6 +260,15 @@ class Finalised(msgspec.Struct, frozen=True, tag="finalised"):
     probed: Probed
 
 
+class ReopenRequest(msgspec.Struct, frozen=True, tag="reopen"):
+    """Parent to the process that makes a finished film a recording again."""
+
+    video: str
+    recording: str
+    """File to make; one that is there is replaced."""
+    limits: Limits
+
+
 class PictureRequest(msgspec.Struct, frozen=True, tag="picture"):
     """Parent to media worker: the frame shown at this time, as JPEG."""
 
@@ -278,6 +287,7 @@ FromTracker = Batch | Checkpoint | Passing | Done | Failed
 ToCamera = LiveRequest | StopCapture
 FromCamera = Batch | CameraState | Done | Failed
 FromFinaliser = Finalised | Failed
+FromReopener = Done | Failed
 FromSample = Rendered | Done | Failed
 ToMedia = Limits | ProbeRequest | PictureRequest
 FromMedia = Probed | Picture | Failed

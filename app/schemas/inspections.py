@@ -23,13 +23,21 @@ class UploadSource(Given):
     upload_id: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{32}$")]
 
 
+Url = Annotated[
+    str,
+    Field(
+        min_length=1,
+        max_length=2000,
+        description="rtsp://, rtsps://, http:// or https:// (MJPEG), or one of /api/sources.",
+    ),
+]
+
+
 class LiveSource(Given):
     """A camera on the network, or one of those that the server lists."""
 
     kind: Literal["live"]
-    url: Annotated[str, Field(min_length=1, max_length=2000)] = Field(
-        description="rtsp://, rtsps://, http:// or https:// (MJPEG), or an address of /api/sources."
-    )
+    url: Url
 
 
 class InspectionIn(Given):
@@ -72,6 +80,22 @@ class FinishIn(Given):
         if self.end_condition == "abandoned" and not self.abandon_reason:
             raise ValueError("an abandoned inspection needs a reason (abandon_reason)")
         return self
+
+
+class RigIn(Given):
+    """Another rig for the same film."""
+
+    rig: dict[str, Any] = Field(description="The whole rig file: camera, mount and pipe.")
+
+
+class ContinueIn(Given):
+    """The next part of a recording."""
+
+    url: Url
+    robot: Literal["stood_still", "moved"] = Field(
+        description="What it has done since the part before. `moved`, also if nobody knows: the "
+        "distance goes on from the last one, uncertain by 10 m and by the way so far."
+    )
 
 
 class ProgressOut(BaseModel):

@@ -279,6 +279,12 @@ class Scenes:
         """How many are open."""
         return len(self._feeds)
 
+    async def redraw(self, inspection_id: str) -> None:
+        """Close a scene whose rig has changed; whoever looks at it opens another one."""
+        async with self._opening:
+            if inspection_id in self._feeds:
+                await self._close(inspection_id)
+
     async def sweep(self) -> None:
         """Close what nobody uses, for ever."""
         while True:

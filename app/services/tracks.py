@@ -125,6 +125,20 @@ class Tracks:
         ):
             path.unlink(missing_ok=True)
 
+    def go_on(self, inspection_id: str) -> None:
+        """Let a track that was finished grow again, with all that it had."""
+        track, growing = self.get(inspection_id), _Growing()
+        growing.health = self.health(inspection_id).copy()
+        growing.sightings = self.sightings(inspection_id)
+        growing.tilt = self.tilt(inspection_id)
+        growing.columns = {name: array("d", getattr(track, name)) for name in _NUMBERS}
+        growing.status = [str(status) for status in track.status]
+        with self._lock:
+            self._growing[inspection_id] = growing
+            self._runs[inspection_id] = self._runs.get(inspection_id, 0) + 1
+            self._read.pop(inspection_id, None)
+            self._health.pop(inspection_id, None)
+
     def append(self, inspection_id: str, estimates: Iterable[Estimate]) -> None:
         """Add the next frames."""
         with self._lock:
