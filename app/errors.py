@@ -118,6 +118,10 @@ class WrongContentType(AppError):
     """A PATCH that is not application/offset+octet-stream."""
 
 
+class TooManyUploads(AppError):
+    """One token has announced more files than it has used."""
+
+
 class UploadTooLarge(AppError):
     """More bytes than announced, or than the server takes."""
 
@@ -300,6 +304,7 @@ STATUS: dict[type[Exception], tuple[int, str]] = {
     InvalidUpload: (400, "invalid_upload"),
     UnsupportedTusVersion: (412, "unsupported_tus_version"),
     WrongContentType: (415, "wrong_content_type"),
+    TooManyUploads: (429, "too_many_uploads"),
     UploadTooLarge: (413, "upload_too_large"),
     OffsetConflict: (409, "offset_conflict"),
     UploadBusy: (423, "upload_busy"),
