@@ -23,7 +23,7 @@ from app.reports.report import Loss, Report, Written
 from app.reports.table import DICTIONARY, Cell, Column, iso
 from app.reports.text import legible
 from app.services.adjustment import Joints, Stated
-from app.storage.tables import RESCALED
+from app.storage.tables import RESCALED, RIG_CHANGED
 
 _LONGEST_TEXT = 32_767
 """Characters that a cell may hold, by the programs that read it."""
@@ -194,9 +194,16 @@ def _corrections(report: Report) -> Iterable[Row]:
             yield at, event.who, "corrected", None, _stated(before), _stated(after), event.remark
         elif event.action == RESCALED:
             yield at, event.who, "rescaled", None, _scale(before), _scale(after), event.remark
+        elif event.action == RIG_CHANGED:
+            yield at, event.who, "rig changed", None, _values(before), _values(after), event.remark
         elif event.observation_id and before and after and _anchor(before) != _anchor(after):
             seq = numbers.get(event.observation_id)
             yield at, event.who, "moved", seq, _anchored(before), _anchored(after), event.remark
+
+
+def _values(fields: Mapping[str, Any] | None) -> str:
+    """What was changed of the rig."""
+    return ", ".join(f"{name} {value}" for name, value in (fields or {}).items())
 
 
 def _scale(fields: Mapping[str, Any] | None) -> str:

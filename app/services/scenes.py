@@ -149,6 +149,12 @@ class Scenes:
         """How many are open."""
         return sum(view.feed is not None for view in self._pages.values())
 
+    async def redraw(self, inspection_id: str) -> None:
+        """Close a scene whose rig has changed; whoever looks at it opens another one."""
+        async with self._opening:
+            if inspection_id in self._feeds:
+                await self._close(inspection_id)
+
     async def sweep(self) -> None:
         """Close what nobody uses, for ever."""
         while True:

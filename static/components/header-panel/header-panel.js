@@ -5,10 +5,13 @@
 
 import { ApiError, pause } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
+import { hasFilm } from '../../core/inspection.js';
 import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { errorText, t } from '../../core/words.js';
 import '../header-form/header-form.js';
+import { icon } from '../icon/icon.js';
+import { openRig } from '../run-again/run-again.js';
 
 const PAUSE_S = 3;
 
@@ -26,10 +29,13 @@ class HeaderPanel extends Component {
     this.#unsent = new Unsent(this.desk.inspection.id);
     this.parts = render(
       this,
-      html`<p class="header-panel__state number" role="status" data-part="state"></p>
+      html`<p class="header-panel__rig"><button type="button" class="button button--small" data-part="rig" data-needs="operator"
+          hidden>${icon('settings')}${t('again.rig_open')}</button></p>
+        <p class="header-panel__state number" role="status" data-part="state"></p>
         <fieldset class="locked" ${!may('operator') && 'disabled'}><header-form data-part="form"></header-form></fieldset>`,
     );
-    const { form } = this.parts;
+    const { form, rig } = this.parts;
+    this.listen(rig, 'click', () => this.#editRig());
     form.value = this.desk.inspection.value.header;
     this.listen(form, 'typing', ({ detail: { name, value } }) => {
       const isAsBefore = (this.desk.inspection.value.header[name] ?? null) === value;
@@ -44,6 +50,7 @@ class HeaderPanel extends Component {
       this.#send();
     });
     this.listen(this.desk.inspection, 'change', () => this.#refresh());
+    this.#showRig();
     if (may('operator')) this.#goOn();
   }
 
@@ -54,8 +61,19 @@ class HeaderPanel extends Component {
     if (this.#waiting.size) this.#send();
   }
 
+  /** While it runs, and without a film, there is nothing to track again. */
+  #showRig() {
+    const { inspection } = this.desk;
+    this.parts.rig.hidden = inspection.isUnfinished || !hasFilm(inspection.value);
+  }
+
+  async #editRig() {
+    if (await openRig(this.desk.inspection)) location.reload(); // the picture and the 3D view, too
+  }
+
   /** What the server has, under what was typed and is not safe yet. */
   #refresh() {
+    this.#showRig();
     const typed = [...this.#refused, ...this.#waiting];
     this.parts.form.value = { ...this.desk.inspection.value.header, ...Object.fromEntries(typed) };
   }

@@ -18,6 +18,8 @@ const OF_INSPECTION = {
   changed: ['edit', t('history.inspection_changed')],
   corrected: ['settings', t('history.inspection_corrected')],
   rescaled: ['settings', t('history.inspection_rescaled')],
+  rig_changed: ['retry', t('history.inspection_rig')],
+  continued: ['live', t('history.inspection_continued')],
   finished: ['check', t('history.inspection_finished')],
   deleted: ['trash', t('history.inspection_deleted')],
 };

@@ -2,6 +2,7 @@
 
 import { ApiError, poll } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
+import { mayGoOn } from '../../core/inspection.js';
 import { bindKeys, withKey } from '../../core/keys.js';
 import { Component } from '../../core/store.js';
 import { chainage } from '../../core/units.js';
@@ -14,6 +15,7 @@ import { icon } from '../icon/icon.js';
 import { pace } from '../inspection-list/inspection-list.js';
 import { showKeys } from '../key-help/key-help.js';
 import { closesElsewhere } from '../menu/menu.js';
+import { askEndOfRecording, openRecordOn } from '../run-again/run-again.js';
 import { statusChip } from '../status-chip/status-chip.js';
 import { orToast, toast, toastError } from '../toast-stack/toast-stack.js';
 import { topBar } from '../top-bar/top-bar.js';
@@ -79,6 +81,8 @@ class InspectionPage extends Component {
             <button class="button button--small" data-part="cancel" data-needs="operator" hidden>${icon('stop')}<span
               class="desk-bar__word">${t('desk.cancel')}</span></button>
             <button class="button button--small" data-part="retry" data-needs="operator" hidden>${icon('retry')}${t('desk.retry')}</button>
+            <button class="button button--small" data-part="recordOn" data-needs="operator" title="${t('again.on_title')}" hidden>${icon('live')}<span
+              class="desk-bar__word">${t('again.on')}</span></button>
             <span class="spacer"></span>
             <p class="save number" role="status" data-part="save" data-needs="operator"></p>
             <button class="button button--quiet button--small" data-part="undo" data-needs="operator">${icon('undo')}
@@ -132,7 +136,8 @@ class InspectionPage extends Component {
     this.listen(desk, 'fault', ({ detail }) => toast(detail, { kind: 'error' }));
     this.listen(desk, 'done', ({ detail: { text, ...other } }) => this.#tellDone(text, other));
     this.listen(desk, 'tagged', ({ detail }) => this.#announceTag(detail));
-    this.listen(parts.cancel, 'click', () => orToast(() => desk.inspection.cancel()));
+    this.listen(parts.cancel, 'click', () => orToast(() => this.#cancel()));
+    this.listen(parts.recordOn, 'click', () => this.#recordOn());
     this.listen(parts.retry, 'click', () => orToast(() => this.#retry()));
     this.listen(parts.finish, 'click', () => this.finish());
     this.listen(desk.checks, 'change', () => parts.side.note('checks', String(desk.checks.value?.length || '')));
@@ -185,6 +190,16 @@ class InspectionPage extends Component {
       onError,
     );
     if (!this.signal.aborted) this.#showMessages();
+  }
+
+  /** A recording that has ended cannot be had again: it is asked for first. */
+  async #cancel() {
+    const { inspection } = this.desk;
+    if (inspection.value.live === null || (await askEndOfRecording())) await inspection.cancel();
+  }
+
+  async #recordOn() {
+    if (await openRecordOn(this.desk.inspection)) location.reload(); // the film becomes a camera
   }
 
   async #retry() {
@@ -301,6 +316,7 @@ class InspectionPage extends Component {
     parts.bar.classList.toggle('desk-bar__progress--off', !isRunning);
     parts.bar.value = progress.frames_total ? progress.frames_done / progress.frames_total : 0;
     parts.cancel.hidden = !desk.inspection.isUnfinished;
+    parts.recordOn.hidden = !mayGoOn(desk.inspection.value);
     this.#showFinish();
     parts.retry.hidden = status !== 'failed' && status !== 'cancelled';
     this.#showMessages();

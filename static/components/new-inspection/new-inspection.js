@@ -324,8 +324,10 @@ class NewInspection extends Component {
       location.assign(`/inspections/${id}`);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      this.parts.fault.textContent = errorText(error);
+      const reason = errorText(error);
+      this.parts.fault.textContent = reason;
       this.#want(false);
+      if (!error.isTemporary) await this.#upload.reject({ code: error.code, reason });
     }
   }
 
@@ -365,7 +367,7 @@ class NewInspection extends Component {
     const list = render(
       this.parts.unfinished,
       html`${waiting.map((upload, i) => html`<p class="message new__unfinished">${icon('info')}
-        <span>${pieces('new.interrupted', { name: html`<b>${upload.name}</b>`, size: bytes(upload.size) })}</span>
+        <span>${whatBecameOf(upload)}</span>
         <button type="button" class="button button--small" data-part="discard${i}">${t('new.discard')}</button></p>`)}`,
     );
     waiting.forEach((upload, i) => {
@@ -379,6 +381,11 @@ class NewInspection extends Component {
 
 const rememberedOf = (header) =>
   Object.fromEntries(Object.entries(header).filter(([name]) => REMEMBERED_FIELDS.has(name)));
+
+function whatBecameOf({ name, size, refused }) {
+  const named = { name: html`<b>${name}</b>`, size: bytes(size) };
+  return refused ? pieces('new.refused', { ...named, reason: refused }) : pieces('new.interrupted', named);
+}
 
 const kind = (value, sign, label, isChosen) => html`<label class="new__kind">
   <input type="radio" name="kind" value="${value}" ${isChosen && html`checked`} />${icon(sign)}<b>${label}</b></label>`;
