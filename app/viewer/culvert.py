@@ -10,6 +10,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from app.rounding import decimals
 from app.viewer.geometry import Mesh, Section, Vector, dashed, plank, torus, tube
 from app.viewer.views import CameraMode, Reach
 
@@ -45,7 +46,7 @@ class JointMark(NamedTuple):
     def text(self) -> str:
         """For its label."""
         name = "joint" if self.number is None else f"joint {self.number}"
-        return f"{name} · {self.x_m:.2f} m" + ("" if self.is_seen else " · expected")
+        return f"{name} · {decimals(self.x_m, 2)} m" + ("" if self.is_seen else " · expected")
 
 
 class Culvert:

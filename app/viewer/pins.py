@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from viser.transforms import SO3
 
 from app.interval import half_width_text
+from app.rounding import decimals
 from app.viewer.geometry import (
     Mesh,
     PinHit,
@@ -322,6 +323,6 @@ def _short_text(pin: Pin) -> str:
 
 
 def _text(pin: Pin) -> str:
-    finish = "" if pin.finish_m is None else f" to {pin.finish_m:.2f} m"
+    finish = "" if pin.finish_m is None else f" to {decimals(pin.finish_m, 2)} m"
     interval = "" if pin.u95_m is None else f" ± {half_width_text(pin.u95_m)} m"
-    return f"{_short_text(pin)}\n{pin.distance_m:.2f} m{interval}{finish}"
+    return f"{_short_text(pin)}\n{decimals(pin.distance_m, 2)} m{interval}{finish}"

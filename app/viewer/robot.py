@@ -7,6 +7,7 @@ import viser
 from viser.transforms import SO3
 
 from app.interval import half_width_m, half_width_text
+from app.rounding import decimals, metres
 from app.viewer.geometry import Frustum, Section, camera_xyz_m, yaw_wxyz
 from app.viewer.views import CameraMode
 from vo_core.rig import Rig
@@ -47,7 +48,7 @@ class Robot:
         is_told = estimate.sigma_distance_mm == 0 and estimate.quality == 0
         half_m = half_width_m(estimate.sigma_distance_mm)
         interval = "" if is_told else f" ± {half_width_text(half_m)} m"
-        self._label.text = f"{round(x_m, 3) + 0.0:.3f} m{interval}{note}"  # never -0.000
+        self._label.text = f"{decimals(metres(estimate.distance_mm), 3)} m{interval}{note}"
         raised_m = _LABEL_HEIGHT[mode] * self._section.scale_m
         self._label.position = (x_m, 0.0, self._section.axis_z_m - raised_m)
 

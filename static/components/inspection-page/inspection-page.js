@@ -5,6 +5,7 @@ import { html, render } from '../../core/html.js';
 import { bindKeys } from '../../core/keys.js';
 import { Component } from '../../core/store.js';
 import { chainage } from '../../core/units.js';
+import { defectCount } from '../../core/stretches.js';
 import { errorText, t } from '../../core/words.js';
 import { nameOf } from '../defect-list/names.js';
 import { openExport } from '../export-dialog/export-dialog.js';
@@ -341,7 +342,7 @@ class InspectionPage extends Component {
 
   #showObservations() {
     const { value: observations } = this.desk.observations;
-    this.parts.side.note('defects', String(observations.length || ''));
+    this.parts.side.note('defects', String(defectCount(observations) || ''));
     this.parts.emergency.hidden = !observations.some(({ severity }) => severity === GRAVEST);
   }
 
