@@ -22,6 +22,7 @@ from app.reports import table
 from app.reports.report import Loss, Report, Written
 from app.reports.table import DICTIONARY, Cell, Column, iso
 from app.reports.text import legible
+from app.rounding import decimals, metres, rounded
 from app.services.adjustment import Joints, Stated
 from app.storage.tables import RESCALED, RIG_CHANGED
 
@@ -116,14 +117,14 @@ class _Book:
         if value is None:
             return 0
         if isinstance(value, str):
-            text = self._cut(legible(value), sheet, column)
+            text = self._cut(_one_line_end(legible(value)), sheet, column)
             sheet.write_string(row, number, text, self._form_of(text))
             return max(map(len, text.splitlines()), default=0)
         if not math.isfinite(value):
             return 0
         is_metres = column.unit in ("m", "s") and isinstance(value, float)
         sheet.write_number(row, number, value, self._metres if is_metres else self._plain)
-        return len(f"{value:.3f}" if is_metres else str(value))
+        return len(decimals(value, 3) if is_metres else str(value))
 
     def _form_of(self, text: str) -> Format:
         return self._quoted if text.startswith(table.FORMULA_STARTS) else self._text
@@ -138,6 +139,11 @@ class _Book:
             )
         )
         return text[:_LONGEST_TEXT]
+
+
+def _one_line_end(text: str) -> str:
+    """Lines end in LF alone: in a workbook a CR is written as _x000D_, which some programs show."""
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _header(report: Report) -> Iterable[Row]:
@@ -177,9 +183,9 @@ def _joints(report: Report) -> Iterable[Row]:
     for joint in report.joints:
         yield (
             joint.number,
-            round(joint.distance_mm / 1000, 3),
+            metres(joint.distance_mm),
             half_width_m(joint.sigma_mm),
-            None if joint.residual_mm is None else round(joint.residual_mm, 1),
+            None if joint.residual_mm is None else rounded(joint.residual_mm, 1),
             joint.frame,
             int(joint.is_marked),
         )
@@ -220,10 +226,10 @@ def _stated(fields: Mapping[str, Any] | None) -> str:
         return json.dumps(fields)
     parts = []
     if stated.zero is not None:
-        parts.append(f"zero: frame {stated.zero.frame} at {stated.zero.offset_m:.3f} m")
+        parts.append(f"zero: frame {stated.zero.frame} at {decimals(stated.zero.offset_m, 3)} m")
     parts += [
         f"{length.kind} length: frames {length.first_frame} to {length.last_frame} are "
-        f"{length.length_m:.3f} m apart, +/- {length.sigma_mm:g} mm"
+        f"{decimals(length.length_m, 3)} m apart, +/- {length.sigma_mm:g} mm"
         for length in stated.lengths
     ]
     if stated.joints.use is False:

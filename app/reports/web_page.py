@@ -178,7 +178,7 @@ def _summary(report: Report, tell: Teller) -> str:
         percent = tell("summary.not_met") if met.percent is None else f"{met.percent:g} %"
     figures = [
         (tell("summary.surveyed"), tell.length(report.distance_m)),
-        (tell("summary.observations"), str(len(report.entries))),
+        (tell("summary.observations"), str(len(report.defects))),
         (tell("summary.act_now"), str(found.counts[ACT_NOW])),
         (tell("summary.overall"), tell(f"overall.{int(found.overall)}")),
         (tell("summary.distance_class"), percent),

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field, StringConstraints
 
+from app import rounding
 from app.schemas.figures import metres, rounded
 from app.schemas.given import TEXT, Clock, CodeName, Given, Letter, Pixel
 from app.services.observations import ObservationView, WallGrid, WallUnder
@@ -128,7 +129,7 @@ class WallPointOut(BaseModel):
     def of(cls, wall: WallUnder) -> WallPointOut:
         """From the service's result."""
         return cls(
-            distance_m=round(wall.distance_mm / 1000, 4),
+            distance_m=rounding.metres(wall.distance_mm),
             clock=rounded(wall.clock_h, 3),
             y_mm=round(wall.lateral_mm, 2),
         )

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from app.catalogue.table import CodeTable
 from app.errors import InspectionNotFound, TileNotFound
+from app.rounding import metres
 from app.services.adjustment import Adjusted
 from app.services.corrections import Corrections
 from app.services.inspections import Inspections
@@ -232,15 +233,13 @@ class SceneFeed:
 
 
 def joint_marks(adjusted: Adjusted) -> list[JointMark]:
-    """Joints that were seen, each once, and where others are expected."""
-    counted = {joint.number: joint for joint in adjusted.joints if (joint.number or 0) >= 1}
-    uncounted = [joint for joint in adjusted.joints if joint.number is None]
+    """Joints that were seen, and where others are expected."""
     seen = [
-        JointMark(joint.number, joint.distance_mm / 1000, is_seen=True)
-        for joint in (*counted.values(), *uncounted)
+        JointMark(joint.number, metres(joint.distance_mm), is_seen=True)
+        for joint in adjusted.joints
     ]
     expected = [
-        JointMark(joint.number, joint.distance_mm / 1000, is_seen=False)
+        JointMark(joint.number, metres(joint.distance_mm), is_seen=False)
         for joint in adjusted.expected_joints
     ]
     return seen + expected
@@ -267,16 +266,16 @@ def _pin(
     assert place is not None  # noqa: S101  (only observations with a place become pins)
     wall = place.wall
     code = " ".join(fields[name] for name in ("code", "char1", "char2") if fields.get(name))
-    row = table.find(fields.get("code"), fields.get("char1"), fields.get("char2"))
+    row = table.named(fields.get("code"), fields.get("char1"), fields.get("char2"))
     label = None if row is None else row.label_ms if language == "ms" else row.label
     return Pin(
         id=view.row.id,
-        distance_m=place.distance_mm / 1000,
+        distance_m=metres(place.distance_mm),
         clock=fields.get("clock_from", wall.clock_h if wall else None),
         u95_m=place.u95_m,
         severity=fields.get("severity"),
         label=f"{code} {label.partition(':')[0]}" if label else code or "?",
         lateral_m=wall.lateral_mm / 1000 if wall else 0.0,
         clock_to=fields.get("clock_to") if "clock_from" in fields else None,
-        finish_m=finish.place.distance_mm / 1000 if finish and finish.place else None,
+        finish_m=metres(finish.place.distance_mm) if finish and finish.place else None,
     )

@@ -7,6 +7,7 @@ import viser
 from viser.transforms import SO3
 
 from app.interval import half_width_m
+from app.rounding import metres
 from app.viewer.geometry import Frustum, Section, camera_xyz_m, yaw_wxyz
 from app.viewer.views import CameraMode
 from app.viewer.wording import Wording
@@ -48,7 +49,7 @@ class Robot:
         is_told = estimate.sigma_distance_mm == 0 and estimate.quality == 0
         half_m = half_width_m(estimate.sigma_distance_mm)
         interval = "" if is_told else f" {wording.interval(half_m)}"
-        self._label.text = f"{wording.distance(x_m, more_decimals=1)}{interval}{note}"
+        self._label.text = f"{wording.distance(metres(estimate.distance_mm), more_decimals=1)}{interval}{note}"
         raised_m = _LABEL_HEIGHT[mode] * self._section.scale_m
         self._label.position = (x_m, 0.0, self._section.axis_z_m - raised_m)
 

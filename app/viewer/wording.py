@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from app.interval import half_width_text
+from app.rounding import decimals
 
 Language = Literal["en", "ms"]
 Units = Literal["m", "ft"]
@@ -45,14 +46,13 @@ class Wording:
 
     def distance(self, metres: float, *, more_decimals: int = 0) -> str:
         """'3.42 m' or '11.2 ft', with so many more decimals than a read-out has; never -0."""
-        decimals = _DECIMALS[self.units] + more_decimals
-        shown = round(metres / _METRES_IN[self.units], decimals) + 0.0
-        return f"{shown:.{decimals}f} {self.units}"
+        digits = _DECIMALS[self.units] + more_decimals
+        return f"{decimals(metres, digits, unit=_METRES_IN[self.units])} {self.units}"
 
     def interval(self, half_m: float) -> str:
         """'± 0.02 m', rounded up."""
-        unit_m, decimals = _METRES_IN[self.units], _DECIMALS[self.units]
-        return f"± {half_width_text(half_m, unit_m=unit_m, decimals=decimals)} {self.units}"
+        unit_m, digits = _METRES_IN[self.units], _DECIMALS[self.units]
+        return f"± {half_width_text(half_m, unit_m=unit_m, decimals=digits)} {self.units}"
 
     def joint(self, number: int | None, x_m: float, *, is_seen: bool) -> str:
         """'joint 2 · 3.00 m', without its number where it cannot be counted from the zero."""

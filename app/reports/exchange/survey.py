@@ -11,13 +11,13 @@ import math
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from decimal import ROUND_HALF_UP, Decimal
 from pathlib import PurePath
 
 from app.interval import half_width_text
 from app.reports.exchange.ascii import one_line
 from app.reports.exchange.fields import Fields
 from app.reports.report import Entry, Loss, Report
+from app.rounding import decimals
 
 START = "BCD"
 END = "BCE"
@@ -286,12 +286,6 @@ def unit_length_m(report: Report, fields: Fields) -> float | None:
     stated_m = fields.number_within("unit_length_m", 0.001, math.inf)
     segment_mm = report.rig.pipe.segment_length_mm
     return stated_m if stated_m is not None else segment_mm / 1000 if segment_mm else None
-
-
-def decimals(value: float, digits: int) -> str:
-    """With so many decimals, halves away from zero; never -0."""
-    rounded = Decimal(repr(float(value))).quantize(Decimal(1).scaleb(-digits), ROUND_HALF_UP)
-    return f"{abs(rounded) if rounded == 0 else rounded:f}"
 
 
 def plain_number(value: float, digits: int = 6) -> str:

@@ -3,7 +3,7 @@
 import { html, patchList, render } from '../../core/html.js';
 import { isKeyOn } from '../../core/keys.js';
 import { Component } from '../../core/store.js';
-import { coveredShare, stretchNumber, stretchRole, stretchesOf } from '../../core/stretches.js';
+import { coveredShare, defectCount, stretchNumber, stretchRole, stretchesOf } from '../../core/stretches.js';
 import { chainage, clockHour, plusMinus, timecode } from '../../core/units.js';
 import { pieces, t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
@@ -105,13 +105,13 @@ class DefectList extends Component {
   #count() {
     const { parts, desk } = this;
     const { value: all } = desk.observations;
-    const shown = parts.rows.children.length;
+    const [shown, n] = [this.#items, all].map(defectCount);
     const { low, high } = desk.track.range;
     const stretches = stretchesOf(all, high / 1000);
     const share = coveredShare(stretches, (high - low) / 1000);
     parts.count.hidden = all.length === 0;
     parts.count.textContent = [
-      shown === all.length ? t('defects.count', { n: shown }) : t('defects.count_of', { shown, n: all.length }),
+      shown === n ? t('defects.count', { n }) : t('defects.count_of', { shown, n }),
       stretches.length > 0 && t('stretch.share', { percent: Math.round(100 * share) }),
     ]
       .filter(Boolean)

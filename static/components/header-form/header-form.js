@@ -10,6 +10,7 @@
 import { ApiError, get } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { Component } from '../../core/store.js';
+import { rounded } from '../../core/rounding.js';
 import { lengthUnit, parseDistance, toShown } from '../../core/units.js';
 import { errorText, t, wordFor } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
@@ -207,7 +208,7 @@ class HeaderForm extends Component {
 function written({ kind, unit }, value) {
   if (value === null) return '';
   if (kind === 'number' && unit === 'm') {
-    return String(Number(toShown(value).toFixed(LENGTH_DECIMALS)));
+    return String(rounded(toShown(value), LENGTH_DECIMALS));
   }
   return String(value);
 }
@@ -220,7 +221,7 @@ function read({ kind, unit }, text) {
   if (kind !== 'number') return trimmed;
   const number = unit === 'm' ? parseDistance(trimmed) : Number(trimmed.replace(',', '.').replace('−', '-'));
   if (number === null || !Number.isFinite(number)) return undefined;
-  return unit === 'm' ? Math.round(number * 10000) / 10000 : number;
+  return unit === 'm' ? rounded(number, 4) : number;
 }
 
 function fieldMarkup(field, packs) {

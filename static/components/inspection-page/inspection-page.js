@@ -6,6 +6,7 @@ import { mayGoOn } from '../../core/inspection.js';
 import { bindKeys, withKey } from '../../core/keys.js';
 import { Component } from '../../core/store.js';
 import { chainage } from '../../core/units.js';
+import { defectCount } from '../../core/stretches.js';
 import { errorText, t } from '../../core/words.js';
 import { nameOf } from '../defect-list/names.js';
 import { openExport } from '../export-dialog/export-dialog.js';
@@ -363,7 +364,7 @@ class InspectionPage extends Component {
 
   #showObservations() {
     const { value: observations } = this.desk.observations;
-    this.parts.side.note('defects', String(observations.length || ''));
+    this.parts.side.note('defects', String(defectCount(observations) || ''));
     this.parts.emergency.hidden = !observations.some(({ severity }) => severity === GRAVEST);
   }
 

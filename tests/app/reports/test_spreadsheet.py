@@ -1,6 +1,7 @@
 """The workbook, read back with openpyxl, which shares no code with its writer."""
 
 import io
+import zipfile
 from datetime import timedelta
 
 import openpyxl
@@ -150,3 +151,12 @@ def test_any_report_is_a_workbook_that_tells_its_distances(made):
     for row, entry in zip(read, made.entries, strict=True):
         if entry.remark and entry.remark.isprintable():
             assert row["remark"] == entry.remark
+
+
+def test_a_carriage_return_ends_a_line_and_is_not_shown():
+    made = report(observations=[{"distance_m": 1.0, "remark": "one\r\ntwo\rthree"}])
+    content = write(made).content
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        assert not any(b"_x000D_" in archive.read(name) for name in archive.namelist())
+    head, row = openpyxl.load_workbook(io.BytesIO(content))["observations"].values
+    assert row[head.index("remark")] == "one\ntwo\nthree"
