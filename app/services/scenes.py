@@ -150,10 +150,11 @@ class Scenes:
         return sum(view.feed is not None for view in self._pages.values())
 
     async def redraw(self, inspection_id: str) -> None:
-        """Close a scene whose rig has changed; whoever looks at it opens another one."""
+        """Close the scenes of a rig that has changed; whoever looks at one opens another."""
         async with self._opening:
-            if inspection_id in self._feeds:
-                await self._close(inspection_id)
+            for (shown_id, _), view in self._pages.items():
+                if shown_id == inspection_id:
+                    await _close(view)
 
     async def sweep(self) -> None:
         """Close what nobody uses, for ever."""

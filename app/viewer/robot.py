@@ -49,7 +49,8 @@ class Robot:
         is_told = estimate.sigma_distance_mm == 0 and estimate.quality == 0
         half_m = half_width_m(estimate.sigma_distance_mm)
         interval = "" if is_told else f" {wording.interval(half_m)}"
-        self._label.text = f"{wording.distance(metres(estimate.distance_mm), more_decimals=1)}{interval}{note}"
+        distance = wording.distance(metres(estimate.distance_mm), more_decimals=1)
+        self._label.text = f"{distance}{interval}{note}"
         raised_m = _LABEL_HEIGHT[mode] * self._section.scale_m
         self._label.position = (x_m, 0.0, self._section.axis_z_m - raised_m)
 

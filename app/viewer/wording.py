@@ -52,7 +52,7 @@ class Wording:
     def interval(self, half_m: float) -> str:
         """'± 0.02 m', rounded up."""
         unit_m, digits = _METRES_IN[self.units], _DECIMALS[self.units]
-        return f"± {half_width_text(half_m, unit_m=unit_m, decimals=digits)} {self.units}"
+        return f"± {half_width_text(half_m, unit_m=unit_m, digits=digits)} {self.units}"
 
     def joint(self, number: int | None, x_m: float, *, is_seen: bool) -> str:
         """'joint 2 · 3.00 m', without its number where it cannot be counted from the zero."""
