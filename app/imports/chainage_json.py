@@ -490,7 +490,6 @@ def _parsed(content: bytes) -> Any:
         )
         if _HALF_CHARACTER.search(content):
             json.dumps(values, ensure_ascii=False).encode()
-        return values
     except UnicodeEncodeError as error:
         text = error.object[max(error.start - 20, 0) : error.start]
         raise InvalidImport(
@@ -504,6 +503,7 @@ def _parsed(content: bytes) -> Any:
         ) from error
     except (ValueError, RecursionError) as error:
         raise InvalidImport(f"The file cannot be read: {error}.") from error
+    return values
 
 
 def _refused_number(name: str) -> None:

@@ -18,7 +18,9 @@ from app.catalogue.header import FIELDS, faults
 
 MOST_SURVEYS = 200
 MOST_OBSERVATIONS = 10_000
-"""Of one survey."""
+"""Of one survey; a long culvert in a bad state has 2000 defects."""
+MOST_OF_FILE = 20_000
+"""Observations of all surveys of a file."""
 MOST_WARNINGS = 1000
 LONGEST_TEXT = 2000
 """Of a header field; a remark may be twice as long."""
@@ -195,6 +197,14 @@ class Notes:
             self.said.append(Caveat(detail, line))
         elif len(self.said) == MOST_WARNINGS:
             self.said.append(Caveat("There is more of that; the rest is not named."))
+
+
+def too_many() -> str:
+    """Why observations are left out, a sentence."""
+    return (
+        f"{MOST_OBSERVATIONS} observations are read of a survey, and {MOST_OF_FILE} of a file, not "
+        "more."
+    )
 
 
 def coded(observation: ImportedObservation, notes: Notes) -> ImportedObservation:

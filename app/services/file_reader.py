@@ -18,9 +18,9 @@ from app.jobs.process import Child, describe_exit
 
 logger = logging.getLogger(__name__)
 
-CPU_S = 60
+CPU_S = 120
 """The largest export takes some 15 s."""
-_ANSWER_TIMEOUT_S = 180.0
+_ANSWER_TIMEOUT_S = 240.0
 _WAIT_FOR_TURN_S = 60.0
 _TOO_LONG = "The file takes longer to be read than any survey does, so it was given up."
 

@@ -105,6 +105,7 @@ def test_any_separator_and_any_line_end_is_read(separator: str, end: str) -> Non
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252", "utf-16"])
 def test_letters_are_read_whatever_the_file_says_of_its_encoding(encoding: str) -> None:
     text = "#A1=ISO-8859-1\n#B01=AAA;ABH\nC1;Jürgen Größe\n#C=I;A;F\n1;BDB;naß\n#Z\n"
+    assert looks_like(text.encode(encoding))
     (survey,) = read(text.encode(encoding)).surveys
     assert survey.header["operator"] == "Jürgen Größe"
     assert survey.observations[0].remark == "naß"
