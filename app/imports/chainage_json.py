@@ -331,10 +331,17 @@ class _Entered(_Whole):
     remark: _Sentence | None = None
 
 
+class _EnteredOrImported(_Entered):
+    """With what only the file of an imported survey states."""
+
+    at_joint: bool | None = None
+    photo_name: Annotated[str, StringConstraints(max_length=255, pattern=_LINE)] | None = None
+
+
 class _Tag(_Part):
     id: _ObservationId
     seq: Annotated[int, Field(ge=1, le=2**31)]
-    fields: _Entered
+    fields: _EnteredOrImported
     created_by: _Who
     created_at: _Instant
     edited_by: _Who | None = None

@@ -234,7 +234,9 @@ def _stated(block: _Block, form: _Form, notes: Notes) -> dict[str, str]:
         if len(cells) != len(names):
             notes.add(f"{len(cells)} values for {len(names)} fields.", line + 1)
         stated |= {
-            name: clean(cell) for name, cell in zip(names, cells, strict=False) if clean(cell)
+            name: clean(cell, len(cell))
+            for name, cell in zip(names, cells, strict=False)
+            if clean(cell, len(cell))
         }
     if not stated:
         raise _BadBlock(block.line, "its header is empty")
@@ -301,7 +303,7 @@ def _observations(
             notes.add(f"{len(cells)} values for {len(columns)} columns.", line)
         if len(text) > _LONGEST_LINE:
             notes.add(f"Of this line {_LONGEST_LINE} characters are read, not more.", line)
-        row = {name: clean(cell) for name, cell in zip(columns, cells, strict=False)}
+        row = {name: clean(cell, len(cell)) for name, cell in zip(columns, cells, strict=False)}
         observation = _observation(row, nodes, line, notes)
         if observation is not None:
             yield observation

@@ -104,7 +104,8 @@ class _Row:
             value = self.values.get(name.upper(), "")
             if isinstance(value, float) and value == int(value):
                 value = int(value)
-            if found := clean(str(value)):
+            told = str(value)
+            if found := clean(told, len(told)):
                 return found
         return ""
 
@@ -401,7 +402,7 @@ def _observation(row: _Row, photos: Mapping[str, str], notes: Notes) -> Imported
         clock_to=clocks[1],
         stretch=stretch(continuous),
         at_joint=row.text("OBS_AtJoint").upper() in ("1", "TRUE", "J", "Y", "-1"),
-        remark=clean(", ".join(part for part in said if part)),
+        remark=", ".join(part for part in said if part),
         photo=photos.get(row.text("OBS_PK")) or None,
         time_s=video_time_s(row.text("OBS_TimeCtr")),
     )

@@ -215,7 +215,7 @@ def test_other_files_are_no_bundle(tmp_path, content):
 
 
 @pytest.mark.parametrize("method", [zipfile.ZIP_LZMA, zipfile.ZIP_BZIP2])
-@pytest.mark.parametrize("name", ["manifest.json", "observations.csv"])
+@pytest.mark.parametrize("name", ["manifest.json", "report.pdf"])
 def test_a_member_of_another_method_is_in_no_bundle(file, method, name):
     with zipfile.ZipFile(file) as old:
         members = {info.filename: old.read(info) for info in old.infolist()}
