@@ -96,7 +96,7 @@ class ObservationOut(BaseModel):
             distance_raw_m=metres(place.raw_mm) if place else None,
             distance_source=place.source if place else None,
             clock=view.clock,
-            at_joint=place.joint is not None if place else None,
+            at_joint=view.at_joint if place else None,
             joint_no=place.joint_no if place else None,
             time_s=place.time_s if place else None,
             # The frame stands in the address, so that a browser does not show an earlier photo.

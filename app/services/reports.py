@@ -234,7 +234,7 @@ def _entry(
         source=place.source if place else None,
         to_go_m=_to_go_m(header, place.distance_mm) if place else None,
         joint_no=place.joint_no if place else None,
-        at_joint=place is not None and place.joint is not None,
+        at_joint=place is not None and view.at_joint,
         code=fields.get("code"),
         char1=fields.get("char1"),
         char2=fields.get("char2"),

@@ -6,18 +6,21 @@ end node that is missing for a lateral: so the file is plain ASCII, dense and co
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Mapping, Sequence
 
 from app.reports.exchange import lists
 from app.reports.exchange.ascii import transliterate
 from app.reports.exchange.fields import Fields
 from app.reports.exchange.survey import (
+    ABANDONED,
     END,
     ONLY_IN_TABLES,
     START,
     Names,
     Row,
     day_of,
+    decimals,
     film,
     hours,
     joined,
@@ -45,10 +48,12 @@ def write(report: Report) -> Written:
     """One inspection: header of the file, `#B01`, `#C`, a row for each entry, `#Z`."""
     fields = Fields(report.header)
     rows, losses = rows_of(report)
+    rows = _in_written_order(rows)
     names, lost = names_of(report, fields, _name)
     losses += lost
     header, lost = header_fields(report, fields, names)
     losses += lost
+    header = {**header, **_kept_codes(report, fields, header)}
     codes = sorted({*_ALWAYS, *(code for code, value in header.items() if value)})
     lines = [
         *_FILE,
@@ -60,6 +65,26 @@ def write(report: Report) -> Written:
     ]
     losses += [ASCII_ONLY, ONLY_IN_TABLES, *fields.losses(_FORMAT)]
     return Written("".join(f"{line}\r\n" for line in lines).encode("ascii"), tuple(losses))
+
+
+_KEPT = re.compile(r"en13508_([a-z]{3})")
+"""Header fields of an imported survey for which Chainage has no field, by their codes."""
+_DEFAULTED: Mapping[str, str] = {"ABC": "reference_point", "ABE": "method"}
+"""Codes that are written without their field too."""
+
+
+def _kept_codes(report: Report, fields: Fields, header: Mapping[str, str]) -> Mapping[str, str]:
+    """What came with these codes and no field of the header has replaced since."""
+    kept = {}
+    for name in report.header:
+        found = _KEPT.fullmatch(str(name))
+        code = found[1].upper() if found else ""
+        is_free = not header.get(code) or (
+            code in _DEFAULTED and not report.header.get(_DEFAULTED[code])
+        )
+        if found and is_free and (text := transliterate(fields.text(name))):
+            kept[code] = text
+    return kept
 
 
 ASCII_ONLY = Loss("The file is plain ASCII: other letters are transliterated.")
@@ -163,6 +188,17 @@ def columns(row: Row, names: Names) -> dict[str, str]:
         "F": transliterate(remark),
     }
     return {code: value for code, value in values.items() if value}
+
+
+def _in_written_order(rows: Sequence[Row]) -> list[Row]:
+    """Between start and end by the distance and the second that are written, as a reader sorts."""
+    first = 1 if rows and rows[0].code == START else 0
+    last = len(rows) - 1 if len(rows) > first and rows[-1].code in (END, ABANDONED) else len(rows)
+    between = sorted(
+        rows[first:last],
+        key=lambda row: (float(decimals(row.distance_m, 2)), row.time_s or 0, row.entry.seq),
+    )
+    return [*rows[:first], *between, *rows[last:]]
 
 
 def _name(text: str) -> str:

@@ -140,7 +140,7 @@ def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[
         stretch=stretch,
         remark=joined(*said),
         time_s=time_s,
-        photo=entry.photo.name if entry.photo else None,
+        photo=entry.photo.name if entry.photo else entry.entered.get("photo_name"),
     )
     return row, losses
 
