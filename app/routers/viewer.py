@@ -43,7 +43,8 @@ def door(
     """Lead to the page, with a ticket."""
     services.inspections.row(inspection_id)  # raises unless it exists
     ticket = services.access.ticket(principal, inspection_id)
-    return RedirectResponse(request.url.replace(path=f"/viewer/{inspection_id}/{ticket}/"), 303)
+    asked = f"?{request.url.query}" if request.url.query else ""
+    return RedirectResponse(f"/viewer/{inspection_id}/{ticket}/{asked}", 303)
 
 
 @router.get("/{inspection_id}/{ticket}/")
