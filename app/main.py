@@ -54,8 +54,6 @@ logger = logging.getLogger(__name__)
 
 _WEBSOCKET_MESSAGE_BYTES = 64 * 2**10
 """Browsers send clicks, camera poses and acknowledgements."""
-_CONNECTIONS = 512
-"""At once; a page has seven or eight.  Above it the answer is 503."""
 _SHUTDOWN_S = 3
 """Open sockets get so long to close; every wait ends."""
 
@@ -190,7 +188,6 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
         access_log=False,  # the log-in address holds the token
         server_header=False,
         http=PromptProtocol,
-        limit_concurrency=_CONNECTIONS,
         # Anybody can write them, and guesses are counted by address.
         proxy_headers=bool(settings.trusted_proxies),
         forwarded_allow_ips=[str(network) for network in settings.trusted_proxies],

@@ -6,6 +6,7 @@ import asyncio
 import ipaddress
 import logging
 import re
+import time
 from collections.abc import Collection
 from urllib.parse import quote, urlsplit
 
@@ -44,6 +45,8 @@ MAX_IMPORT_BYTES = 64 * 2**20
 IMPORTS = "/api/imports"
 BODY_PART_S = 60.0
 """How long a client may send nothing of a body that it has announced; slow is not silent."""
+BODY_BYTES_PER_S = 1000
+"""What a body has to come with after its first minute: a thirtieth of a poor mobile line."""
 
 COOKIE = "chainage_session"
 SECURE_COOKIE = "__Host-chainage_session"
@@ -296,15 +299,16 @@ def _is_address(host: str) -> bool:
 
 
 def _limited(receive: Receive, most: int | None) -> Receive:
-    """`receive` of a body that has `most` bytes, if any limit, and does not stop in between."""
-    taken, is_whole = 0, False
+    """`receive` of a body that has `most` bytes, if any limit, and neither stops nor trickles."""
+    taken, is_whole, began_s = 0, False, time.monotonic()
 
     async def receive_limited() -> Message:
         nonlocal taken, is_whole
         if is_whole:  # what comes now is that the client goes away
             return await receive()
+        spent_s = time.monotonic() - began_s - taken / BODY_BYTES_PER_S
         try:
-            message = await asyncio.wait_for(receive(), BODY_PART_S)
+            message = await asyncio.wait_for(receive(), BODY_PART_S - max(spent_s, 0.0))
         except TimeoutError as error:
             raise HTTPException(408) from error
         taken += len(message.get("body", b""))

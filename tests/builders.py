@@ -24,6 +24,7 @@ from fastapi import FastAPI
 from numpy.typing import NDArray
 from websockets.sync.client import ClientConnection, connect
 
+from app.http_protocol import PromptProtocol
 from app.main import create_app
 from app.settings import Settings
 from vo_core import Rig
@@ -119,10 +120,16 @@ def blocks(n: int) -> NDArray[np.uint8]:
 class LiveServer:
     """The application behind a real uvicorn, in a thread of the test's process."""
 
-    def __init__(self, app: FastAPI) -> None:
+    def __init__(self, app: FastAPI, http: type[PromptProtocol] = PromptProtocol) -> None:
         self.app = app
         config = uvicorn.Config(
-            app, port=0, log_config=None, ws_per_message_deflate=False, timeout_graceful_shutdown=1
+            app,
+            port=0,
+            log_config=None,
+            http=http,
+            proxy_headers=False,
+            ws_per_message_deflate=False,
+            timeout_graceful_shutdown=1,
         )
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(target=self._server.run)
@@ -140,10 +147,12 @@ class LiveServer:
 
 
 @contextlib.contextmanager
-def serving(data: Path, **settings: Any) -> Iterator[Client]:
+def serving(
+    data: Path, *, http: type[PromptProtocol] = PromptProtocol, **settings: Any
+) -> Iterator[Client]:
     """A server over a data folder, and a client that knows its token."""
     settings = {"token": TOKEN, "disk_reserve_bytes": 0} | settings
-    server = LiveServer(create_app(Settings(data=data, **settings)))
+    server = LiveServer(create_app(Settings(data=data, **settings)), http)
     try:
         with Client(server, settings["token"]) as client:
             client.data = data

@@ -50,10 +50,22 @@ async def log_in_page(
         holder = await run_in_threadpool(services.access.by_token, token, address)
         is_same = holder is not None and holder.name == current.name
         return onward if is_same else login_page(request)
-    if request.headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
+    if not _is_own_wish(request):
         return login_page(request)
     _set_cookie(request, onward, await run_in_threadpool(services.access.log_in, token, address))
     return onward
+
+
+def _is_own_wish(request: Request) -> bool:
+    """Whether nobody else's page has led here.
+
+    Over plain HTTP a browser says neither where a link comes from nor, if it comes from elsewhere,
+    which session it has; programs do not ask for pages.
+    """
+    site = request.headers.get("sec-fetch-site")
+    if site is None:
+        return "text/html" not in request.headers.get("accept", "")
+    return site in ("none", "same-origin")
 
 
 @router.post("/api/logout", status_code=204)

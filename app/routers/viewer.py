@@ -7,6 +7,7 @@ ticket in its address, which opens this one view and nothing else.
 from __future__ import annotations
 
 from typing import Annotated
+from urllib.parse import urlencode
 
 from fastapi import APIRouter, Path, Query, Request, Response, WebSocket
 from pydantic import BaseModel, ConfigDict, Field
@@ -50,8 +51,8 @@ def door(
     services.inspections.row(inspection_id)  # raises unless it exists
     ticket = services.access.ticket(principal, inspection_id)
     place = f"{ticket}/{query.page}" if query.page else ticket
-    url = request.url.remove_query_params("page")
-    return RedirectResponse(url.replace(path=f"/viewer/{inspection_id}/{place}/"), 303)
+    asked = urlencode(query.model_dump(exclude={"page"}, exclude_none=True))
+    return RedirectResponse(f"/viewer/{inspection_id}/{place}/{asked and '?'}{asked}", 303)
 
 
 @router.get("/{inspection_id}/{ticket}/")

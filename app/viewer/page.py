@@ -183,6 +183,8 @@ HEADERS = {
     "Content-Type": "text/html; charset=utf-8",
     "Content-Encoding": "gzip",
     "Content-Security-Policy": _policy([*_INLINE_SCRIPT.findall(_TEXT), _packed_script(_INDEX)]),
+    # A browser does not open a page with a sandbox and an opener policy by itself.
+    "Cross-Origin-Opener-Policy": "unsafe-none",
     "ETag": ETAG,
     # The page and the server must be of one viser version.
     "Cache-Control": "no-cache",

@@ -49,6 +49,7 @@ class ViewerPanel extends Component {
     }
     if (gl) {
       this.listen(this.parts.frame, 'load', () => this.#briefFrame());
+      this.listen(this.desk.inspection, 'change', () => this.#briefFrame());
       this.listen(window, 'message', (event) => this.#hear(event));
     }
     this.listen(this.desk.live, 'state', () => this.#send());
@@ -67,8 +68,11 @@ class ViewerPanel extends Component {
     this.parts.frame?.contentWindow.postMessage({ isLimited: this.#isLive, keys }, '*');
   }
 
+  /** Only what a person presses there: the client in the frame is not ours. */
   #hear({ source, data }) {
-    if (source !== this.parts.frame.contentWindow) return;
+    const { frame } = this.parts;
+    if (source !== frame.contentWindow || document.activeElement !== frame) return;
+    if (data.key !== 'Escape' && !navigator.userActivation.isActive) return;
     this.keys.dispatchEvent(new KeyboardEvent('keydown', data));
   }
 
