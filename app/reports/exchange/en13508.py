@@ -20,7 +20,6 @@ from app.reports.exchange.survey import (
     Names,
     Row,
     day_of,
-    decimals,
     film,
     hours,
     joined,
@@ -31,6 +30,7 @@ from app.reports.exchange.survey import (
     unit_length_m,
 )
 from app.reports.report import Loss, Report, Written
+from app.rounding import decimals
 
 STANDARD = "EN 13508-2:2003+A1:2011"
 
