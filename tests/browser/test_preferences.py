@@ -78,6 +78,9 @@ def test_remarks_of_the_server_are_in_the_language_of_the_page(
 ) -> None:
     page = browser.new_context(locale="ms-MY").new_page()
     page.goto(server.url)
+    page.get_by_label("Token akses").fill(TOKEN)
+    page.get_by_role("button", name="Log masuk").click()
+    expect(page.get_by_role("heading", name="Pemeriksaan", level=1)).to_be_visible()
     seen = page.evaluate(
         """async (events) => {
           const { remarkText } = await import('/static/components/history-panel/remarks.js');
