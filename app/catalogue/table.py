@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import io
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -152,8 +153,9 @@ def _records(text: str) -> Iterator[tuple[int, list[str]]]:
 def _column_faults(columns: Sequence[str]) -> list[str]:
     known = (*NEEDED, *OPTIONAL)
     missing = [name for name in NEEDED if name not in columns]
-    unknown = [repr(name) for name in columns if name not in known]
-    twice = sorted({name for name in columns if columns.count(name) > 1 and name in known})
+    counts = Counter(columns)
+    unknown = [f"{name!r:.40}" for name in counts if name not in known][:SHOWN_FAULTS]
+    twice = sorted(name for name in known if counts[name] > 1)
     return [
         f"{fault} {', '.join(names)}"
         for fault, names in (

@@ -193,3 +193,10 @@ def test_a_code_has_a_name_with_and_without_its_kind(code, char1, char2, label, 
 
 def test_a_code_of_another_table_has_no_name():
     assert built_in().named("QQQ", None, None) is None
+
+
+def test_very_many_columns_are_refused_shortly_in_work_that_grows_with_them():
+    """Counting each name among all would be 10^11 comparisons."""
+    told = faults(header=",".join([*(f"x{n}" for n in range(100_000)), *["code"] * 60_000]))
+    assert "columns that are there twice: code" in told
+    assert len(told) < 2000
