@@ -31,10 +31,19 @@ ISYBAU_ORDER = {
         "Index", "Station", "Timecode", "InspektionsKode", "Charakterisierung1",
         "Charakterisierung2", "Verbindung", "Quantifizierung1Numerisch", "Quantifizierung1Text",
         "Quantifizierung2Numerisch", "Quantifizierung2Text", "Streckenschaden",
-        "StreckenschadenLfdNr", "PositionVon", "PositionBis", "Fotodatei", "Kommentar",
+        "StreckenschadenLfdNr", "PositionVon", "PositionBis", "GrundAbbruch", "Fotodatei",
+        "Kommentar",
+    ),
+    "AbwassertechnischeAnlage": (
+        "Objektbezeichnung", "Objektart", "Status", "Baujahr", "Entwaesserungsart", "Kante",
+        "Knoten", "Lage", "Geometrie",
+    ),
+    "InspizierteAbwassertechnischeAnlage": (
+        "Objektbezeichnung", "Anlagentyp", "Lage", "OptischeInspektion",
     ),
     "Auftrag": (
-        "Auftragsbezeichnung", "Auftragskennung", "Auftragsart", "Inspektionszweck", "Kodiersystem",
+        "Auftragsbezeichnung", "Auftragsnummer", "Auftragskennung", "Auftragsart",
+        "Inspektionszweck", "Kodiersystem",
         "Auftragnehmer",
     ),
     "Film": ("Filmname", "Auftragskennung", "Videoablagereferenz", "FilmObjekte"),
@@ -60,6 +69,10 @@ ISYBAU_VALUES = {
     "Auftragsbezeichnung": r".{1,60}",
     "Auftragskennung": r"\d{1,6}",
     "Fotodatei": r".{1,255}",
+    "GrundAbbruch": r"GE|GN|IN|AV|ZE",
+    "Strassenname": r".{1,40}",
+    "Auftragsnummer": r".{1,40}",
+    "Baujahr": r"\d{4}",
     "Kommentar": r"\S+( \S+)*",
     "Inspektionsrichtung": r"[OU]",
     "BezugspunktLage": r"[1-4]",
@@ -74,6 +87,7 @@ M150_VALUES = {
     "HG001": r".{1,33}",
     "HG003": r".{1,16}",
     "HG004": r".{1,16}",
+    "HG303": r"\d{1,4}",
     "HG306": r"\d{1,4}",
     "HG307": r"\d{1,4}",
     "HG310": r"\d{1,4}\.\d{3}",
@@ -152,7 +166,7 @@ def read_ribx(content: bytes) -> Read:
     root = etree.fromstring(content)
     assert root.tag == "DATA"
     assert [child.tag for child in root[0]] == ["A2", "A6"]
-    assert root[0].findtext("A6") == "RIBX 1.3"
+    assert root[0].findtext("A6") == "RIBX 1.5.1"
     (pipe,) = root.findall("ZB_A")
     header, rows, explained, points = {}, [], {}, {}
     for element in pipe:
@@ -206,7 +220,18 @@ def read_isybau(content: bytes) -> Read:
         for element in inspection.iter()
         if not len(element) and element.getparent().tag != f"{ISYBAU_NS}RZustand"
     }
-    header |= {"Auftrag": texts("Auftrag/Auftragsbezeichnung")[0]}
+    header |= {
+        element.tag.removeprefix(ISYBAU_NS): element.text
+        for element in root.find(f".//{ISYBAU_NS}Auftrag")
+    }
+    header |= {"Auftrag": header["Auftragsbezeichnung"]}
+    pipe = root.find(f".//{ISYBAU_NS}Kante/..")
+    header |= {
+        element.tag.removeprefix(ISYBAU_NS): element.text
+        for element in pipe.iter()
+        if element.tag.removeprefix(ISYBAU_NS) in ("Baujahr", "Laenge", "Strassenname")
+    }
+    assert set(texts("Lage/Strassenname")) <= {header.get("Strassenname")}
     rows = [
         {child.tag.removeprefix(ISYBAU_NS): child.text for child in element}
         for element in root.iter(f"{ISYBAU_NS}RZustand")

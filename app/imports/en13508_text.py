@@ -48,9 +48,22 @@ _NUMBERS: Mapping[str, str] = {
     "ABQ": "expected_length_m", "ACB": "height_mm", "ACC": "width_mm", "ACG": "unit_length_m",
     "ACN": "year", "ADB": "temperature_c",
 }  # fmt: skip
+_MATERIALS: Mapping[str, str] = {
+    "AA": "asbestos cement", "AD": "brick", "AE": "clay", "AG": "concrete",
+    "AH": "reinforced concrete", "AI": "sprayed concrete", "AJ": "concrete segments",
+    "AK": "fibre cement", "AL": "fibre plastics", "AM": "cast iron", "AN": "cast iron",
+    "AO": "cast iron", "AP": "steel", "AR": "masonry", "AS": "masonry",
+    "AV": "polyethylene", "AW": "polypropylene", "AX": "PVC-U", "AZ": "unknown",
+    "Z": "other",
+}  # fmt: skip
+"""ACD and ACF."""
 _LETTERS: Mapping[str, tuple[str, Mapping[str, str | bool]]] = {
     "AAK": ("direction", {"A": "with_flow", "B": "against_flow"}),
     "ABE": ("method", {"B": "camera"}),
+    "ABP": (
+        "purpose",
+        {"A": "acceptance", "B": "end_of_warranty", "C": "routine", "G": "after_repair"},
+    ),
     "ABC": (
         "reference_point",
         {"A": "centre of the start manhole", "B": "inner face of the wall at the start"},
@@ -62,19 +75,19 @@ _LETTERS: Mapping[str, tuple[str, Mapping[str, str | bool]]] = {
             "F": "oval", "Z": "other",
         },
     ),
-    "ACD": (
-        "material",
+    "ACD": ("material", _MATERIALS),
+    "ACE": (
+        "lining_type",
         {
-            "AA": "asbestos cement", "AD": "brick", "AE": "clay", "AG": "concrete",
-            "AH": "reinforced concrete", "AI": "sprayed concrete", "AJ": "concrete segments",
-            "AK": "fibre cement", "AL": "fibre plastics", "AM": "cast iron", "AN": "cast iron",
-            "AO": "cast iron", "AP": "steel", "AR": "masonry", "AS": "masonry",
-            "AV": "polyethylene", "AW": "polypropylene", "AX": "PVC-U", "AZ": "unknown",
-            "Z": "other",
+            "A": "factory made", "B": "sprayed", "C": "cured in place", "D": "segments",
+            "E": "discrete pipes", "F": "continuous pipe", "G": "close fit", "H": "spiral wound",
         },
     ),
+    "ACF": ("lining_material", _MATERIALS),
+    "ACK": ("asset_type", {"A": "foul", "B": "storm", "C": "combined", "E": "culvert"}),
     "ACM": ("cleaned", {"A": True, "B": False}),
     "ADA": ("weather", {"A": "dry", "B": "rain", "C": "snow or ice melting"}),
+    "ADC": ("flow_control", {"A": "none", "B": "blocked upstream", "C": "partly blocked"}),
 }  # fmt: skip
 _NOT_KEPT = frozenset({"ABM"})
 """The form of the video times, which the rows show."""

@@ -26,7 +26,7 @@ from app.reports.document.measurement import (
 from app.reports.document.observations import reference_of
 from app.reports.document.pictures import jpeg_of
 from app.reports.document.sign_off import action_of
-from app.reports.document.summary import worst_sentence
+from app.reports.document.summary import opening
 from app.reports.document.telling import NOTHING, Teller
 from app.reports.pipe_strip import pipe_strip
 from app.reports.report import Entry, Loss, Report, Written
@@ -187,7 +187,8 @@ def _summary(report: Report, tell: Teller) -> str:
     items = "".join(
         f"<div><dt>{_e(name)}</dt><dd>{_e(value)}</dd></div>" for name, value in figures
     )
-    return f'<p class="lead">{_e(worst_sentence(report, tell))}</p><dl class="figures">{items}</dl>'
+    lead = "".join(f'<p class="lead">{_e(text)}</p>' for text in opening(report, tell))
+    return f'{lead}<dl class="figures">{items}</dl>'
 
 
 def _observations(report: Report, tell: Teller) -> str:

@@ -19,6 +19,7 @@ from app.errors import (
     UnreadableKey,
 )
 from app.reports.formats import FORMATS
+from app.reports.naming import ascii_file_name
 from app.reports.report import Language, Units
 from app.schemas.failures import content, failures
 from app.schemas.records import LossesOut
@@ -90,7 +91,8 @@ def export(
     """The defect location report; the language and the units are those of what people read."""
     export = services.reports.export(inspection_id, kind, language=lang, units=units)
     name = export.filename
-    disposition = f"attachment; filename=\"{name}\"; filename*=UTF-8''{quote(name)}"
+    latin = ascii_file_name(name)  # for what does not know RFC 6266
+    disposition = f"attachment; filename=\"{latin}\"; filename*=UTF-8''{quote(name)}"
     return StreamingResponse(
         export.written.blocks(),
         media_type=export.media_type,

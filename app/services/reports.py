@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -17,6 +16,7 @@ from app.catalogue.table import CodeTable
 from app.errors import ExportNotAvailable
 from app.interval import half_width_m
 from app.reports.formats import FORMATS
+from app.reports.naming import ascii_file_name, safe_file_name
 from app.reports.report import Company, Entry, Language, Photo, Report, Role, Source, Units, Written
 from app.reports.signing import Signer
 from app.rounding import metres, rounded
@@ -112,7 +112,7 @@ class Reports:
         rig, table = rig_of(row), self._packs.table_of(row.header)
         track, raw = self._corrections.track(inspection_id), self._tracks.get(inspection_id)
         observations = self._observations.all(inspection_id)
-        asset = safe_file_name(str(row.header.get("asset_id") or row.name))[:_LONGEST_PHOTO_STEM]
+        asset = _photo_stem(str(row.header.get("asset_id") or row.name))
         lengths_m = _stretch_lengths_m(observations)
         end_mm, sigma_mm = _last(track.distance_mm), _last(track.sigma_distance_mm)
         line = _line(row.header, end_mm)
@@ -176,9 +176,10 @@ class Reports:
         return Photo(f"{asset}-{row.seq:03d}.jpg", path, row.photo_sha256)
 
 
-def safe_file_name(name: str) -> str:
-    """Letters, digits, dot, dash and underscore only; never empty, hidden or a path."""
-    return re.sub(r"[^\w.-]+", "_", name, flags=re.ASCII).strip("._") or "report"
+def _photo_stem(asset: str) -> str:
+    """One name for every format, so in ASCII: the EN 13508-2 text and RIBX hold nothing else."""
+    stem = ascii_file_name(asset)
+    return stem if len(stem) <= _LONGEST_PHOTO_STEM else stem[-_LONGEST_PHOTO_STEM:].lstrip("._-")
 
 
 @dataclass(frozen=True)

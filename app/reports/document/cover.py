@@ -74,17 +74,27 @@ class Warned:
 
 
 def warnings_of(report: Report, tell: Teller) -> list[Warned]:
-    """That somebody has to act now, and that the report is a draft."""
+    """That somebody has to act now, that it does not reach the end, and that it is a draft."""
     warnings = []
     if entries := urgent(report):
         place, label = tell.place(entries[0]), tell.label(entries[0])
         more = tell("cover.more", n=len(entries) - 1) if len(entries) > 1 else ""
         text = tell("cover.act_now", label=label, place=place) + more
         warnings.append(Warned(text, is_alarm=True))
+    if abandoned := abandoned_sentence(report, tell):
+        warnings.append(Warned(abandoned, is_alarm=False))
     blocking = sum(issue.level == "block" for issue in report.issues)
     if blocking:
         warnings.append(Warned(tell("cover.draft", n=blocking), is_alarm=False))
     return warnings
+
+
+def abandoned_sentence(report: Report, tell: Teller) -> str:
+    """That the survey was abandoned and, if the header says so, why; empty if it was not."""
+    if report.header.get("end_condition") != "abandoned":
+        return ""
+    reason = one_line(str(report.header.get("abandon_reason") or ""))
+    return tell("cover.abandoned_for", reason=reason) if reason else tell("cover.abandoned")
 
 
 def _band(warned: Warned) -> Flowable:

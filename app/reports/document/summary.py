@@ -8,6 +8,7 @@ from reportlab.platypus import Flowable, PageBreak
 
 from app.reports.condition import condition_of, worst_first
 from app.reports.document.axis import Axis, tick_step_m
+from app.reports.document.cover import abandoned_sentence
 from app.reports.document.flow import Badge, Column, Figure, Grid, Heading, note, paragraph
 from app.reports.document.styles import (
     ACCENT,
@@ -34,7 +35,7 @@ def summary(report: Report, tell: Teller) -> list[Flowable]:
     worst = worst_first(report)
     parts: list[Flowable] = [
         Heading(tell("summary.title")),
-        paragraph(worst_sentence(report, tell)),
+        *(paragraph(text) for text in opening(report, tell)),
         Figure(26 * mm, lambda canvas: _figures(canvas, report, tell)),
         Heading(tell("summary.glance"), level=1, bookmark=False),
         Figure(30 * mm, lambda canvas: _glance(canvas, report, tell)),
@@ -47,6 +48,12 @@ def summary(report: Report, tell: Teller) -> list[Flowable]:
     if len(worst) > _SHOWN:
         parts.append(note(tell("summary.more", n=len(worst) - _SHOWN)))
     return [*parts, PageBreak()]
+
+
+def opening(report: Report, tell: Teller) -> list[str]:
+    """The first sentences: that the survey was abandoned, if it was, and what is worst."""
+    said = (abandoned_sentence(report, tell), worst_sentence(report, tell))
+    return [text for text in said if text]
 
 
 def worst_sentence(report: Report, tell: Teller) -> str:

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from app.reports.exchange import lists
 from app.reports.exchange.ascii import transliterate
+from app.reports.exchange.coordinates import ends_of
 from app.reports.exchange.fields import Fields
 from app.reports.exchange.survey import (
     ABANDONED,
@@ -21,6 +22,7 @@ from app.reports.exchange.survey import (
     Row,
     day_of,
     film,
+    general_remark,
     hours,
     joined,
     names_of,
@@ -51,9 +53,9 @@ def write(report: Report) -> Written:
     rows = _in_written_order(rows)
     names, lost = names_of(report, fields, _name)
     losses += lost
-    header, lost = header_fields(report, fields, names)
+    header, lost = header_fields(report, fields, names, rows)
     losses += lost
-    header = {**header, **_kept_codes(report, fields, header)}
+    header |= _coordinates(fields, names)
     codes = sorted({*_ALWAYS, *(code for code, value in header.items() if value)})
     lines = [
         *_FILE,
@@ -91,22 +93,24 @@ ASCII_ONLY = Loss("The file is plain ASCII: other letters are transliterated.")
 
 
 def header_fields(
-    report: Report, fields: Fields, names: Names
-) -> tuple[Mapping[str, str], list[Loss]]:
+    report: Report, fields: Fields, names: Names, rows: Sequence[Row]
+) -> tuple[dict[str, str], list[Loss]]:
     """Values of the header by their codes, ASCII, and what was lost; RIBX has the same ones."""
     day, losses = day_of(report, fields)
     losses += standard_of(fields)
     clock = fields.time()
-    values, explained = _lists(report, fields)
+    values = letters(report, fields)
     expected_m = fields.number_within("expected_length_m", 0, 1e6)
     known_m = fields.number_within("known_length_m", 0, 1e6)
+    if expected_m is not None and known_m != expected_m:
+        fields.leave("known_length_m")
     length_m = known_m if expected_m is None else expected_m
     height_mm = fields.number_within("height_mm", 0, 1e6)
     width_mm = fields.number_within("width_mm", 0, 1e6)
     if width_mm is None and values["ACA"] == "A":
         width_mm = height_mm
-    cleaned = fields.flag("cleaned")
     unit_m = unit_length_m(report, fields)
+    year = fields.number_within("year", 1, 9999)
     values |= {
         "AAA": names.asset,
         "AAB": names.start,
@@ -122,46 +126,81 @@ def header_fields(
         "ABJ": transliterate(fields.text("client_job_ref")),
         "ABM": "A",
         "ABQ": "" if length_m is None else plain_number(length_m, 2),
-        "ABS": film(report),
+        "ABS": transliterate(film(report)),
         "ACB": "" if height_mm is None else plain_number(height_mm, 0),
         "ACC": "" if width_mm is None else plain_number(width_mm, 0),
         "ACG": "" if unit_m is None else plain_number(unit_m, 3),
-        "ACM": {True: "A", False: "B", None: ""}[cleaned],
-        "ADE": transliterate(joined(fields.text("remarks"), *explained.values())),
+        "ACN": "" if year is None else plain_number(year, 0),
     }
-    year = fields.number_within("year", 1, 9999)
-    temperature_c = fields.number_within("temperature_c", -100, 100)
-    values["ACN"] = "" if year is None else plain_number(year, 0)
-    values["ADB"] = "" if temperature_c is None else plain_number(temperature_c, 1)
-    return values, losses
+    values = {code: value for code, value in values.items() if value}
+    zero = lists.reference_point("inner face of the headwall")
+    defaults = {"ABC": zero.en if zero else "", "ABE": lists.METHODS_EN["camera"]}
+    values["ADE"] = transliterate(general_remark(report, fields, rows))
+    values = defaults | values
+    return values | _kept_codes(report, fields, values), losses
 
 
-def _lists(report: Report, fields: Fields) -> tuple[dict[str, str], dict[str, str]]:
-    """Letters of the fields with a list, and in words what Z stands for there."""
-    words = {name: fields.text(name) for name in ("material", "weather", "reference_point")}
-    material = lists.material(words["material"])
-    weather = lists.weather(words["weather"])
-    zero = lists.reference_point(words["reference_point"] or "inner face of the headwall")
+def letters(report: Report, fields: Fields) -> dict[str, str]:
+    """Letters of the fields with a list; what they do not say is left to the remark."""
+    stated = fields.text
+    material, lining = stated("material"), stated("lining_material")
+    weather, zero = (
+        lists.weather(stated("weather")),
+        lists.reference_point(stated("reference_point")),
+    )
+    control = stated("flow_control")
+    cleaned = fields.flag("cleaned")
+    degrees = fields.number_within("temperature_c", -100, 100)
+    asset_type = fields.choice("asset_type", lists.USES_EN)
     values = {
         "AAK": fields.choice("direction", lists.DIRECTIONS_EN) or "",
-        "ABC": zero.en if zero else lists.OTHER,
-        "ABE": fields.choice("method", lists.METHODS_EN) or lists.METHODS_EN["camera"],
+        "ABC": _letter(stated("reference_point"), zero.en if zero else None),
+        "ABE": fields.choice("method", lists.METHODS_EN) or "",
+        "ABP": fields.choice("purpose", lists.PURPOSES_EN) or "",
         "ACA": fields.choice("shape", lists.SHAPES_EN) or "",
-        "ACD": material.en if material else lists.OTHER if words["material"] else "",
+        "ACD": _material(material),
+        "ACE": _letter(stated("lining_type"), lists.lining(stated("lining_type"))),
+        "ACF": _material(lining),
+        "ACJ": lists.GRAVITY_EN if asset_type else "",
+        "ACK": asset_type or "",
+        "ACM": {True: "A", False: "B", None: ""}[cleaned],
         "ADA": weather.en if weather else "",
+        "ADB": "" if degrees is None else lists.WARM_EN if degrees > 0 else lists.FROST_EN,
+        "ADC": _letter(control, lists.FLOW_CONTROL_EN.get(lists.flow_control(control) or "")),
     }
-    explained = {}
-    if values["ABC"] == lists.OTHER:
-        explained["ABC"] = f"zero point: {words['reference_point']}"
-    if values["ABE"] == lists.OTHER:
-        explained["ABE"] = f"method: {report.header.get('method')}"
-    if values["ACA"] == lists.OTHER:
-        explained["ACA"] = "shape: other"
-    if values["ACD"] == lists.OTHER:
-        explained["ACD"] = f"material: {words['material']}"
-    if words["weather"] and not weather:
-        explained["ADA"] = f"weather: {words['weather']}"
-    return values, explained
+    for code, name in MADE_OF.items():
+        if values[code] in ("", lists.OTHER):
+            fields.leave(name)
+    fields.leave("temperature_c")  # the letter does not say how many degrees
+    return values
+
+
+MADE_OF = {
+    "ABC": "reference_point", "ABE": "method", "ABP": "purpose", "ACA": "shape", "ACD": "material",
+    "ACE": "lining_type", "ACF": "lining_material", "ACK": "asset_type", "ADA": "weather",
+    "ADC": "flow_control",
+}  # fmt: skip
+"""The fields of the header that the letters stand for."""
+
+
+def _letter(words: str, letter: str | None) -> str:
+    return (letter or lists.OTHER) if words else ""
+
+
+def _material(words: str) -> str:
+    found = lists.material(words)
+    return _letter(words, found.en if found else None)
+
+
+def _coordinates(fields: Fields, names: Names) -> dict[str, str]:
+    """AAE and AAG: latitude and longitude in degrees, of the nodes of AAD and AAF."""
+    ends = ends_of(fields)
+    if ends is None:
+        return {}
+    first, second = ends.start, ends.end
+    if names.upstream != names.start:
+        first, second = second, first
+    return {code: f"{lat:.7f} {lon:.7f}" for code, (lon, lat) in (("AAE", first), ("AAG", second))}
 
 
 def columns(row: Row, names: Names) -> dict[str, str]:

@@ -7,14 +7,21 @@ from collections.abc import Mapping
 from datetime import date
 from typing import Any
 
-from app.catalogue.header import number_of
+from app.catalogue.header import FIELDS, is_empty, number_of
 from app.reports.exchange.ascii import one_line
 from app.reports.report import Loss
 
 _DATE = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
 _TIME = re.compile(r"([01][0-9]|2[0-3]):([0-5][0-9])(:([0-5][0-9]))?")
-_NEVER_SAID = frozenset({"standard", "edition", "code_pack", "video_files", "end_condition"})
-"""What the codes, the film and the last observation say."""
+_NEVER_SAID = frozenset({"standard", "end_condition", "abandon_reason"})
+"""What other sentences, and the rows, say."""
+_TECHNICAL = frozenset(
+    {
+        "code_pack", "rig_id", "calibration_id", "camera_offset_m", "reverse_of", "camera", "lens",
+        "tether", "start_lat", "start_lon", "end_lat", "end_lon",
+    }
+)  # fmt: skip
+"""What no reader of a remark has asked for."""
 
 
 class Fields:
@@ -90,6 +97,25 @@ class Fields:
         """They have found a place in another way."""
         self._told.update(names)
 
+    def leave(self, *names: str) -> None:
+        """What was read has found no place of its own after all."""
+        self._told.difference_update(names)
+
+    def words(self) -> str:
+        """What people stated and has found no place of its own, for a remark; it counts as written.
+
+        To be asked for last, when every other place is filled.
+        """
+        said = []
+        for field in FIELDS:
+            value = self._header.get(field.name)
+            if field.name in self._told or field.name in _TECHNICAL or is_empty(value):
+                continue
+            self._told.add(field.name)
+            label = re.sub(r"_(m|mm|pct|c)$", "", field.name).replace("_", " ")
+            said.append(one_line(f"{label}: {_in_words(value)} {field.unit or ''}"))
+        return ", ".join(said)
+
     def losses(self, format_name: str) -> list[Loss]:
         """The fields that are filled and have found no place, in one sentence."""
         left = sorted(
@@ -100,3 +126,9 @@ class Fields:
         if not left:
             return []
         return [Loss(f"{format_name} has no place for these header fields: {', '.join(left)}.")]
+
+
+def _in_words(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.10g}" if isinstance(value, float) else str(value)

@@ -13,14 +13,17 @@ from app.reports.exchange.ascii import one_line
 from app.reports.exchange.coordinates import ends_of, utm_m
 from app.reports.exchange.fields import Fields
 from app.reports.exchange.survey import (
+    ABANDONED,
     END,
     ONLY_IN_TABLES,
     START,
     Names,
     Row,
+    abandon_reason,
     about,
     day_of,
     film,
+    general_remark,
     hours,
     joined,
     length_m,
@@ -41,6 +44,7 @@ _NAMESPACES = {
 }
 _MASTER, _STATE = "STA01", "ZUS01"
 _LONGEST_NAME, _LONGEST_PERSON, _LONGEST_ORDER, _LONGEST_FILM = 30, 40, 60, 255
+_LONGEST_ROAD, _LONGEST_NUMBER = 40, 40
 _MAX_M, _MAX_UNIT_M, _MAX_MM, _MAX_STRETCH = 999.99, 99.99, 9999, 99
 _EN_2011 = "8"
 """U102: EN 13508-2 of 2011 without national rules."""
@@ -66,7 +70,9 @@ def write(report: Report) -> Written:
     )
     pipe = _Pipe(report, fields, names)
     _identifiers(collectives, made_on, has_film=bool(film(report)))
-    losses += _master_data(collectives, pipe)
+    road_losses: list[Loss] = []
+    pipe.road = _cut(fields.text("road"), _LONGEST_ROAD, "road", road_losses)
+    losses += road_losses + _master_data(collectives, pipe)
     losses += _survey(collectives, pipe, rows)
     losses += [ONLY_IN_TABLES, *fields.losses(_FORMAT)]
     declaration = '<?xml version="1.0" encoding="ISO-8859-1" standalone="yes"?>'
@@ -80,7 +86,7 @@ class _Pipe:
         self.report = report
         self.fields = fields
         self.names = names
-        self.length_m = length_m(report, fields)
+        self.length_m = length_m(report, fields, _MAX_M)
         height_mm = fields.number_within("height_mm", 0, _MAX_MM)
         width_mm = fields.number_within("width_mm", 0, _MAX_MM)
         self.profile = fields.choice("shape", lists.SHAPES_ISYBAU)
@@ -91,7 +97,11 @@ class _Pipe:
         words = fields.text("material")
         found = lists.material(words) if words else None
         self.material = found.german if found else None
-        self.unknown_material = words if words and not self.material else ""
+        if not self.material:
+            fields.leave("material")
+        year = fields.number_within("year", 1, 9999)
+        self.year = None if year is None else f"{year:04.0f}"
+        self.road = ""
         self.system = fields.choice("asset_type", lists.SYSTEMS_ISYBAU) or "KR"
         self.direction = fields.choice("direction", lists.DIRECTIONS_ISYBAU)
         self.ends = ends_of(fields)
@@ -128,7 +138,7 @@ def _master_data(collectives: Element, pipe: _Pipe) -> list[Loss]:
             place = Element("Knoten")
             _point(place, "Punkt", map_data.points[name])
             _geometry(node, "1", "P", place, map_data.system)
-    asset = _asset(master, names.asset, "1", pipe.system)
+    asset = _asset(master, names.asset, "1", pipe.system, pipe.year)
     edge = child(asset, "Kante")
     children(edge, {"KantenTyp": "0"} | _nodes(names))
     children(edge, {"Laenge": _metres(pipe.length_m), "Material": pipe.material})
@@ -136,6 +146,8 @@ def _master_data(collectives: Element, pipe: _Pipe) -> list[Loss]:
     children(profile, {"SonderprofilVorhanden": "0", "Profilart": pipe.profile})
     children(profile, {"Profilbreite": pipe.width, "Profilhoehe": pipe.height})
     child(child(edge, "Haltung"), "HaltungsFunktion", "1")
+    if pipe.road:
+        child(child(asset, "Lage"), "Strassenname", pipe.road)
     if map_data:
         lines = Element("Kanten")
         line = child(lines, "Kante")
@@ -145,10 +157,16 @@ def _master_data(collectives: Element, pipe: _Pipe) -> list[Loss]:
     return losses
 
 
-def _asset(master: Element, name: str, kind: str, system: str) -> Element:
+def _asset(master: Element, name: str, kind: str, system: str, year: str | None = None) -> Element:
     return children(
         child(master, "AbwassertechnischeAnlage"),
-        {"Objektbezeichnung": name, "Objektart": kind, "Status": "0", "Entwaesserungsart": system},
+        {
+            "Objektbezeichnung": name,
+            "Objektart": kind,
+            "Status": "0",
+            "Baujahr": year,
+            "Entwaesserungsart": system,
+        },
     )
 
 
@@ -206,7 +224,11 @@ def _survey(collectives: Element, pipe: _Pipe, rows: list[Row]) -> list[Loss]:
     children(state, {"Kennung": _STATE, "Beschreibung": "culvert inspection"})
     order = child(child(state, "Auftraege"), "Auftrag")
     job = _cut(fields.text("job_ref") or report.name, _LONGEST_ORDER, "job", losses)
-    children(order, {"Auftragsbezeichnung": job or "1", "Auftragskennung": "1"})
+    number = _cut(fields.text("client_job_ref"), _LONGEST_NUMBER, "client's job", losses)
+    children(
+        order,
+        {"Auftragsbezeichnung": job or "1", "Auftragsnummer": number, "Auftragskennung": "1"},
+    )
     purpose = fields.choice("purpose", lists.PURPOSES_ISYBAU)
     contractor = _cut(fields.text("contractor"), _LONGEST_ORDER, "contractor", losses)
     children(
@@ -220,11 +242,19 @@ def _survey(collectives: Element, pipe: _Pipe, rows: list[Row]) -> list[Loss]:
     )
     asset = child(state, "InspizierteAbwassertechnischeAnlage")
     children(asset, {"Objektbezeichnung": names.asset, "Anlagentyp": "1"})
+    if pipe.road:
+        child(child(asset, "Lage"), "Strassenname", pipe.road)
     inspection = child(asset, "OptischeInspektion")
     day, lost = day_of(report, fields)
     losses += lost
     clock = fields.time()
-    values, remark = _circumstances(fields)
+    values = _circumstances(fields)
+    zero = lists.reference_point(fields.text("reference_point") or "inner face")
+    if zero is None:
+        fields.leave("reference_point")
+    if not lists.is_told_apart(report.header.get("asset_type")):
+        fields.leave("asset_type")
+    unit_m = unit_length_m(report, fields, _MAX_UNIT_M)
     name = film(report)
     operator = _cut(fields.text("operator"), _LONGEST_PERSON, "operator", losses)
     method = fields.choice("method", lists.METHODS_ISYBAU)
@@ -238,69 +268,68 @@ def _survey(collectives: Element, pipe: _Pipe, rows: list[Row]) -> list[Loss]:
             "Uhrzeit": ":".join(clock) if clock else None,
             **values,
             "Videoablagereferenz": "1" if name else None,
-            "Bemerkung": joined(
-                fields.text("remarks"),
-                remark,
-                f"material: {pipe.unknown_material}" if pipe.unknown_material else "",
-            ),
+            "Bemerkung": general_remark(report, fields, rows),
         },
     )
     direction = pipe.direction
     if direction is None:
         direction = lists.DIRECTIONS_ISYBAU["with_flow"]
         losses.append(Loss("The direction is not known; the file says with the flow."))
-    _run(inspection, pipe, direction, rows, losses, has_film=bool(name))
+    place = _Run(direction, zero.german if zero else None, _metres(unit_m, _MAX_UNIT_M))
+    _run(inspection, pipe, place, rows, losses, has_film=bool(name))
     if name:
         _film(state, _cut(name, _LONGEST_FILM, "film", losses), names.asset, direction)
     return losses
 
 
-def _circumstances(fields: Fields) -> tuple[dict[str, object], str]:
-    """Weather to flow control, and in words what the lists do not have."""
+@dataclass(frozen=True)
+class _Run:
+    direction: str
+    zero: str | None
+    """U105."""
+    unit_length: str | None
+
+
+def _circumstances(fields: Fields) -> dict[str, object]:
+    """Weather to flow control."""
     weather, control = fields.text("weather"), fields.text("flow_control")
     found = lists.weather(weather)
     temperature_c = fields.number_within("temperature_c", -99, 99)
     cleaned = fields.flag("cleaned")
     number = lists.flow_control(control) if control else None
-    values: dict[str, object] = {
+    if not found:
+        fields.leave("weather")
+    if not number:
+        fields.leave("flow_control")
+    return {
         "Wetter": found.german if found else None,
         "Temperatur": None if temperature_c is None else decimals(temperature_c, 0),
         "Reinigung": {True: "1", False: "0", None: None}[cleaned],
         "Wasserhaltung": number or ("6" if control else None),
     }
-    words = (
-        f"weather: {weather}" if weather and not found else "",
-        f"flow control: {control}" if control and not number else "",
-    )
-    return values, joined(*words)
 
 
 def _run(
     inspection: Element,
     pipe: _Pipe,
-    direction: str,
+    place: _Run,
     rows: list[Row],
     losses: list[Loss],
     *,
     has_film: bool,
 ) -> None:
     run = child(inspection, "Rohrleitung")
-    zero = lists.reference_point(pipe.fields.text("reference_point") or "inner face")
-    if zero is None:
-        text = pipe.fields.text("reference_point")
-        losses.append(Loss(f"The zero point ({text}) is not in the list of ISYBAU."))
     children(
         run,
         {
             "Rohrleitungstyp": "0",
-            "Inspektionsrichtung": direction,
-            "BezugspunktLage": zero.german if zero else None,
+            "Inspektionsrichtung": place.direction,
+            "BezugspunktLage": place.zero,
             "Inspektionslaenge": _metres(pipe.report.distance_m),
             "Inspektionsart": "2",
             "ArtVideoreferenz": "1" if has_film else "4",
         },
     )
-    unit_m = unit_length_m(pipe.report, pipe.fields)
     basics = child(run, "RGrunddaten")
     children(basics, _nodes(pipe.names))
     children(
@@ -310,7 +339,7 @@ def _run(
             "Profilbreite": pipe.width,
             "Profilart": pipe.profile,
             "Material": pipe.material,
-            "Regeleinzelrohrlaenge": _metres(unit_m, _MAX_UNIT_M),
+            "Regeleinzelrohrlaenge": place.unit_length,
         },
     )
     fitting = [row for row in rows if row.distance_m <= _MAX_M]
@@ -321,11 +350,13 @@ def _run(
     ]
     if fitting:
         data = child(run, "Inspektionsdaten")
+        reason = abandon_reason(pipe.report)
         for index, row in enumerate(fitting, 1):
-            children(child(data, "RZustand"), {"Index": index} | _row(row, losses))
+            grounds = lists.grounds(reason or row.remark) if row.code == ABANDONED else None
+            children(child(data, "RZustand"), {"Index": index} | _row(row, grounds, losses))
 
 
-def _row(row: Row, losses: list[Loss]) -> dict[str, object]:
+def _row(row: Row, grounds: str | None, losses: list[Loss]) -> dict[str, object]:
     remark, char1, char2 = row.remark, row.char1, row.char2
     if row.code in _END_TO_END:
         remark = joined(remark, characters_in_words(row))
@@ -354,6 +385,7 @@ def _row(row: Row, losses: list[Loss]) -> dict[str, object]:
         "StreckenschadenLfdNr": stretch[1] if stretch else None,
         "PositionVon": f"{clocks[0]:02d}" if clocks else None,
         "PositionBis": f"{clocks[1] if len(clocks) > 1 else 0:02d}" if clocks else None,
+        "GrundAbbruch": grounds,
         "Fotodatei": one_line(row.photo or ""),
         "Kommentar": remark,
     }

@@ -29,6 +29,22 @@ METHODS_EN: Mapping[str, str] = {"camera": "B", "walk_through": OTHER, "from_end
 METHODS_ISYBAU: Mapping[str, str] = {"camera": "0", "walk_through": "1", "from_end_only": "2"}
 """U108."""
 
+PURPOSES_EN: Mapping[str, str] = {
+    "acceptance": "A", "end_of_warranty": "B", "routine": "C", "after_repair": "G",
+    "first_survey": OTHER, "follow_up": OTHER, "before_repair": OTHER,
+}  # fmt: skip
+"""ABP."""
+USES_EN: Mapping[str, str] = {
+    "foul": "A", "storm": "B", "combined": "C", "culvert": "E", "drain": OTHER,
+}  # fmt: skip
+"""ACK."""
+GRAVITY_EN = "A"
+"""ACJ: all that the header knows runs by gravity."""
+FLOW_CONTROL_EN: Mapping[str, str] = {"1": "A", "2": "B", "3": "C"}
+"""ADC, by U107: no measures, blocked upstream, partly blocked."""
+WARM_EN, FROST_EN = "A", "B"
+"""ADB: above freezing or not; the degrees have no place there."""
+
 PURPOSES_ISYBAU: Mapping[str, str] = {
     "first_survey": "1", "routine": "2", "acceptance": "3", "end_of_warranty": "4",
     "follow_up": "5", "before_repair": "6", "after_repair": "7",
@@ -49,6 +65,11 @@ SYSTEMS_M150: Mapping[str, str] = {
     "culvert": "R", "storm": "R", "drain": "R", "foul": "S", "combined": "M",
 }  # fmt: skip
 """HG302."""
+
+
+def is_told_apart(asset_type: object) -> bool:
+    """Whether the German lists of what flows in a pipe know it: culverts and drains are storm."""
+    return asset_type not in ("culvert", "drain")
 
 
 @dataclass(frozen=True)
@@ -98,6 +119,25 @@ _FLOW_CONTROL: _Words = (
     (r"backwater", Meaning(OTHER, "5")),
 )
 """U107."""
+_LININGS: tuple[tuple[str, str], ...] = (
+    (r"factory|manufactur|kilang", "A"),
+    (r"spray|gunite|shotcrete", "B"),
+    (r"cured|cipp|\bliner\b", "C"),
+    (r"segment", "D"),
+    (r"discrete", "E"),
+    (r"slip|continuous", "F"),
+    (r"close.?fit", "G"),
+    (r"spiral", "H"),
+)
+"""ACE."""
+_REASONS: tuple[tuple[str, str], ...] = (
+    (r"client|waive", "AV"),
+    (r"(aim|target|goal) (was |is )?reached", "ZE"),
+    (r"(?<!not )reached from the other", "GE"),
+)
+"""U134."""
+NOT_REACHED = "GN"
+"""The far side was not."""
 _REFERENCE_POINTS: _Words = (
     (r"cent(re|er).*(manhole|chamber|shaft)", Meaning("A", "1")),
     (r"inner (face|wall)|headwall|inside face", Meaning("B", "2")),
@@ -123,6 +163,16 @@ def flow_control(words: str) -> str | None:
     return found.german if found else None
 
 
+def lining(words: str) -> str:
+    """Letter of ACE; Z if it is not in the list."""
+    return _letter(_LININGS, words) or OTHER
+
+
+def grounds(words: str) -> str:
+    """Of U134, why a survey was abandoned."""
+    return _letter(_REASONS, words) or NOT_REACHED
+
+
 def reference_point(words: str) -> Meaning | None:
     """Of ABC and U105; None if it is not in the lists."""
     return _first(_REFERENCE_POINTS, words)
@@ -131,3 +181,8 @@ def reference_point(words: str) -> Meaning | None:
 def _first(meanings: _Words, words: str) -> Meaning | None:
     lower = words.lower()
     return next((meaning for pattern, meaning in meanings if re.search(pattern, lower)), None)
+
+
+def _letter(letters: tuple[tuple[str, str], ...], words: str) -> str | None:
+    lower = words.lower()
+    return next((letter for pattern, letter in letters if re.search(pattern, lower)), None)

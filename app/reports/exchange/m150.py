@@ -22,6 +22,7 @@ from app.reports.exchange.survey import (
     about,
     day_of,
     film,
+    general_remark,
     hours,
     joined,
     length_m,
@@ -29,6 +30,7 @@ from app.reports.exchange.survey import (
     plain_number,
     rows_of,
     standard_of,
+    unit_length_m,
 )
 from app.reports.exchange.tree import child, children, to_bytes
 from app.reports.report import Loss, Report, Written
@@ -37,6 +39,9 @@ from app.rounding import decimals
 _FORMAT = "DWA-M 150"
 _LONGEST_NODE, _LONGEST_ASSET = 16, 33
 _MAX_MM, _MAX_LENGTH_M, _MAX_STATION_M, _MAX_STRETCH = 9999, 9999.999, 9999.9, 99
+_MAX_UNIT_M = 999.999
+_CAMERA = "2"
+"""U109: it drives itself."""
 _MAX_QUANTITY, _MIN_QUANTITY = 99999.9, -9999.9
 """Seven characters with one decimal."""
 
@@ -64,7 +69,7 @@ def write(report: Report) -> Written:
     if places:
         _geometry(pipe, names.asset, "H", "L", places)
     run = child(pipe, "HI")
-    losses += _run(run, report, fields)
+    losses += _run(run, report, fields, rows)
     for row in rows:
         if row.distance_m > _MAX_STATION_M:
             losses.append(about(row, "lies beyond what DWA-M 150 can hold and is left out"))
@@ -111,78 +116,88 @@ def _pipe(root: Element, report: Report, fields: Fields, names: Names, system: s
     shape = fields.choice("shape", lists.SHAPES_M150)
     if width_mm is None and shape is not None:
         width_mm = height_mm
-    pipe_m = length_m(report, fields)
+    pipe_m = length_m(report, fields, _MAX_LENGTH_M)
     fits = pipe_m is not None and 0 <= pipe_m <= _MAX_LENGTH_M
     length = decimals(pipe_m, 3) if pipe_m is not None and fits else None
+    unit_m = unit_length_m(report, fields, _MAX_UNIT_M)
+    year = fields.number_within("year", 1, 9999)
+    if not (found and found.german):
+        fields.leave("material")
     return children(
         child(root, "HG"),
         {
             "HG001": names.asset,
             "HG003": names.upstream,
             "HG004": names.downstream,
+            "HG102": fields.text("road"),
             "HG301": "K",
             "HG302": system,
+            "HG303": None if year is None else decimals(year, 0),
             "HG304": found.german if found else None,
             "HG305": shape,
-            "HG306": None if height_mm is None else decimals(height_mm, 0),
-            "HG307": None if width_mm is None else decimals(width_mm, 0),
+            "HG306": None if width_mm is None else decimals(width_mm, 0),
+            "HG307": None if height_mm is None else decimals(height_mm, 0),
+            "HG308": fields.text("lining_type"),
+            "HG309": _lining_material(fields),
             "HG310": length,
             "HG313": "A",
-            "HG314": length if pipe_m is not None and pipe_m < 1000 else None,
+            "HG314": None if unit_m is None else decimals(unit_m, 3),
         },
     )
 
 
-def _run(run: Element, report: Report, fields: Fields) -> list[Loss]:
+def _lining_material(fields: Fields) -> str | None:
+    words = fields.text("lining_material")
+    found = lists.material(words) if words else None
+    return found.german if found and found.german else words
+
+
+def _run(run: Element, report: Report, fields: Fields, rows: list[Row]) -> list[Loss]:
     day, losses = day_of(report, fields)
     clock = fields.time()
     direction = fields.choice("direction", lists.DIRECTIONS_M150)
     if direction is None:
         direction = lists.DIRECTIONS_M150["with_flow"]
         losses.append(Loss("The direction is not known; the file says with the flow."))
-    losses += _outside_the_lists(fields)
     zero = lists.reference_point(fields.text("reference_point") or "inner face")
     weather = lists.weather(fields.text("weather"))
     control = fields.text("flow_control")
     level = fields.number_within("water_level_pct", 0, 100)
+    temperature_c = fields.number_within("temperature_c", -100, 100)
     cleaned = fields.flag("cleaned")
+    number = lists.flow_control(control) if control else None
+    for name, is_known in (
+        ("reference_point", zero), ("weather", weather), ("flow_control", number),
+        ("edition", None), ("asset_type", lists.is_told_apart(report.header.get("asset_type"))),
+    ):  # fmt: skip
+        if not is_known:
+            fields.leave(name)
+    fields.choice("method", {"camera": _CAMERA})
     children(
         run,
         {
             "HI001": fields.text("client"),
+            "HI002": fields.text("job_ref"),
             "HI004": fields.choice("purpose", lists.PURPOSES_M150) or lists.ANY_PURPOSE_M150,
             "HI005": "EN13508",
+            "HI006": joined(fields.text("camera"), fields.text("lens")),
             "HI101": direction,
             "HI102": zero.german if zero else None,
-            "HI103": "2",
+            "HI103": _CAMERA,
             "HI104": day,
             "HI105": ":".join(clock) if clock else None,
             "HI106": {"1": "1", "2": "2", "3": "4"}.get(weather.german or "") if weather else None,
             "HI107": {True: "J", False: "N", None: None}[cleaned],
-            "HI109": lists.flow_control(control) if control else None,
+            "HI108": None if temperature_c is None else plain_number(temperature_c, 1),
+            "HI109": number,
             "HI110": None if level is None else decimals(level, 0),
             "HI111": fields.text("contractor"),
             "HI112": fields.text("operator"),
             "HI116": film(report),
+            "HI999": general_remark(report, fields, rows),
         },
     )
     return losses
-
-
-def _outside_the_lists(fields: Fields) -> list[Loss]:
-    """Words for which the format has no number."""
-    material = lists.material(fields.text("material"))
-    known = {
-        "material": material is not None and material.german is not None,
-        "reference_point": lists.reference_point(fields.text("reference_point")) is not None,
-        "weather": lists.weather(fields.text("weather")) is not None,
-        "flow_control": lists.flow_control(fields.text("flow_control")) is not None,
-    }
-    return [
-        Loss(f"DWA-M 150 has no number for the {name.replace('_', ' ')}: {fields.text(name)}.")
-        for name, is_known in known.items()
-        if fields.text(name) and not is_known
-    ]
 
 
 def _row(row: Row, losses: list[Loss]) -> dict[str, object]:

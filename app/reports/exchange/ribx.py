@@ -1,4 +1,4 @@
-"""RIBX 1.3, the Dutch form of the EN 13508-2 XML: the pipe is a `ZB_A`, an entry a `ZC`."""
+"""RIBX 1.5.1, the Dutch form of the EN 13508-2 XML: the pipe is a `ZB_A`, an entry a `ZC`."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ from xml.etree.ElementTree import Element
 from app.reports.exchange import lists
 from app.reports.exchange.ascii import transliterate
 from app.reports.exchange.coordinates import NAMES, ends_of, rd_m
-from app.reports.exchange.en13508 import ASCII_ONLY, columns, header_fields
+from app.reports.exchange.en13508 import ASCII_ONLY, MADE_OF, columns, header_fields
 from app.reports.exchange.fields import Fields
 from app.reports.exchange.survey import ONLY_IN_TABLES, Names, Row, film, names_of, rows_of
 from app.reports.exchange.tree import child, children, to_bytes
 from app.reports.report import Loss, Report, Written
 
 _FORMAT = "RIBX"
+_STANDARD = "EN 13508-2+A1:2011"
+"""One of the two names that ABA may hold; the other is for the Dutch additions to it."""
 _GML = "http://www.opengis.net/gml"
 _NEEDED = {
     "AAM": "client", "ABF": "date", "ABH": "operator", "ABI": "job_ref", "ABJ": "client_job_ref",
@@ -30,10 +32,10 @@ def write(report: Report) -> Written:
     names, lost = names_of(report, fields, transliterate)
     losses += lost
     root = Element("DATA", {"xmlns:gml": _GML})
-    children(child(root, "ZA"), {"A2": "nl", "A6": "RIBX 1.3"})
+    children(child(root, "ZA"), {"A2": "nl", "A6": "RIBX 1.5.1"})
     pipe = child(root, "ZB_A")
-    losses += _header(pipe, report, fields, names)
-    name = film(report)
+    losses += _header(pipe, report, fields, names, rows)
+    name = transliterate(film(report))
     for row in rows:
         children(child(pipe, "ZC"), _row(row, names, name))
     losses += [ASCII_ONLY, ONLY_IN_TABLES, *fields.losses(_FORMAT)]
@@ -41,12 +43,14 @@ def write(report: Report) -> Written:
     return Written(content, tuple(losses))
 
 
-def _header(pipe: Element, report: Report, fields: Fields, names: Names) -> list[Loss]:
-    stated, losses = header_fields(report, fields, names)
+def _header(
+    pipe: Element, report: Report, fields: Fields, names: Names, rows: list[Row]
+) -> list[Loss]:
+    stated, losses = header_fields(report, fields, names, rows)
     clock = fields.time()
-    values = dict(stated) | {"ABA": "RIBX1.3", "ABG": ":".join(clock) if clock else ""}
+    values = dict(stated) | {"ABA": _STANDARD, "ABG": ":".join(clock) if clock else ""}
     explained = _explained(values, report)
-    if name := film(report):
+    if name := transliterate(film(report)):
         values |= {"ABK": lists.OTHER, "ABL": lists.OTHER, "ABR": lists.OTHER, "ABO": "VIDEO-01"}
         codec = str(report.source.video.get("codec") or "")
         kind = transliterate(f"{PurePath(name).suffix[1:].upper()} {codec}")
@@ -55,7 +59,7 @@ def _header(pipe: Element, report: Report, fields: Fields, names: Names) -> list
     for code in sorted({*values, *points}):
         if code in points:
             _point(child(pipe, code), points[code])
-        elif values[code]:
+        elif values.get(code) and code not in ("AAC", "AAE", "AAG", "AAU"):
             attributes = {"ADE": explained[code]} if code in explained else {}
             child(pipe, code, values[code], **attributes)
     missing = [f"{code} ({what})" for code, what in _NEEDED.items() if not values.get(code)]
@@ -66,11 +70,10 @@ def _header(pipe: Element, report: Report, fields: Fields, names: Names) -> list
 
 def _explained(values: dict[str, str], report: Report) -> dict[str, str]:
     """What the letter Z stands for, in an attribute."""
-    made_of = {"ABC": "reference_point", "ABE": "method", "ACA": "shape", "ACD": "material"}
     return {
         code: transliterate(str(report.header.get(name) or ""))
-        for code, name in made_of.items()
-        if values[code] == lists.OTHER
+        for code, name in MADE_OF.items()
+        if values.get(code) == lists.OTHER
     }
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import math
 import re
+import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import PurePath
@@ -26,8 +27,8 @@ REMARK = "BDB"
 """General remark: what has no code of the standard."""
 
 ONLY_IN_TABLES = Loss(
-    "What the distances rest on, the raw distances, the points on the wall, the frames and who "
-    "tagged them are in the table and the JSON report only."
+    "What the distances rest on, the raw distances, the points on the wall, the frames, who "
+    "tagged them and when are in the table and the JSON report only."
 )
 
 _CODE = re.compile(r"B[A-D][A-Z]")
@@ -67,9 +68,48 @@ class Row:
         """One position, or where a sector begins and ends."""
         return tuple(hour for hour in (self.clock_from, self.clock_to) if hour is not None)
 
-    def with_remark(self, more: str) -> Row:
-        """The same with words behind its remark."""
-        return replace(self, remark=joined(self.remark, more))
+    def because(self, reason: str) -> Row:
+        """The same with the reason of the header before its remark, unless that has it."""
+        if not reason or reason in self.remark:
+            return self
+        own = one_line(self.entry.remark or "")
+        rest = self.remark.removeprefix(own) if reason.startswith(own) else f", {self.remark}"
+        return replace(self, remark=joined(reason, rest.lstrip(", ")))
+
+
+def abandon_reason(report: Report) -> str:
+    """Why the survey was abandoned; empty if it was not, or nobody says."""
+    if report.header.get("end_condition") != "abandoned":
+        return ""
+    return one_line(str(report.header.get("abandon_reason") or ""))
+
+
+def abandoned_in_words(report: Report, rows: Sequence[Row]) -> str:
+    """For a general remark, where no row says that the survey was abandoned."""
+    is_said = any(row.code == ABANDONED for row in rows)
+    if is_said or report.header.get("end_condition") != "abandoned":
+        return ""
+    reason = abandon_reason(report)
+    return f"survey abandoned: {reason}" if reason else "survey abandoned"
+
+
+def general_remark(report: Report, fields: Fields, rows: Sequence[Row], *said: str) -> str:
+    """The remarks of the header and, once each, what has no place of its own in a format."""
+    _leave_what_is_not_said(report, fields)
+    remark = fields.text("remarks")
+    for more in (*said, abandoned_in_words(report, rows), fields.words()):
+        if more not in remark:
+            remark = joined(remark, more)
+    return remark
+
+
+def _leave_what_is_not_said(report: Report, fields: Fields) -> None:
+    """What the name of the film and that of the standard say needs no words."""
+    names = _film_names(str(report.header.get("video_files") or ""))
+    if names in ([], [film(report)]):
+        fields.tell("video_files")
+    if "2011" in str(report.header.get("edition")):
+        fields.tell("edition")
 
 
 def joined(*parts: str) -> str:
@@ -84,6 +124,7 @@ def rows_of(report: Report) -> tuple[list[Row], list[Loss]]:
         The rows, and what they do not hold.
     """
     has_film = bool(film(report))
+    reason = abandon_reason(report)
     rows: list[Row] = []
     losses: list[Loss] = []
     for entry in report.entries:
@@ -91,7 +132,7 @@ def rows_of(report: Report) -> tuple[list[Row], list[Loss]]:
             losses.append(_lost(entry, "is not tracked, so it has no distance and is left out"))
             continue
         row, lost = _row(entry, entry.distance_m, has_film=has_film)
-        rows.append(row)
+        rows.append(row.because(reason) if row.code == ABANDONED else row)
         losses += lost
     rows.sort(key=lambda row: (row.distance_m, row.entry.time_s or 0.0, row.entry.seq))
     return _start_first_end_last(rows, losses), losses
@@ -227,9 +268,11 @@ def names_of(
         if short != name:
             losses.append(Loss(f"The name {one_line(name)} is written as {short}."))
     start, end = nodes[stated["start_node"]], nodes[stated["end_node"]]
-    fields.tell("upstream_node", "downstream_node")  # the direction says which is which
     is_against = fields.choice("direction", {"against_flow": "yes"}) is not None
     up, down = (end, start) if is_against else (start, end)
+    for name, own in (("upstream_node", up), ("downstream_node", down)):
+        if nodes.get(str(report.header.get(name))) == own:
+            fields.tell(name)  # the direction says which is which
     return Names(assets[asset], start, end, up, down), losses
 
 
@@ -264,26 +307,34 @@ def standard_of(fields: Fields) -> list[Loss]:
 
 
 def film(report: Report) -> str:
-    """Name of the film without a folder, ASCII; empty if there is no file."""
-    names = [report.source.filename] if report.source.kind == "upload" else []
+    """Name of the film without a folder; empty if there is no file."""
     if report.source.kind == "import":
-        names = re.split(r"[,;|]", str(report.header.get("video_files") or ""))
-    if report.source.kind == "live" and report.source.sha256:
-        names = [f"{report.asset}.mkv"]
-    name = PurePath(names[0].replace("\\", "/")).name if names else ""
-    safe = re.sub(r"[^\w.-]+", "_", name, flags=re.ASCII).strip("._")
+        names = _film_names(str(report.header.get("video_files") or ""))
+        return names[0] if names else ""
+    if report.source.kind == "upload":
+        return _film_name(report.source.filename)
+    return _film_name(f"{report.asset}.mkv") if report.source.sha256 else ""
+
+
+def _film_names(stated: str) -> list[str]:
+    return [name for part in re.split(r"[,;|]", stated) if (name := _film_name(part))]
+
+
+def _film_name(path: str) -> str:
+    name = unicodedata.normalize("NFC", PurePath(path.replace("\\", "/")).name)
+    safe = re.sub(r"[^\w.-]+", "_", one_line(name)).strip("._")
     return safe if re.search(r"\.[A-Za-z0-9]{1,5}$", safe) else f"{safe}.mp4" if safe else ""
 
 
-def length_m(report: Report, fields: Fields) -> float | None:
-    """Of the culvert: what is known, else what was surveyed."""
-    known_m = fields.number_within("known_length_m", 0.001, math.inf)
+def length_m(report: Report, fields: Fields, most_m: float = math.inf) -> float | None:
+    """Of the culvert: what is known and not above `most_m`, else what was surveyed."""
+    known_m = fields.number_within("known_length_m", 0.001, most_m)
     return report.distance_m if known_m is None else known_m
 
 
-def unit_length_m(report: Report, fields: Fields) -> float | None:
-    """Of one pipe: of the header, else of the rig."""
-    stated_m = fields.number_within("unit_length_m", 0.001, math.inf)
+def unit_length_m(report: Report, fields: Fields, most_m: float = math.inf) -> float | None:
+    """Of one pipe: of the header and not above `most_m`, else of the rig."""
+    stated_m = fields.number_within("unit_length_m", 0.001, most_m)
     segment_mm = report.rig.pipe.segment_length_mm
     return stated_m if stated_m is not None else segment_mm / 1000 if segment_mm else None
 

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from builders import STEP_MM, Client, assert_error
 
+from app.reports.naming import ascii_file_name, safe_file_name
 from app.reports.table import COLUMNS
-from app.services.reports import safe_file_name
 
 
 def rows_of(client: Client, inspection_id: str) -> list[dict[str, str]]:
@@ -133,11 +133,21 @@ def test_an_inspection_without_observations_exports_an_empty_table(
         ("../../etc/passwd", "etc_passwd"),
         ('x";\r\ny.csv', "x_y.csv"),
         (".hidden", "hidden"),
-        ("涵洞", "report"),
+        ("涵洞", "涵洞"),
+        ("DL-Ä41.csv", "DL-Ä41.csv"),
+        ("///", "report"),
     ],
 )
 def test_file_names_are_safe(name: str, safe: str) -> None:
     assert safe_file_name(name) == safe
+
+
+def test_names_that_differ_in_an_umlaut_stay_apart_in_ascii() -> None:
+    names = [ascii_file_name(name) for name in ("DL-Ä41", "DL-Ö41", "DL-Ae41", "DL-41", "涵洞")]
+    assert all(name.isascii() for name in names)
+    assert len(set(names)) == len(names)
+    assert names[0].startswith("DL-Ae41-")
+    assert names[2] == "DL-Ae41"
 
 
 def test_the_code_pack_is_complete(shared: Client) -> None:

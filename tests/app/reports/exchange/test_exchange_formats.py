@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from pyproj import Geod, Transformer
 from random_reports import reports
 from reports import HEADER, LENGTH_M, OBSERVATIONS, report
 
+from app.catalogue.header import FIELDS
 from app.errors import ExportNotAvailable
 from app.reports.exchange import geojson
 from app.reports.formats import FORMATS
@@ -87,7 +89,9 @@ def test_en13508_has_the_header_of_the_published_example() -> None:
         "AAM": "Road authority", "ABA": "EN 13508-2:2003+A1:2011", "ABC": "B", "ABE": "B",
         "ABF": "2026-09-14", "ABG": "09:42", "ABH": "Operator 1", "ABI": "JOB-77", "ABM": "A",
         "ABQ": "24.6", "ABS": "CUL-0041_20260914_0942.mp4", "ACA": "A", "ACB": "900",
-        "ACC": "900", "ACD": "AG", "ACG": "1.5",
+        "ACC": "900", "ACD": "AG", "ACG": "1.5", "AAE": "51.4525000 9.0000000",
+        "AAG": "51.4525000 9.0003541", "ACJ": "A", "ACK": "E",
+        "ADE": "known length source: tape",
     }  # fmt: skip
     always = {"ACM", "ADA"}  # of the fields that every file has, those that are empty here
     assert read.header.keys() == stated.keys() | always
@@ -117,7 +121,7 @@ def test_german_formats_keep_every_letter(kind: str) -> None:
 
 def test_ribx_holds_every_field_of_every_observation(tmp_path: Path) -> None:
     read, losses = write("ribx", report(tmp_path))
-    assert read.header["ABA"] == "RIBX1.3"
+    assert read.header["ABA"] == "EN 13508-2+A1:2011"
     assert read.header["ABG"] == "09:42:00"
     assert read.more["explained"]["ABK"] == "file on disk"
     film = "CUL-0041_20260914_0942.mp4"
@@ -378,3 +382,99 @@ def test_geojson_of_any_report_is_refused_or_within_the_world(made: Report) -> N
         for lon, lat in points if feature["geometry"]["type"] == "LineString" else [points]:
             assert -180 <= lon <= 180
             assert -90 <= lat <= 90
+
+
+EVERY_FIELD: Mapping[str, Any] = {
+    "asset_id": "CUL-0041", "start_node": "HW-UP", "end_node": "HW-DN",
+    "direction": "against_flow", "date": "2026-09-14", "time": "09:42", "operator": "Olga",
+    "client": "Roads", "asset_type": "drain", "shape": "rectangular", "height_mm": 900,
+    "width_mm": 1500, "material": "bamboo", "reference_point": "third fence post",
+    "standard": "EN 13508-2", "edition": "2003", "end_condition": "abandoned",
+    "abandon_reason": "robot stuck in silt", "code_pack": "Pack 7", "video_files": "a.mp4;b.mp4",
+    "rig_id": "rig-3", "calibration_id": "cal-9", "unit_length_m": 2.44, "camera_offset_m": 0.31,
+    "reverse_of": "CUL-0040", "upstream_node": "HW-ELSE", "downstream_node": "HW-OTHER",
+    "operator_certificate": "CERT-5", "reviewer": "Rita", "contractor": "Digger Ltd",
+    "job_ref": "JOB-77", "client_job_ref": "ORDER-12", "purpose": "first_survey",
+    "method": "walk_through", "lining_type": "tiles", "lining_material": "granite sets",
+    "known_length_m": 24.6, "known_length_source": "tape", "expected_length_m": 25.5,
+    "year": 1987, "cleaned": True, "cleaned_on": "2026-09-12", "weather": "foggy",
+    "temperature_c": 12.5, "flow_control": "two pumps", "water_level_pct": 17,
+    "location_text": "by the mill", "road": "Dorfstrasse", "road_chainage": "12+340",
+    "camera": "Eyeball", "lens": "6 mm", "start_lat": 51.4525, "start_lon": 9.0,
+    "end_lat": 51.4525, "end_lon": 9.0003541, "tether": True, "remarks": "mind the dog",
+}  # fmt: skip
+"""A value of its own for every field, outside the lists of the formats where there is one."""
+TELLS = {
+    "direction": {"B", "U", "G"}, "shape": {"B", "3", "shape: rectangular"},
+    "cleaned": {"A", "1", "J"}, "tether": {"tether: yes"}, "road_chainage": {"12+340"},
+    "purpose": {"1", "purpose: first_survey"}, "method": {"1", "method: walk_through"},
+    "start_lat": {"51.4525000 9.0000000", "500000.000"}, "time": {"09:42", "09:42:00"},
+    "end_lon": {"51.4525000 9.0003541", "500024.6"}, "asset_type": {"asset type: drain"},
+    "standard": {"EN 13508-2", "EN13508", "8"}, "end_condition": {"BDC", "survey abandoned"},
+    "temperature_c": {"12.5", "13"}, "water_level_pct": {"17", "water level: 17 %"},
+}  # fmt: skip
+TELLS |= {"start_lon": TELLS["start_lat"], "end_lat": TELLS["end_lon"]}
+"""What stands for a field whose value is not written as it is."""
+
+
+@each
+@pytest.mark.parametrize("field", [field.name for field in FIELDS])
+def test_a_header_field_is_in_the_file_or_among_the_losses(kind: str, field: str) -> None:
+    read, losses = write(kind, report(header=EVERY_FIELD, observations=[]))
+    more = (read.more.get(name, []) for name in ("easting", "nodes"))
+    texts = [*map(str, read.header.values()), *(str(one) for some in more for one in some)]
+    wanted = TELLS.get(field, {str(EVERY_FIELD[field])})
+    is_written = any(
+        text == one or (len(one) > 2 and one in text) for one in wanted for text in texts
+    )
+    said = [loss for loss in losses if "no place for these header fields" in loss]
+    is_lost = any(re.search(rf"\b{field}\b", loss) for loss in said)
+    if field.endswith(("_lat", "_lon")) and kind == "ribx":
+        is_lost = any("Dutch grid" in loss and field in loss for loss in losses)
+    assert is_written != is_lost, (is_written, is_lost)
+
+
+def test_m150_has_the_width_first_and_the_unit_length_last() -> None:
+    read, _ = write("m150", report(header=EVERY_FIELD))
+    assert (read.header["HG306"], read.header["HG307"]) == ("1500", "900")
+    assert (read.header["HG310"], read.header["HG314"]) == ("24.600", "2.440")
+    assert {name: read.header[name] for name in ("HI002", "HI006", "HI108", "HG102", "HG303")} == {
+        "HI002": "JOB-77", "HI006": "Eyeball, 6 mm", "HI108": "12.5", "HG102": "Dorfstrasse",
+        "HG303": "1987",
+    }  # fmt: skip
+    assert (read.header["HG308"], read.header["HG309"]) == ("tiles", "granite sets")
+    assert read.header["HI999"].startswith("mind the dog, ")
+
+
+@pytest.mark.parametrize("kind", ["en13508", "ribx"])
+def test_lists_of_the_standard_hold_letters_and_words_stand_beside_them(kind: str) -> None:
+    listed = {
+        "purpose": "routine", "temperature_c": 12.5, "flow_control": "upstream shut",
+        "lining_type": "sprayed", "lining_material": "concrete", "asset_type": "storm",
+    }  # fmt: skip
+    read, _ = write(kind, report(header={**EVERY_FIELD, **listed}))
+    letters = ("ABP", "ADB", "ADC", "ACE", "ACF", "ACJ", "ACK")
+    assert [read.header[code] for code in letters] == ["C", "A", "B", "B", "AG", "A", "B"]
+    assert "temperature: 12.5" in read.header["ADE"]
+    other, _ = write(kind, report(header=EVERY_FIELD))
+    assert [other.header[code] for code in ("ABP", "ADC", "ACE")] == ["Z", "Z", "Z"]
+
+
+@each
+def test_the_reason_of_an_abandoned_survey_stands_at_its_end(kind: str) -> None:
+    end = {"distance_m": 5.0, "code": "BDC", "char1": "A", "remark": "silt"}
+    read, _ = write(kind, report(header=EVERY_FIELD, observations=[end]))
+    assert read.rows[-1][REMARK[kind]].startswith("robot stuck in silt, ")
+    if kind == "isybau":
+        assert read.rows[-1]["GrundAbbruch"] == "GN"
+
+
+def test_isybau_names_road_year_and_order() -> None:
+    read, _ = write("isybau", report(header=EVERY_FIELD))
+    names = ("Strassenname", "Baujahr", "Auftragsnummer")
+    assert [read.header[name] for name in names] == ["Dorfstrasse", "1987", "ORDER-12"]
+
+
+def test_en13508_writes_back_what_an_import_kept_of_a_code() -> None:
+    read, _ = write("en13508", report(header={**HEADER, "en13508_aaq": "C", "en13508_abe": "D"}))
+    assert (read.header["AAQ"], read.header["ABE"]) == ("C", "D")

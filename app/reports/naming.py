@@ -1,0 +1,35 @@
+"""Names of files that hold any script, or ASCII only, and stay apart."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import unicodedata
+
+from app.reports.exchange.ascii import transliterate
+
+_LONGEST = 200
+"""Bytes in UTF-8: file systems hold 255, and a suffix comes behind it."""
+_CHECKSUM = 6
+
+
+def safe_file_name(name: str) -> str:
+    """Letters and digits of any script, dot, dash and underscore; never empty, hidden or a path."""
+    whole = unicodedata.normalize("NFC", name.encode("utf-8", "ignore").decode())
+    safe = re.sub(r"[^\w.-]+", "_", whole).strip("._")
+    stem, dot, suffix = safe.rpartition(".")
+    if not dot:
+        stem, suffix = safe, ""
+    short = stem.encode()[:_LONGEST].decode("utf-8", "ignore")
+    return f"{short}{dot}{suffix[: _CHECKSUM * 2]}" or "report"
+
+
+def ascii_file_name(name: str) -> str:
+    """The same in Latin letters; where letters were changed, a checksum keeps names apart."""
+    safe = safe_file_name(name)
+    if safe.isascii():
+        return safe
+    latin = re.sub(r"[^A-Za-z0-9_.-]+", "_", transliterate(safe)).strip("._")
+    digest = hashlib.sha256(safe.encode()).hexdigest()[:_CHECKSUM]
+    stem, dot, suffix = latin.rpartition(".")
+    return f"{stem}-{digest}{dot}{suffix}" if dot else f"{latin}-{digest}"
