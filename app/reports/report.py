@@ -210,6 +210,11 @@ class Report:
         return self.adjusted.joints if self.adjusted else ()
 
     @property
+    def joint_evidence(self) -> tuple[FittedJoint, ...]:
+        """The same with a seam at the zero and what lies before it, as the scale rests on them."""
+        return self.adjusted.evidence if self.adjusted else ()
+
+    @property
     def expected_joints(self) -> tuple[ExpectedJoint, ...]:
         """Where others should be that were not seen."""
         return self.adjusted.expected_joints if self.adjusted else ()

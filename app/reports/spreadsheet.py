@@ -180,7 +180,7 @@ def _cell(value: Any) -> Cell:
 
 
 def _joints(report: Report) -> Iterable[Row]:
-    for joint in report.joints:
+    for joint in report.joint_evidence:
         yield (
             joint.number,
             metres(joint.distance_mm),

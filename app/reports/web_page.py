@@ -323,8 +323,8 @@ def _measurement(report: Report, tell: Teller) -> str:
         ("video", video_rows(report, tell)),
     ):
         parts.append(f"<h3>{_e(tell(f'measurement.{name}'))}</h3>{_pairs(rows)}")
-    if report.joints:
-        heads, told = joint_table(report.joints, tell)
+    if report.joint_evidence:
+        heads, told = joint_table(report.joint_evidence, tell)
         joints = [[_e(cell) for cell in row] for row in told]
         parts.append(_table(tell("measurement.joints"), heads, joints, "joints"))
     return "\n".join(parts)

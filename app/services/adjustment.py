@@ -364,10 +364,17 @@ class Adjusted:
 
     @cached_property
     def joints(self) -> tuple[FittedJoint, ...]:
-        """The joints of the pipe that were seen, each once: what every drawing and table shows.
+        """The joints of the pipe that were seen: what every drawing shows.
 
-        A click comes before what was found by itself, else the surest sighting.  A seam at the zero
-        is where the pipe begins and no joint.
+        A seam at the zero is where the pipe begins and no joint.
+        """
+        return tuple(joint for joint in self.evidence if joint.number is None or joint.number >= 1)
+
+    @cached_property
+    def evidence(self) -> tuple[FittedJoint, ...]:
+        """What the joints are counted by, each once: what tables show and people may leave out.
+
+        A click comes before what was found by itself, else the surest sighting.
         """
         groups: list[list[FittedJoint]] = []
         for joint in self.sighted:
@@ -376,9 +383,7 @@ class Adjusted:
                 groups.append([joint])
             else:
                 same.append(joint)
-        return tuple(
-            _one_of(group) for group in groups if group[0].number is None or group[0].number >= 1
-        )
+        return tuple(_one_of(group) for group in groups)
 
     def _are_one(self, one: FittedJoint, other: FittedJoint) -> bool:
         """Whether two sightings are of the same joint."""

@@ -361,7 +361,7 @@ def result_of(corrected: Corrected) -> dict[str, Any] | None:
                 "is_marked": joint.is_marked,
                 "other_frames": list(joint.others),
             }
-            for joint in adjusted.joints
+            for joint in adjusted.evidence
         ],
         "uncounted_marks": [
             {"frame": mark.frame, "distance_m": _metres(mark.distance_mm)}

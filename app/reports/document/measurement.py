@@ -228,9 +228,9 @@ def correction_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
 
 def _residuals(adjusted: Adjusted, tell: Teller) -> list[Flowable]:
     """What is left at every joint that was used."""
-    if not adjusted.joints:
+    if not adjusted.evidence:
         return []
-    heads, rows = joint_table(adjusted.joints, tell)
+    heads, rows = joint_table(adjusted.evidence, tell)
     columns = [
         Column(head, width * mm, "right" if n else "left")
         for n, (head, width) in enumerate(zip(heads, (18, 40, 34, 28, 54), strict=True))

@@ -84,7 +84,7 @@ def test_the_joints_are_told_with_interval_and_residual():
     found = records(book_of(made)["joints"])
     assert len(found) >= 2
     assert {(row["frame"], row["is_marked"]) for row in found} <= {(32, 1), (65, 1), (97, 1)}
-    for row, joint in zip(found, adjusted.joints, strict=True):
+    for row, joint in zip(found, adjusted.evidence, strict=True):
         assert row["joint_no"] == joint.number
         assert row["distance_m"] == pytest.approx(joint.distance_mm / 1000, abs=0.0006)
         assert row["distance_u95_m"] == half_width_m(joint.sigma_mm)
