@@ -75,7 +75,7 @@ _DEFAULTED: Mapping[str, str] = {"ABC": "reference_point", "ABE": "method"}
 """Codes that are written without their field too."""
 
 
-def _kept_codes(report: Report, fields: Fields, header: Mapping[str, str]) -> Mapping[str, str]:
+def _kept_codes(report: Report, fields: Fields, header: Mapping[str, str]) -> dict[str, str]:
     """What came with these codes and no field of the header has replaced since."""
     kept = {}
     for name in report.header:
