@@ -6,7 +6,7 @@ from typing import Annotated, Any, TypeVar
 from fastapi import Depends, Path, Request
 from starlette.requests import HTTPConnection
 
-from app.middleware import PUBLIC, cookie_of
+from app.middleware import PUBLIC
 from app.services.access import Principal
 from app.services.container import Services
 from app.storage.tokens import Role
@@ -52,17 +52,29 @@ def _principal(request: Request) -> Principal:
 
 
 def browser_of(connection: HTTPConnection) -> str:
-    """What names the user's browser: its session, or the name of a program's token.
+    """What distinguishes the user's browser: its session, or a program's token.
 
     Several people may share a token, and what one of them clicks is not for the others.
     """
-    return cookie_of(connection) or str(connection.state.principal.name)
+    principal: Principal = connection.state.principal
+    return principal.credential
+
+
+def page_of(connection: HTTPConnection) -> str:
+    """What a page has in common with the 3D view in it, and with no other page.
+
+    It is the user's browser and a random number that the page has made.  A program that names no
+    number has one view an inspection.
+    """
+    page = connection.path_params.get("page") or connection.query_params.get("page", "")
+    return f"{browser_of(connection)} {page}"
 
 
 ServicesDep = Annotated[Services, Depends(_services)]
 PrincipalDep = Annotated[Principal, Depends(_principal)]
 
 CodePackId = Annotated[str, Path(pattern=r"^[0-9a-f]{32}$")]
+PAGE_ID = r"^[0-9a-f]{32}$"
 InspectionId = Annotated[str, Path(pattern=r"^[0-9a-f]{32}$")]
 OBSERVATION_ID = r"^[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}$"
 ObservationId = Annotated[str, Path(pattern=OBSERVATION_ID)]

@@ -118,6 +118,10 @@ class WrongContentType(AppError):
     """A PATCH that is not application/offset+octet-stream."""
 
 
+class TooManyUploads(AppError):
+    """One token has announced more files than it has used."""
+
+
 class UploadTooLarge(AppError):
     """More bytes than announced, or than the server takes."""
 
@@ -205,6 +209,10 @@ class SampleBeingMade(AppError):
 
 class SampleFailed(AppError):
     """The sample inspection could not be rendered."""
+
+
+class NotAllTracked(AppError):
+    """The track ends before the film, so nothing can be recorded behind it."""
 
 
 class StillRunning(AppError):
@@ -296,6 +304,7 @@ STATUS: dict[type[Exception], tuple[int, str]] = {
     InvalidUpload: (400, "invalid_upload"),
     UnsupportedTusVersion: (412, "unsupported_tus_version"),
     WrongContentType: (415, "wrong_content_type"),
+    TooManyUploads: (429, "too_many_uploads"),
     UploadTooLarge: (413, "upload_too_large"),
     OffsetConflict: (409, "offset_conflict"),
     UploadBusy: (423, "upload_busy"),
@@ -315,6 +324,7 @@ STATUS: dict[type[Exception], tuple[int, str]] = {
     PackInUse: (409, "pack_in_use"),
     SampleBeingMade: (409, "sample_being_made"),
     SampleFailed: (500, "sample_failed"),
+    NotAllTracked: (409, "not_all_tracked"),
     StillRunning: (409, "still_running"),
     NotRunning: (409, "not_running"),
     MediaTimeout: (504, "media_timeout"),
@@ -334,6 +344,7 @@ EVERYWHERE: dict[int, tuple[str, ...]] = {
     400: ("bad_request", "unknown_host"),
     401: ("unauthenticated",),
     403: ("cross_origin", "forbidden"),
+    408: ("request_timeout",),
     413: ("body_too_large",),
     422: ("invalid_request",),
     500: ("internal_error",),
@@ -349,6 +360,7 @@ _HTTP_CODES = {
     400: ("bad_request", "The request cannot be understood."),
     404: ("not_found", "There is nothing at this address."),
     405: ("method_not_allowed", "This address does not take that method."),
+    408: ("request_timeout", "The request did not arrive whole in time; send it again."),
     413: ("body_too_large", "The body of the request is too large."),
     416: ("range_not_satisfiable", "The file has no such range."),
 }

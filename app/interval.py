@@ -6,33 +6,25 @@ interval may be wider than the error but not narrower.  static/core/units.js has
 
 from __future__ import annotations
 
-import math
+from app.rounding import decimals, rounded_up
 
 U95 = 1.96
 """Standard deviations in the half-width of a 95 % interval."""
 LEAST_M = 0.01
 """Distances are shown to so much; none is known better."""
 
-_ROUNDING = 1e-9
-"""Of a number that is whole but for its binary form."""
-
 
 def half_width_m(sigma_mm: float) -> float:
     """Half of the 95 % interval, up to the next millimetre, and never below `LEAST_M`."""
-    return max(LEAST_M, _up(U95 * sigma_mm / 1000, 3))
+    return max(LEAST_M, rounded_up(U95 * sigma_mm / 1000, 3))
 
 
-def half_width_text(half_m: float, *, unit_m: float = 1.0, decimals: int = 2) -> str:
+def half_width_text(half_m: float, *, unit_m: float = 1.0, digits: int = 2) -> str:
     """Rounded up to the last digit shown, and never zero; without the unit.
 
     Args:
         half_m: From `half_width_m`.
         unit_m: Metres in the unit that is shown.
-        decimals: That distances have in this unit.
+        digits: Behind the point, that distances have in this unit.
     """
-    return f"{max(_up(half_m / unit_m, decimals), 10.0**-decimals):.{decimals}f}"
-
-
-def _up(value: float, decimals: int) -> float:
-    steps = 10.0**decimals
-    return math.ceil(value * steps - _ROUNDING) / steps
+    return decimals(max(rounded_up(half_m / unit_m, digits), 10.0**-digits), digits)

@@ -31,6 +31,7 @@ def configure(form: LogFormat) -> None:
     logging.basicConfig(level=logging.INFO, handlers=[handler])
     for name in _CHATTY:
         logging.getLogger(name).setLevel(logging.WARNING)
+    logging.getLogger("uvicorn.error").addFilter(_is_no_refusal)
 
 
 @contextmanager
@@ -41,6 +42,11 @@ def about(inspection_id: str | None) -> Iterator[None]:
         yield
     finally:
         _inspection.reset(before)
+
+
+def _is_no_refusal(record: logging.LogRecord) -> bool:
+    """uvicorn takes every web socket that is refused with an answer for a fault of the server."""
+    return record.getMessage() != "ASGI callable returned without completing handshake."
 
 
 def _add_context(record: logging.LogRecord) -> bool:

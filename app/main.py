@@ -19,6 +19,7 @@ from fastapi import Depends, FastAPI
 from app import errors, logs
 from app.deps import enforce_role
 from app.errors import AddressNotAvailable, AppError, InvalidSettings, OpenToTheNetwork
+from app.http_protocol import PromptProtocol
 from app.middleware import Envelope, Guard
 from app.request_log import RequestLog
 from app.routers import (
@@ -51,8 +52,8 @@ from app.storage.files import DataFolder
 
 logger = logging.getLogger(__name__)
 
-_WEBSOCKET_MESSAGE_BYTES = 64 * 2**20
-"""viser's clients answer a request for a picture in one message."""
+_WEBSOCKET_MESSAGE_BYTES = 64 * 2**10
+"""Browsers send clicks, camera poses and acknowledgements."""
 _SHUTDOWN_S = 3
 """Open sockets get so long to close; every wait ends."""
 
@@ -81,13 +82,14 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.state.is_insecure = settings.insecure_lan and not settings.has_tls
     errors.install(app)
+    # Before the routes: a page asks for a hundred and fifty files, and each route is tried in turn.
+    app.mount("/static", pages.Assets(directory=pages.static_folder()))
     for part in (
         access, me, uploads, imports, inspections, observations, picking, corrections, media,
         catalogue, packs, samples, sources, meter_counter, unrolled, health, metrics, live, viewer,
         pages,
     ):  # fmt: skip
         app.include_router(part.router)
-    app.mount("/static", pages.Assets(directory=pages.static_folder()))
     app.add_middleware(Guard, allowed_hosts=(socket.gethostname(), *settings.allowed_hosts))
     app.add_middleware(Envelope)
     app.add_middleware(RequestLog)  # the last one added is the outermost
@@ -121,6 +123,9 @@ def listening(settings: Settings, host: str, port: int) -> socket.socket:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         listener = socket.create_server((host, port), family=family)
+        # Connections inherit it.  An answer is sent as head and body, and without it the body waits
+        # for the acknowledgement of the head, up to 40 ms; asyncio sets it on its own sockets only.
+        listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     except OSError as error:
         is_used = error.errno == EADDRINUSE
         reason = f"port {port} of {host} is in use" if is_used else error.strerror
@@ -182,7 +187,10 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
         log_config=None,
         access_log=False,  # the log-in address holds the token
         server_header=False,
-        proxy_headers=False,  # anybody can write them, and guesses are counted by address
+        http=PromptProtocol,
+        # Anybody can write them, and guesses are counted by address.
+        proxy_headers=bool(settings.trusted_proxies),
+        forwarded_allow_ips=[str(network) for network in settings.trusted_proxies],
         ssl_certfile=settings.tls_cert,
         ssl_keyfile=settings.tls_key,
         ws_per_message_deflate=False,

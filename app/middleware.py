@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import ipaddress
 import logging
+import re
+import time
 from collections.abc import Collection
 from urllib.parse import quote, urlsplit
 
@@ -41,6 +43,10 @@ MAX_BODY_BYTES = 2**20
 MAX_IMPORT_BYTES = 64 * 2**20
 """Of a file with old surveys."""
 IMPORTS = "/api/imports"
+BODY_PART_S = 60.0
+"""How long a client may send nothing of a body that it has announced; slow is not silent."""
+BODY_BYTES_PER_S = 1000
+"""What a body has to come with after its first minute: a thirtieth of a poor mobile line."""
 
 COOKIE = "chainage_session"
 SECURE_COOKIE = "__Host-chainage_session"
@@ -57,6 +63,8 @@ PUBLIC = frozenset(
     }
 )  # fmt: skip
 _SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
+_TICKETED = re.compile(r"/viewer/([0-9a-f]{32})/([^/]+)(?:/[0-9a-f]{32})?/?")
+"""The client of a 3D view: its ticket is in the address, and its cookies are not looked at."""
 
 CLOSE_SIGNED_OUT = 4401
 _LOOK_EVERY_S = 2.0
@@ -102,7 +110,7 @@ class Envelope:
         is_streamed = is_upload and scope["method"] == "PATCH"
         try:
             most = MAX_IMPORT_BYTES if scope["path"] == IMPORTS else MAX_BODY_BYTES
-            limited = receive if is_streamed else _limited(receive, most)
+            limited = _limited(receive, None if is_streamed else most)
             await self._app(scope, limited, send_with_headers)
         except (ClientDisconnect, ConnectionError):
             logger.debug("A client went away during %s %s.", scope["method"], scope["path"])
@@ -173,11 +181,13 @@ class Guard:
                     "Log in, or send a valid token as `Authorization: Bearer ...`."
                 )
             connection.state.principal = principal
+        if _TICKETED.fullmatch(scope["path"]):
+            return  # nothing that a browser adds by itself counts there, and its origin is opaque
         if scope["type"] == "websocket":
-            _check_origin(connection.headers, is_required=True)
+            _check_origin(connection, is_required=True)
         elif scope["method"] not in _SAFE_METHODS:
             has_cookie = cookie_of(connection) is not None
-            _check_origin(connection.headers, is_required=has_cookie)
+            _check_origin(connection, is_required=has_cookie)
 
     def _check_host(self, headers: Headers) -> None:
         """Against DNS rebinding: a page of another site may reach us only under its own name.
@@ -193,6 +203,9 @@ class Guard:
 
     async def _principal(self, connection: HTTPConnection) -> Principal | None:
         access: Access = connection.app.state.services.access
+        if ticketed := _TICKETED.fullmatch(connection.scope["path"]):
+            inspection_id, ticket = ticketed.groups()
+            return await asyncio.to_thread(access.by_ticket, ticket, inspection_id)
         scheme, _, token = connection.headers.get("authorization", "").partition(" ")
         if scheme.lower() == "bearer":
             address = address_of(connection)
@@ -223,9 +236,13 @@ def _is_foreign_failure(status: int, headers: MutableHeaders) -> bool:
     return status >= 400 and not headers.get("content-type", "").startswith("application/json")
 
 
+def _scheme_of(connection: HTTPConnection) -> str:
+    return "https" if connection.url.scheme in ("https", "wss") else "http"
+
+
 def cookie_of(connection: HTTPConnection) -> str | None:
     """The session cookie; under TLS only the one that a browser takes from this very host."""
-    is_secure = connection.url.scheme in ("https", "wss")
+    is_secure = _scheme_of(connection) == "https"
     return connection.cookies.get(SECURE_COOKIE if is_secure else COOKIE)
 
 
@@ -242,19 +259,21 @@ def _host_name(host: str) -> str:
         return ""
 
 
-def _check_origin(headers: Headers, *, is_required: bool) -> None:
+def _check_origin(connection: HTTPConnection, *, is_required: bool) -> None:
     """The page that made the request is ours: CORS does not keep others from sending it."""
+    headers = connection.headers
     origin = headers.get("origin")
     site = headers.get("sec-fetch-site")
     if origin is not None:
-        is_ours = origin.partition("://")[2].lower() == headers.get("host", "").lower()
+        is_ours = origin.lower() == f"{_scheme_of(connection)}://{headers.get('host', '')}".lower()
     elif site is not None:
         is_ours = site in ("same-origin", "none")
     else:
         is_ours = not is_required
     if not is_ours:
         raise CrossOrigin(
-            "The request comes from a page of another site, or does not say from where."
+            "The request comes from a page of another site, or does not say from where. Where a "
+            "reverse proxy speaks TLS for the server, CHAINAGE_TRUSTED_PROXIES has to name it."
         )
 
 
@@ -279,14 +298,22 @@ def _is_address(host: str) -> bool:
     return True
 
 
-def _limited(receive: Receive, most: int) -> Receive:
-    taken = 0
+def _limited(receive: Receive, most: int | None) -> Receive:
+    """`receive` of a body that has `most` bytes, if any limit, and neither stops nor trickles."""
+    taken, is_whole, began_s = 0, False, time.monotonic()
 
     async def receive_limited() -> Message:
-        nonlocal taken
-        message = await receive()
+        nonlocal taken, is_whole
+        if is_whole:  # what comes now is that the client goes away
+            return await receive()
+        spent_s = time.monotonic() - began_s - taken / BODY_BYTES_PER_S
+        try:
+            message = await asyncio.wait_for(receive(), BODY_PART_S - max(spent_s, 0.0))
+        except TimeoutError as error:
+            raise HTTPException(408) from error
         taken += len(message.get("body", b""))
-        if taken > most:
+        is_whole = not message.get("more_body", False)
+        if most is not None and taken > most:
             raise HTTPException(413)
         return message
 

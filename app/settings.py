@@ -49,6 +49,12 @@ class Settings(BaseSettings):
         description="Host names, separated by commas, under which the server may be reached, "
         "besides localhost and plain addresses.",
     )
+    trusted_proxies: Annotated[tuple[IPv4Network | IPv6Network, ...], NoDecode] = Field(
+        default=(),
+        description="Addresses or networks, separated by commas, of reverse proxies in front of "
+        "the server, such as `127.0.0.1`; their X-Forwarded-For and X-Forwarded-Proto are "
+        "believed, and nobody else's.",
+    )
     tls_cert: Path | None = Field(
         default=None,
         description="Certificate with which the server speaks TLS (PEM, with its chain); goes with "
@@ -211,7 +217,7 @@ class Settings(BaseSettings):
             raise ValueError("The logo is damaged")
         return path
 
-    @field_validator("allowed_hosts", "camera_networks", mode="before")
+    @field_validator("allowed_hosts", "camera_networks", "trusted_proxies", mode="before")
     @classmethod
     def _split(cls, value: object) -> object:
         if isinstance(value, str):

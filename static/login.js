@@ -1,6 +1,6 @@
-/** Exchanges the access token for a session cookie and goes on to the page that was asked for. */
+/** Exchanges the access token for a session cookie; the server knows where to go on to. */
 
-import { ApiError, post } from './core/api.js';
+import { ApiError, get, post } from './core/api.js';
 import { html, render } from './core/html.js';
 import { preferences } from './core/preferences.js';
 import { LANGUAGES, errorText, language, t } from './core/words.js';
@@ -9,13 +9,22 @@ import { showInsecure } from './components/insecure-banner/insecure-banner.js';
 /** Set while the language was chosen here and the server does not know of it. */
 const CHOSEN_HERE = 'chainage.language-chosen';
 
+const asked = new URLSearchParams(location.search);
+/** Of a link that is followed only after a question; it does not stay in the address. */
+const linked = asked.get('token');
+asked.delete('token');
+const onward = `/login?${asked}`;
+history.replaceState(null, '', onward);
+
 const box = document.createElement('div');
 box.className = 'login__box';
 document.title = t('login.title');
-const { form, token: field, fault, submit: button } = render(
+const { form, token: field, fault, submit: button, link, session, stay } = render(
   box,
   html`<p class="dim">${t('login.tagline')}</p>
     <form class="login__form" data-part="form" novalidate>
+      <p data-part="link" hidden>${t('login.link')}</p>
+      <p data-part="session" hidden></p>
       <div class="field">
         <label for="token">${t('login.token')}</label>
         <input class="input" id="token" name="token" type="password" autocomplete="current-password"
@@ -23,6 +32,7 @@ const { form, token: field, fault, submit: button } = render(
         <p class="fault" id="fault" role="alert" data-part="fault"></p>
       </div>
       <button class="button button--primary" data-part="submit">${t('login.submit')}</button>
+      <a class="button" href="${onward}" data-part="stay" hidden></a>
       <p class="help" id="help">${t('login.help')}</p>
     </form>
     <div class="login__languages" role="group" aria-label="${t('settings.language')}">
@@ -33,6 +43,21 @@ const { form, token: field, fault, submit: button } = render(
 document.querySelector('.login').append(box);
 showInsecure();
 field.focus();
+if (linked) askAboutLink();
+
+/** Shows what the link would do, and what it would replace. */
+async function askAboutLink() {
+  field.value = linked;
+  link.hidden = false;
+  try {
+    const { name } = await get('/api/session');
+    session.textContent = t('login.session', { name });
+    stay.textContent = t('login.stay', { name });
+    session.hidden = stay.hidden = false;
+  } catch (error) {
+    if (!(error instanceof ApiError)) throw error; // nobody is logged in, so nothing is replaced
+  }
+}
 
 for (const choice of box.querySelectorAll('[data-language]')) {
   choice.addEventListener('click', () => {
@@ -40,13 +65,6 @@ for (const choice of box.querySelectorAll('[data-language]')) {
     sessionStorage.setItem(CHOSEN_HERE, 'yes');
     location.reload();
   });
-}
-
-/** Only an address of this site, else the list. */
-function destination() {
-  const next = new URLSearchParams(location.search).get('next') ?? '/';
-  const url = new URL(next, location.origin);
-  return url.origin === location.origin ? url.pathname + url.search : '/';
 }
 
 function refuse(text) {
@@ -79,7 +97,7 @@ form.addEventListener('submit', async (event) => {
   try {
     await post('/api/login', { token });
     await keepLanguage();
-    location.assign(destination());
+    location.assign(onward);
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
     refuse(error.status === 401 ? t('login.unknown') : errorText(error));

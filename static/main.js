@@ -1,10 +1,12 @@
 /** Puts the page that belongs to the address into the shell. */
 
 import { session } from './core/api.js';
+import { isKeyOn } from './core/keys.js';
 import { preferences } from './core/preferences.js';
 import { may } from './core/rights.js';
 import { t } from './core/words.js';
 import { showInsecure } from './components/insecure-banner/insecure-banner.js';
+import { reopenSettings } from './components/settings-dialog/settings-dialog.js';
 import { toastError } from './components/toast-stack/toast-stack.js';
 import './components/compare-page/compare-page.js';
 import './components/inspection-list/inspection-list.js';
@@ -28,6 +30,7 @@ addEventListener('unhandledrejection', ({ reason }) => {
 });
 addEventListener('error', ({ error, message }) => toastError(error ?? new Error(message)));
 
+document.documentElement.classList.toggle('without-single-keys', !isKeyOn('a'));
 const [, name] = PAGES.find(([pattern]) => pattern.test(location.pathname)) ?? PAGES[0];
 const page = document.createElement(name);
 page.inspectionId = location.pathname.split('/')[2];
@@ -43,3 +46,4 @@ showInsecure();
 
 // Chosen on another device: every word and number of the page may change.
 if (await preferences.load()) location.reload();
+else reopenSettings();

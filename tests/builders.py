@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypeVar
+from urllib.parse import urlsplit
 
 import av
 import cv2
@@ -23,6 +24,7 @@ from fastapi import FastAPI
 from numpy.typing import NDArray
 from websockets.sync.client import ClientConnection, connect
 
+from app.http_protocol import PromptProtocol
 from app.main import create_app
 from app.settings import Settings
 from vo_core import Rig
@@ -118,10 +120,16 @@ def blocks(n: int) -> NDArray[np.uint8]:
 class LiveServer:
     """The application behind a real uvicorn, in a thread of the test's process."""
 
-    def __init__(self, app: FastAPI) -> None:
+    def __init__(self, app: FastAPI, http: type[PromptProtocol] = PromptProtocol) -> None:
         self.app = app
         config = uvicorn.Config(
-            app, port=0, log_config=None, ws_per_message_deflate=False, timeout_graceful_shutdown=1
+            app,
+            port=0,
+            log_config=None,
+            http=http,
+            proxy_headers=False,
+            ws_per_message_deflate=False,
+            timeout_graceful_shutdown=1,
         )
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(target=self._server.run)
@@ -139,10 +147,12 @@ class LiveServer:
 
 
 @contextlib.contextmanager
-def serving(data: Path, **settings: Any) -> Iterator[Client]:
+def serving(
+    data: Path, *, http: type[PromptProtocol] = PromptProtocol, **settings: Any
+) -> Iterator[Client]:
     """A server over a data folder, and a client that knows its token."""
     settings = {"token": TOKEN, "disk_reserve_bytes": 0} | settings
-    server = LiveServer(create_app(Settings(data=data, **settings)))
+    server = LiveServer(create_app(Settings(data=data, **settings)), http)
     try:
         with Client(server, settings["token"]) as client:
             client.data = data
@@ -241,6 +251,22 @@ class Client(httpx.Client):
             additional_headers={"Cookie": f"chainage_session={cookie}"},
             max_size=None,
             **options,
+        )
+
+    def view_path(self, inspection_id: str, page: str | None = None) -> str:
+        """Where the page of the 3D view is, with this client's ticket; `page` is around it."""
+        query = {} if page is None else {"page": page}
+        door = self.get(f"/viewer/{inspection_id}/", params=query)
+        assert door.status_code == 303, door.text
+        return urlsplit(door.headers["Location"]).path
+
+    def view(self, inspection_id: str, page: str | None = None) -> ClientConnection:
+        """The socket of the 3D view, as its page opens it: by its ticket alone."""
+        return connect(
+            self.server.websocket_url + self.view_path(inspection_id, page).rstrip("/"),
+            origin="null",  # type: ignore[arg-type]
+            subprotocols=["viser-v1.1.1"],  # type: ignore[list-item]
+            max_size=None,
         )
 
     def tag(

@@ -55,7 +55,7 @@ def _entry(draw: st.DrawFn, seq: int, fields: dict[str, Any]) -> Entry:
     return entry(
         seq,
         **fields,
-        code=code, char1=char1, char2=char2, kind=built_in().find(code, char1, char2),
+        code=code, char1=char1, char2=char2, kind=built_in().named(code, char1, char2),
         quant1=draw(quant), quant2=draw(quant), clock_from=draw(clock), clock_to=draw(clock),
         severity=draw(st.one_of(st.none(), st.integers(0, 5))),
         cont_id=draw(st.one_of(st.none(), st.integers(1, 3))),

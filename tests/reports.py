@@ -89,7 +89,7 @@ def entry(seq: int, photos: Path | None = None, **fields: Any) -> Entry:
         "source": None if distance_m is None else "odometry",
         "to_go_m": None if distance_m is None else round(LENGTH_M - distance_m, 3),
         "at_joint": False,
-        "kind": built_in().find(**known),
+        "kind": built_in().named(**known),
         "photo": photo(photos, seq) if photos else None,
         "tagged_by": "Operator 1",
         "tagged_at": AT + timedelta(seconds=seq),

@@ -10,8 +10,9 @@ from __future__ import annotations
 import csv
 import io
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, cast
 
@@ -84,6 +85,25 @@ class CodeTable:
         found = (self._by_key.get((code or "", *chars)) for chars in keys)
         return next((row for row in found if row is not None), None)
 
+    def named(self, code: str | None, char1: str | None, char2: str | None) -> Code | None:
+        """What a code is called, as the page calls it (core/codes.js).
+
+        A tag whose characters are still to come, or are not in the table, is called by what the
+        main code is: "Broken wall".
+
+        Returns:
+            The row of the full code, else the first of its main code with the common part of the
+            labels; None for a code that is not in the table.
+        """
+        exact = self._by_key.get((code or "", char1 or "", char2 or ""))
+        if exact is not None:
+            return exact
+        first = next((row for row in self.rows if row.code == code), None)
+        if first is None:
+            return None
+        label, label_ms = (text.partition(":")[0] for text in (first.label, first.label_ms))
+        return replace(first, char1="", char2="", label=label, label_ms=label_ms)
+
     @cached_property
     def _by_key(self) -> Mapping[tuple[str, str, str], Code]:
         return {row.key: row for row in self.rows}
@@ -133,8 +153,9 @@ def _records(text: str) -> Iterator[tuple[int, list[str]]]:
 def _column_faults(columns: Sequence[str]) -> list[str]:
     known = (*NEEDED, *OPTIONAL)
     missing = [name for name in NEEDED if name not in columns]
-    unknown = [repr(name) for name in columns if name not in known]
-    twice = sorted({name for name in columns if columns.count(name) > 1 and name in known})
+    counts = Counter(columns)
+    unknown = [f"{name!r:.40}" for name in counts if name not in known][:SHOWN_FAULTS]
+    twice = sorted(name for name in known if counts[name] > 1)
     return [
         f"{fault} {', '.join(names)}"
         for fault, names in (

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from app.errors import InvalidImport
 from app.imports.survey import (
     MOST_OBSERVATIONS,
+    MOST_OF_FILE,
     MOST_SURVEYS,
     Caveat,
     ImportedFile,
@@ -28,12 +29,14 @@ from app.imports.survey import (
     quantity,
     stretch,
     time_of_day,
+    too_many,
     video_time_s,
 )
 
-_MARK = re.compile(r"^\s*#(?:A1|B01|B1)\s*=", re.MULTILINE)
+_MARK = re.compile(r"^[ \t]{0,20}#(?:A1|B01|B1)[ \t]*=", re.MULTILINE)
 _LIST = re.compile(r"#B0*([0-9]{1,2})=")
-_LONGEST_CELL = 100_000
+_LONGEST_LINE = 100_000
+"""What is behind is not read; the reader of CSV takes cells of 131 072 characters."""
 _START, _END, _ABANDONED = "BCD", "BCE", "BDC"
 
 _TEXTS: Mapping[str, str] = {
@@ -45,9 +48,22 @@ _NUMBERS: Mapping[str, str] = {
     "ABQ": "expected_length_m", "ACB": "height_mm", "ACC": "width_mm", "ACG": "unit_length_m",
     "ACN": "year", "ADB": "temperature_c",
 }  # fmt: skip
+_MATERIALS: Mapping[str, str] = {
+    "AA": "asbestos cement", "AD": "brick", "AE": "clay", "AG": "concrete",
+    "AH": "reinforced concrete", "AI": "sprayed concrete", "AJ": "concrete segments",
+    "AK": "fibre cement", "AL": "fibre plastics", "AM": "cast iron", "AN": "cast iron",
+    "AO": "cast iron", "AP": "steel", "AR": "masonry", "AS": "masonry",
+    "AV": "polyethylene", "AW": "polypropylene", "AX": "PVC-U", "AZ": "unknown",
+    "Z": "other",
+}  # fmt: skip
+"""ACD and ACF."""
 _LETTERS: Mapping[str, tuple[str, Mapping[str, str | bool]]] = {
     "AAK": ("direction", {"A": "with_flow", "B": "against_flow"}),
     "ABE": ("method", {"B": "camera"}),
+    "ABP": (
+        "purpose",
+        {"A": "acceptance", "B": "end_of_warranty", "C": "routine", "G": "after_repair"},
+    ),
     "ABC": (
         "reference_point",
         {"A": "centre of the start manhole", "B": "inner face of the wall at the start"},
@@ -59,19 +75,19 @@ _LETTERS: Mapping[str, tuple[str, Mapping[str, str | bool]]] = {
             "F": "oval", "Z": "other",
         },
     ),
-    "ACD": (
-        "material",
+    "ACD": ("material", _MATERIALS),
+    "ACE": (
+        "lining_type",
         {
-            "AA": "asbestos cement", "AD": "brick", "AE": "clay", "AG": "concrete",
-            "AH": "reinforced concrete", "AI": "sprayed concrete", "AJ": "concrete segments",
-            "AK": "fibre cement", "AL": "fibre plastics", "AM": "cast iron", "AN": "cast iron",
-            "AO": "cast iron", "AP": "steel", "AR": "masonry", "AS": "masonry",
-            "AV": "polyethylene", "AW": "polypropylene", "AX": "PVC-U", "AZ": "unknown",
-            "Z": "other",
+            "A": "factory made", "B": "sprayed", "C": "cured in place", "D": "segments",
+            "E": "discrete pipes", "F": "continuous pipe", "G": "close fit", "H": "spiral wound",
         },
     ),
+    "ACF": ("lining_material", _MATERIALS),
+    "ACK": ("asset_type", {"A": "foul", "B": "storm", "C": "combined", "E": "culvert"}),
     "ACM": ("cleaned", {"A": True, "B": False}),
     "ADA": ("weather", {"A": "dry", "B": "rain", "C": "snow or ice melting"}),
+    "ADC": ("flow_control", {"A": "none", "B": "blocked upstream", "C": "partly blocked"}),
 }  # fmt: skip
 _NOT_KEPT = frozenset({"ABM"})
 """The form of the video times, which the rows show."""
@@ -99,6 +115,7 @@ class _Form:
 
     def cells(self, line: str) -> list[str]:
         """Of a line; a quote that is not closed ends with it."""
+        line = line[:_LONGEST_LINE]
         if self.quote is None or self.quote not in line:
             return line.split(self.separator)
         reader = csv.reader([line], delimiter=self.separator, quotechar=self.quote)
@@ -107,7 +124,7 @@ class _Form:
 
 def looks_like(content: bytes) -> bool:
     """Whether there is a line that such a file begins with."""
-    return bool(_MARK.search(content[: 2**16].decode("latin-1")))
+    return bool(_MARK.search(_decoded(content[: 2**16])))
 
 
 def read(content: bytes) -> ImportedFile:
@@ -120,6 +137,7 @@ def read(content: bytes) -> ImportedFile:
     form = _form(lines)
     surveys: list[ImportedSurvey] = []
     warnings: list[Caveat] = []
+    room = MOST_OF_FILE
     for block in _blocks(lines):
         if len(surveys) == MOST_SURVEYS:
             warnings.append(
@@ -127,7 +145,8 @@ def read(content: bytes) -> ImportedFile:
             )
             break
         try:
-            surveys.append(_survey(block, form))
+            surveys.append(_survey(block, form, min(room, MOST_OBSERVATIONS)))
+            room -= len(surveys[-1].observations)
         except _BadBlock as bad:
             warnings.append(Caveat(f"This inspection is left out: {bad}.", bad.line))
     if not surveys:
@@ -196,11 +215,11 @@ def _blocks(lines: Sequence[str]) -> Iterator[_Block]:
         yield block
 
 
-def _survey(block: _Block, form: _Form) -> ImportedSurvey:
+def _survey(block: _Block, form: _Form, room: int) -> ImportedSurvey:
     notes = Notes()
     stated = _stated(block, form, notes)
     header = _header(stated, notes)
-    observations = tuple(_observations(block, form, header, notes))
+    observations = tuple(_observations(block, form, header, notes, room))
     codes = {observation.code for observation in observations}
     if codes & {_END, _ABANDONED}:
         header["end_condition"] = "complete" if _END in codes else "abandoned"
@@ -228,7 +247,9 @@ def _stated(block: _Block, form: _Form, notes: Notes) -> dict[str, str]:
         if len(cells) != len(names):
             notes.add(f"{len(cells)} values for {len(names)} fields.", line + 1)
         stated |= {
-            name: clean(cell) for name, cell in zip(names, cells, strict=False) if clean(cell)
+            name: clean(cell, len(cell))
+            for name, cell in zip(names, cells, strict=False)
+            if clean(cell, len(cell))
         }
     if not stated:
         raise _BadBlock(block.line, "its header is empty")
@@ -273,7 +294,7 @@ def _own(code: str) -> str:
 
 
 def _observations(
-    block: _Block, form: _Form, header: Mapping[str, object], notes: Notes
+    block: _Block, form: _Form, header: Mapping[str, object], notes: Notes, room: int
 ) -> Iterator[ImportedObservation]:
     if block.columns is None:
         notes.add("There is no list of columns (#C), so there are no observations.", block.line)
@@ -287,13 +308,15 @@ def _observations(
             notes.add(f"The column {name:.20} is not known and left out.", block.columns_line)
     nodes = {str(header.get(name)) for name in ("start_node", "end_node")}
     for count, (line, text) in enumerate(block.rows):
-        if count == MOST_OBSERVATIONS:
-            notes.add(f"{MOST_OBSERVATIONS} observations are read of a survey, not more.", line)
+        if count == room:
+            notes.add(too_many(), line)
             return
-        cells = form.cells(text[:_LONGEST_CELL])
+        cells = form.cells(text)
         if len(cells) != len(columns):
             notes.add(f"{len(cells)} values for {len(columns)} columns.", line)
-        row = {name: clean(cell) for name, cell in zip(columns, cells, strict=False)}
+        if len(text) > _LONGEST_LINE:
+            notes.add(f"Of this line {_LONGEST_LINE} characters are read, not more.", line)
+        row = {name: clean(cell, len(cell)) for name, cell in zip(columns, cells, strict=False)}
         observation = _observation(row, nodes, line, notes)
         if observation is not None:
             yield observation

@@ -18,10 +18,14 @@ from app.catalogue.header import FIELDS, faults
 
 MOST_SURVEYS = 200
 MOST_OBSERVATIONS = 10_000
-"""Of one survey."""
+"""Of one survey; a long culvert in a bad state has 2000 defects."""
+MOST_OF_FILE = 20_000
+"""Observations of all surveys of a file."""
 MOST_WARNINGS = 1000
 LONGEST_TEXT = 2000
-"""Of a header field; a remark may be twice as long."""
+"""Of a header field."""
+LONGEST_REMARK = 4000
+LONGEST_PHOTO_NAME = 255
 _MOST_HEADER_FIELDS = 100
 _MOST_M = 100_000.0
 _MOST_QUANTITY = 1e6
@@ -73,10 +77,7 @@ class ImportedObservation:
     line: int | None = None
 
     def fields(self) -> dict[str, Any]:
-        """As they are PUT, without a frame; what has no field of its own joins the remark."""
-        said = [self.remark]
-        said += ["at a joint"] if self.at_joint else []
-        said += [f"photo {self.photo}"] if self.photo else []
+        """As they are PUT, without a frame; and what only an imported survey states itself."""
         stated = {
             "code": self.code,
             "char1": self.char1,
@@ -86,7 +87,9 @@ class ImportedObservation:
             "clock_from": self.clock_from,
             "clock_to": self.clock_to,
             "continuous": self.stretch,
-            "remark": ", ".join(part for part in said if part)[: 2 * LONGEST_TEXT] or None,
+            "remark": self.remark[:LONGEST_REMARK] or None,
+            "at_joint": self.at_joint or None,
+            "photo_name": self.photo or None,
         }
         return {name: value for name, value in stated.items() if value is not None}
 
@@ -197,6 +200,14 @@ class Notes:
             self.said.append(Caveat("There is more of that; the rest is not named."))
 
 
+def too_many() -> str:
+    """Why observations are left out, a sentence."""
+    return (
+        f"{MOST_OBSERVATIONS} observations are read of a survey, and {MOST_OF_FILE} of a file, not "
+        "more."
+    )
+
+
 def coded(observation: ImportedObservation, notes: Notes) -> ImportedObservation:
     """The same with a code, characters and a stretch that may be stored; others join the remark."""
     changes: dict[str, Any] = {}
@@ -208,7 +219,17 @@ def coded(observation: ImportedObservation, notes: Notes) -> ImportedObservation
             said.append(f"{name} {value}")
             value = None
         changes[name] = value
-    changes["remark"] = ", ".join(part for part in said if part)
+    remark = ", ".join(part for part in said if part)
+    if len(remark) > LONGEST_REMARK:
+        notes.add(
+            f"The remark has {len(remark)} characters; the first {LONGEST_REMARK} are kept.",
+            observation.line,
+        )
+    changes["remark"] = remark[:LONGEST_REMARK]
+    photo = observation.photo or ""
+    if len(photo) > LONGEST_PHOTO_NAME:
+        notes.add(f"The name of the photo is longer than {LONGEST_PHOTO_NAME} characters and cut.")
+    changes["photo"] = photo[:LONGEST_PHOTO_NAME] or None
     return replace(observation, **changes)
 
 
@@ -218,6 +239,8 @@ def fitting_header(stated: Mapping[str, Any], notes: Notes) -> dict[str, Any]:
     outside: list[str] = []
     for name, value in stated.items():
         told = clean(value) if isinstance(value, str) else value
+        if isinstance(value, str) and len(value) > LONGEST_TEXT:
+            notes.add(f"Of the header field {name} {LONGEST_TEXT} characters are kept, not more.")
         if told is None or told == "":
             continue
         if faults({name: told}):

@@ -1,7 +1,8 @@
 """Reads WinCan .db3: SQLite, of which only plain rows of real tables are asked for.
 
-The file is somebody's: it is opened as a copy in memory, views, virtual tables and functions are
-refused, and every query has an end.  Columns are looked up by name, since versions differ.
+The file is somebody's: it is opened as a copy in memory, views, virtual tables, functions and
+columns that are worked out are refused, and every query has an end.  Columns are looked up by
+name, since versions differ, and no others are read.
 """
 
 from __future__ import annotations
@@ -14,9 +15,10 @@ from typing import Any
 
 from app.errors import InvalidImport
 from app.imports.survey import (
+    LONGEST_TEXT,
     MOST_OBSERVATIONS,
+    MOST_OF_FILE,
     MOST_SURVEYS,
-    Caveat,
     ImportedFile,
     ImportedObservation,
     ImportedSurvey,
@@ -30,16 +32,22 @@ from app.imports.survey import (
     quantity,
     stretch,
     time_of_day,
+    too_many,
     video_time_s,
 )
 
 _MAGIC = b"SQLite format 3\0"
-_MOST_ROWS = 200_000
-"""Of a table."""
+_MOST_ROWS = 50_000
+"""Of a table; 200 surveys of 100 observations with two pictures each have 40 000."""
+_MOST_VALUE_BYTES = 32 * 2**20
+"""Of all values that are read.  As a default, one large value is that of every row."""
 _MOST_STEPS = 2_000
 """Of _STEP instructions each: some seconds."""
 _STEP = 100_000
+_MOST_TABLES = 5000
 _LONGEST_VALUE = 2**20
+_LONGEST_TEXT_BYTES = 8 * LONGEST_TEXT
+"""Of a remark, which may be twice as long as other texts, in letters of four bytes."""
 
 _SECTION = "SECTION"
 _INSPECTION = "SECINSP"
@@ -65,6 +73,21 @@ _HEADER_NUMBERS: Mapping[str, tuple[str, ...]] = {
     "temperature_c": ("INS_Temperature",),
     "year": ("OBJ_ConstructionYearText", "OBJ_ConstructionYear"),
 }
+_OTHERS = (
+    "OBJ_PK", "OBJ_ID", "OBJ_Key", "OBJ_Name", "OBJ_Number", "OBJ_FromNode_REF", "OBJ_ToNode_REF",
+    "OBJ_Shape", "OBJ_PipeHeightOrDia", "OBJ_Size1", "OBJ_Size2", "INS_PK", "INS_Section_FK",
+    "INS_StartDate", "INS_StartTime", "INS_TimeStamp", "INS_InspectionDir", "OBS_PK",
+    "OBS_Inspection_FK", "OBS_Distance", "OBS_SortOrder", "OBS_OpCode", "OBS_Char1", "OBS_Char2",
+    "OBS_Q1_Value", "OBS_Q2_Value", "OBS_Q3_Value", "OBS_ClockPos1", "OBS_ClockPos2",
+    "OBS_CD_Code1", "OBS_CDCode", "OBS_Continuous", "OBS_ContDefectLength", "OBS_Observation",
+    "OBS_Memo", "OBS_AtJoint", "OBS_TimeCtr", "OMM_Observation_FK", "OMM_FileName",
+)  # fmt: skip
+_READ = frozenset(
+    name.upper()
+    for names in (*_HEADER_TEXTS.values(), *_HEADER_NUMBERS.values(), _OTHERS)
+    for name in names
+)
+"""Columns, in capitals; and those that end on _DELETED."""
 _CODE_LETTERS = 3
 """Of EN 13508-2; letters behind are its characters."""
 
@@ -81,7 +104,8 @@ class _Row:
             value = self.values.get(name.upper(), "")
             if isinstance(value, float) and value == int(value):
                 value = int(value)
-            if found := clean(str(value)):
+            told = str(value)
+            if found := clean(told, len(told)):
                 return found
         return ""
 
@@ -137,18 +161,32 @@ def _opened(content: bytes) -> sqlite3.Connection:
 
     database.set_progress_handler(has_enough, _STEP)
     database.set_authorizer(_authorize)
-    database.text_factory = lambda value: value.decode("utf-8", "replace")
+    read_bytes = 0
+
+    def text(value: bytes) -> str:
+        nonlocal read_bytes
+        read_bytes += len(value)
+        if read_bytes > _MOST_VALUE_BYTES:
+            raise InvalidImport(
+                f"The database says more than surveys do: over {_MOST_VALUE_BYTES // 2**20} MiB of "
+                "text. Export it again in WinCan, in several files."
+            )
+        return value[:_LONGEST_TEXT_BYTES].decode("utf-8", "replace")
+
+    database.text_factory = text
     return database
 
 
-def _authorize(action: int, *_: str | None) -> int:
+def _authorize(action: int, first: str | None, *_: str | None) -> int:
+    if action == sqlite3.SQLITE_PRAGMA:
+        return sqlite3.SQLITE_OK if first == "table_xinfo" else sqlite3.SQLITE_DENY
     allowed = (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ)
     return sqlite3.SQLITE_OK if action in allowed else sqlite3.SQLITE_DENY
 
 
 def _tables(database: sqlite3.Connection) -> dict[str, str]:
     """Names of the real tables, by their capitals."""
-    rows = database.execute("SELECT name, type, sql FROM sqlite_master").fetchmany(_MOST_ROWS)
+    rows = database.execute("SELECT name, type, sql FROM sqlite_master").fetchmany(_MOST_TABLES)
     return {
         name.upper(): name
         for name, kind, sql in rows
@@ -160,18 +198,43 @@ def _is_virtual(sql: object) -> bool:
     return not isinstance(sql, str) or sql.upper().split()[1:2] == ["VIRTUAL"]
 
 
-def _rows(database: sqlite3.Connection, table: str) -> Iterator[_Row]:
-    quoted = table.replace('"', '""')
-    found = database.execute(f'SELECT * FROM "{quoted}" LIMIT {_MOST_ROWS}')  # noqa: S608
-    names = [str(column[0]).upper() for column in found.description]
-    for values in found:
+def _rows(database: sqlite3.Connection, table: str, notes: Notes) -> Iterator[_Row]:
+    names = _columns(database, table, notes)
+    if not names:
+        return
+    wanted = ", ".join(map(_quoted, names))
+    selected = f"SELECT {wanted} FROM {_quoted(table)} LIMIT {_MOST_ROWS + 1}"  # noqa: S608
+    for count, values in enumerate(database.execute(selected)):
+        if count == _MOST_ROWS:
+            notes.add(f"{_MOST_ROWS} rows are read of a table, and {table:.40} has more.")
+            return
         yield _Row(
             {
-                name: value
+                name.upper(): value
                 for name, value in zip(names, values, strict=True)
                 if value is not None and not isinstance(value, bytes)
             }
         )
+
+
+def _columns(database: sqlite3.Connection, table: str, notes: Notes) -> list[str]:
+    """Those that are read; a column that is worked out may be of any size, and WinCan has none."""
+    columns = database.execute(f"PRAGMA table_xinfo({_quoted(table)})").fetchall()
+    read = [
+        (str(name), hidden)
+        for _, name, *_, hidden in columns
+        if str(name).upper() in _READ or str(name).upper().endswith("_DELETED")
+    ]
+    worked_out = [name for name, hidden in read if hidden]
+    if worked_out:
+        told = ", ".join(worked_out)
+        notes.add(f"The table {table:.40} works out these columns, which are not read: {told:.300}")
+    return [name for name, hidden in read if not hidden]
+
+
+def _quoted(name: str) -> str:
+    doubled = name.replace('"', '""')
+    return f'"{doubled}"'
 
 
 def _file(database: sqlite3.Connection) -> ImportedFile:
@@ -183,14 +246,13 @@ def _file(database: sqlite3.Connection) -> ImportedFile:
                 f"The database has no table {needed}, so it is no WinCan project; its tables are "
                 f"{found:.300}."
             )
-    warnings = [
-        Caveat(f"There is no table {name}: {what}.")
-        for name, what in ((_NODE, "nodes have no names"), (_MEDIA, "photos are not named"))
-        if name not in tables
-    ]
+    notes = Notes()
+    for name, what in ((_NODE, "nodes have no names"), (_MEDIA, "photos are not named")):
+        if name not in tables:
+            notes.add(f"There is no table {name}: {what}.")
 
     def rows(name: str) -> list[_Row]:
-        there = _rows(database, tables[name]) if name in tables else iter(())
+        there = _rows(database, tables[name], notes) if name in tables else iter(())
         return [row for row in there if not row.is_deleted]
 
     nodes = {row.text("OBJ_PK"): row.text("OBJ_Key", "OBJ_Number") for row in rows(_NODE)}
@@ -201,17 +263,19 @@ def _file(database: sqlite3.Connection) -> ImportedFile:
         observed.setdefault(row.text("OBS_Inspection_FK"), []).append(row)
     inspections = rows(_INSPECTION)
     if len(inspections) > MOST_SURVEYS:
-        warnings.append(Caveat(f"{MOST_SURVEYS} surveys are read of a file, not more."))
-    surveys = tuple(
-        _survey(row, sections, nodes, observed.pop(row.text("INS_PK"), []), photos)
-        for row in inspections[:MOST_SURVEYS]
-    )
+        notes.add(f"{MOST_SURVEYS} surveys are read of a file, not more.")
+    surveys: list[ImportedSurvey] = []
+    room = MOST_OF_FILE
+    for row in inspections[:MOST_SURVEYS]:
+        own = observed.pop(row.text("INS_PK"), [])
+        surveys.append(_survey(row, sections, nodes, own, photos, min(room, MOST_OBSERVATIONS)))
+        room -= len(surveys[-1].observations)
     if not surveys:
         raise InvalidImport("The WinCan project has no inspection of a pipe.")
     left = 0 if len(inspections) > MOST_SURVEYS else sum(map(len, observed.values()))
     if left:
-        warnings.append(Caveat(f"{left} observations belong to no inspection and are left out."))
-    return ImportedFile(surveys, tuple(warnings))
+        notes.add(f"{left} observations belong to no inspection and are left out.")
+    return ImportedFile(tuple(surveys), tuple(notes.said))
 
 
 def _survey(
@@ -220,6 +284,7 @@ def _survey(
     nodes: Mapping[str, str],
     observed: Sequence[_Row],
     photos: Mapping[str, str],
+    room: int,
 ) -> ImportedSurvey:
     notes = Notes()
     section = sections.get(inspection.text("INS_Section_FK"))
@@ -228,11 +293,11 @@ def _survey(
         section = _Row({})
     header = _header(inspection, section, nodes, notes)
     ordered = sorted(observed, key=_order)
-    if len(ordered) > MOST_OBSERVATIONS:
-        notes.add(f"{MOST_OBSERVATIONS} observations are read of a survey, not more.")
+    if len(ordered) > room:
+        notes.add(too_many())
     observations = tuple(
         observation
-        for row in ordered[:MOST_OBSERVATIONS]
+        for row in ordered[:room]
         if (observation := _observation(row, photos, notes)) is not None
     )
     codes = {observation.code for observation in observations}
@@ -337,7 +402,7 @@ def _observation(row: _Row, photos: Mapping[str, str], notes: Notes) -> Imported
         clock_to=clocks[1],
         stretch=stretch(continuous),
         at_joint=row.text("OBS_AtJoint").upper() in ("1", "TRUE", "J", "Y", "-1"),
-        remark=clean(", ".join(part for part in said if part)),
+        remark=", ".join(part for part in said if part),
         photo=photos.get(row.text("OBS_PK")) or None,
         time_s=video_time_s(row.text("OBS_TimeCtr")),
     )

@@ -1,13 +1,12 @@
 """The camera process: captures, records and tracks one live source until it has to stop.
 
-The only file that it writes is the recording.
+The only files that it writes are the recording and its marks.
 """
 
 from __future__ import annotations
 
 import time
 from contextlib import suppress
-from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +14,7 @@ from urllib.parse import urlsplit
 
 import msgspec
 
-from app.jobs import limits
+from app.jobs import limits, parts
 from app.jobs.confinement import confine
 from app.jobs.failures import failure_of
 from app.jobs.messages import (
@@ -23,7 +22,6 @@ from app.jobs.messages import (
     Done,
     Failed,
     LiveRequest,
-    Row,
     StopCapture,
     ToCamera,
     encode,
@@ -33,6 +31,7 @@ from app.jobs.process import connection_from_arguments
 if TYPE_CHECKING:
     from app.jobs.capture import Capture
     from app.jobs.follow import Follower
+    from app.jobs.parts import Mark
 
 PREVIEW_WIDTH_PX = 640
 """Each frame of a camera is shown; a small picture is encoded in half a millisecond."""
@@ -87,19 +86,24 @@ class _Commands:
 def _run(request: LiveRequest, connection: Connection) -> None:
     # Imported here so that the decoders are loaded under the limits.
     from app.jobs.capture import Capture
+    from app.jobs.film import Film
     from app.jobs.follow import Follower
     from vo_core import Rig
 
     rig = Rig.parse(request.rig)
-    path = Path(request.recording)
-    follower = Follower(rig, start=request.last, preview_width_px=PREVIEW_WIDTH_PX)
+    path, marks_path = Path(request.recording), Path(request.marks_file)
+    kept = parts.read(marks_path)
+    pending = [mark for mark in request.left_out if mark not in kept]
+    follower = Follower(
+        rig, start=request.last, between=request.between, preview_width_px=PREVIEW_WIDTH_PX
+    )
+    film = Film(path, marks_path, pending, request.reserve_bytes)
     capture = Capture(
         request.camera,
         (rig.camera.width, rig.camera.height),
-        path,
-        first_index=_catch_up(follower, path, request.last, connection),
+        film,
+        first_index=_catch_up(follower, request, [*kept, *pending], connection),
         zero_s=request.zero_s,
-        reserve_bytes=request.reserve_bytes,
     )
     capture.start()
     try:
@@ -112,10 +116,13 @@ def _run(request: LiveRequest, connection: Connection) -> None:
     connection.send_bytes(encode(end))
 
 
-def _catch_up(follower: Follower, path: Path, last: Row | None, connection: Connection) -> int:
+def _catch_up(
+    follower: Follower, request: LiveRequest, marks: list[Mark], connection: Connection
+) -> int:
     """Track what a process before this one recorded, but whose rows ended with it.
 
-    The track goes on from the last known frame, which is looked at once more.
+    The track goes on from the last known frame, which is looked at once more; but not if a new part
+    begins behind it, or if it is not recorded.
 
     Returns:
         Number of the first frame that is not recorded yet.
@@ -123,22 +130,25 @@ def _catch_up(follower: Follower, path: Path, last: Row | None, connection: Conn
     from vo_core.errors import UnreadableVideo
     from vo_core.sources import VideoFile
 
-    index = last.frame if last else 0
+    path, last = Path(request.recording), request.last
+    is_seen_again = last is not None and not (
+        request.between or any(mark.frame == last.frame for mark in marks)
+    )
+    index = 0 if last is None else last.frame + (not is_seen_again)
     if not path.exists():
         return index
-    known_s = last.time_s - _ROUNDING_S if last else 0.0
+    from_s = 0.0 if last is None else last.time_s + (-_ROUNDING_S if is_seen_again else _ROUNDING_S)
     with suppress(UnreadableVideo), VideoFile(path) as video:
-        video.seek(max(known_s, 0.0))
-        for frame in video:
-            if frame.t_s < known_s:
-                continue
-            follower.add(replace(frame, index=index))
+        video.seek(max(from_s, 0.0))
+        frames = (frame for frame in video if frame.t_s >= from_s)
+        for found in parts.numbered(frames, marks, index):
+            follower.add(found.frame, found.left_out)
             batch = follower.batch()
             assert batch is not None  # noqa: S101  (there is a frame)
-            if last is not None and index == last.frame:  # its row is known
+            if is_seen_again and found.frame.index == index:  # its row is known
                 batch = msgspec.structs.replace(batch, rows=[], health=[])
             connection.send_bytes(encode(batch))
-            index += 1
+            index, is_seen_again = found.frame.index + 1, False
     return index
 
 
@@ -175,11 +185,19 @@ def _state(capture: Capture) -> CameraState:
         capture.recorded_s,
         capture.zero_s,
         capture.detail,
+        not capture.film.is_full,
+        capture.film.news(),
     )
 
 
 def _has_news(state: CameraState, told: CameraState | None) -> bool:
-    return told is None or (state.connected, state.detail) != (told.connected, told.detail)
+    if told is None or state.left_out:
+        return True
+    return (state.connected, state.detail, state.is_recording) != (
+        told.connected,
+        told.detail,
+        told.is_recording,
+    )
 
 
 if __name__ == "__main__":

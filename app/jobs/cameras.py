@@ -147,11 +147,16 @@ def _require_peer(address: str) -> None:
         CameraFault: A connection leads elsewhere.
     """
     for name in Path("/proc/self/fd").iterdir():
-        with suppress(OSError), socket.socket(fileno=os.dup(int(name.name))) as connection:
-            if connection.family in (socket.AF_INET, socket.AF_INET6):
-                peer = connection.getpeername()[0]
-                if peer != address:
-                    raise CameraFault("It sends one on to another address, which is refused.")
+        number = int(name.name)
+        with suppress(OSError):  # it was that of the listing itself, or is not connected
+            # Looked at before it is doubled: a double that is no socket would stay open.
+            if not stat.S_ISSOCK(os.fstat(number).st_mode):
+                continue
+            with socket.socket(fileno=os.dup(number)) as connection:
+                if connection.family in (socket.AF_INET, socket.AF_INET6):
+                    peer = connection.getpeername()[0]
+                    if peer != address:
+                        raise CameraFault("It sends one on to another address, which is refused.")
 
 
 def _reason(error: FFmpegError) -> str:

@@ -1,20 +1,17 @@
 """From a camera to frames: every packet is recorded as it came and decoded for the tracker.
 
-One thread reads the camera for as long as it is wanted, through all its drop-outs, into one file.
+One thread reads the camera for as long as it is wanted, through all its drop-outs, into one film.
 The tracker hears what it missed, so that every frame of the recording gets a row in the track.
 """
 
 from __future__ import annotations
 
-import errno
-import os
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import suppress
 from fractions import Fraction
 from itertools import chain, islice
-from pathlib import Path
 
 from av.bitstream import BitStreamFilterContext
 from av.codec.context import CodecContext
@@ -27,8 +24,9 @@ from av.video.stream import VideoStream
 from app.jobs import nal
 from app.jobs.cameras import CameraFault, WrongPictures, opened, told_plainly
 from app.jobs.clocks import FileClock, StreamClock
+from app.jobs.film import NO_ROOM, Film
 from app.jobs.messages import CameraInput
-from app.jobs.recording import Coding, Recording
+from app.jobs.recording import Coding
 from app.jobs.waiting import Captured, Waiting
 from vo_core.sources import MAX_FRAMES, MAX_PIXELS, frame_of
 
@@ -36,13 +34,13 @@ UNREACHABLE_AFTER_S = 15.0
 """A camera that gives no picture for so long at the beginning is not there."""
 _FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.2, 2.0
 _SYNC_S = 1.0
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _MILLISECOND = Fraction(1, 1000)
 _MOST_DAMAGED = 100
 """Packets in a row."""
 _AT_ONCE_S, _MOST_WAITED = 0.004, 200
 """Packets closer than that had waited; so many do at the most."""
-_DISK_FULL = "The disk is full, so the recording ended before the inspection."
+_PAUSE_MS = 1000
+"""Between the last picture of one part of the recording and the first of the next one."""
 _TOO_LONG = f"The recording ended after {MAX_FRAMES} pictures, the most that one may have."
 
 
@@ -57,23 +55,19 @@ class Capture:
         self,
         camera: CameraInput,
         size_wh: tuple[int, int],
-        path: Path,
+        film: Film,
         *,
         first_index: int,
         zero_s: float | None,
-        reserve_bytes: int,
     ) -> None:
         """What to capture, and where to.
 
         Args:
             camera: What to open.
             size_wh: Of the pictures, as the rig states it.
-            path: The recording; if it exists it is gone on with.
+            film: What to record into.
             first_index: Number of the next frame.
-            zero_s: Time 0 of a recording that exists, by `time.monotonic`.
-            reserve_bytes: Disk space to leave free.
-        Raises:
-            UnreadableVideo: The recording that exists is not one.
+            zero_s: Time 0 of a recording that goes on, by `time.monotonic`.
         """
         self.waiting = Waiting(is_patient=camera.kind == "file")
         self.is_connected = False
@@ -86,13 +80,11 @@ class Capture:
         """Code and sentence, if it never began."""
         self._camera = camera
         self._size_wh = size_wh
-        self._path = path
-        self._reserve_bytes = reserve_bytes
+        self.film = film
         self._next_index = first_index
         self._last_t_s = float("-inf")
         self._damaged = 0
-        self._recording = Recording.reopen(path) if path.exists() else None
-        self._decoder = _decoder(self._recording.coding) if self._recording else None
+        self._decoder = _decoder(film.recording.coding) if film.recording else None
         self._ending, self._ended = threading.Event(), threading.Event()
         self._fault: Exception | None = None
         self._reader = threading.Thread(target=self._run, name="capture", daemon=True)
@@ -116,17 +108,12 @@ class Capture:
     @property
     def recorded_s(self) -> float:
         """Length of the recording."""
-        last_ms = self._recording.last_ms if self._recording else None
+        last_ms = self.film.recording.last_ms if self.film.recording else None
         return (last_ms or 0) / 1000
 
     def _run(self) -> None:
         try:
-            try:
-                self._keep_reading()
-            except OSError as error:
-                if error.errno not in _NO_ROOM:
-                    raise
-                self.problem = _DISK_FULL
+            self._keep_reading()
             self._close()
         except Exception as error:  # raised again by `join`, where somebody listens
             self._fault = error
@@ -141,19 +128,15 @@ class Capture:
         self.is_connected = False
         self._ended.set()
         self._disk.join()
-        if self._recording is not None:
-            with self._recording:
-                self._recording.finish()
+        self.film.close()
 
     def _look_after_disk(self) -> None:
-        """Bring to the disk what was recorded, and end in time before it is full."""
-        while not self._ended.wait(_SYNC_S):
-            room = os.statvfs(self._path.parent)
-            if room.f_bavail * room.f_frsize < self._reserve_bytes:
-                self.problem = _DISK_FULL
-                self._ending.set()
-            if self._recording is not None:
-                self._recording.sync()
+        try:
+            while not self._ended.wait(_SYNC_S):
+                self.film.look_after_disk()
+        except Exception as error:  # such as a disk that is broken; raised again by `join`
+            self._fault = error
+            self._ending.set()
 
     def _keep_reading(self) -> None:
         began_s, pause_s = time.monotonic(), _FIRST_PAUSE_S
@@ -163,9 +146,9 @@ class Capture:
                 self.detail = None if self._ending.is_set() else "It ended the connection."
             except CameraFault as fault:
                 self.detail = str(fault)
-                if self._recording is None and self._is_hopeless(fault, began_s):
+                if self.film.recording is None and self._is_hopeless(fault, began_s):
                     return
-            if self._recording is not None and self._camera.kind in ("file", "pipe"):
+            if self.film.recording is not None and self._camera.kind in ("file", "pipe"):
                 return  # what an odd recorder writes ends once
             if self.is_connected:
                 self.is_connected = False
@@ -213,21 +196,28 @@ class Capture:
                 f"The camera's pictures have {codec.width}x{codec.height} px, "
                 f"the rig is made for {self._size_wh[0]}x{self._size_wh[1]}.",
             )
-        if self._recording is None:
+        recording = self.film.recording
+        if recording is None:
             coding = Coding(codec.name, codec.width, codec.height, _extradata(stream))
-            self._recording, self._decoder = Recording(self._path, coding), _decoder(coding)
-        elif codec.name != self._recording.coding.codec:
+            try:
+                self.film.begin(coding)
+            except OSError as error:
+                if error.errno not in NO_ROOM:
+                    raise
+                raise CameraFault("The server's disk has no room for a recording.") from error
+            self._decoder = _decoder(coding)
+        elif codec.name != recording.coding.codec:
             raise WrongPictures(
                 "unreadable_video",
-                f"The camera now sends {codec.name} where it sent {self._recording.coding.codec}.",
+                f"The camera now sends {codec.name} where it sent {recording.coding.codec}.",
             )
         else:
             self.reconnects += 1
 
     def _clock(self, waited: list[Arrival]) -> StreamClock:
         """Of a connection that begins with these packets."""
-        assert self._recording is not None  # noqa: S101  (begun by _require_same)
-        last_ms = self._recording.last_ms
+        last_ms = self.film.last_ms
+        first_ms = 0 if last_ms is None else last_ms + _PAUSE_MS
         last_ms = -1 if last_ms is None else last_ms
         first, first_s = waited[0]
         delay_s = min(
@@ -241,7 +231,7 @@ class Capture:
         stated_s = self._stated_s(first)
         if self.zero_s is None:
             shown_s = first_s if stated_s is None or delay_s is None else stated_s + delay_s
-            self.zero_s = shown_s - (last_ms + 1) / 1000
+            self.zero_s = shown_s - first_ms / 1000
         return StreamClock(self.zero_s, last_ms, delay_s)
 
     def _stated_s(self, packet: Packet[VideoStream]) -> float | None:
@@ -252,11 +242,10 @@ class Capture:
 
     def _take(self, content: bytes, time_ms: int, is_key: bool, arrived_s: float) -> None:
         """Record a packet that can be decoded, and hand on what it shows."""
-        assert self._recording is not None  # noqa: S101  (begun by _require_same)
         pictures = self._decoded(content, time_ms)
         if pictures is None:
             return
-        self._recording.append(time_ms, is_key, content)
+        self.film.append(time_ms, is_key, content)
         self._hand_on(pictures, arrived_s)
 
     def _hand_on(self, pictures: list[VideoFrame], arrived_s: float) -> None:
@@ -266,6 +255,7 @@ class Capture:
             if picture.pts is None or t_s <= self._last_t_s:
                 continue
             self._last_t_s = t_s
+            self.film.note(self._next_index, picture.pts)
             self.waiting.put(Captured(frame_of(picture, self._next_index, t_s), arrived_s))
             self._next_index += 1
         if self._next_index >= MAX_FRAMES:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Self
 import cv2
 import msgspec
 
-from app.jobs.gaps import between
+from app.jobs.gaps import between, place_after
 from app.jobs.messages import Batch, Gauged, Row, Seen, Tilted, WallTile
 from vo_core import Odometry, Rig
 from vo_core.joints import JointFinder
@@ -19,7 +19,9 @@ from vo_core.mosaic import Mosaic
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.jobs.parts import Between
     from vo_core.health import Health
+    from vo_core.joints import Sighting
     from vo_core.mosaic import Tile
     from vo_core.sources import Frame
     from vo_core.track import Estimate
@@ -33,15 +35,30 @@ class Follower:
     """Takes the frames of one run in order and gathers what the server is to know of them."""
 
     def __init__(
-        self, rig: Rig, *, start: Row | None = None, preview_width_px: int = PREVIEW_WIDTH_PX
+        self,
+        rig: Rig,
+        *,
+        start: Row | None = None,
+        between: Between | None = None,
+        preview_width_px: int = PREVIEW_WIDTH_PX,
     ) -> None:
-        """A run that goes on after another one begins where `start` was; else at (0, 0, 0)."""
+        """A run that goes on after another one begins where `start` was; else at (0, 0, 0).
+
+        Args:
+            rig: Camera, mount and pipe.
+            start: The last frame of the run before.
+            between: If another part of the recording begins: what the robot did since.
+            preview_width_px: Of the pictures in the batches.
+        """
+        self._rig = rig
         self._odometry = Odometry(rig)
         self._joints = JointFinder(rig)
         self._wall = Mosaic(rig)
-        self._start = start
+        self._start, self._between = start, between
+        self._is_first = True
         self._preview_width_px = preview_width_px
-        self._last_row: Row | None = None
+        self._last_row = start
+        self._sightings: list[Sighting] = []
         self._rows: list[Row] = []
         self._health: list[Gauged] = []
         self._last: Frame | None = None
@@ -52,12 +69,33 @@ class Follower:
         estimate = self._odometry.step(frame.image, frame.t_s)
         row = _row(estimate, frame.index)
         if self._start is not None:
+            if self._is_first and frame.index > self._start.frame:
+                self._start = place_after(self._start, self._between, frame.t_s)
+                if self._between != "stood_still":
+                    row = msgspec.structs.replace(row, status="lost")
             row = _placed(row, self._start)
+        self._is_first = False
         self._look(frame, _along(estimate, row))
         if self._last_row is not None:
             self._rows.extend(between(self._last_row, row, skipped))
         self._rows.append(row)
         self._last, self._last_row = frame, row
+
+    def begin_part(self, between: Between | None) -> None:
+        """The next frame does not follow on the last one: what the robot did is not in the film."""
+        self._joints.finish()
+        self._sightings += self._joints.take()
+        self._odometry, self._joints = Odometry(self._rig), JointFinder(self._rig)
+        self._start, self._between, self._is_first = self._last_row, between, True
+
+    def leave_out(self, frames: Sequence[tuple[int, float]]) -> None:
+        """Number and time of frames at the end that the film does not show: nobody saw on."""
+        for frame, time_s in frames:
+            if self._last_row is not None:
+                held = place_after(self._last_row, None, time_s)
+                self._rows.append(
+                    msgspec.structs.replace(held, frame=frame, time_s=time_s, quality=0.0)
+                )
 
     def finish(self) -> None:
         """The run has ended: the next batch holds what was still held back, perhaps no frame."""
@@ -76,10 +114,13 @@ class Follower:
             jpeg,
             health=self._health,
             tiles=[_wall_tile(tile) for tile in tiles],
-            sightings=[Seen(*astuple(sighting)) for sighting in self._joints.take()],
+            sightings=[
+                Seen(*astuple(sighting)) for sighting in (*self._sightings, *self._joints.take())
+            ],
             tilt=Tilted(*astuple(self._odometry.tilt)),
         )
         self._rows, self._health, self._last = [], [], None
+        self._sightings = []
         return batch
 
     def state(self) -> bytes:

@@ -10,6 +10,8 @@ from typing import Any, Literal
 
 import msgspec
 
+from app.jobs.parts import Between, Mark
+
 MAX_MESSAGE_BYTES = 64 * 2**20
 
 
@@ -34,6 +36,8 @@ class TrackRequest(msgspec.Struct, frozen=True, tag="track"):
     """At most so many seconds of video a second."""
     checkpoint: str | None = None
     """File of the `KeptCheckpoint` from which it goes on; None to begin with the first frame."""
+    marks: list[Mark] = []
+    """Of a film of a camera."""
 
 
 class CameraInput(msgspec.Struct, frozen=True):
@@ -54,6 +58,8 @@ class LiveRequest(msgspec.Struct, frozen=True, tag="live"):
     rig: dict[str, Any]
     recording: str
     """File; if it exists, it is gone on with."""
+    marks_file: str
+    """Its parts.csv."""
     limits: Limits
     reserve_bytes: int
     """Disk space that the recording leaves free."""
@@ -61,6 +67,10 @@ class LiveRequest(msgspec.Struct, frozen=True, tag="live"):
     """Of the last frame that the parent knows, where a recording is gone on with."""
     zero_s: float | None = None
     """Time 0 of that recording on the clock `time.monotonic`, which all processes share."""
+    left_out: list[Mark] = []
+    """Frames until `last` that are not recorded."""
+    between: Between | None = None
+    """A new part begins behind `last`."""
 
 
 class StopCapture(msgspec.Struct, frozen=True, tag="stop"):
@@ -78,6 +88,10 @@ class CameraState(msgspec.Struct, frozen=True, tag="camera"):
     zero_s: float | None
     detail: str | None
     """Why there is no picture, in a sentence."""
+    is_recording: bool = True
+    """False while the disk is full."""
+    left_out: list[Mark] = []
+    """Frames that were not recorded, since the state before."""
 
 
 class Row(msgspec.Struct, frozen=True, array_like=True):
@@ -246,6 +260,15 @@ class Finalised(msgspec.Struct, frozen=True, tag="finalised"):
     probed: Probed
 
 
+class ReopenRequest(msgspec.Struct, frozen=True, tag="reopen"):
+    """Parent to the process that makes a finished film a recording again."""
+
+    video: str
+    recording: str
+    """File to make; one that is there is replaced."""
+    limits: Limits
+
+
 class PictureRequest(msgspec.Struct, frozen=True, tag="picture"):
     """Parent to media worker: the frame shown at this time, as JPEG."""
 
@@ -264,6 +287,7 @@ FromTracker = Batch | Checkpoint | Passing | Done | Failed
 ToCamera = LiveRequest | StopCapture
 FromCamera = Batch | CameraState | Done | Failed
 FromFinaliser = Finalised | Failed
+FromReopener = Done | Failed
 FromSample = Rendered | Done | Failed
 ToMedia = Limits | ProbeRequest | PictureRequest
 FromMedia = Probed | Picture | Failed

@@ -51,9 +51,13 @@ class Child:
             TimeoutError: It does not take it.
             OSError: It has died.
         """
+        self.send_bytes(encode(message))
+
+    def send_bytes(self, content: bytes) -> None:
+        """Give it bytes as they are; raises what `send` does."""
         self._limit(socket.SO_SNDTIMEO, _SEND_S)
         try:
-            self._connection.send_bytes(encode(message))
+            self._connection.send_bytes(content)
         except BlockingIOError as error:
             raise TimeoutError from error
 

@@ -67,6 +67,7 @@ class Recording:
             self._write(_head(coding), 0)
         except BaseException:
             os.close(self._file)
+            path.unlink()  # without its head it is no recording that could be gone on with
             raise
         self._end = len(_head(coding))
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from app.jobs import limits
+from app.jobs import limits, parts
 from app.jobs.confinement import confine
 from app.jobs.failures import failure_of
 from app.jobs.messages import (
@@ -29,7 +29,7 @@ from app.jobs.process import connection_from_arguments
 
 if TYPE_CHECKING:
     from app.jobs.follow import Follower
-    from vo_core.sources import Frame
+    from app.jobs.parts import Numbered
 
 BATCH_S = 1 / 15
 """A batch with a picture is sent at most this often."""
@@ -72,14 +72,21 @@ def _track(request: TrackRequest, connection: Connection) -> None:
     pace = _Pace(request.pace)
     sent_at = 0.0
     with VideoFile(request.video) as video:
-        for frame in _from(begun.frames, video.read_ahead(), connection):
+        numbered = parts.numbered(video.read_ahead(), request.marks)
+        end = begun.frames
+        for found in _from(begun.frames, numbered, connection):
+            frame = found.frame
             # Before the frame is added, so that the last batch of all holds one.
             if time.monotonic() - sent_at >= BATCH_S:
                 _send(follower, connection)
-                checkpoints.make_if_due(follower, frame.index)
+                checkpoints.make_if_due(follower, end)
                 sent_at = time.monotonic()
-            follower.add(frame)
+            if found.between or found.left_out:
+                follower.begin_part(found.between)
+            follower.add(frame, found.left_out)
             pace.keep(frame.t_s)
+            end = frame.index + 1
+        follower.leave_out(parts.left_out_after(request.marks, end))
         follower.finish()
         _send(follower, connection)
         connection.send_bytes(encode(Done(video.problem)))
@@ -89,14 +96,14 @@ def _read(path: Path) -> Checkpoint:
     return msgspec.msgpack.decode(path.read_bytes(), type=KeptCheckpoint).checkpoint
 
 
-def _from(first: int, frames: Iterator[Frame], connection: Connection) -> Iterator[Frame]:
+def _from(first: int, frames: Iterator[Numbered], connection: Connection) -> Iterator[Numbered]:
     """The frames from this number on; those before are decoded too, as later ones refer to them."""
     told_s = time.monotonic()
-    for frame in frames:
-        if frame.index >= first:
-            yield frame
+    for found in frames:
+        if found.frame.index >= first:
+            yield found
         elif time.monotonic() - told_s >= _PASSING_S:
-            connection.send_bytes(encode(Passing(frame.index)))
+            connection.send_bytes(encode(Passing(found.frame.index)))
             told_s = time.monotonic()
 
 

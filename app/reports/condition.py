@@ -46,7 +46,7 @@ class Condition:
     deciding: Entry | None
     """The worst entry that counts."""
     counts: Mapping[int, int]
-    """Entries of each severity, 0 to 5."""
+    """Defects of each severity, 0 to 5; a stretch is one."""
     unrated: int
     stretch_percent: float | None
     """Share of the surveyed length that stretches cover; None without a length."""
@@ -54,10 +54,10 @@ class Condition:
 
 def condition_of(report: Report) -> Condition:
     """The condition of the asset as far as it was seen and rated."""
-    counts = Counter(entry.severity for entry in report.entries)
+    counts = Counter(entry.severity for entry in report.defects)
     counted = [
         entry
-        for entry in report.entries
+        for entry in report.defects
         if entry.severity is not None and entry.code not in CLEANED_AWAY
     ]
     deciding = max(counted, key=lambda entry: entry.severity or 0, default=None)
@@ -73,7 +73,7 @@ def condition_of(report: Report) -> Condition:
 
 def worst_first(report: Report) -> list[Entry]:
     """The rated entries, the severest first, those alike along the pipe."""
-    rated = [entry for entry in report.entries if entry.severity is not None]
+    rated = [entry for entry in report.defects if entry.severity is not None]
     return sorted(rated, key=lambda entry: -(entry.severity or 0))
 
 

@@ -64,7 +64,7 @@ class Entry:
     char1: str | None
     char2: str | None
     kind: Code | None
-    """The row of the code pack; None for a code that is not in it."""
+    """What the code pack calls it; None for a code that is not in it."""
     quant1: float | None
     quant2: float | None
     clock_from: int | None
@@ -210,9 +210,26 @@ class Report:
         return self.adjusted.joints if self.adjusted else ()
 
     @property
+    def joint_evidence(self) -> tuple[FittedJoint, ...]:
+        """The same with a seam at the zero and what lies before it, as the scale rests on them."""
+        return self.adjusted.evidence if self.adjusted else ()
+
+    @property
     def expected_joints(self) -> tuple[ExpectedJoint, ...]:
         """Where others should be that were not seen."""
         return self.adjusted.expected_joints if self.adjusted else ()
+
+    @property
+    def defects(self) -> tuple[Entry, ...]:
+        """What is counted: a stretch is one, and stands where it is worst."""
+        found: dict[str, Entry] = {}
+        for entry in self.entries:
+            key = entry.id if entry.cont_id is None else f"stretch {entry.cont_id}"
+            known = found.get(key)
+            if known is None or (entry.severity or 0) > (known.severity or 0):
+                found[key] = entry
+        kept = {entry.id for entry in found.values()}
+        return tuple(entry for entry in self.entries if entry.id in kept)
 
     @property
     def stretches(self) -> tuple[Stretch, ...]:

@@ -22,8 +22,9 @@ from app.reports import table
 from app.reports.report import Loss, Report, Written
 from app.reports.table import DICTIONARY, Cell, Column, iso
 from app.reports.text import legible
+from app.rounding import decimals, metres, rounded
 from app.services.adjustment import Joints, Stated
-from app.storage.tables import RESCALED
+from app.storage.tables import RESCALED, RIG_CHANGED
 
 _LONGEST_TEXT = 32_767
 """Characters that a cell may hold, by the programs that read it."""
@@ -116,14 +117,14 @@ class _Book:
         if value is None:
             return 0
         if isinstance(value, str):
-            text = self._cut(legible(value), sheet, column)
+            text = self._cut(_one_line_end(legible(value)), sheet, column)
             sheet.write_string(row, number, text, self._form_of(text))
             return max(map(len, text.splitlines()), default=0)
         if not math.isfinite(value):
             return 0
         is_metres = column.unit in ("m", "s") and isinstance(value, float)
         sheet.write_number(row, number, value, self._metres if is_metres else self._plain)
-        return len(f"{value:.3f}" if is_metres else str(value))
+        return len(decimals(value, 3) if is_metres else str(value))
 
     def _form_of(self, text: str) -> Format:
         return self._quoted if text.startswith(table.FORMULA_STARTS) else self._text
@@ -138,6 +139,11 @@ class _Book:
             )
         )
         return text[:_LONGEST_TEXT]
+
+
+def _one_line_end(text: str) -> str:
+    """Lines end in LF alone: in a workbook a CR is written as _x000D_, which some programs show."""
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _header(report: Report) -> Iterable[Row]:
@@ -174,12 +180,12 @@ def _cell(value: Any) -> Cell:
 
 
 def _joints(report: Report) -> Iterable[Row]:
-    for joint in report.joints:
+    for joint in report.joint_evidence:
         yield (
             joint.number,
-            round(joint.distance_mm / 1000, 3),
+            metres(joint.distance_mm),
             half_width_m(joint.sigma_mm),
-            None if joint.residual_mm is None else round(joint.residual_mm, 1),
+            None if joint.residual_mm is None else rounded(joint.residual_mm, 1),
             joint.frame,
             int(joint.is_marked),
         )
@@ -194,14 +200,22 @@ def _corrections(report: Report) -> Iterable[Row]:
             yield at, event.who, "corrected", None, _stated(before), _stated(after), event.remark
         elif event.action == RESCALED:
             yield at, event.who, "rescaled", None, _scale(before), _scale(after), event.remark
+        elif event.action == RIG_CHANGED:
+            yield at, event.who, "rig changed", None, _values(before), _values(after), event.remark
         elif event.observation_id and before and after and _anchor(before) != _anchor(after):
             seq = numbers.get(event.observation_id)
             yield at, event.who, "moved", seq, _anchored(before), _anchored(after), event.remark
 
 
+def _values(fields: Mapping[str, Any] | None) -> str:
+    """What was changed of the rig."""
+    return ", ".join(f"{name} {value}" for name, value in (fields or {}).items())
+
+
 def _scale(fields: Mapping[str, Any] | None) -> str:
     """What the joints had made of the scale."""
-    return "nothing" if fields is None else f"scale {fields.get('scale')} by the joints"
+    scale = None if fields is None else fields.get("scale")
+    return "nothing" if scale is None else f"scale {scale} by the joints"
 
 
 def _stated(fields: Mapping[str, Any] | None) -> str:
@@ -212,10 +226,10 @@ def _stated(fields: Mapping[str, Any] | None) -> str:
         return json.dumps(fields)
     parts = []
     if stated.zero is not None:
-        parts.append(f"zero: frame {stated.zero.frame} at {stated.zero.offset_m:.3f} m")
+        parts.append(f"zero: frame {stated.zero.frame} at {decimals(stated.zero.offset_m, 3)} m")
     parts += [
         f"{length.kind} length: frames {length.first_frame} to {length.last_frame} are "
-        f"{length.length_m:.3f} m apart, +/- {length.sigma_mm:g} mm"
+        f"{decimals(length.length_m, 3)} m apart, +/- {length.sigma_mm:g} mm"
         for length in stated.lengths
     ]
     if stated.joints.use is False:

@@ -9,6 +9,7 @@ from datetime import datetime
 
 from app.reports.report import Entry, Loss, Report, Written
 from app.reports.text import legible
+from app.rounding import decimals
 
 
 @dataclass(frozen=True)
@@ -154,5 +155,5 @@ def _csv_cell(name: str, value: Cell) -> Cell:
     if isinstance(value, str):
         return plain(legible(value))
     if isinstance(value, float) and name.endswith(("_m", "_s")):
-        return f"{value:.3f}"
+        return decimals(value, 3)
     return value

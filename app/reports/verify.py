@@ -71,6 +71,7 @@ def verify(bundle: Path, *, key: str | None = None, video: Path | None = None) -
         with zipfile.ZipFile(bundle) as archive:
             if sum(info.compress_size for info in archive.infolist()) > bundle.stat().st_size:
                 raise UnusableBundle(f"{bundle} is no evidence bundle: its files overlap.")
+            _require_own_methods(archive)
             content = _manifest_content(archive)
             manifest = _manifest_of(content)
             findings = (
@@ -89,6 +90,16 @@ _MALFORMED = (
     zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError, zlib.error,
 )  # fmt: skip
 """What damaged, encrypted and foreign archives lead to, which has no common base."""
+
+
+def _require_own_methods(archive: zipfile.ZipFile) -> None:
+    """Others are not in a bundle, fail with errors of their own, and LZMA takes any memory."""
+    for info in archive.infolist():
+        if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            raise UnusableBundle(
+                f"It is no evidence bundle: {_shown(info.filename)} is compressed with another "
+                "method than those of bundles."
+            )
 
 
 def _manifest_content(archive: zipfile.ZipFile) -> bytes:

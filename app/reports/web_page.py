@@ -178,7 +178,7 @@ def _summary(report: Report, tell: Teller) -> str:
         percent = tell("summary.not_met") if met.percent is None else f"{met.percent:g} %"
     figures = [
         (tell("summary.surveyed"), tell.length(report.distance_m)),
-        (tell("summary.observations"), str(len(report.entries))),
+        (tell("summary.observations"), str(len(report.defects))),
         (tell("summary.act_now"), str(found.counts[ACT_NOW])),
         (tell("summary.overall"), tell(f"overall.{int(found.overall)}")),
         (tell("summary.distance_class"), percent),
@@ -323,8 +323,8 @@ def _measurement(report: Report, tell: Teller) -> str:
         ("video", video_rows(report, tell)),
     ):
         parts.append(f"<h3>{_e(tell(f'measurement.{name}'))}</h3>{_pairs(rows)}")
-    if report.joints:
-        heads, told = joint_table(report.joints, tell)
+    if report.joint_evidence:
+        heads, told = joint_table(report.joint_evidence, tell)
         joints = [[_e(cell) for cell in row] for row in told]
         parts.append(_table(tell("measurement.joints"), heads, joints, "joints"))
     return "\n".join(parts)

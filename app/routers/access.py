@@ -36,13 +36,36 @@ async def log_in_page(
     token: Annotated[str | None, Query(max_length=500)] = None,
     next_page: Annotated[str, Query(alias="next", max_length=500)] = "/",
 ) -> Response:
-    """The page; with `?token=`, the address that the server printed, log in and go on to `next`."""
+    """The page, or on to `next` where somebody is logged in.
+
+    With `?token=`, the address that the server printed, log in and go on to `next`.  A link of
+    another site, or one that would end somebody else's session, gets the page, which asks first.
+    """
+    onward = RedirectResponse(next_page if _OUR_PAGES.fullmatch(next_page) else "/", 303)
+    cookie, address = cookie_of(request), address_of(request)
+    current = None if cookie is None else await run_in_threadpool(services.access.by_cookie, cookie)
     if token is None:
+        return login_page(request) if current is None else onward
+    if current is not None:
+        holder = await run_in_threadpool(services.access.by_token, token, address)
+        is_same = holder is not None and holder.name == current.name
+        return onward if is_same else login_page(request)
+    if not _is_own_wish(request):
         return login_page(request)
-    cookie = await run_in_threadpool(services.access.log_in, token, address_of(request))
-    response = RedirectResponse(next_page if _OUR_PAGES.fullmatch(next_page) else "/", 303)
-    _set_cookie(request, response, cookie)
-    return response
+    _set_cookie(request, onward, await run_in_threadpool(services.access.log_in, token, address))
+    return onward
+
+
+def _is_own_wish(request: Request) -> bool:
+    """Whether nobody else's page has led here.
+
+    Over plain HTTP a browser says neither where a link comes from nor, if it comes from elsewhere,
+    which session it has; programs do not ask for pages.
+    """
+    site = request.headers.get("sec-fetch-site")
+    if site is None:
+        return "text/html" not in request.headers.get("accept", "")
+    return site in ("none", "same-origin")
 
 
 @router.post("/api/logout", status_code=204)

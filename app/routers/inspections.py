@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Query, Response
+from fastapi import APIRouter, BackgroundTasks, Query, Response
 
 from app.deps import InspectionId, PrincipalDep, ServicesDep, operator, viewer
 from app.errors import (
@@ -13,6 +13,7 @@ from app.errors import (
     LiveSourceRefused,
     MediaFailed,
     MediaTimeout,
+    NotAllTracked,
     NothingRecorded,
     NotRunning,
     OpenStretches,
@@ -25,12 +26,14 @@ from app.errors import (
 )
 from app.schemas.failures import content, failures
 from app.schemas.inspections import (
+    ContinueIn,
     FinishIn,
     InspectionChange,
     InspectionIn,
     InspectionOut,
     InspectionsOut,
     LiveSource,
+    RigIn,
 )
 from app.schemas.observations import WallGridOut, WallPointOut
 from vo_core.errors import InvalidRig, RigVideoMismatch, UnreadableVideo
@@ -117,6 +120,42 @@ def retry(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
     """Track again from the first frame."""
     services.tracking.retry(inspection_id)
     return InspectionOut.of(services.inspections.get(inspection_id))
+
+
+@router.put(
+    "/{inspection_id}/rig",
+    responses=failures(
+        InspectionNotFound, StillRunning, NothingRecorded, InvalidRig, RigVideoMismatch
+    ),
+)
+@operator
+def track_with(
+    inspection_id: InspectionId,
+    body: RigIn,
+    services: ServicesDep,
+    principal: PrincipalDep,
+    tasks: BackgroundTasks,
+) -> InspectionOut:
+    """Track all frames again with this rig; tags, photos and corrections stay at their frames."""
+    view = services.inspections.track_with(inspection_id, body.rig, principal.name)
+    tasks.add_task(services.scenes.redraw, inspection_id)
+    return InspectionOut.of(view)
+
+
+@router.post(
+    "/{inspection_id}/continue",
+    responses=failures(
+        InspectionNotFound, StillRunning, NothingRecorded, NotAllTracked, LiveSourceRefused,
+        MediaFailed,
+    ),
+)  # fmt: skip
+@operator
+def record_on(
+    inspection_id: InspectionId, body: ContinueIn, services: ServicesDep, principal: PrincipalDep
+) -> InspectionOut:
+    """Go on with the recording of a camera, as the next part of the same inspection."""
+    view = services.inspections.record_on(inspection_id, body.url, body.robot, principal.name)
+    return InspectionOut.of(view)
 
 
 @router.post("/{inspection_id}/finish", responses=failures(InspectionNotFound, OpenStretches))

@@ -4,26 +4,24 @@ from __future__ import annotations
 
 import asyncio
 import json
-import logging
 import time
 from contextlib import AsyncExitStack
 from typing import Annotated, Literal
 
 import msgspec
-from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
 
-from app.deps import InspectionId, ServicesDep, browser_of, viewer
-from app.errors import InspectionNotFound, NoScene, body_of
+from app.deps import PAGE_ID, InspectionId, ServicesDep, page_of, viewer
+from app.errors import InspectionNotFound, body_of
 from app.schemas.live import click_message, live_header
 from app.services.clicks import Click
 from app.services.container import Services
 from app.services.corrections import Corrections
 from app.services.live import Event, Update
 from app.services.notices import Notice
-from app.services.scenes import SceneFeed
+from app.services.scenes import PageView
+from app.viewer.wording import Language, Units, Wording
 from vo_core.track import Estimate
-
-logger = logging.getLogger(__name__)
 
 router = APIRouter()
 
@@ -54,7 +52,14 @@ class _Select(msgspec.Struct, tag="select", tag_field="type"):
     """The pin to highlight; None: none."""
 
 
-_Command = _Ack | _Ping | _Show | _Camera | _Select
+class _Words(msgspec.Struct, tag="words", tag_field="type"):
+    """What the labels of the 3D view are written in."""
+
+    language: Language
+    units: Units
+
+
+_Command = _Ack | _Ping | _Show | _Camera | _Select | _Words
 _commands: msgspec.json.Decoder[_Command] = msgspec.json.Decoder(_Command)
 
 
@@ -102,8 +107,16 @@ class _Outbox:
 
 @router.websocket("/api/inspections/{inspection_id}/live")
 @viewer
-async def live(socket: WebSocket, inspection_id: InspectionId, services: ServicesDep) -> None:
-    """Updates of an inspection to the browser; acknowledgements and commands from it."""
+async def live(
+    socket: WebSocket,
+    inspection_id: InspectionId,
+    services: ServicesDep,
+    page: Annotated[str | None, Query(pattern=PAGE_ID)] = None,
+) -> None:
+    """Updates of an inspection to the browser; acknowledgements and commands from it.
+
+    `page` pairs it with the 3D view `/viewer/{inspection_id}/?page=`, which its commands move.
+    """
     await socket.accept()
     try:
         current = await asyncio.to_thread(_current, services, inspection_id)
@@ -113,13 +126,14 @@ async def live(socket: WebSocket, inspection_id: InspectionId, services: Service
     outbox = _Outbox()
     async with AsyncExitStack() as stack:
         stack.enter_context(services.live.listening(inspection_id, outbox.listen))
-        clicks = stack.enter_context(services.clicks.listening(inspection_id, browser_of(socket)))
+        of_page = page_of(socket)
+        clicks = stack.enter_context(services.clicks.listening(inspection_id, of_page))
         outbox.put(current)
-        feed = await _scene(stack, services, inspection_id)
+        view = await stack.enter_async_context(services.scenes.page(inspection_id, of_page))
         tasks = {
             asyncio.create_task(_send(socket, outbox, services.corrections)),
             asyncio.create_task(_send_clicks(socket, clicks)),
-            asyncio.create_task(_receive(socket, outbox, feed)),
+            asyncio.create_task(_receive(socket, outbox, view)),
         }
         stack.push_async_callback(_end, tasks)
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -161,19 +175,21 @@ async def _send_clicks(socket: WebSocket, clicks: asyncio.Queue[Click]) -> None:
         await socket.send_json(click_message(await clicks.get()))
 
 
-async def _receive(socket: WebSocket, outbox: _Outbox, feed: SceneFeed | None) -> None:
+async def _receive(socket: WebSocket, outbox: _Outbox, view: PageView) -> None:
     while True:
         match await _next_command(socket):
             case _Ack(seq):
                 outbox.acknowledge(seq)
             case _Ping(t):
                 await socket.send_json({"type": "pong", "t": t})
-            case _Show(frame) if feed is not None:
-                await asyncio.to_thread(feed.show_frame, frame)
-            case _Camera(mode) if feed is not None:
-                feed.set_camera(mode)
-            case _Select(observation) if feed is not None:
-                feed.select(observation)
+            case _Show(frame):
+                await view.show_frame(frame)
+            case _Camera(mode):
+                view.set_camera(mode)
+            case _Select(observation):
+                view.select(observation)
+            case _Words(language, units):
+                await view.set_wording(Wording(language, units))
 
 
 async def _next_command(socket: WebSocket) -> _Command:
@@ -181,15 +197,6 @@ async def _next_command(socket: WebSocket) -> _Command:
     if message["type"] == "websocket.disconnect":
         raise WebSocketDisconnect(message["code"])
     return _commands.decode(message.get("text") or message.get("bytes") or b"")
-
-
-async def _scene(stack: AsyncExitStack, services: Services, inspection_id: str) -> SceneFeed | None:
-    """The 3D scene that this page will show; without one the live picture goes on."""
-    try:
-        return await stack.enter_async_context(services.scenes.use(inspection_id))
-    except NoScene:
-        logger.exception("No 3D view for inspection %s.", inspection_id)
-        return None
 
 
 def _current(services: Services, inspection_id: str) -> Update:

@@ -8,11 +8,12 @@ from pathlib import PurePosixPath
 
 from fastapi import APIRouter, Depends, Request, Response
 
-from app.deps import ServicesDep, operator
+from app.deps import PrincipalDep, ServicesDep, operator
 from app.errors import (
     ChecksumMismatch,
     InvalidUpload,
     OffsetConflict,
+    TooManyUploads,
     UnsupportedTusVersion,
     UploadBusy,
     UploadNotFound,
@@ -65,14 +66,14 @@ def options(services: ServicesDep) -> Response:
     status_code=201,
     response_class=Response,
     dependencies=[_tus],
-    responses=failures(UnsupportedTusVersion, InvalidUpload, UploadTooLarge),
+    responses=failures(UnsupportedTusVersion, InvalidUpload, UploadTooLarge, TooManyUploads),
 )
 @operator
-def create(request: Request, services: ServicesDep) -> Response:
+def create(request: Request, services: ServicesDep, principal: PrincipalDep) -> Response:
     """Announce a file: Upload-Length, and Upload-Metadata with its `filename`."""
     metadata = request.headers.get("upload-metadata", "")
     length = _number(request, "upload-length")
-    upload_id = services.uploads.create(length, _file_name(metadata), metadata)
+    upload_id = services.uploads.create(length, _file_name(metadata), metadata, principal.name)
     return Response(
         status_code=201,
         headers={

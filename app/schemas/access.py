@@ -38,6 +38,9 @@ class PreferencesIn(Given):
     quick_codes: Annotated[list[QuickCode], Field(max_length=9)] = Field(
         description="Of the keys 1 to 9, in this order."
     )
+    single_keys: bool = Field(
+        default=True, description="Whether letters, digits and signs are keys (WCAG 2.1.4)."
+    )
     pack: PackId | None = Field(description="Code pack of new inspections; null: the built-in.")
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from app import rounding
+
 
 def metres(mm: float | None) -> float | None:
-    """Metres to a tenth of a millimetre."""
-    return None if mm is None else round(mm / 1000, 4)
+    """A distance as it is published, to the millimetre."""
+    return None if mm is None else rounding.metres(mm)
 
 
 def rounded(value: float | None, digits: int) -> float | None:
     """To so many digits behind the point."""
-    return None if value is None else round(value, digits)
+    return None if value is None else rounding.rounded(value, digits)

@@ -23,13 +23,21 @@ class UploadSource(Given):
     upload_id: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{32}$")]
 
 
+Url = Annotated[
+    str,
+    Field(
+        min_length=1,
+        max_length=2000,
+        description="rtsp://, rtsps://, http:// or https:// (MJPEG), or one of /api/sources.",
+    ),
+]
+
+
 class LiveSource(Given):
     """A camera on the network, or one of those that the server lists."""
 
     kind: Literal["live"]
-    url: Annotated[str, Field(min_length=1, max_length=2000)] = Field(
-        description="rtsp://, rtsps://, http:// or https:// (MJPEG), or an address of /api/sources."
-    )
+    url: Url
 
 
 class InspectionIn(Given):
@@ -74,6 +82,22 @@ class FinishIn(Given):
         return self
 
 
+class RigIn(Given):
+    """Another rig for the same film."""
+
+    rig: dict[str, Any] = Field(description="The whole rig file: camera, mount and pipe.")
+
+
+class ContinueIn(Given):
+    """The next part of a recording."""
+
+    url: Url
+    robot: Literal["stood_still", "moved"] = Field(
+        description="What it has done since the part before. `moved`, also if nobody knows: the "
+        "distance goes on from the last one, uncertain by 10 m and by the way so far."
+    )
+
+
 class ProgressOut(BaseModel):
     """How far tracking is."""
 
@@ -104,6 +128,8 @@ class LiveOut(BaseModel):
     """Why there is no picture."""
     free_bytes: int
     """Room on the disk for the rest of the recording."""
+    is_recording: bool
+    """False while the disk is full: tracking goes on, recording when there is room again."""
 
     @classmethod
     def of(cls, camera: CameraStatus) -> LiveOut:
@@ -115,6 +141,7 @@ class LiveOut(BaseModel):
             recorded_s=round(camera.recorded_s, 2),
             detail=camera.detail,
             free_bytes=camera.free_bytes,
+            is_recording=camera.is_recording,
         )
 
 

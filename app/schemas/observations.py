@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field, StringConstraints
 
+from app import rounding
 from app.schemas.figures import metres, rounded
 from app.schemas.given import TEXT, Clock, CodeName, Given, Letter, Pixel
 from app.services.observations import ObservationView, WallGrid, WallUnder
@@ -95,7 +96,7 @@ class ObservationOut(BaseModel):
             distance_raw_m=metres(place.raw_mm) if place else None,
             distance_source=place.source if place else None,
             clock=view.clock,
-            at_joint=place.joint is not None if place else None,
+            at_joint=view.at_joint if place else None,
             joint_no=place.joint_no if place else None,
             time_s=place.time_s if place else None,
             # The frame stands in the address, so that a browser does not show an earlier photo.
@@ -128,7 +129,7 @@ class WallPointOut(BaseModel):
     def of(cls, wall: WallUnder) -> WallPointOut:
         """From the service's result."""
         return cls(
-            distance_m=round(wall.distance_mm / 1000, 4),
+            distance_m=rounding.metres(wall.distance_mm),
             clock=rounded(wall.clock_h, 3),
             y_mm=round(wall.lateral_mm, 2),
         )

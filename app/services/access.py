@@ -11,7 +11,7 @@ import threading
 import time
 from collections import OrderedDict, deque
 from collections.abc import Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 
 from app.errors import DiskFull, Forbidden, TooManyAttempts, Unauthenticated
@@ -43,6 +43,8 @@ class Principal:
 
     name: str
     role: Role
+    credential: str
+    """Digest of the session or token: what distinguishes one browser from another."""
 
     def require(self, needed: Role) -> None:
         """Raise Forbidden unless the role is enough."""
@@ -60,6 +62,7 @@ class Access:
         self._store = store
         self._tokens = tokens
         self.server_token = server_token
+        self._ticket_key = hashlib.sha256(f"3D view {server_token}".encode()).digest()
         self._server_digest = _digest(server_token)
         self._log_ins = _Attempts()
         self._guesses = _Attempts()
@@ -118,16 +121,42 @@ class Access:
 
     def by_cookie(self, cookie: str) -> Principal | None:
         """Whose session this is; None if there is none or it has ended."""
-        digest, now = _digest(cookie), datetime.now(UTC)
+        return self._in_session(_digest(cookie))
+
+    def ticket(self, principal: Principal, inspection_id: str) -> str:
+        """What lets the client of one 3D view in, with nothing but that view.
+
+        It ends with the session or token of `principal`.  Hex digits and a dot; a ticket is no
+        cookie, so no other page can make a browser send it.
+        """
+        return f"{principal.credential}.{self._signature(principal.credential, inspection_id)}"
+
+    def by_ticket(self, ticket: str, inspection_id: str) -> Principal | None:
+        """Who was given this ticket to the 3D view of this inspection, while that may come in."""
+        credential, _, signature = ticket.partition(".")
+        if not hmac.compare_digest(
+            signature.encode(), self._signature(credential, inspection_id).encode()
+        ):
+            return None
+        return self._in_session(credential) or self._holder(credential)
+
+    def _signature(self, credential: str, inspection_id: str) -> str:
+        message = f"{credential} {inspection_id}".encode()
+        return hmac.new(self._ticket_key, message, hashlib.sha256).hexdigest()
+
+    def _in_session(self, digest: str) -> Principal | None:
+        now = datetime.now(UTC)
         login = self._store.login(digest)
         if login is None or not _is_within(now - login.created_at, SESSION_LIFETIME):
             return None
         if not _is_within(now - login.seen_at, SESSION_IDLE):
             return None
         principal = self._holder(login.token_digest)
-        if principal is not None and abs(now - login.seen_at) > _SEEN_STEP:
+        if principal is None:
+            return None
+        if abs(now - login.seen_at) > _SEEN_STEP:
             self._note_use(digest)
-        return principal
+        return replace(principal, credential=digest)
 
     def _note_use(self, digest: str) -> None:
         try:
@@ -137,9 +166,9 @@ class Access:
 
     def _holder(self, digest: str) -> Principal | None:
         if hmac.compare_digest(digest, self._server_digest):
-            return Principal(SERVER, Role.ADMIN)
+            return Principal(SERVER, Role.ADMIN, digest)
         token = self._tokens.valid(digest)
-        return None if token is None else Principal(token.name, token.role)
+        return None if token is None else Principal(token.name, token.role, digest)
 
 
 def create_token(tokens: TokenFile, name: str, role: Role) -> str:

@@ -164,6 +164,16 @@ class FittedJoint:
     """Known less measured when the track is scaled and nothing else; None if none counts."""
     frame: int
     is_marked: bool
+    others: tuple[int, ...] = ()
+    """Further frames in which the same joint was seen or clicked on."""
+
+
+@dataclass(frozen=True)
+class UncountedMark:
+    """A click that lies on none of the joints that are counted, in corrected distance."""
+
+    frame: int
+    distance_mm: float
 
 
 @dataclass(frozen=True)
@@ -260,7 +270,10 @@ class Adjusted:
     scale_sigma: float | None = None
     """None if nothing is known about it: another program has measured."""
     correction: Correction | None = None
-    joints: tuple[FittedJoint, ...] = ()
+    sighted: tuple[FittedJoint, ...] = ()
+    """Every sighting of a joint, in the order of the evidence; a seam at the zero is among them."""
+    uncounted_marks: tuple[UncountedMark, ...] = ()
+    """Clicks that count for nothing."""
     closures: tuple[Closure, ...] = ()
     refused: Closure | None = None
     """A known length that is not plausible and was not forced; the track is without it."""
@@ -349,17 +362,42 @@ class Adjusted:
         drift = np.maximum(known + variance - last, np.minimum(known, variance))
         return np.asarray(np.maximum(drift + by_scale, 0.0))
 
-    def joint_near(self, distance_mm: float) -> NearJoint | None:
-        """The joint that was seen within 200 mm of a corrected distance.
+    @cached_property
+    def joints(self) -> tuple[FittedJoint, ...]:
+        """The joints of the pipe that were seen: what every drawing shows.
 
         A seam at the zero is where the pipe begins and no joint.
         """
+        return tuple(joint for joint in self.evidence if joint.number is None or joint.number >= 1)
+
+    @cached_property
+    def evidence(self) -> tuple[FittedJoint, ...]:
+        """What the joints are counted by, each once: what tables show and people may leave out.
+
+        A click comes before what was found by itself, else the surest sighting.
+        """
+        groups: list[list[FittedJoint]] = []
+        for joint in self.sighted:
+            same = next((group for group in groups if self._are_one(group[0], joint)), None)
+            if same is None:
+                groups.append([joint])
+            else:
+                same.append(joint)
+        return tuple(_one_of(group) for group in groups)
+
+    def _are_one(self, one: FittedJoint, other: FittedJoint) -> bool:
+        """Whether two sightings are of the same joint."""
+        if one.number is not None or other.number is not None:
+            return one.number == other.number
+        segment_mm = self.rig.pipe.segment_length_mm or 0.0
+        return abs(one.distance_mm - other.distance_mm) < segment_mm / 2
+
+    def joint_near(self, distance_mm: float) -> NearJoint | None:
+        """The joint that was seen within 200 mm of a corrected distance."""
         nearest = min(
             self.joints, key=lambda joint: abs(joint.distance_mm - distance_mm), default=None
         )
         if nearest is None or abs(nearest.distance_mm - distance_mm) > NEAR_JOINT_MM:
-            return None
-        if nearest.number is not None and nearest.number < 1:
             return None
         return NearJoint(nearest.number)
 
@@ -389,7 +427,7 @@ class Adjusted:
         segment_mm = self.rig.pipe.segment_length_mm
         if segment_mm is None or not len(self.track):
             return ()
-        seen = [(joint.number, joint.distance_mm) for joint in self.joints]
+        seen = [(joint.number, joint.distance_mm) for joint in self.sighted]
         known = [(number, at_mm) for number, at_mm in seen if number is not None]
         if not seen and self.zero is not None:
             known = [(0, 0.0)]
@@ -451,7 +489,7 @@ class Adjusted:
         if self.correction is None:
             return []
         left = self.correction.residuals
-        counted = self.joints if self.source == "joint" else ()
+        counted = self.sighted if self.source == "joint" else ()
         lengths = len(left) - len(counted)
         return [*left[:lengths], *map(_renamed, left[lengths:], counted)]
 
@@ -568,7 +606,8 @@ def _adjusted(
         scale=done.scale if done else 1.0,
         scale_sigma=_scale_sigma(raw, done, by_rig),
         correction=done,
-        joints=_fitted(track, spacing, done, marked, joints_count=joints_count),
+        sighted=_fitted(track, spacing, done, marked, joints_count=joints_count),
+        uncounted_marks=_uncounted(track, spacing, done, marked),
         closures=closures,
         refused=None if stated.forced else implausible,
         source="joint" if by_joints else "closure" if len(lengths) > len(tapes) else "odometry",
@@ -768,9 +807,42 @@ def _fitted(
     )
 
 
+def _one_of(group: Sequence[FittedJoint]) -> FittedJoint:
+    """Of several sightings of a joint."""
+    best = min(group, key=lambda joint: (not joint.is_marked, joint.sigma_mm))
+    others = sorted({joint.frame for joint in group} - {best.frame})
+    return replace(best, others=tuple(others))
+
+
+def _uncounted(
+    track: Track,
+    spacing: JointSpacing | None,
+    done: Correction | None,
+    marked: Sequence[Sighting],
+) -> tuple[UncountedMark, ...]:
+    counted = [joint.sighting for joint in spacing.joints] if spacing else []
+    scale = done.scale if done else 1.0
+    return tuple(
+        UncountedMark(
+            mark.frame,
+            float(track.distance_mm[row_of(track, mark.frame)]) + scale * mark.ahead_mm,
+        )
+        for mark in marked
+        if mark not in counted
+    )
+
+
 def _renamed(left: Residual, joint: FittedJoint) -> Residual:
     number = "" if joint.number is None else f" {joint.number}"
     return replace(left, name=f"joint{number} in frame {joint.frame}")
+
+
+def _segments_between(way_mm: float, segment_mm: float) -> int:
+    """A segment of odd length is one, too: two joints never have the same number."""
+    segments = round(way_mm / segment_mm)
+    if segments == 0 and abs(way_mm) > NEAR_JOINT_MM:
+        return 1 if way_mm > 0 else -1
+    return segments
 
 
 def _numbers(
@@ -784,8 +856,11 @@ def _numbers(
     first: dict[int, int | None] = {}
     """Number from the zero of what its count calls 0."""
     reference: tuple[float, int] | None = None
+    """The joint before, where its number is known."""
     for joint, at, sigma in zip(joints, at_mm, sigma_mm, strict=True):
         if joint.count in first:
+            base = first[joint.count]
+            reference = reference if base is None else (at, base + joint.number)
             continue
         if CLOSURE_LIMIT * sigma > segment_mm / 2:
             first[joint.count] = None
@@ -793,7 +868,7 @@ def _numbers(
         if reference is None:
             number = math.ceil((at - begin_mm) / segment_mm)
         else:
-            number = reference[1] + round((at - reference[0]) / segment_mm)
+            number = reference[1] + _segments_between(at - reference[0], segment_mm)
         reference = (at, number)
         first[joint.count] = number - joint.number
     return [

@@ -15,6 +15,7 @@ from typing import Any, Literal
 from app.catalogue.header import required_to_issue
 from app.catalogue.table import Code, CodeTable
 from app.interval import half_width_m
+from app.rounding import decimals, metres
 from app.services.corrections import Corrected, Corrections
 from app.services.observations import Observations, ObservationView
 from app.services.packs import Packs
@@ -163,7 +164,7 @@ def distances(case: Case) -> Iterator[Issue]:
             continue
         u95_m = place.u95_m or 0.0
         u95_mm = 1000 * u95_m
-        distance = {"distance_m": _m(place.distance_mm), "u95_m": u95_m}
+        distance = {"distance_m": metres(place.distance_mm), "u95_m": u95_m}
         if place.distance_mm + u95_mm < 0:
             yield _about(view, "block", "before_zero", "lies before the zero point", **distance)
         known_mm = case.known_mm
@@ -172,8 +173,8 @@ def distances(case: Case) -> Iterator[Issue]:
                 view,
                 "block",
                 "beyond_end",
-                f"lies beyond the known length of {known_mm / 1000:.2f} m",
-                known_length_m=_m(known_mm),
+                f"lies beyond the known length of {decimals(metres(known_mm), 2)} m",
+                known_length_m=metres(known_mm),
                 **distance,
             )
 
@@ -295,7 +296,7 @@ def _one_stretch(case: Case, stretch: Stretch) -> Iterator[Issue]:
     length_mm = _length_mm(case, stretch)
     if length_mm is None:
         return
-    told = number | {"length_m": _m(length_mm)}
+    told = number | {"length_m": metres(length_mm)}
     if length_mm < -SAME_PLACE_MM:
         text = f"The stretch {stretch.number} finishes before it starts."
         yield Issue("block", "stretch_falls", text, stretch.finishes[0].id, told)
@@ -430,9 +431,9 @@ def _end(case: Case, known_mm: float, reached_mm: float) -> Iterator[Issue]:
         yield Issue(
             "warn",
             "end_not_reached",
-            f"The survey is called complete but ends {short_mm / 1000:.2f} m before the known "
-            "length.",
-            params={"short_m": _m(short_mm), "known_length_m": _m(known_mm)},
+            f"The survey is called complete but ends {decimals(metres(short_mm), 2)} m before the "
+            "known length.",
+            params={"short_m": metres(short_mm), "known_length_m": metres(known_mm)},
         )
 
 
@@ -444,13 +445,9 @@ def _about(
     /,
     **params: Param,
 ) -> Issue:
-    at = f" at {view.place.distance_mm / 1000:.2f} m" if view.place else ""
+    at = f" at {decimals(metres(view.place.distance_mm), 2)} m" if view.place else ""
     detail = f"Observation {view.row.seq}{at} {what}."
     return Issue(level, code, detail, view.row.id, {"seq": view.row.seq, **params})
-
-
-def _m(mm: float) -> float:
-    return round(mm / 1000, 3)
 
 
 Rule = Callable[[Case], Iterator[Issue]]

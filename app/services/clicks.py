@@ -1,7 +1,7 @@
 """Shift-clicks in the 3D view, on their way to the page around it.
 
 The 3D view has a socket of its own, so a click comes in there and is handed to the live sockets
-that the same browser has open on the same inspection.  All of it happens on the event loop.
+of the page that it stands in.  All of it happens on the event loop.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ _WAITING = 8
 
 
 class Clicks:
-    """Who listens to the clicks of which browser."""
+    """Who listens to the clicks of which page."""
 
     def __init__(self) -> None:
         self._queues: dict[tuple[str, str], set[asyncio.Queue[Click]]] = {}
 
     @contextmanager
-    def listening(self, inspection_id: str, browser: str) -> Iterator[asyncio.Queue[Click]]:
-        """The clicks of a browser on an inspection, until the block ends.
+    def listening(self, inspection_id: str, page: str) -> Iterator[asyncio.Queue[Click]]:
+        """The clicks in the 3D view of a page, until the block ends.
 
-        `browser` is whatever distinguishes one from another: all of its windows have the same.
+        `page` is what page and view have in common, and no other page.
         """
-        key, queue = (inspection_id, browser), asyncio.Queue[Click](_WAITING)
+        key, queue = (inspection_id, page), asyncio.Queue[Click](_WAITING)
         queues = self._queues.setdefault(key, set())
         queues.add(queue)
         try:
@@ -43,9 +43,9 @@ class Clicks:
             if not queues:
                 self._queues.pop(key, None)
 
-    def tell(self, inspection_id: str, browser: str, click: Click) -> None:
+    def tell(self, inspection_id: str, page: str, click: Click) -> None:
         """Hand it on; it is dropped where nobody listens, or does not keep up."""
-        for queue in self._queues.get((inspection_id, browser), ()):
+        for queue in self._queues.get((inspection_id, page), ()):
             try:
                 queue.put_nowait(click)
             except asyncio.QueueFull:

@@ -15,6 +15,7 @@ from app.services.access import Access
 from app.services.checks import Checks
 from app.services.clicks import Clicks
 from app.services.corrections import Corrections
+from app.services.file_reader import CPU_S, FileReader
 from app.services.health import Health
 from app.services.imports import Imports
 from app.services.inspections import Inspections
@@ -205,7 +206,13 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         access=Access(AccessStore(database), TokenFile(folder.root), token),
         uploads=uploads,
         inspections=inspections,
-        imports=Imports(ImportStore(database), folder, tracks, packs),
+        imports=Imports(
+            ImportStore(database),
+            folder,
+            tracks,
+            packs,
+            FileReader(Limits(settings.child_memory_bytes, CPU_S, reads=())),
+        ),
         tracking=tracking,
         sources=sources,
         tracks=tracks,

@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 
 from app.errors import DiskFull, body_of
 from app.interval import half_width_m
+from app.rounding import metres, rounded
 from app.services.adjustment import Adjusted, Joints, Refusal, Stated, adjust
 from app.services.live import Live
 from app.services.makeup import Makeup, makeup_of
@@ -358,8 +359,13 @@ def result_of(corrected: Corrected) -> dict[str, Any] | None:
                 "residual_mm": _rounded(joint.residual_mm, 2),
                 "frame": joint.frame,
                 "is_marked": joint.is_marked,
+                "other_frames": list(joint.others),
             }
-            for joint in adjusted.joints
+            for joint in adjusted.evidence
+        ],
+        "uncounted_marks": [
+            {"frame": mark.frame, "distance_m": _metres(mark.distance_mm)}
+            for mark in adjusted.uncounted_marks
         ],
         "expected_joints": [
             {"number": joint.number, "distance_m": _metres(joint.distance_mm)}
@@ -410,11 +416,11 @@ def _by_joints(adjusted: Adjusted) -> dict[str, Any] | None:
 
 
 def _metres(mm: float | None) -> float | None:
-    return None if mm is None else _rounded(mm / 1000, 4)
+    return None if mm is None else metres(mm)
 
 
 def _rounded(value: float | None, digits: int) -> float | None:
-    return None if value is None else round(float(value), digits)
+    return None if value is None else rounded(float(value), digits)
 
 
 def _refusal(adjusted: Adjusted) -> dict[str, str] | None:

@@ -19,11 +19,11 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
-from app.errors import InvalidImport, PackNotFound
-from app.imports import chainage_json, en13508_text, wincan
+from app.errors import PackNotFound
 from app.imports.chainage_json import Happening, Tag, WholeInspection
-from app.imports.survey import ImportedFile, ImportedObservation, ImportedSurvey, clean
+from app.imports.survey import ImportedObservation, ImportedSurvey, clean
 from app.services.adjustment import Stated
+from app.services.file_reader import FileReader
 from app.services.packs import Packs
 from app.services.tracking import track_metadata
 from app.services.tracks import Tracks, estimate_at, is_unmeasured
@@ -61,15 +61,21 @@ class Imported:
 
 
 class Imports:
-    """Reads files and keeps what they say."""
+    """Has files read and keeps what they say."""
 
     def __init__(
-        self, store: ImportStore, folder: DataFolder, tracks: Tracks, packs: Packs
+        self,
+        store: ImportStore,
+        folder: DataFolder,
+        tracks: Tracks,
+        packs: Packs,
+        reader: FileReader,
     ) -> None:
         self._store = store
         self._folder = folder
         self._tracks = tracks
         self._packs = packs
+        self._reader = reader
 
     def add(self, content: bytes, filename: str, who: str) -> Imported:
         """Make an inspection of every survey in the file; which kind it is, its content says.
@@ -80,13 +86,15 @@ class Imports:
             who: Name of the token.
 
         Raises:
-            InvalidImport: It is none of these, or damaged; the text says what is wrong where.
+            InvalidImport: It is none of these, damaged, or takes more memory or time than a
+                survey; the text says what is wrong where.
+            Busy: Other files are being read.
             DiskFull: There is no room for it.
         """
         name = clean(filename, _LONGEST_FILENAME) or "file"
-        if chainage_json.is_chainage_json(content):
-            return self._add_whole(chainage_json.read(content), name, content, who)
-        found = _read_surveys(content)
+        found = self._reader.read(content)
+        if isinstance(found, WholeInspection):
+            return self._add_whole(found, name, content, who)
         warnings = [str(caveat) for caveat in found.warnings]
         ids = []
         for survey in found.surveys:
@@ -239,17 +247,6 @@ def _within(value: object, least: float, most: float, otherwise: float) -> float
     if isinstance(value, bool) or not isinstance(value, int | float):
         return otherwise
     return float(value) if least <= value <= most else otherwise
-
-
-def _read_surveys(content: bytes) -> ImportedFile:
-    if wincan.looks_like(content):
-        return wincan.read(content)
-    if en13508_text.looks_like(content):
-        return en13508_text.read(content)
-    raise InvalidImport(
-        "The file is none that can be read: EN 13508-2 text (its first line begins with #A1 or "
-        "#B01), WinCan .db3, or the JSON report of Chainage."
-    )
 
 
 def _track(rows: Sequence[ImportedObservation]) -> Track:

@@ -6,6 +6,7 @@ import json
 import logging
 import secrets
 import shutil
+import threading
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -16,7 +17,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.errors import DiskFull, FrameNotFound, NothingRecorded, OpenStretches
+from app.errors import (
+    DiskFull,
+    FrameNotFound,
+    LiveSourceRefused,
+    NotAllTracked,
+    NothingRecorded,
+    OpenStretches,
+    StillRunning,
+)
+from app.jobs import parts
+from app.jobs.parts import NOT_RECORDED, Between, Mark
 from app.services.corrections import Corrections
 from app.services.live import CameraStatus, Live, Progress
 from app.services.media import Media
@@ -99,6 +110,7 @@ class Inspections:
         self._recorder = recorder
         self._observations = observations
         self._live = live
+        self._recording_on = threading.Lock()
 
     def create_from_upload(
         self,
@@ -192,6 +204,90 @@ class Inspections:
             stated["known_length_m"] = known_length_m
         self._store.finish(inspection_id, who, stated)
         self._recorder.finish(inspection_id)
+        return self.get(inspection_id)
+
+    def track_with(self, inspection_id: str, rig: Mapping[str, Any], who: str) -> InspectionView:
+        """Track all frames again with another rig, or with the same; what is tagged stays.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+            StillRunning: It is queued or running.
+            NothingRecorded: There is no film.
+            InvalidRig: The text names field, value and what is allowed.
+            RigVideoMismatch: The rig's camera has pictures of another size.
+        """
+        row = self.row(inspection_id)
+        checked = Rig.parse(dict(rig))
+        require_wall_in_view(checked)
+        checked.require_picture_size(row.video["width"], row.video["height"])
+        self._tracking.require_film(row)
+        stated = checked.model_dump(mode="json")
+        self._store.change_rig(inspection_id, who, stated)
+        write_durably(
+            self._folder.inspection(inspection_id) / "rig.json",
+            json.dumps(stated, indent=2).encode(),
+        )
+        self._corrections.forget(inspection_id)
+        self._tracking.queued(inspection_id)
+        logger.info("Inspection %s is tracked again for %s.", inspection_id, who)
+        return self.get(inspection_id)
+
+    def record_on(self, inspection_id: str, url: str, between: Between, who: str) -> InspectionView:
+        """Go on with the recording of a camera as its next part; every frame keeps its number.
+
+        Args:
+            inspection_id: One that was live and has ended.
+            url: The camera; it may be at another address by now.
+            between: What the robot has done since.
+            who: For the record.
+        Raises:
+            InspectionNotFound: There is none of this id.
+            StillRunning: It is queued or running.
+            NothingRecorded: It never was live, or has no film.
+            NotAllTracked: The track ends before the film.
+            LiveSourceRefused: The source is none that the server opens, or one that has an end.
+            DiskFull: There is no room for more.
+            MediaFailed: The film cannot be recorded on.
+        """
+        with self._recording_on:  # the film is made a recording once only
+            return self._record_on(self.row(inspection_id), url, between, who)
+
+    def _record_on(self, row: Inspection, url: str, between: Between, who: str) -> InspectionView:
+        inspection_id = row.id
+        if row.status not in ENDED:
+            raise StillRunning(f"The inspection is {row.status}; stop it first.")
+        if row.source_kind != "live":
+            raise NothingRecorded("Only what was recorded from a camera can be recorded on.")
+        self._tracking.require_film(row)
+        track = self._tracks.get(inspection_id)
+        if not len(track) or len(track) != row.video.get("frames"):
+            raise NotAllTracked("The film is not tracked to its end; track it again first.")
+        size_wh = row.video["width"], row.video["height"]
+        source = self._sources.resolve(url, size_wh)
+        if source.camera.kind == "file":
+            raise LiveSourceRefused("A recorder's file is a film of its own, and no next part.")
+        self._folder.require_room(_LEAST_ROOM_TO_RECORD)
+        video, recording = self.video_path(row), self._folder.recording(inspection_id)
+        if video != recording:
+            self._recorder.reopen(video, recording)
+        parts.append(
+            self._folder.marks(inspection_id), [Mark(len(track), float(track.time_s[-1]), between)]
+        )
+        values = {
+            "source_filename": source.shown,
+            "video_file": RECORDING,
+            "video": unrecorded_columns(*size_wh),
+        }
+        try:
+            row = self._store.record_on(inspection_id, who, between, values)
+        except DiskFull:
+            if video != recording:
+                recording.unlink()
+            raise
+        if video != recording:
+            video.unlink()
+        logger.info("Inspection %s is recorded on by %s.", inspection_id, who)
+        self._recorder.begin(row, source, between)
         return self.get(inspection_id)
 
     def import_video(
@@ -316,6 +412,8 @@ class Inspections:
         estimate = estimate_at(self._tracks.get(inspection_id), frame)
         if estimate is None:
             raise FrameNotFound(f"Frame {frame} is not tracked, so its picture cannot be found.")
+        if not self._tracks.is_recorded(inspection_id, frame):
+            raise FrameNotFound(NOT_RECORDED)
         return self._media.picture(self.video_path(row), estimate.time_s, _FRAME_JPEG_QUALITY)
 
     def change(

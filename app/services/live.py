@@ -45,6 +45,8 @@ class CameraStatus:
     """Why there is no picture, in a sentence."""
     free_bytes: int
     """Room on the disk for the rest of the recording."""
+    is_recording: bool = True
+    """False while the disk is full; tracking goes on."""
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ from app.meter_counter import (
     refused,
     status,
 )
+from app.rounding import metres, rounded
 from app.services.adjustment import Zero
 from app.services.corrections import Corrections
 from app.services.live import Event, Update
@@ -180,7 +181,7 @@ class MeterCounter:
             estimate = self._corrections.estimate(*newest)
         except InspectionNotFound:  # deleted at this moment
             return None
-        return round(estimate.distance_mm / 1000, 2) + 0.0  # never -0.0
+        return rounded(metres(estimate.distance_mm), 2)
 
     def set_distance(self, value_m: float | None) -> str | None:
         """Count from where the camera is at `value_m`; why not, in a sentence."""
@@ -193,7 +194,7 @@ class MeterCounter:
         try:
             with about(inspection_id):
                 stated = self._corrections.get(inspection_id).stated
-                zero = Zero(estimate.frame, round(value_m, 3))
+                zero = Zero(estimate.frame, rounded(value_m, 3))
                 restated = msgspec.structs.replace(stated, zero=zero)
                 self._corrections.put(inspection_id, restated, None, NAME)
         except (AppError, ChainageError) as refusal:

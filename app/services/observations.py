@@ -66,6 +66,12 @@ class ObservationView:
     place: Place | None
 
     @property
+    def at_joint(self) -> bool:
+        """As the file of an imported survey states, else by the joints that were seen."""
+        stated = bool(self.row.fields.get("at_joint"))
+        return stated or (self.place is not None and self.place.joint is not None)
+
+    @property
     def clock(self) -> int | None:
         """Whole hour: what was entered, else what the pixel says."""
         entered = self.row.fields.get("clock_from")
@@ -327,5 +333,5 @@ def _place(course: Course, row: Observation) -> Place | None:
         source="typed" if course.is_unmeasured else course.adjusted.source,
         time_s=raw.time_s,
         wall=wall,
-        joint=course.adjusted.joint_near(distance_mm),
+        joint=None if course.is_unmeasured else course.adjusted.joint_near(distance_mm),
     )

@@ -11,6 +11,7 @@ import logging
 from pathlib import Path
 
 from app.errors import DiskFull, InspectionNotFound, ObservationNotFound, PhotoNotFound
+from app.jobs.parts import NOT_RECORDED
 from app.logs import about
 from app.services.live import Event, Live, Update, WallChanged
 from app.services.media import Media
@@ -138,6 +139,8 @@ class Photos(Worker):
             self._observations.record_photo_error(
                 row, "This frame was not tracked, so its picture cannot be found."
             )
+        elif not self._tracks.is_recorded(inspection.id, row.frame):
+            self._observations.record_photo_error(row, NOT_RECORDED)
         else:
             self._cut(inspection, row, estimate.time_s)
         with self._changed:

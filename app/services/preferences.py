@@ -14,6 +14,7 @@ DEFAULTS: Mapping[str, Any] = {
     "language": None,
     "units": "m",
     "quick_codes": [{"code": code, "char1": None, "char2": None} for code in _QUICK_CODES],
+    "single_keys": True,
     "pack": None,
 }
 

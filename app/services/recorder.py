@@ -11,13 +11,15 @@ import logging
 import threading
 import time
 from collections import deque
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from app.errors import MediaFailed
 from app.jobs.messages import (
     Batch,
     CameraState,
@@ -27,11 +29,14 @@ from app.jobs.messages import (
     FinaliseRequest,
     FromCamera,
     FromFinaliser,
+    FromReopener,
     Limits,
     LiveRequest,
+    ReopenRequest,
     Row,
     StopCapture,
 )
+from app.jobs.parts import Between, Mark
 from app.jobs.process import Child, describe_exit
 from app.logs import about
 from app.services.live import CameraStatus, Live, Progress
@@ -59,6 +64,9 @@ AFTER_A_CRASH = "The server ended during the recording; this is what was recorde
 _UNTRACKED = "The camera process ended before it had tracked all; the recording is tracked anew."
 
 
+_NO_PICTURE = "The camera gave no picture before the end."
+
+
 @dataclass
 class LiveRun(Run):
     """A run with a camera."""
@@ -66,6 +74,9 @@ class LiveRun(Run):
     source: LiveSource | None = None
     zero_s: float | None = None
     """Time 0 of the recording, by `time.monotonic`."""
+    between: Between | None = None
+    """It goes on where an earlier run has ended; what the robot did in between."""
+    first_frame: int = 0
     dropped_before: int = 0
     reconnects_before: int = 0
     """By the processes before this one."""
@@ -130,10 +141,12 @@ class Recorder:
         for thread in threads:
             thread.join(max(deadline - time.monotonic(), 0.0))
 
-    def begin(self, inspection: Inspection, source: LiveSource) -> None:
-        """Record and track from now on."""
+    def begin(
+        self, inspection: Inspection, source: LiveSource, between: Between | None = None
+    ) -> None:
+        """Record and track from now on; behind an earlier run if it is said what was in between."""
         camera = CameraStatus(False, 0, 0, 0.0, None, self._room_for_more())
-        run = LiveRun(inspection, source=source, camera=camera)
+        run = LiveRun(inspection, source=source, camera=camera, between=between)
         self._runs.add(run)
         self._in_thread(self._run, run, inspection.id)
 
@@ -144,6 +157,34 @@ class Recorder:
         run = self._runs.ask_to_stop(inspection_id, "finished")
         if run is not None:
             run.ended.wait(run.patience_s)
+
+    def reopen(self, video: Path, recording: Path) -> None:
+        """Make a finished film a recording again; the film stays.
+
+        Raises:
+            DiskFull: There is no room for both of them.
+            MediaFailed: It cannot be done.
+        """
+        size = video.stat().st_size
+        self._folder.require_room(round(_ROOM_TO_REMUX * size))
+        limits = Limits(self._memory_bytes, file_bytes=self._folder.disk_bytes())
+        child = Child("app.jobs.reopener")
+        answer: FromReopener
+        try:
+            child.send(ReopenRequest(str(video), str(recording), limits))
+            answer = msgspec.msgpack.decode(child.receive(_FINALISING_S), type=FromReopener)
+        except TimeoutError:
+            child.kill()
+            answer = Failed("media_timeout", "It took too long.")
+        except (EOFError, BrokenPipeError):
+            answer = Failed("media_failed", f"The process died: {describe_exit(child.end())}.")
+        finally:
+            child.end()
+        if isinstance(answer, Failed):
+            recording.unlink(missing_ok=True)
+            logger.warning("%s cannot be recorded on: %s %s", video, answer.detail, answer.trace)
+            raise MediaFailed(f"The film cannot be recorded on. {answer.detail}")
+        sync_folder(recording.parent)
 
     def _in_thread(self, work: Any, subject: Any, inspection_id: str) -> None:
         def guarded() -> None:
@@ -167,7 +208,11 @@ class Recorder:
         inspection = run.inspection
         try:
             logger.info("Inspection %s (%s): recording starts.", inspection.id, inspection.name)
-            self._runs.begin(run)
+            if run.between is None:
+                self._runs.begin(run)
+            else:
+                self._runs.go_on(run)
+                run.first_frame = run.frames_done
             outcome = self._captured(run)
             if run.stop == "shutdown" or not self._runs.keep_end(
                 run, partial(self._end, run, outcome)
@@ -240,22 +285,26 @@ class Recorder:
 
     def _request(self, run: LiveRun) -> LiveRequest:
         assert run.source is not None  # noqa: S101  (given by begin)
-        limits = Limits(self._memory_bytes, file_bytes=self._room(run.inspection))
+        # As large as the disk: room may be made while it is recorded.
+        limits = Limits(self._memory_bytes, file_bytes=self._folder.disk_bytes())
         return LiveRequest(
             run.source.camera,
             run.inspection.rig,
             str(self._folder.recording(run.inspection.id)),
+            str(self._folder.marks(run.inspection.id)),
             limits,
             self._reserve_bytes,
             Row(*(getattr(run.last, name) for name in Row.__struct_fields__)) if run.last else None,
             run.zero_s,
+            self._left_out(run),
+            run.between if run.frames_done == run.first_frame else None,
         )
 
-    def _room(self, inspection: Inspection) -> int:
-        """How large the recording may become."""
-        path = self._folder.recording(inspection.id)
-        size = path.stat().st_size if path.exists() else 0
-        return size + self._room_for_more()
+    def _left_out(self, run: LiveRun) -> list[Mark]:
+        """Frames that have a row and are not recorded; any later one was lost with its process."""
+        last = run.last.frame if run.last else -1
+        marks = self._tracks.marks(run.inspection.id)
+        return [mark for mark in marks if mark.kind == "left_out" and mark.frame <= last]
 
     def _room_for_more(self) -> int:
         return max(self._folder.free_bytes(), 0)
@@ -271,8 +320,10 @@ class Recorder:
             state.recorded_s,
             state.detail,
             self._room_for_more(),
+            state.is_recording,
         )
-        if before is None or (before.connected, before.detail) != (state.connected, state.detail):
+        self._tracks.leave_out(run.inspection.id, state.left_out)
+        if before is None or _shown(before) != _shown(run.camera):
             last = (run.last,) if run.last else ()
             self._live.publish(
                 run.inspection.id, "running", run.progress(), last, camera=run.camera
@@ -280,11 +331,15 @@ class Recorder:
 
     def _end(self, run: LiveRun, outcome: Outcome) -> None:
         inspection = run.inspection
+        marks = self._tracks.keep_marks(inspection.id)
+        if any(mark.kind == "left_out" for mark in marks) and outcome.warning is None:
+            outcome = replace(outcome, warning=_partly_recorded(marks))
         if run.stop == "cancelled" and outcome.status == "done":
             outcome = Outcome("cancelled", warning=outcome.warning)
+        if outcome.status == "done" and run.frames_done == run.first_frame:
+            outcome = replace(outcome, warning=outcome.warning or _NO_PICTURE)
         if outcome.status == "done" and not run.frames_done:
-            detail = "The camera gave no picture before the end."
-            outcome = Outcome("failed", "nothing_recorded", detail)
+            outcome = Outcome("failed", "nothing_recorded", _NO_PICTURE)
         old = self._finalised(inspection)
         if outcome.status == "queued":
             self._queue(inspection, _UNTRACKED)
@@ -339,6 +394,8 @@ class Recorder:
         video = mp4 if mp4.exists() else recording
         columns = video_columns(answer.probed)
         columns["playable"] = columns["playable"] and video == mp4
+        left_out = [m for m in self._tracks.marks(inspection.id) if m.kind == "left_out"]
+        columns["frames"] += len(left_out)  # they have numbers, too
         sync_folder(video.parent)
         self._inspections.record_video(
             inspection.id, video.name, columns, video.stat().st_size, sha256_of(video)
@@ -361,3 +418,13 @@ class Recorder:
             return Failed("media_failed", f"The finalising process died: {how}.")
         finally:
             child.end()
+
+
+def _shown(camera: CameraStatus) -> tuple[bool, bool, str | None]:
+    """What a page is to show at once."""
+    return camera.connected, camera.is_recording, camera.detail
+
+
+def _partly_recorded(marks: Sequence[Mark]) -> str:
+    left_out = sum(mark.kind == "left_out" for mark in marks)
+    return f"The disk was full for a while: {left_out} frames were tracked but not recorded."

@@ -19,6 +19,7 @@ from app.reports.formats import FORMATS
 from app.reports.naming import ascii_file_name, safe_file_name
 from app.reports.report import Company, Entry, Language, Photo, Report, Role, Source, Units, Written
 from app.reports.signing import Signer
+from app.rounding import metres, rounded
 from app.services.checks import Checks
 from app.services.corrections import Corrections
 from app.services.observations import Observations, ObservationView, rig_of
@@ -227,18 +228,18 @@ def _entry(
         id=row.id,
         seq=row.seq,
         frame=row.frame,
-        time_s=round(place.time_s, 3) if place else None,
+        time_s=rounded(place.time_s, 3) if place else None,
         distance_m=_metres(place.distance_mm) if place else None,
         u95_m=place.u95_m if place else None,
         raw_m=_metres(place.raw_mm) if place else None,
         source=place.source if place else None,
         to_go_m=_to_go_m(header, place.distance_mm) if place else None,
         joint_no=place.joint_no if place else None,
-        at_joint=place is not None and place.joint is not None,
+        at_joint=place is not None and view.at_joint,
         code=fields.get("code"),
         char1=fields.get("char1"),
         char2=fields.get("char2"),
-        kind=table.find(fields.get("code"), fields.get("char1"), fields.get("char2")),
+        kind=table.named(fields.get("code"), fields.get("char1"), fields.get("char2")),
         quant1=fields.get("quant1"),
         quant2=fields.get("quant2"),
         clock_from=view.clock,
@@ -270,10 +271,10 @@ def _along_the_pipe(entry: Entry) -> tuple[float, float, int]:
 
 def _stretch_lengths_m(observations: Sequence[ObservationView]) -> dict[str, float]:
     """Length of the stretch that an observation starts, if it is finished and tracked."""
-    place_mm = {view.row.id: view.place.distance_mm for view in observations if view.place}
+    place_m = {view.row.id: metres(view.place.distance_mm) for view in observations if view.place}
     tracked = [view.row for view in observations if view.place]
     return {
-        start.id: round((place_mm[stretch.finishes[-1].id] - place_mm[start.id]) / 1000, 3)
+        start.id: rounded(place_m[stretch.finishes[-1].id] - place_m[start.id], 3)
         for stretch in stretches(tracked)
         if stretch.finishes
         for start in stretch.starts
@@ -296,7 +297,7 @@ def _wall_point_m(
 def _to_go_m(header: Mapping[str, Any], distance_mm: float) -> float | None:
     """To the far end, if its distance was entered as a number."""
     known_m = number_of(header.get("known_length_m"))
-    return None if known_m is None else round(known_m - distance_mm / 1000, 3)
+    return None if known_m is None else rounded(known_m - metres(distance_mm), 3)
 
 
 def _last(values: NDArray[np.float64]) -> float | None:
@@ -304,4 +305,4 @@ def _last(values: NDArray[np.float64]) -> float | None:
 
 
 def _metres(mm: float | None) -> float | None:
-    return None if mm is None else round(mm / 1000, 3)
+    return None if mm is None else metres(mm)

@@ -14,7 +14,7 @@ from app.errors import DiskFull
 from app.jobs.messages import Batch
 from app.jobs.process import Child
 from app.services.live import CameraStatus, Live, Progress
-from app.services.tracks import Tracks
+from app.services.tracks import Tracks, estimate_at
 from app.services.unrolled import Unrolled
 from app.storage.tables import Inspection
 from vo_core.health import Health
@@ -91,6 +91,16 @@ class Runs:
         The wall stays: what was painted since the checkpoint is the same when it is painted again.
         """
         self._set_back(run, found)
+
+    def go_on(self, run: Run) -> None:
+        """Behind the last frame of a run that has ended, whose track stays."""
+        self._tracks.go_on(run.inspection.id)
+        track = self._tracks.get(run.inspection.id)
+        with self.changed:
+            run.frames_done = len(track)
+            run.last = estimate_at(track, len(track) - 1)
+            progress = run.progress()
+        self._live.publish(run.inspection.id, "running", progress, camera=run.camera)
 
     def _set_back(self, run: Run, found: Iterable[Batch]) -> None:
         self._tracks.begin(run.inspection.id)

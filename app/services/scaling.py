@@ -14,7 +14,7 @@ from typing import Any
 from app.errors import Busy, DiskFull, InspectionNotFound
 from app.interval import LEAST_M, U95
 from app.services.adjustment import Adjusted
-from app.services.corrections import Corrections
+from app.services.corrections import Corrections, reason_of
 from app.services.live import Event, Update
 from app.services.tracks import Tracks
 from app.services.worker import Worker
@@ -101,7 +101,7 @@ class Scaling(Worker):
         scale = scale_of(adjusted)
         revision = self._corrections.revision(inspection_id)
         if revision == told.revision and is_other(told.scale, scale, adjusted):
-            change = Rescaling(WHO, told.scale, scale, _remark(adjusted))
+            change = Rescaling(WHO, told.scale, scale or _why_not(adjusted), _remark(adjusted))
             self._corrections.rescaled(inspection_id, change)
             logger.info("Inspection %s: %s", inspection_id, _remark(adjusted))
             revision = self._corrections.revision(inspection_id)
@@ -139,6 +139,12 @@ def is_other(told: dict[str, Any] | None, scale: dict[str, Any] | None, adjusted
     change = abs(float(scale["scale"]) - float(told["scale"]))
     far_mm = float(abs(adjusted.track.distance_mm).max(initial=0.0))
     return change > U95 * float(told["scale_sigma"]) and change * far_mm > 1000 * LEAST_M
+
+
+def _why_not(adjusted: Adjusted) -> dict[str, Any] | None:
+    """Why the joints do not count, for who reads the record in another language."""
+    refusal = adjusted.joints_refusal
+    return None if refusal is None else {"refusal": reason_of(refusal)}
 
 
 def _remark(adjusted: Adjusted) -> str:

@@ -1,229 +1,79 @@
-"""The 3D scenes of the inspections that somebody looks at.
+"""The 3D views of the pages that look at inspections: each page has its own.
 
-A scene is a view: it is made from track and observations when the first page opens, follows what is
-published, and is closed when nobody has looked for a while.
+Robot, camera, marked tag, language and unit of a view follow the page around it and no other page;
+shared are only the inspection and its tags.  A view is made from track and observations when its
+browser connects, follows what is published, and is closed soon after its browser has left.
 """
 
 from __future__ import annotations
 
 import asyncio
-import logging
+import itertools
 import shutil
 import tempfile
-import threading
 import time
-from collections.abc import AsyncIterator, Sequence
-from contextlib import ExitStack, asynccontextmanager, suppress
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from app.catalogue.table import CodeTable
-from app.errors import InspectionNotFound, NoScene, TileNotFound
-from app.services.adjustment import Adjusted
+from app.errors import NoScene
 from app.services.corrections import Corrections
 from app.services.inspections import Inspections
-from app.services.live import (
-    DistancesCorrected,
-    Event,
-    Live,
-    ObservationsChanged,
-    Update,
-    WallChanged,
-)
-from app.services.observations import Observations, ObservationView, rig_of
+from app.services.live import Live
+from app.services.observations import Observations
 from app.services.packs import Packs
-from app.services.stretches import stretches
-from app.services.tracks import estimate_at
+from app.services.scene_feed import Look, SceneFeed
 from app.services.unrolled import Unrolled
-from app.viewer.scene import (
-    CameraMode,
-    CulvertScene,
-    JointMark,
-    Pin,
-    ViewerUnavailable,
-    WallLayout,
-    WallTile,
-)
-from vo_core import Track
+from app.viewer.scene import CameraMode, CulvertScene, ViewerUnavailable, Wording
 
-logger = logging.getLogger(__name__)
-
-_CLOSE_UNUSED_AFTER_S = 60.0
-_SWEEP_S = 10.0
+MOST_OPEN = 48
+"""Views at a time; each has two threads, four file handles and its copy of the wall's pictures."""
+_CLOSE_UNUSED_AFTER_S = 10.0
+"""A browser whose line was cut is back sooner."""
+_SWEEP_S = 2.0
 
 
-class SceneFeed:
-    """One scene, and what keeps it up to date."""
+@dataclass
+class PageView:
+    """What one page looks at, and its 3D view while a browser shows it."""
 
-    def __init__(
-        self,
-        inspection_id: str,
-        socket_path: Path,
-        inspections: Inspections,
-        corrections: Corrections,
-        observations: Observations,
-        unrolled: Unrolled,
-        live: Live,
-        packs: Packs,
-    ) -> None:
-        """Blocks for some milliseconds; make it in a worker thread."""
-        self._inspection_id = inspection_id
-        self._unrolled = unrolled
-        self._inspections = inspections
-        self._corrections = corrections
-        self._observations = observations
-        self._packs = packs
-        inspection = inspections.row(inspection_id)
-        rig = rig_of(inspection)
-        self._wall_layout = unrolled.layout(rig)
-        self.scene = CulvertScene(rig, socket_path)
-        self._lock = threading.Lock()
-        self._shown_frame: int | None = None
-        self._drawn = 0
-        """Frames whose path is drawn."""
-        self._joints_of: Adjusted | None = None
-        """Whose joints are drawn."""
-        self._subscription = ExitStack()
-        self._subscription.enter_context(live.listening(inspection_id, self._on_event))
-        try:
-            self._draw_track()
-            self._draw_wall()
-            self._draw_pins()
-        except BaseException:
-            self.close()
-            raise
+    look: Look = field(default_factory=Look)
+    feed: SceneFeed | None = None
+    sockets: int = 0
+    """Live sockets and 3D views that use it."""
+    browsers: int = 0
+    """3D views alone."""
+    left_at_s: float = 0.0
+    """When the last 3D view went, by time.monotonic."""
 
-    def close(self) -> None:
-        """Stop following, disconnect every browser."""
-        self._subscription.close()
-        self.scene.close()
-
-    def show_frame(self, frame: int | None) -> None:
+    async def show_frame(self, frame: int | None) -> None:
         """The robot goes to this frame and stays; None lets it follow the tracking again."""
-        self._shown_frame = frame
-        self._show_robot(self._corrections.track(self._inspection_id))
+        self.look = replace(self.look, frame=frame)
+        if self.feed is not None:
+            await asyncio.to_thread(self.feed.show_robot)
 
     def set_camera(self, mode: CameraMode) -> None:
-        """Where the observers stand."""
-        self.scene.set_camera(mode)
+        """Where the observer stands."""
+        self.look = replace(self.look, mode=mode)
+        if self.feed is not None:
+            self.feed.scene.set_camera(mode)
 
     def select(self, observation_id: str | None) -> None:
         """Highlight its pin; None: no pin."""
-        self.scene.select(observation_id)
+        self.look = replace(self.look, selected=observation_id)
+        if self.feed is not None:
+            self.feed.scene.select(observation_id)
 
-    def _draw_track(self) -> None:
-        track = self._corrections.track(self._inspection_id)
-        with self._lock:
-            self._extend_path(track)
-        self._show_robot(track)
-        self._draw_joints(self._corrections.adjusted(self._inspection_id))
-
-    def _draw_joints(self, adjusted: Adjusted) -> None:
-        if adjusted is not self._joints_of:
-            self._joints_of = adjusted
-            self.scene.set_joints(joint_marks(adjusted))
-
-    def _show_robot(self, track: Track) -> None:
-        frame = len(track) - 1 if self._shown_frame is None else self._shown_frame
-        estimate = estimate_at(track, frame)
-        if estimate is not None:
-            self.scene.show_pose(estimate)
-
-    def _extend_path(self, track: Track) -> None:
-        new = slice(self._drawn, None)
-        if len(track) > self._drawn:
-            self.scene.extend_path(
-                track.distance_mm[new].tolist(),
-                track.y_mm[new].tolist(),
-                track.sigma_distance_mm[new].tolist(),
-            )
-            self.scene.set_length(float(track.distance_mm.max()))
-            self._drawn = len(track)
-
-    def _draw_wall(self) -> None:
-        layout = self._wall_layout
-        tiles = [
-            WallTile(
-                tile.index,
-                tile.revision,
-                self._chainage_m(tile.index * layout.tile_mm),
-                self._chainage_m((tile.index + 1) * layout.tile_mm),
-            )
-            for tile in self._unrolled.tiles(self._inspection_id)
-        ]
-        shape = WallLayout(
-            layout.arc_from_mm / 1000, layout.arc_to_mm / 1000, layout.width_px, layout.height_px
-        )
-        self.scene.set_wall(tiles, shape, self._wall_picture)
-
-    def _wall_picture(self, index: int) -> bytes | None:
-        try:
-            return self._unrolled.picture(self._inspection_id, index)
-        except TileNotFound:
-            return None  # tracking has begun anew
-
-    def _chainage_m(self, raw_mm: float) -> float:
-        return self._corrections.chainage_mm(self._inspection_id, raw_mm) / 1000
-
-    def _draw_pins(self) -> None:
-        views = self._observations.all(self._inspection_id)
-        table = self._packs.table_of(self._inspections.row(self._inspection_id).header)
-        self.scene.set_pins(_pins(views, table))
-
-    def _on_event(self, event: Event) -> None:
-        with suppress(InspectionNotFound):  # deleted while somebody looked at it
-            self._draw_after(event)
-
-    def _draw_after(self, event: Event) -> None:
-        match event:
-            case Update(estimates=()):
-                self._on_state(event.state)
-            case Update():
-                self._on_frames(event)
-            case DistancesCorrected():
-                self._on_correction()
-            case WallChanged():
-                self._draw_wall()
-            case ObservationsChanged():
-                self._draw_pins()
-
-    def _on_state(self, state: str) -> None:
-        if state == "running":
-            self._take_path_away()
-            self._draw_wall()
-        self._draw_pins()  # distances appear, or go, with the track
-
-    def _on_correction(self) -> None:
-        self._take_path_away()
-        self._draw_track()
-        self._draw_wall()
-        self._draw_pins()
-
-    def _take_path_away(self) -> None:
-        with self._lock:
-            self._drawn = 0
-            self.scene.reset_path()
-
-    def _on_frames(self, update: Update) -> None:
-        new = [self._corrections.estimate(self._inspection_id, raw) for raw in update.estimates]
-        with self._lock:
-            if new[0].frame == self._drawn:
-                self.scene.extend_path(
-                    [e.distance_mm for e in new],
-                    [e.y_mm for e in new],
-                    [e.sigma_distance_mm for e in new],
-                )
-                self._drawn += len(new)
-            else:  # the scene was made between two batches
-                self._extend_path(self._corrections.track(self._inspection_id))
-        self._draw_joints(self._corrections.newest(self._inspection_id))
-        if self._shown_frame is None:
-            self.scene.show_pose(new[-1])
-            if update.jpeg:
-                self.scene.show_preview(update.jpeg)
+    async def set_wording(self, wording: Wording) -> None:
+        """Language and unit of the labels."""
+        self.look = replace(self.look, wording=wording)
+        if self.feed is not None:
+            await asyncio.to_thread(self.feed.show_wording)
 
 
 class Scenes:
-    """Opens a scene for its first user and closes it some time after its last."""
+    """Opens the 3D view of a page for its browser and closes it some time after that has left."""
 
     def __init__(
         self,
@@ -238,111 +88,95 @@ class Scenes:
         # A socket's path is limited to 107 bytes, so it cannot lie in the data folder; mkdtemp
         # makes the folder for its owner only, as the socket itself is open to all.
         self._sockets = Path(tempfile.mkdtemp(prefix="chainage-"))
+        self._numbers = itertools.count(1)
         self._opening = asyncio.Lock()
-        self._feeds: dict[str, SceneFeed] = {}
-        self._users: dict[str, int] = {}
-        self._left_at: dict[str, float] = {}
+        self._pages: dict[tuple[str, str], PageView] = {}
 
     @asynccontextmanager
-    async def use(self, inspection_id: str) -> AsyncIterator[SceneFeed]:
-        """The scene of an inspection, opened if need be, kept open while in use.
+    async def page(self, inspection_id: str, page: str) -> AsyncIterator[PageView]:
+        """What a page looks at, to be changed by its commands; opens no 3D view.
+
+        Args:
+            inspection_id: That it shows.
+            page: What the page and the 3D view in it have in common, and no other page.
+        """
+        key = (inspection_id, page)
+        view = self._pages.setdefault(key, PageView())
+        view.sockets += 1
+        try:
+            yield view
+        finally:
+            view.sockets -= 1
+            if not view.sockets and view.feed is None:
+                self._pages.pop(key, None)
+
+    @asynccontextmanager
+    async def use(self, inspection_id: str, page: str) -> AsyncIterator[CulvertScene]:
+        """The 3D view of a page, opened if need be, kept open while in use.
 
         Raises:
             InspectionNotFound: There is no such inspection.
-            NoScene: The viewer could not be started.
+            NoScene: The viewer could not be started, or too many are open.
         """
-        self._users[inspection_id] = self._users.get(inspection_id, 0) + 1
-        try:
-            yield await self._feed(inspection_id)
-        finally:
-            self._users[inspection_id] -= 1
-            if not self._users[inspection_id]:
-                del self._users[inspection_id]
-                self._left_at[inspection_id] = time.monotonic()
-
-    async def _feed(self, inspection_id: str) -> SceneFeed:
-        async with self._opening:
-            feed = self._feeds.get(inspection_id)
-            if feed is not None and feed.scene.is_open:
-                return feed
-            if feed is not None:
-                await self._close(inspection_id)
-            socket_path = self._sockets / inspection_id
+        async with self.page(inspection_id, page) as view:
+            view.browsers += 1
             try:
-                feed = await asyncio.to_thread(SceneFeed, inspection_id, socket_path, *self._parts)
+                yield (await self._feed(inspection_id, view)).scene
+            finally:
+                view.browsers -= 1
+                view.left_at_s = time.monotonic()
+
+    async def _feed(self, inspection_id: str, view: PageView) -> SceneFeed:
+        async with self._opening:
+            if view.feed is not None and view.feed.scene.is_open:
+                return view.feed
+            if view.feed is not None:
+                await _close(view)
+            if self.count() >= MOST_OPEN:
+                raise NoScene(f"{MOST_OPEN} 3D views are open already, and no more are allowed.")
+            socket_path = self._sockets / str(next(self._numbers))
+            try:
+                view.feed = await asyncio.to_thread(
+                    SceneFeed, inspection_id, socket_path, *self._parts, lambda: view.look
+                )
             except ViewerUnavailable as error:
                 raise NoScene(f"The 3D view could not be started: {error}") from error
-            self._feeds[inspection_id] = feed
-            return feed
+            # The page may have wished for something else meanwhile.
+            await asyncio.to_thread(view.feed.show_look)
+            return view.feed
 
     def count(self) -> int:
         """How many are open."""
-        return len(self._feeds)
+        return sum(view.feed is not None for view in self._pages.values())
+
+    async def redraw(self, inspection_id: str) -> None:
+        """Close the scenes of a rig that has changed; whoever looks at one opens another."""
+        async with self._opening:
+            for (shown_id, _), view in self._pages.items():
+                if shown_id == inspection_id:
+                    await _close(view)
 
     async def sweep(self) -> None:
         """Close what nobody uses, for ever."""
         while True:
             await asyncio.sleep(_SWEEP_S)
-            limit = time.monotonic() - _CLOSE_UNUSED_AFTER_S
+            limit_s = time.monotonic() - _CLOSE_UNUSED_AFTER_S
             async with self._opening:
-                for inspection_id in list(self._feeds):
-                    is_used = inspection_id in self._users
-                    if not is_used and self._left_at.get(inspection_id, 0.0) < limit:
-                        await self._close(inspection_id)
+                for key, view in list(self._pages.items()):
+                    if not view.browsers and view.feed is not None and view.left_at_s < limit_s:
+                        await _close(view)
+                    if not view.sockets and view.feed is None:
+                        self._pages.pop(key, None)
 
     async def close(self) -> None:
         """Close all."""
         async with self._opening:
-            for inspection_id in list(self._feeds):
-                await self._close(inspection_id)
+            for view in self._pages.values():
+                await _close(view)
         await asyncio.to_thread(shutil.rmtree, self._sockets)
 
-    async def _close(self, inspection_id: str) -> None:
-        feed = self._feeds.pop(inspection_id)
-        self._left_at.pop(inspection_id, None)
+
+async def _close(view: PageView) -> None:
+    feed, view.feed = view.feed, None
+    if feed is not None:
         await asyncio.to_thread(feed.close)
-
-
-def joint_marks(adjusted: Adjusted) -> list[JointMark]:
-    """Joints that were seen, each once, and where others are expected."""
-    counted = {joint.number: joint for joint in adjusted.joints if (joint.number or 0) >= 1}
-    uncounted = [joint for joint in adjusted.joints if joint.number is None]
-    seen = [
-        JointMark(joint.number, joint.distance_mm / 1000, is_seen=True)
-        for joint in (*counted.values(), *uncounted)
-    ]
-    expected = [
-        JointMark(joint.number, joint.distance_mm / 1000, is_seen=False)
-        for joint in adjusted.expected_joints
-    ]
-    return seen + expected
-
-
-def _pins(views: Sequence[ObservationView], table: CodeTable) -> list[Pin]:
-    """Of a stretch only the start has a band; its other observations are pins of their own."""
-    placed = {view.row.id: view for view in views if view.place is not None}
-    finishes = {
-        start.id: finish.id
-        for stretch in stretches(view.row for view in placed.values())
-        for start, finish in zip(stretch.starts, stretch.finishes, strict=False)
-    }
-    return [_pin(view, placed.get(finishes.get(id_, "")), table) for id_, view in placed.items()]
-
-
-def _pin(view: ObservationView, finish: ObservationView | None, table: CodeTable) -> Pin:
-    fields, place = view.row.fields, view.place
-    assert place is not None  # noqa: S101  (only observations with a place become pins)
-    wall = place.wall
-    code = " ".join(fields[name] for name in ("code", "char1", "char2") if fields.get(name))
-    row = table.find(fields.get("code"), fields.get("char1"), fields.get("char2"))
-    return Pin(
-        id=view.row.id,
-        distance_m=place.distance_mm / 1000,
-        clock=fields.get("clock_from", wall.clock_h if wall else None),
-        u95_m=place.u95_m,
-        severity=fields.get("severity"),
-        label=f"{code} {row.label.partition(':')[0]}" if row else code or "?",
-        lateral_m=wall.lateral_mm / 1000 if wall else 0.0,
-        clock_to=fields.get("clock_to") if "clock_from" in fields else None,
-        finish_m=finish.place.distance_mm / 1000 if finish and finish.place else None,
-    )

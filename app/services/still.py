@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from app.errors import NoScene
 from app.reports.report import Entry, Report
-from app.services.scenes import joint_marks
+from app.services.scene_feed import joint_marks
 from app.services.tracks import estimate_at
-from app.viewer.scene import Pin, ViewerUnavailable, WallLayout, WallTile, still_page
+from app.viewer.scene import Pin, ViewerUnavailable, WallLayout, WallTile, Wording, still_page
 
 
 def scene_page(report: Report) -> str:
@@ -43,6 +43,7 @@ def scene_page(report: Report) -> str:
             tiles,
             shape,
             read,
+            Wording(report.language, report.units),
         )
     except ViewerUnavailable as error:
         raise NoScene(f"The 3D view could not be started: {error}") from error

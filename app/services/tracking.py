@@ -135,15 +135,22 @@ class Tracking:
             StillRunning: It is queued or running.
             NothingRecorded: There is no video to track.
         """
-        row = self._inspections.get(inspection_id)
-        video = self._folder.inspection(inspection_id) / row.video_file
+        self.require_film(self._inspections.get(inspection_id))
+        self._inspections.queue_again(inspection_id)
+        self.queued(inspection_id)
+
+    def require_film(self, row: Inspection) -> None:
+        """Raise NothingRecorded if an ended inspection has no film; else it may begin anew."""
+        video = self._folder.inspection(row.id) / row.video_file
         if row.source_kind == IMPORTED:
             raise NothingRecorded(NO_FILM)
         if row.status in ENDED and not video.exists():
             raise NothingRecorded("Nothing was recorded; start a new live inspection.")
         if row.status in ENDED:
             self._journal(row).drop()
-        self._inspections.queue_again(inspection_id)
+
+    def queued(self, inspection_id: str) -> None:
+        """It was queued to be tracked from its first frame."""
         self._live.publish(inspection_id, "queued", Progress(0, None, None, None))
         self.wake()
 
@@ -296,13 +303,16 @@ class Tracking:
 
     def _request(self, inspection: Inspection, resumption: Resumption | None) -> TrackRequest:
         video = str(self._folder.inspection(inspection.id) / inspection.video_file)
+        marks = self._tracks.marks(inspection.id)
         if resumption is None:
-            return TrackRequest(video, inspection.rig, self._limits, self._pace)
+            return TrackRequest(video, inspection.rig, self._limits, self._pace, marks=marks)
         limits = self._limits
         if limits.cpu_s is not None:  # of the whole run, however many processes do it
             rest_s = max(limits.cpu_s - round(resumption.cpu_s), 1)
             limits = msgspec.structs.replace(limits, cpu_s=rest_s)
-        return TrackRequest(video, inspection.rig, limits, self._pace, str(resumption.checkpoint))
+        return TrackRequest(
+            video, inspection.rig, limits, self._pace, str(resumption.checkpoint), marks
+        )
 
 
 def track_metadata(inspection: Inspection) -> Mapping[str, object]:

@@ -11,6 +11,8 @@ from typing import TypeVar
 
 import numpy as np
 
+from app.jobs import parts
+from app.jobs.parts import Mark
 from app.storage.files import Places, write_durably
 from vo_core.health import Health
 from vo_core.joints import Sighting, from_csv, to_csv
@@ -81,6 +83,7 @@ class _Growing:
         self.health = HealthColumns()
         self.sightings: list[Sighting] = []
         self.tilt: MountTilt | None = None
+        self.left_out: list[Mark] = []
         self.columns = {name: array("d") for name in _NUMBERS}
         self.status: list[str] = []
 
@@ -122,6 +125,20 @@ class Tracks:
         ):
             path.unlink(missing_ok=True)
 
+    def go_on(self, inspection_id: str) -> None:
+        """Let a track that was finished grow again, with all that it had."""
+        track, growing = self.get(inspection_id), _Growing()
+        growing.health = self.health(inspection_id).copy()
+        growing.sightings = self.sightings(inspection_id)
+        growing.tilt = self.tilt(inspection_id)
+        growing.columns = {name: array("d", getattr(track, name)) for name in _NUMBERS}
+        growing.status = [str(status) for status in track.status]
+        with self._lock:
+            self._growing[inspection_id] = growing
+            self._runs[inspection_id] = self._runs.get(inspection_id, 0) + 1
+            self._read.pop(inspection_id, None)
+            self._health.pop(inspection_id, None)
+
     def append(self, inspection_id: str, estimates: Iterable[Estimate]) -> None:
         """Add the next frames."""
         with self._lock:
@@ -143,6 +160,35 @@ class Tracks:
                 growing.health.note(frame, each)
             growing.sightings.extend(sightings)
             growing.tilt = tilt or growing.tilt
+
+    def leave_out(self, inspection_id: str, marks: Iterable[Mark]) -> None:
+        """Note frames that a camera gave and the disk had no room for."""
+        with self._lock:
+            self._growing[inspection_id].left_out.extend(marks)
+
+    def marks(self, inspection_id: str) -> list[Mark]:
+        """What the film does not show, as far as it is known, by frame."""
+        with self._lock:
+            growing = self._growing.get(inspection_id)
+            known = list(growing.left_out) if growing is not None else []
+        return sorted({*parts.read(self._folder.marks(inspection_id)), *known})
+
+    def keep_marks(self, inspection_id: str) -> list[Mark]:
+        """Write all of them down, those too for which there was no room before.
+
+        Raises:
+            DiskFull: There still is none.
+        """
+        marks = self.marks(inspection_id)
+        if marks:
+            text = parts.text_of(marks)
+            write_durably(self._folder.marks(inspection_id), text.encode())
+        return marks
+
+    def is_recorded(self, inspection_id: str, frame: int) -> bool:
+        """Whether the film shows this frame."""
+        marks = self.marks(inspection_id)
+        return not any(mark.frame == frame and mark.kind == "left_out" for mark in marks)
 
     def finish(self, inspection_id: str, metadata: Mapping[str, object]) -> None:
         """Write track.csv, health.csv and joints.csv, as far as the track is."""

@@ -22,6 +22,7 @@ from app.errors import (
     ChecksumMismatch,
     InvalidUpload,
     OffsetConflict,
+    TooManyUploads,
     UploadBusy,
     UploadIncomplete,
     UploadTooLarge,
@@ -34,6 +35,8 @@ logger = logging.getLogger(__name__)
 CHECKSUMS = ("sha1", "sha256")
 MAX_CHECKED_PIECE = 16 * 2**20
 """A piece with a checksum is held in memory until it is verified."""
+MOST_OF_A_TOKEN = 100
+"""Uploads that are announced or complete, and not yet an inspection."""
 _BLOCK = 2**20
 _CLOCK_WAS_SET_S = 60.0
 """What a clock that is only kept right does not jump by."""
@@ -66,22 +69,30 @@ class Uploads:
         self.max_bytes = max_bytes
         self._expiry_s = expiry_s
         self._clock_zero_s = _clock_zero_s()
-        self._lock = threading.Lock()
+        self._lock, self._creating = threading.Lock(), threading.Lock()
         self._busy: set[str] = set()
 
-    def create(self, length: int, filename: str, metadata: str) -> str:
-        """A new upload of `length` bytes.
+    def create(self, length: int, filename: str, metadata: str, owner: str) -> str:
+        """A new upload of `length` bytes, announced by the token `owner`.
 
         Raises:
             UploadTooLarge: Above the server's limit.
-            DiskFull: More than the disk has room for.
+            TooManyUploads: The token has as many as it may have.
+            DiskFull: More than the disk has room for, with what others have announced.
         """
         if length > self.max_bytes:
             raise UploadTooLarge(
                 f"The file has {length} bytes; the server takes {self.max_bytes} at most."
             )
-        self._folder.require_room(length)
-        return self._store.create(UploadInfo(length, filename, metadata))
+        with self._creating:  # two at once would both count without the other
+            announced = list(self._store.announced())
+            if sum(info.owner == owner for info, _ in announced) >= MOST_OF_A_TOKEN:
+                raise TooManyUploads(
+                    f"There are {MOST_OF_A_TOKEN} uploads of this token that became no inspection; "
+                    "discard some, or wait until they expire."
+                )
+            self._folder.require_room(length + sum(rest for _, rest in announced))
+            return self._store.create(UploadInfo(length, filename, metadata, owner))
 
     def state(self, upload_id: str) -> UploadState:
         """What was announced and what has arrived.

@@ -25,6 +25,7 @@ from urllib.parse import urlsplit
 
 from app.errors import Busy, DiskFull, InspectionNotFound, ObservationNotFound
 from app.logs import about
+from app.rounding import metres
 from app.services.inspections import Inspections
 from app.services.live import Event, ObservationsChanged
 from app.services.observations import Observations, ObservationView
@@ -187,7 +188,7 @@ class Webhook:
 
     def _label(self, inspection: Inspection, view: ObservationView) -> str | None:
         fields = view.row.fields
-        kind = self._packs.table_of(inspection.header).find(
+        kind = self._packs.table_of(inspection.header).named(
             fields.get("code"), fields.get("char1"), fields.get("char2")
         )
         return kind.label if kind else None
@@ -231,7 +232,7 @@ def message(
         },
         "observation": {
             "id": row.id,
-            "distance_m": round(place.distance_mm / 1000, 3) if place else None,
+            "distance_m": metres(place.distance_mm) if place else None,
             "distance_u95_m": place.u95_m if place else None,
             "code": row.fields.get("code"),
             "label": label,

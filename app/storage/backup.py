@@ -107,6 +107,7 @@ def back_up(data: Path, target: Path, on_progress: OnProgress) -> Summary:
     """
     if not (data / _DATABASE).is_file():
         raise UnusableBackup(f"There is no database in the folder {data}; name it with --data.")
+    revision_of(data / _DATABASE)  # damage is reported by the name of the file
     missing: list[str] = []
     with tempfile.TemporaryDirectory(prefix=".chainage-backup-", dir=target.parent) as folder:
         part = Path(folder) / "part"

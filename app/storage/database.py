@@ -192,6 +192,7 @@ def revision_of(path: Path) -> str | None:
         return None
     try:
         with closing(_opened_to_read(path)) as connection:
+            _require_sound(connection)
             tables = {name for (name,) in connection.execute("SELECT name FROM sqlite_schema")}
             found = (
                 connection.execute("SELECT version_num FROM alembic_version").fetchone()
@@ -202,7 +203,8 @@ def revision_of(path: Path) -> str | None:
         if _is_of_full_disk(error, path):  # even a reader needs room, for the index of the log
             raise DiskFull from error
         raise UnusableDatabase(
-            f"The database {path} cannot be read: {error}. Restore a backup of it."
+            f"The database {path} cannot be read, it is damaged ({str(error).strip()}). Make a new "
+            "data folder of a backup with `chainage restore BACKUP.zip --data NEW-FOLDER`."
         ) from error
     if found is None:
         return None
@@ -214,6 +216,13 @@ def revision_of(path: Path) -> str | None:
             f"{revision}). Install that version, or restore a backup of this one."
         )
     return revision
+
+
+def _require_sound(connection: sqlite3.Connection) -> None:
+    """Damaged pages would otherwise only be met in the middle of the work."""
+    (found,) = connection.execute("PRAGMA quick_check(1)").fetchone()
+    if found != "ok":
+        raise sqlite3.DatabaseError(found)
 
 
 def copy_database(source: Path, target: Path) -> None:

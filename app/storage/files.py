@@ -10,6 +10,8 @@ uploads/<32 hex>.bin  .json            bytes so far; what was announced
 inspections/<32 hex>/video.<suffix>    the original, as it was uploaded
                      rig.json  track.csv
                      health.csv  joints.csv
+                     recording.mkv         while a camera is recorded; then it becomes the video
+                     parts.csv             what the film of a camera does not show
                      photos/<uuid>-<frame>.jpg
                      wall/<index>.jpg  tiles of the unrolled wall; synced by a checkpoint
                      checkpoint  journal   while it is tracked: how to go on after a crash
@@ -77,6 +79,10 @@ class Places:
         """File that a camera is recorded into."""
         return self.inspection(inspection_id) / RECORDING
 
+    def marks(self, inspection_id: str) -> Path:
+        """File of the frames that a recording leaves out, and of where its parts begin."""
+        return self.inspection(inspection_id) / "parts.csv"
+
     def photo(self, inspection_id: str, observation_id: str, frame: int) -> Path:
         """File of the photo of an observation at a frame."""
         return self.inspection(inspection_id) / "photos" / f"{observation_id}-{frame}.jpg"
@@ -115,6 +121,10 @@ class DataFolder(Places):
     def disk_free_bytes(self) -> int:
         """The free space, with the reserve."""
         return shutil.disk_usage(self.root).free
+
+    def disk_bytes(self) -> int:
+        """All that the disk can hold."""
+        return shutil.disk_usage(self.root).total
 
     def require_room(self, size: int) -> None:
         """Raise DiskFull unless `size` bytes fit."""

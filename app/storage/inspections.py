@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 from app.errors import InspectionNotFound, StillRunning
 from app.storage.database import Database
 from app.storage.packs import require_pack_of
-from app.storage.tables import ENDED, RESCALED, Event, Inspection, Observation
+from app.storage.tables import ENDED, RESCALED, RIG_CHANGED, Event, Inspection, Observation
 from vo_core.track import Estimate
 
 
@@ -45,6 +45,7 @@ class Rescaling:
     before: dict[str, Any] | None
     """What the joints said; None if they did not count."""
     after: dict[str, Any] | None
+    """Likewise; without a `scale` it holds why they do not count."""
     remark: str
 
 
@@ -186,7 +187,9 @@ class InspectionStore:
                 .order_by(Event.id.desc())
                 .limit(1)
             ).first()
-            return newest.after if newest is not None and newest.action == RESCALED else None
+            if newest is None or newest.action != RESCALED:
+                return None
+            return newest.after if newest.after and "scale" in newest.after else None
 
     def record_corrected_end(
         self, inspection_id: str, revision: int, distance_mm: float, sigma_mm: float
@@ -323,23 +326,65 @@ class InspectionStore:
 
         def queue(session: Session) -> None:
             row = existing(session, inspection_id)
-            if row.status not in ENDED:
-                raise StillRunning(f"The inspection is {row.status}; stop it first.")
-            row.status = "queued"
-            row.queued_at = datetime.now(UTC)
-            row.finished_at = None
-            row.error_code = row.error_detail = row.warning = None
-            row.frames_done = 0
-            row.fps = row.distance_mm = row.sigma_distance_mm = None
-            row.corrected_mm = row.sigma_corrected_mm = None
-            # A photo that was missing for want of a track gets another chance.
-            session.execute(
-                update(Observation)
-                .where(Observation.inspection_id == inspection_id)
-                .values(photo_error=None)
-            )
+            _queue_again(session, row)
 
         self._database.write(queue)
+
+    def change_rig(self, inspection_id: str, who: str, rig: Mapping[str, Any]) -> None:
+        """Queue an ended one again with this rig; what differs is the event "rig_changed".
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+            StillRunning: It is queued or running.
+        """
+
+        def apply(session: Session) -> None:
+            row = existing(session, inspection_id)
+            _queue_again(session, row)
+            before, after = _differences(_flat(row.rig), _flat(rig))
+            if after != before:
+                row.rig = dict(rig)
+                row.revision += 1
+                session.add(_event(row, RIG_CHANGED, who, before, after))
+
+        self._database.write(apply)
+
+    def record_on(
+        self, inspection_id: str, who: str, between: str, values: Mapping[str, Any]
+    ) -> Inspection:
+        """Let an ended recording go on as the event "continued"; how it had ended is taken back.
+
+        Args:
+            inspection_id: Which.
+            who: For the record.
+            between: What the robot did between the parts.
+            values: Of its columns, as of a recording that has not ended.
+        Raises:
+            InspectionNotFound: There is none of this id.
+            StillRunning: It is queued or running.
+        """
+
+        def apply(session: Session) -> Inspection:
+            row = existing(session, inspection_id)
+            _require_ended(row)
+            before = _editable(row)
+            row.header = {
+                name: value
+                for name, value in row.header.items()
+                if name not in ("end_condition", "abandon_reason")
+            }
+            for name, value in values.items():
+                setattr(row, name, value)
+            row.status = "running"
+            row.source_sha256 = ""
+            row.finished_at = None
+            row.error_code = row.error_detail = row.warning = None
+            row.corrected_mm = row.sigma_corrected_mm = None
+            after = {**_editable(row), "robot": between}
+            session.add(_event(row, "continued", who, before, after))
+            return row
+
+        return self._database.write(apply)
 
     def record_outcome(
         self,
@@ -405,6 +450,41 @@ def existing(session: Session, inspection_id: str) -> Inspection:
     if row is None:
         raise InspectionNotFound(_NOT_FOUND)
     return row
+
+
+def _require_ended(row: Inspection) -> None:
+    if row.status not in ENDED:
+        raise StillRunning(f"The inspection is {row.status}; stop it first.")
+
+
+def _queue_again(session: Session, row: Inspection) -> None:
+    _require_ended(row)
+    row.status = "queued"
+    row.queued_at = datetime.now(UTC)
+    row.finished_at = None
+    row.error_code = row.error_detail = row.warning = None
+    row.frames_done = 0
+    row.fps = row.distance_mm = row.sigma_distance_mm = None
+    row.corrected_mm = row.sigma_corrected_mm = None
+    # A photo that was missing for want of a track gets another chance.
+    session.execute(
+        update(Observation).where(Observation.inspection_id == row.id).values(photo_error=None)
+    )
+
+
+def _flat(rig: Mapping[str, Any]) -> dict[str, Any]:
+    """`mount.height_mm` and so on: its values side by side."""
+    return {
+        f"{group}.{name}": value for group, fields in rig.items() for name, value in fields.items()
+    }
+
+
+def _differences(
+    before: Mapping[str, Any], after: Mapping[str, Any]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Only what is not the same in both."""
+    names = [n for n in {**before, **after} if before.get(n) != after.get(n)]
+    return {n: before.get(n) for n in names}, {n: after.get(n) for n in names}
 
 
 def _editable(inspection: Inspection) -> dict[str, Any]:

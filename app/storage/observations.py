@@ -150,6 +150,10 @@ _WITHOUT_PHOTO = select(Observation).where(
 )
 
 
+STATED_BY_FILE = ("at_joint", "photo_name")
+"""Fields of imported observations which nobody enters, so that they outlive a change."""
+
+
 def _put(
     session: Session, inspection_id: str, observation_id: str, fields: dict[str, Any], who: str
 ) -> bool:
@@ -173,6 +177,7 @@ def _put(
         _log(session, row, "created", who, None)
         return True
     before = None if row.deleted_at is not None else row.fields
+    fields = {**{name: row.fields[name] for name in STATED_BY_FILE if name in row.fields}, **fields}
     if fields == before:
         return False
     if row.frame != fields["frame"]:

@@ -12,6 +12,8 @@ from sqlalchemy.types import TypeDecorator
 
 RESCALED = "rescaled"
 """The action of an event that Chainage itself has caused: joints have changed the scale."""
+RIG_CHANGED = "rig_changed"
+"""The action of an event: tracked again with another rig."""
 ENDED = ("done", "failed", "cancelled")
 """States of an inspection that last."""
 STATES = ("queued", "running", *ENDED)

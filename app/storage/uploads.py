@@ -10,6 +10,7 @@ import os
 import re
 import secrets
 import time
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -29,6 +30,8 @@ class UploadInfo:
     filename: str
     metadata: str
     """The Upload-Metadata header as it came, for HEAD."""
+    owner: str = ""
+    """Name of the token that announced it."""
 
 
 class UploadStore:
@@ -65,6 +68,13 @@ class UploadStore:
                 "There is no such upload: it expired, was deleted or is already an inspection."
             ) from error
         return info
+
+    def announced(self) -> Iterator[tuple[UploadInfo, int]]:
+        """Every upload and how many of its bytes are still to come."""
+        for path in self._folder.glob("*.json"):
+            with suppress(UploadNotFound):  # it has just become an inspection
+                info = self.info(path.stem)
+                yield info, max(info.length - self.offset(path.stem), 0)
 
     def offset(self, upload_id: str) -> int:
         """How many bytes are on the disk."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from app.viewer.geometry import Mesh, Section, Vector, dashed, plank, torus, tube
 from app.viewer.views import CameraMode, Reach
+from app.viewer.wording import Wording
 
 MAX_METRES = 4000
 MAX_LABELS = 14
@@ -40,12 +41,6 @@ class JointMark(NamedTuple):
     """None if it cannot be counted from the zero."""
     x_m: float
     is_seen: bool
-
-    @property
-    def text(self) -> str:
-        """For its label."""
-        name = "joint" if self.number is None else f"joint {self.number}"
-        return f"{name} · {self.x_m:.2f} m" + ("" if self.is_seen else " · expected")
 
 
 class Culvert:
@@ -80,17 +75,21 @@ class Culvert:
             self._joints = tuple(joints)
             self._draw_joints()
 
-    def label(self, stretch_m: Reach, mode: CameraMode) -> None:
+    def label(self, stretch_m: Reach, mode: CameraMode, wording: Wording) -> None:
         """Name the joints, or the metres where there are none, in this part of the culvert.
 
         Of very many only every n-th is named.  Names stand at the tape, or at the crown for an
         observer inside.
         """
         start, end = stretch_m
-        named = [(joint.x_m, joint.text) for joint in self._joints if start <= joint.x_m <= end]
+        named = [
+            (x_m, wording.joint(number, x_m, is_seen=is_seen))
+            for number, x_m, is_seen in self._joints
+            if start <= x_m <= end
+        ]
         if not self._joints:
             metres = range(max(self._first, math.ceil(start)), min(self._last, math.floor(end)) + 1)
-            named = [(float(metre), f"{metre:.2f} m") for metre in metres]
+            named = [(float(metre), wording.distance(metre)) for metre in metres]
         wanted = named[:: max(1, math.ceil(len(named) / MAX_LABELS))]
         while len(self._labels) < len(wanted):
             name = f"/culvert/labels/{len(self._labels)}"

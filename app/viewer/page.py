@@ -6,30 +6,16 @@ contradicts them; ETAG is to be compared with If-None-Match.
 
 from __future__ import annotations
 
+import base64
 import gzip
 import hashlib
+import re
 from pathlib import Path
 
 import viser
+import zstandard
 
 from vo_core.mosaic import UNSEEN_GREY
-
-CSP = "; ".join(
-    [
-        "default-src 'none'",
-        # No 'unsafe-eval': viser's client evaluates script that its server sends, and the address
-        # of the page can name a foreign server.
-        "script-src 'unsafe-inline' 'wasm-unsafe-eval' blob: data:",
-        "style-src 'unsafe-inline'",
-        "img-src data: blob:",
-        "font-src data:",
-        "worker-src blob: data:",
-        "connect-src 'self' data: blob:",
-        "base-uri 'none'",
-        "form-action 'none'",
-        "frame-ancestors 'self'",
-    ]
-)
 
 # viser has no switch for panel and notifications; on a phone the panel is a sheet (3rd selector).
 # The canvas is transparent where nothing is drawn, so the gradient is the sky of the scene.
@@ -113,25 +99,92 @@ window.createImageBitmap = async function (source, ...rest) {
 """.replace("UNSEEN", str(UNSEEN_GREY))
 
 
-def with_our_head(page: str) -> str:
-    """viser's page, served or stand-alone, without panel and in our colours."""
+def with_our_head(page: str, more: str = "") -> str:
+    """viser's page, served or stand-alone, without panel and in our colours.
+
+    `more` is script that runs before viser's.
+    """
     before, head, after = page.partition("<head>")
     if not head:
-        raise RuntimeError(f"viser {viser.__version__} has a page without <head>; 1.1.1 is needed.")
-    return f"{before}{head}<style>{_STYLE}</style><script>{_SCRIPT}{_UNSEEN_SCRIPT}</script>{after}"
+        raise _wrong_version("has a page without <head>")
+    script = _SCRIPT + _UNSEEN_SCRIPT + more
+    return f"{before}{head}<style>{_STYLE}</style><script>{script}</script>{after}"
 
 
-def _build_page() -> bytes:
-    index = Path(viser.__file__).parent / "client" / "build" / "index.html"
-    return gzip.compress(with_our_head(index.read_text("utf-8")).encode(), 9, mtime=0)
+def _policy(scripts: list[str]) -> str:
+    """Content security policy under which these scripts and no others run."""
+    hashes = " ".join(
+        f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
+        for script in scripts
+    )
+    return "; ".join(
+        [
+            # An origin of its own: no cookie goes out from here, and nothing of ours is read.
+            "sandbox allow-scripts",
+            "default-src 'none'",
+            # No 'unsafe-eval': viser's client evaluates script that its server sends.
+            f"script-src {hashes} 'wasm-unsafe-eval'",
+            "style-src 'unsafe-inline'",
+            "img-src data: blob:",
+            "font-src data:",
+            "worker-src blob: data:",
+            # No data: here, or an address could carry a scene.
+            "connect-src 'self' blob:",
+            "base-uri 'none'",
+            "form-action 'none'",
+            "frame-ancestors 'self'",
+        ]
+    )
 
 
-PAGE = _build_page()
+_INLINE_SCRIPT = re.compile(r"<script\b[^>]*>(.*?)</script>", re.DOTALL)
+_PACKED = re.compile(r'data-p="([^"]*)" data-ss="(\d+)" data-cs="(\d+)"')
+"""Style and script of viser's client, and their sizes in bytes (vite-plugin-compress-html)."""
+_DIGITS = {
+    code: digit for digit, code in enumerate(b for b in range(0x21, 0x7F) if b not in b"\"&<>'`")
+}
+"""Of base 88: four bytes are five of them."""
+
+
+def _packed_script(page: str) -> str:
+    """The script that viser's client unpacks and then adds to its page."""
+    packed = _PACKED.search(page)
+    if packed is None:
+        raise _wrong_version("packs its client in another way")
+    text, style_bytes, script_bytes = packed[1].encode(), int(packed[2]), int(packed[3])
+    unpacked = zstandard.ZstdDecompressor().decompress(_from_base_88(text))
+    if len(unpacked) != style_bytes + script_bytes:
+        raise _wrong_version("packs its client in another way")
+    return unpacked[style_bytes:].decode()
+
+
+def _from_base_88(text: bytes) -> bytes:
+    decoded = bytearray()
+    for start in range(0, len(text), 5):
+        group = text[start : start + 5]
+        value = 0
+        for code in group:
+            value = 88 * value + _DIGITS[code]
+        decoded += value.to_bytes(len(group) - 1, "big")
+    return bytes(decoded)
+
+
+def _wrong_version(what: str) -> RuntimeError:
+    return RuntimeError(f"viser {viser.__version__} {what}; 1.1.1 is needed.")
+
+
+_HERE = Path(__file__).parent
+_INDEX = (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text("utf-8")
+_TEXT = with_our_head(_INDEX, (_HERE / "frame.js").read_text("utf-8"))
+
+PAGE = gzip.compress(_TEXT.encode(), 9, mtime=0)
 ETAG = f'"{hashlib.sha256(PAGE).hexdigest()[:32]}"'
 HEADERS = {
     "Content-Type": "text/html; charset=utf-8",
     "Content-Encoding": "gzip",
-    "Content-Security-Policy": CSP,
+    "Content-Security-Policy": _policy([*_INLINE_SCRIPT.findall(_TEXT), _packed_script(_INDEX)]),
+    # A browser does not open a page with a sandbox and an opener policy by itself.
+    "Cross-Origin-Opener-Policy": "unsafe-none",
     "ETag": ETAG,
     # The page and the server must be of one viser version.
     "Cache-Control": "no-cache",

@@ -13,7 +13,6 @@ import viser
 from numpy.typing import NDArray
 from viser.transforms import SO3
 
-from app.interval import half_width_text
 from app.viewer.geometry import (
     Mesh,
     PinHit,
@@ -24,6 +23,7 @@ from app.viewer.geometry import (
     strip,
 )
 from app.viewer.views import CameraMode
+from app.viewer.wording import Wording
 
 Color = tuple[int, int, int]
 
@@ -66,6 +66,7 @@ class Pin:
     severity: int | None
     """0 note to 5 act now; None not rated."""
     label: str
+    """Code and name, in the language of who looks."""
     lateral_m: float = 0.0
     """To the right of the axis; counts on a floor only."""
     clock_to: float | None = None
@@ -85,10 +86,12 @@ class Pins:
         self._patches: dict[Color, viser.MeshHandle] = {}
         self._labels: list[viser.LabelHandle] = []
 
-    def show(self, pins: Sequence[Pin], mode: CameraMode, selected: str | None) -> None:
+    def show(
+        self, pins: Sequence[Pin], mode: CameraMode, selected: str | None, wording: Wording
+    ) -> None:
         """Replace everything drawn by `pins`, and highlight the one with the id `selected`."""
         pins = sorted(pins, key=lambda pin: pin.distance_m)
-        self._show_labels(pins, mode, selected)
+        self._show_labels(pins, mode, selected, wording)
         self._show_patches(pins)
         if pins:
             self._draw(pins, mode, selected)
@@ -128,7 +131,9 @@ class Pins:
             thickness=0.028 * _enlarged(mode) * size,
         )
 
-    def _show_labels(self, pins: Sequence[Pin], mode: CameraMode, selected: str | None) -> None:
+    def _show_labels(
+        self, pins: Sequence[Pin], mode: CameraMode, selected: str | None, wording: Wording
+    ) -> None:
         while len(self._labels) < len(pins):
             self._labels.append(
                 self._scene.add_label(
@@ -141,7 +146,7 @@ class Pins:
         for label, pin, is_crowded in zip(self._labels, pins, crowded, strict=False):
             is_selected = pin.id == selected
             is_short = is_crowded and mode == "overview" and not is_selected
-            text = _short_text(pin) if is_short else _text(pin)
+            text = _short_text(pin) if is_short else _text(pin, wording)
             label.text = f"» {text}" if is_selected else text
             label.font_screen_scale = 1.5 if is_selected else 1.15
             label.position = _head(self._section, pin) - [0.0, 0.0, 0.16 * self._section.scale_m]
@@ -321,7 +326,10 @@ def _short_text(pin: Pin) -> str:
     return pin.label if pin.severity is None else f"S{pin.severity} {pin.label}"
 
 
-def _text(pin: Pin) -> str:
-    finish = "" if pin.finish_m is None else f" to {pin.finish_m:.2f} m"
-    interval = "" if pin.u95_m is None else f" ± {half_width_text(pin.u95_m)} m"
-    return f"{_short_text(pin)}\n{pin.distance_m:.2f} m{interval}{finish}"
+def _text(pin: Pin, wording: Wording) -> str:
+    parts = [wording.distance(pin.distance_m)]
+    if pin.u95_m is not None:
+        parts.append(wording.interval(pin.u95_m))
+    if pin.finish_m is not None:
+        parts += [wording.word("to"), wording.distance(pin.finish_m)]
+    return f"{_short_text(pin)}\n{' '.join(parts)}"

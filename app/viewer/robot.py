@@ -6,9 +6,11 @@ import numpy as np
 import viser
 from viser.transforms import SO3
 
-from app.interval import half_width_m, half_width_text
+from app.interval import half_width_m
+from app.rounding import metres
 from app.viewer.geometry import Frustum, Section, camera_xyz_m, yaw_wxyz
 from app.viewer.views import CameraMode
+from app.viewer.wording import Wording
 from vo_core.rig import Rig
 from vo_core.track import Estimate
 
@@ -36,18 +38,19 @@ class Robot:
             "/robot_label", "", font_screen_scale=1.6, anchor="bottom-center"
         )
 
-    def show(self, estimate: Estimate, mode: CameraMode) -> None:
+    def show(self, estimate: Estimate, mode: CameraMode, wording: Wording) -> None:
         """Move everything to the estimate."""
         x_m, y_m = estimate.distance_mm / 1000, estimate.y_mm / 1000
         self._frame.position = camera_xyz_m(self._rig, x_m, y_m)
         self._frame.wxyz = yaw_wxyz(np.radians(estimate.yaw_deg))
 
-        note = "" if estimate.status == "ok" else f" · {estimate.status}"
+        note = "" if estimate.status == "ok" else f" · {wording.word(estimate.status)}"
         # Another program has measured a distance that has neither sigma nor quality.
         is_told = estimate.sigma_distance_mm == 0 and estimate.quality == 0
         half_m = half_width_m(estimate.sigma_distance_mm)
-        interval = "" if is_told else f" ± {half_width_text(half_m)} m"
-        self._label.text = f"{round(x_m, 3) + 0.0:.3f} m{interval}{note}"  # never -0.000
+        interval = "" if is_told else f" {wording.interval(half_m)}"
+        distance = wording.distance(metres(estimate.distance_mm), more_decimals=1)
+        self._label.text = f"{distance}{interval}{note}"
         raised_m = _LABEL_HEIGHT[mode] * self._section.scale_m
         self._label.position = (x_m, 0.0, self._section.axis_z_m - raised_m)
 

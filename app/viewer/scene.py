@@ -27,6 +27,7 @@ from app.viewer.robot import Robot
 from app.viewer.trail import MAX_POINTS, PathPoint, Thinner, Trail
 from app.viewer.views import CameraMode, Observers, Reach, named_stretch
 from app.viewer.wall import ReadPicture, TexturedWall, WallLayout, WallPictures, WallTile
+from app.viewer.wording import Wording
 from vo_core.rig import Rig
 from vo_core.track import Estimate, Track
 
@@ -40,6 +41,7 @@ __all__ = [
     "WallHit",
     "WallLayout",
     "WallTile",
+    "Wording",
     "still_page",
 ]
 
@@ -71,6 +73,7 @@ def still_page(
     tiles: Sequence[WallTile],
     layout: WallLayout | None,
     read: ReadPicture,
+    wording: Wording,
 ) -> str:
     """A page that shows a finished run by itself, without a server; blocks for some 100 ms.
 
@@ -83,6 +86,7 @@ def still_page(
         tiles: Pictures of the wall, as many as a browser has room for.
         layout: Of the tiles; None if there are none.
         read: The picture of a tile by its index.
+        wording: Language and unit of the labels.
 
     Raises:
         ViewerUnavailable: The viser server could not be started.
@@ -92,7 +96,7 @@ def still_page(
         server = start_private_server(socket_path)
         try:
             drawing = _Drawing(server, rig, Section.of(rig), threading.Event())
-            inbox = _Inbox(pins=tuple(pins), joints=tuple(joints))
+            inbox = _Inbox(pins=tuple(pins), joints=tuple(joints), wording=wording)
             if len(track):
                 columns = (track.distance_mm, track.y_mm, track.sigma_distance_mm)
                 inbox.path.extend(Thinner().thin(*(column.tolist() for column in columns)))
@@ -125,6 +129,7 @@ class _Inbox:
     pins: tuple[Pin, ...] | None = None
     selection: _Selection | None = None
     mode: CameraMode | None = None
+    wording: Wording | None = None
     length_m: float | None = None
     joints: tuple[JointMark, ...] | None = None
     wall: WallPictures | None = None
@@ -133,7 +138,7 @@ class _Inbox:
 
 
 class CulvertScene:
-    """The culvert, the robot in it, its path and the defects, for any number of browsers.
+    """The culvert, the robot in it, its path and the defects, as one page looks at them.
 
     Make it and close it in a worker thread: both block for some milliseconds.  All other methods
     return at once and may be called from any thread.
@@ -218,9 +223,15 @@ class CulvertScene:
         self._wake.set()
 
     def set_camera(self, mode: CameraMode) -> None:
-        """Send every browser's camera to this view."""
+        """Send the cameras of its browsers to this view."""
         with self._lock:
             self._inbox.mode = mode
+        self._wake.set()
+
+    def set_wording(self, wording: Wording) -> None:
+        """Write the labels in this language and unit; the texts of pins come with `set_pins`."""
+        with self._lock:
+            self._inbox.wording = wording
         self._wake.set()
 
     def set_length(self, length_mm: float) -> None:
@@ -290,6 +301,7 @@ class _Drawing:
         self._observers = Observers(server, section)
         self._observers.set_initial(self._culvert.reach_m)
         self._mode: CameraMode = "overview"
+        self._wording = Wording()
         self._pose = Estimate(0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, "ok", 0.0)
         self._pins_shown: tuple[Pin, ...] = ()
         self._preview: bytes | None = None
@@ -319,6 +331,8 @@ class _Drawing:
     def apply(self, inbox: _Inbox) -> None:
         """Draw what has changed, and move the observers along."""
         with self.server.atomic():
+            self._wording = inbox.wording or self._wording
+            is_seen_anew = inbox.mode is not None or inbox.wording is not None
             if inbox.mode is not None:
                 self._mode = inbox.mode
                 self._observers.set_mode(inbox.mode)
@@ -336,18 +350,17 @@ class _Drawing:
                 self._pins_shown = inbox.pins
             if inbox.selection is not None:
                 self._selected = inbox.selection.id
-            if any(new is not None for new in (inbox.pins, inbox.selection, inbox.mode)):
-                self._pins.show(self._pins_shown, self._mode, self._selected)
-            if inbox.pose is not None or inbox.mode is not None:
+            if is_seen_anew or inbox.pins is not None or inbox.selection is not None:
+                self._pins.show(self._pins_shown, self._mode, self._selected, self._wording)
+            if is_seen_anew or inbox.pose is not None:
                 self._pose = inbox.pose or self._pose
                 self._culvert.grow_to(self._pose.distance_mm / 1000)
                 self._show_robot()
         self._show_preview(inbox.preview)
         robot_x_m = self._pose.distance_mm / 1000
         self._wall.update(robot_x_m)
-        self._culvert.label(
-            named_stretch(self._mode, self._section, self._culvert.reach_m, robot_x_m), self._mode
-        )
+        named_m = named_stretch(self._mode, self._section, self._culvert.reach_m, robot_x_m)
+        self._culvert.label(named_m, self._mode, self._wording)
         self._observers.update(self._culvert.reach_m, robot_x_m)
 
     def page(self) -> str:
@@ -356,7 +369,7 @@ class _Drawing:
         return with_our_head(self.server.scene.as_html(dark_mode=True))
 
     def _show_robot(self) -> None:
-        self._robot.show(self._pose, self._mode)
+        self._robot.show(self._pose, self._mode, self._wording)
         self._interval.show(self._pose, self._mode)
 
     def _show_preview(self, newest: bytes | None) -> None:

@@ -9,6 +9,7 @@
  * @property {string} what 'tag', 'edit', 'delete', 'stretch', 'header' or 'correction'
  * @property {object} [item] the observation that it is about, as it was then
  * @property {object[]} [changes] what it changed, for its name
+ * @property {object|null} [visit] of a field that is typed in: all its letters are one step
  * @property {(isBack: boolean) => Promise<void>|void} run takes it back, or does it again
  * @property {(isBack: boolean) => Promise<boolean>} isOvertaken whether the thing is no longer as the step left it
  *
@@ -39,6 +40,12 @@ export class History extends EventTarget {
   add(step) {
     this.#done.push(step);
     this.#undone = [];
+    this.#changed();
+  }
+
+  /** Puts another step in the place of the last one, as more is typed, or none: it is as before. */
+  replaceLast(step = null) {
+    this.#done.splice(-1, 1, ...(step ? [step] : []));
     this.#changed();
   }
 

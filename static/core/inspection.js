@@ -1,6 +1,6 @@
 /** One inspection as the server last described it, and what can be done with it. */
 
-import { get, patch, post } from './api.js';
+import { get, patch, post, put } from './api.js';
 import { Store } from './store.js';
 
 /** Whether the server still works on it. */
@@ -8,6 +8,10 @@ export const isUnfinished = ({ status }) => status === 'queued' || status === 'r
 
 /** Whether there are pictures: an imported survey is without its film. */
 export const hasFilm = ({ source }) => source.kind !== 'import';
+
+/** Whether it was recorded from a camera and may be recorded on. */
+export const mayGoOn = (inspection) =>
+  inspection.source.kind === 'live' && !isUnfinished(inspection) && inspection.video.codec !== '';
 
 /** Whether another program has measured the distances, so that nobody knows their intervals. */
 export const isUnmeasured = ({ source, video }) => source.kind === 'import' && video.codec === '';
@@ -85,6 +89,16 @@ export class Inspection extends Store {
   async cancel() {
     await post(`${this.#path}/cancel`);
     await this.load();
+  }
+
+  /** Goes on with the recording of a camera; `robot`: stood_still or moved. */
+  async recordOn(url, robot) {
+    this.set(await post(`${this.#path}/continue`, { url, robot }));
+  }
+
+  /** Tracks all frames again with this rig. */
+  async trackWith(rig) {
+    this.set(await put(`${this.#path}/rig`, { rig }));
   }
 
   async retry() {

@@ -1,5 +1,8 @@
 /** One listener for all keys of a page, and the table that the help shows. */
 
+import { preferences } from './preferences.js';
+import { t } from './words.js';
+
 /**
  * @typedef {object} Binding
  * @property {string[]} keys as KeyboardEvent.key, with 'Shift+' or 'Ctrl+' before it where needed
@@ -17,6 +20,16 @@ export function keyName(event) {
   const isWithShift = event.shiftKey && (digit || event.key.length > 1 || /\p{L}/u.test(key));
   return control + (isWithShift ? 'Shift+' : '') + key;
 }
+
+/** Letters, digits and signs, as keys or as they are shown: speech input types them. Arrows are none. */
+const SINGLE = /^(Shift\+)?[^\s←→](…\d)?$/u;
+
+/** Whether a key does what it is bound to: letters, digits and signs can be switched off (WCAG 2.1.4). */
+export const isKeyOn = (key) => preferences.value.single_keys || !SINGLE.test(key.replaceAll(' ', ''));
+
+/** 'Play (Space)': what a button does, with its key as long as that is one. */
+export const withKey = (what, key) =>
+  key && isKeyOn(key) ? t('video.with_key', { what, key }) : what;
 
 /** What a pedal sends: no field needs it. */
 const PEDAL = /^(F\d+|Pause)$/;
@@ -52,7 +65,7 @@ export function bindKeys(target, bindings, signal, except = new Set()) {
     (event) => {
       const key = keyName(event);
       const binding = table.get(key);
-      if (!binding || event.altKey || except.has(key) || isTaken(event.target, key)) return;
+      if (!binding || !isKeyOn(key) || event.altKey || except.has(key) || isTaken(event.target, key)) return;
       event.preventDefault();
       binding.run(event, key);
     },

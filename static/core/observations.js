@@ -120,11 +120,37 @@ export class Observations extends Store {
 
   /** The code and its characters change throughout a stretch. */
   edit(id, changes) {
+    this.#do('edit', this.#editOf(id, changes));
+  }
+
+  /**
+   * Like `edit`, for every letter that is typed: it is safe in this browser at once and goes to the
+   * server when the hand rests. All letters of one visit of a field are one step to undo.
+   * @param {string} id
+   * @param {object} changes
+   * @param {object} visit the same object as long as the field has the focus
+   */
+  type(id, changes, visit) {
     const item = this.find(id);
-    if (!item) return; // deleted elsewhere meanwhile
+    const edited = this.#editOf(id, changes).filter(isReal);
+    if (edited.length === 0) return;
+    this.#apply(edited, false, (...operation) => this.#queueTyped(...operation));
+    const { last } = this.#history;
+    if (last?.visit !== visit) {
+      this.#history.add({ ...this.#step('edit', edited, item), visit });
+      return;
+    }
+    const beforeOf = (change) => last.changes.find(({ id: other }) => other === change.id)?.before;
+    const whole = edited.map((change) => ({ ...change, before: beforeOf(change) ?? change.before })).filter(isReal);
+    this.#history.replaceLast(whole.length ? { ...this.#step('edit', whole, last.item), visit } : null);
+  }
+
+  #editOf(id, changes) {
+    const item = this.find(id);
+    if (!item) return []; // deleted elsewhere meanwhile
     const shared = Object.fromEntries(Object.entries(changes).filter(([name]) => SHARED.includes(name)));
     const others = partsOf(this.value, item).filter((part) => part.id !== id);
-    this.#do('edit', [changeOf(item, changes), ...others.map((part) => changeOf(part, shared))]);
+    return [changeOf(item, changes), ...others.map((part) => changeOf(part, shared))];
   }
 
   /** Changes several observations in one step: [id, changes] of each. */
@@ -162,25 +188,30 @@ export class Observations extends Store {
 
   /** @param {Change[]} changes those that change nothing are left out */
   #do(what, changes) {
-    const real = changes.filter(({ before, after }) => !before || !after || !isSame(before, after));
+    const real = changes.filter(isReal);
     if (real.length === 0) return;
     const item = this.find(real[0].id);
     this.#apply(real, false);
-    this.#history.add({
-      what,
-      item: item ?? this.find(real[0].id),
-      changes: real,
-      run: (isBack) => this.#apply(real, isBack),
-      isOvertaken: (isBack) => this.#isOvertaken(real, isBack),
-    });
+    this.#history.add(this.#step(what, real, item));
   }
 
-  #apply(changes, isBack) {
+  /** @param {object|null} item as it was before, null when it was not there */
+  #step(what, changes, item) {
+    return {
+      what,
+      item: item ?? this.find(changes[0].id),
+      changes,
+      run: (isBack) => this.#apply(changes, isBack),
+      isOvertaken: (isBack) => this.#isOvertaken(changes, isBack),
+    };
+  }
+
+  #apply(changes, isBack, queue = (...operation) => this.#queue(...operation)) {
     for (const { id, before, after } of changes) {
       const [from, to] = isBack ? [after, before] : [before, after];
       if (to === null) this.#remove(id);
       else if (from === null) this.#bring(id, to);
-      else if (this.find(id)) this.#save(id, to);
+      else if (this.find(id)) this.#save(id, to, queue);
     }
   }
 
@@ -205,7 +236,7 @@ export class Observations extends Store {
     return `/api/inspections/${this.#inspection}/observations`;
   }
 
-  #save(id, changes) {
+  #save(id, changes, queue) {
     const item = { ...this.find(id), ...changes, save: 'waiting' };
     const isMoved = 'frame' in changes || 'pixel' in changes;
     const place = isMoved ? { ...this.#placeOf(item.frame, item.pixel), photo: null, photo_error: null } : {};
@@ -213,7 +244,7 @@ export class Observations extends Store {
       clock: item.clock_from ?? this.#placeOf(item.frame, item.pixel).clock,
     };
     this.#replace({ ...item, ...place, ...clock });
-    this.#queue('save', id, fieldsOf(item));
+    queue('save', id, fieldsOf(item));
   }
 
   /** Shows one that was not there, or not any more. */
@@ -231,6 +262,11 @@ export class Observations extends Store {
   #queue(kind, observation, fields) {
     this.#version += 1;
     return this.#outbox.add({ inspection: this.#inspection, observation, kind, fields });
+  }
+
+  #queueTyped(kind, observation, fields) {
+    this.#version += 1;
+    return this.#outbox.addTyped({ inspection: this.#inspection, observation, kind, fields });
   }
 
   #answered({ operation, answer }) {
@@ -304,5 +340,7 @@ const changeOf = (item, changes) => ({
   before: Object.fromEntries(Object.keys(changes).map((name) => [name, item[name] ?? null])),
   after: changes,
 });
+
+const isReal = ({ before, after }) => !before || !after || !isSame(before, after);
 
 const isSame = (a, b) => JSON.stringify(a ?? null) === JSON.stringify(b ?? null);

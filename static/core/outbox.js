@@ -13,6 +13,8 @@ const NAME = 'chainage-outbox';
 const PAUSES_S = [0.5, 1, 2, 5, 10];
 /** A server that does not answer by then is away; a photo takes a few seconds. */
 const ANSWER_LIMIT_S = 30;
+/** What is typed is kept at every letter, and sent when the hand has rested for so long. */
+const TYPED_S = 0.8;
 
 /**
  * @typedef {object} Operation
@@ -48,6 +50,7 @@ export class Outbox extends EventTarget {
   #written = Promise.resolve();
   #failures = 0;
   #timer = 0;
+  #typedTimer = 0;
   #others = new BroadcastChannel(NAME);
 
   /** Opens the box of this browser and goes on with what it still holds. */
@@ -100,6 +103,18 @@ export class Outbox extends EventTarget {
 
   /** Resolves when the operation is safe in this browser; sending goes on in the background. */
   async add(operation) {
+    await this.#keep(operation);
+    this.#flush();
+  }
+
+  /** Like `add`, of what is still being typed: it is sent when nothing more comes for a while. */
+  async addTyped(operation) {
+    clearTimeout(this.#typedTimer);
+    this.#typedTimer = setTimeout(() => this.#flush(), 1000 * TYPED_S);
+    await this.#keep(operation);
+  }
+
+  async #keep(operation) {
     const { observation } = operation;
     const last = this.#known.findLast((other) => other.observation === observation);
     const isOvertaken =
@@ -114,7 +129,6 @@ export class Outbox extends EventTarget {
     await this.#written;
     this.#changed();
     this.#others.postMessage(null);
-    this.#flush();
   }
 
   /** Forgets what the server has refused of an observation. */

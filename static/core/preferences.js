@@ -18,9 +18,10 @@ export const USUAL_CODES = ['BAB', 'BAC', 'BAF', 'BAJ', 'BBA', 'BBB', 'BBC', 'BB
  * @property {'en'|'ms'|null} language null: the one of the browser
  * @property {'m'|'ft'} units
  * @property {{code: string, char1: string|null, char2: string|null}[]} quick_codes at most nine
+ * @property {boolean} single_keys whether letters, digits and signs are keys
  * @property {string|null} pack id of the code pack for new inspections, null: the built-in one
  */
-const UNSET = { language: null, units: 'm', quick_codes: USUAL_CODES, pack: null };
+const UNSET = { language: null, units: 'm', quick_codes: USUAL_CODES, single_keys: true, pack: null };
 
 class Preferences extends Store {
   /** {name, role} of who is logged in, or null before the server has answered. */

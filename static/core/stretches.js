@@ -10,6 +10,10 @@
  * @property {number|null} severity the worst of its observations
  */
 
+/** How many defects these observations are: a stretch is one, whatever its start, changes and finish. */
+export const defectCount = (observations) =>
+  new Set(observations.map(({ id, continuous }) => continuous?.slice(1) ?? id)).size;
+
 /**
  * The stretches among some observations.
  * @param {object[]} observations

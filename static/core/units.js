@@ -4,6 +4,7 @@
  */
 
 import { preferences } from './preferences.js';
+import { published, rounded, roundedUp } from './rounding.js';
 import { language, t } from './words.js';
 
 const M_PER_FT = 0.3048;
@@ -21,32 +22,24 @@ export const fromShown = (shown) => (lengthUnit === 'ft' ? shown * M_PER_FT : sh
 export const chainage = (m) => `${chainageNumber(m)} ${lengthUnit}`;
 
 /**
- * '3.42', or a dash while the distance is not known. Rounded from whole tenths of a millimetre, as
- * the API states them, so that a track row and a defect at the same place read the same.
+ * '3.42', or a dash while the distance is not known. Rounded from the millimetre that is published,
+ * so that a track row, a defect at the same place and a report of it read the same.
  */
 export function chainageNumber(m) {
   if (m === null) return '–';
-  const steps = 10 ** DECIMALS;
-  const shown = toShown(Math.round(m * 10000) / 10000);
-  // 12 digits: 0.705 * 100 is 70.4999... in binary, and rounds up on paper.
-  const rounded = Math.round(Number((shown * steps).toPrecision(12))) / steps;
-  return signed(rounded, DECIMALS);
+  return signed(toShown(published(m)), DECIMALS);
 }
 
 /** Distances are shown to so much; none is known better. */
 export const LEAST_M = 0.01;
 
-/** Up to the next step: an interval may be wider than the error, but not narrower. */
-const roundedUp = (value, steps) => Math.ceil(value * steps - 1e-9) / steps;
-
 /** Half of the 95 % interval in metres, as app/interval.py has it: up to the next millimetre. */
-export const u95FromSigma = (sigmaMm) => Math.max(LEAST_M, roundedUp((1.96 * sigmaMm) / 1000, 1000));
+export const u95FromSigma = (sigmaMm) => Math.max(LEAST_M, roundedUp((1.96 * sigmaMm) / 1000, 3));
 
 /** '± 0.01 m', rounded up to the last digit shown, and never zero. */
 export function plusMinus(u95M) {
   if (u95M === null) return '';
-  const steps = 10 ** DECIMALS;
-  const shown = Math.max(roundedUp(toShown(u95M), steps), 1 / steps);
+  const shown = Math.max(roundedUp(toShown(u95M), DECIMALS), 10 ** -DECIMALS);
   return `± ${shown.toFixed(DECIMALS)} ${lengthUnit}`;
 }
 
@@ -68,8 +61,7 @@ export function parseDistance(text) {
 }
 
 /** A number with a true minus sign, and none before a zero. */
-export const signed = (value, decimals) =>
-  value.toFixed(decimals).replace(/^-(?=0(\.0*)?$)/, '').replace('-', '−');
+export const signed = (value, decimals) => rounded(value, decimals).toFixed(decimals).replace('-', '−');
 
 /** '0:03.42', or '1:02:03.42' above an hour. */
 export function timecode(seconds, decimals = 2) {

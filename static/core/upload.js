@@ -21,7 +21,7 @@ const TUS = { 'Tus-Resumable': '1.0.0' };
 
 const nameOf = (file) => `${REMEMBERED}${file.name}:${file.size}:${file.lastModified}`;
 
-/** Uploads that were begun in this browser and not yet used: [{url, name, size}]. */
+/** Uploads that were begun in this browser and not yet used: [{url, name, size, refused?}]. */
 export function unfinishedUploads() {
   return Object.keys(localStorage)
     .filter((key) => key.startsWith(REMEMBERED))
@@ -115,6 +115,28 @@ export class Upload extends EventTarget {
     localStorage.removeItem(nameOf(this.#file));
   }
 
+  /**
+   * The server does not take the file, for this reason: a film that is none has no use there; with
+   * another rig it may be taken, so it stays.
+   */
+  async reject({ code, reason }) {
+    if (code !== 'unreadable_video') {
+      this.#remember(reason);
+      return;
+    }
+    const url = this.#url;
+    this.forget();
+    this.#url = null;
+    this.offset = 0;
+    this.#become('FAILED', reason);
+    await send('DELETE', url, { headers: TUS, allow: [404, 410] });
+  }
+
+  #remember(refused = undefined) {
+    const kept = { url: this.#url, name: this.#file.name, size: this.size, refused };
+    localStorage.setItem(nameOf(this.#file), JSON.stringify(kept));
+  }
+
   #canGoOn(error) {
     if (this.#url && (error.status === 404 || error.status === 410)) {
       this.#url = null; // the server has dropped it: begin anew
@@ -144,10 +166,7 @@ export class Upload extends EventTarget {
       signal,
     });
     this.#url = new URL(response.headers.get('Location'), location.href).pathname;
-    localStorage.setItem(
-      nameOf(this.#file),
-      JSON.stringify({ url: this.#url, name: this.#file.name, size: this.size }),
-    );
+    this.#remember();
     this.#advance(0);
   }
 

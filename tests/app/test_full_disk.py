@@ -9,7 +9,17 @@ from typing import Any
 
 import httpx
 import pytest
-from builders import TOKEN, TUS, Client, assert_error, clip_rig, make_clip, serving, wait_until
+from builders import (
+    TOKEN,
+    TUS,
+    Client,
+    assert_error,
+    clip_rig,
+    frame_number,
+    make_clip,
+    serving,
+    wait_until,
+)
 from cameras import MjpegCamera
 from small_disk import SmallDisk, small_disk
 
@@ -140,7 +150,9 @@ def test_a_recording_needs_room_to_begin_with(disk: SmallDisk) -> None:
         assert_error(answer, 507, "disk_full")  # 64 MiB
 
 
-def test_a_recording_that_fills_the_disk_is_kept(tmp_path: Path) -> None:
+def test_a_full_disk_stops_the_recording_until_there_is_room_and_never_the_tracking(
+    tmp_path: Path,
+) -> None:
     networks = ("127.0.0.0/8",)
     with (
         small_disk(tmp_path / "disk", megabytes=80) as disk,
@@ -150,12 +162,53 @@ def test_a_recording_that_fills_the_disk_is_kept(tmp_path: Path) -> None:
         source = {"kind": "live", "url": camera.url}
         body = {"name": "Live", "source": source, "rig": clip_rig(), "header": {}}
         inspection_id = client.post("/api/inspections", json=body).json()["id"]
-        wait_until(lambda: client.inspection(inspection_id)["progress"]["frames_done"] > 15)
+        path = f"/api/inspections/{inspection_id}"
+
+        def frames() -> int:
+            return int(client.inspection(inspection_id)["progress"]["frames_done"])
+
+        def is_recording() -> bool:
+            inspection = client.inspection(inspection_id)
+            assert inspection["status"] == "running"
+            return bool(inspection["live"]["is_recording"])
+
+        def tagged() -> tuple[int, dict[str, Any]]:
+            """A frame from now, which is tracked, and its row."""
+            before = frames()
+            wait_until(lambda: frames() > before + 20)
+            return before + 10, row(client, path, before + 10)
+
+        wait_until(lambda: frames() > 15)
         disk.fill()
-        waiting = wait_until(lambda: held_up(client, inspection_id))
-        assert "disk is full" in waiting["warning"]
+        wait_until(lambda: not is_recording())
+        unrecorded, its_row = tagged()
         disk.make_room()
-        done = client.wait(inspection_id)
-        assert done["status"] == "done"
-        assert "disk is full" in done["warning"]
-        assert done["progress"]["frames_done"] > 15
+        wait_until(is_recording)
+        later, later_row = tagged()
+        assert later_row["time_s"] > its_row["time_s"]
+        photos = [client.get(f"{path}/frames/{frame}.jpg") for frame in (unrecorded, later)]
+        assert "not recorded" in assert_error(photos[0], 404, "frame_not_found")
+        assert photos[1].is_success
+        client.post(f"{path}/cancel")
+        ended = client.wait(inspection_id)
+        assert ended["status"] == "cancelled"
+        assert "tracked but not recorded" in ended["warning"]
+        assert frame_number(client.get(f"{path}/frames/{later}.jpg").content) == frame_number(
+            photos[1].content
+        )
+        total = ended["progress"]["frames_done"]
+
+        client.post(f"{path}/retry")
+        again = client.wait(inspection_id)
+        assert (again["status"], again["progress"]["frames_done"]) == ("done", total)
+        assert row(client, path, later)["time_s"] == pytest.approx(later_row["time_s"])
+        now_unseen = row(client, path, unrecorded)
+        assert now_unseen["time_s"] == pytest.approx(its_row["time_s"])
+        assert now_unseen["status"] == "lost"
+        error_mm = row(client, path, later)["distance_mm"] - later_row["distance_mm"]
+        assert abs(error_mm) < 2 * row(client, path, later)["sigma_distance_mm"]
+
+
+def row(client: Client, path: str, frame: int) -> dict[str, Any]:
+    columns = client.get(f"{path}/track?format=json&raw=true").json()["columns"]
+    return {name: column[frame] for name, column in columns.items()}

@@ -22,7 +22,7 @@ def test_no_interval_is_shown_narrower_than_it_is_or_wider_than_one_digit(
     sigma_mm: float, is_feet: bool
 ) -> None:
     unit_m, decimals = (FOOT_M, 1) if is_feet else (1.0, 2)
-    text = half_width_text(half_width_m(sigma_mm), unit_m=unit_m, decimals=decimals)
+    text = half_width_text(half_width_m(sigma_mm), unit_m=unit_m, digits=decimals)
     true = U95 * sigma_mm / 1000 / unit_m
     assert true * (1 - 1e-9) - 1e-9 <= float(text) < true + 0.001 / unit_m + 10**-decimals + 1e-6
 

@@ -38,16 +38,11 @@ def page(browser: Browser, request: pytest.FixtureRequest) -> Iterator[Page]:
         page.add_init_script(WITHOUT_WEBGL)
     page.set_default_timeout(20_000)
     faults: list[str] = []
-    page.on("pageerror", lambda error: faults.extend(_ours(str(error))))
+    page.on("pageerror", lambda error: faults.append(str(error)))
     page.on("console", lambda message: faults.extend(_faults_in(message)))
     yield page
     context.close()
     assert not faults, faults
-
-
-def _ours(error: str) -> list[str]:
-    """viser's client tries eval once a load, and our policy of its page refuses it."""
-    return [] if "'wasm-unsafe-eval'" in error else [error]
 
 
 def _faults_in(message: ConsoleMessage) -> list[str]:

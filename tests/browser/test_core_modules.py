@@ -24,8 +24,13 @@ def site(page: Page, server: Server) -> Page:
 
 
 IN_METRES = {
-    "chainage(3.4249)": "3.42 m",
+    "chainage(3.4244)": "3.42 m",
+    "chainage(3.4249)": "3.43 m",  # 3.425 is published
     "chainage(0.705)": "0.71 m",
+    "chainage(3.815)": "3.82 m",
+    "chainage(3.8149)": "3.82 m",
+    "chainage(1.005)": "1.01 m",
+    "chainage(-0.005)": "−0.01 m",
     "chainage(-0.0004)": "0.00 m",
     "chainage(-1.5)": "−1.50 m",
     "chainage(null)": "– m",
@@ -55,6 +60,7 @@ IN_METRES = {
 IN_FEET = {
     "chainage(3.048)": "10.0 ft",
     "chainage(-0.01)": "0.0 ft",
+    "chainage(0.381)": "1.3 ft",
     "chainage(null)": "– ft",
     "plusMinus(0.0004)": "± 0.1 ft",
     "plusMinus(0.3048)": "± 1.0 ft",

@@ -77,11 +77,11 @@ def test_losses_and_checks_are_told_before_and_forbid_nothing(
     dialog = page.get_by_role("dialog")
     expect(dialog).to_contain_text(re.compile(r"\d+ things have no place in this format"))
     expect(dialog).to_contain_text("Observation 2 has no code")
-    expect(dialog).to_contain_text(re.compile(r"\d+ things block a report"))
+    expect(dialog).to_contain_text(re.compile(r"\d+ things to put right before a report is issued"))
     expect(dialog).to_contain_text("Asset is empty in the header.")
     expect_no_fault(page)
     with page.expect_download() as download:
-        dialog.get_by_role("button", name="Download").click()
+        dialog.get_by_role("button", name="Download the draft").click()
     assert download.value.suggested_filename == "clip-en13508.txt"
     assert Path(download.value.path()).read_bytes().startswith(b"#A1=")
     expect(dialog).to_have_count(0)

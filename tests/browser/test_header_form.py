@@ -46,6 +46,17 @@ def test_each_field_is_saved_as_it_is_left(panel: Page, server: Server, inspecti
     ]
 
 
+def test_what_is_typed_survives_a_reload(panel: Page, server: Server, inspection: str) -> None:
+    asset = panel.get_by_role("textbox", name="Asset", exact=True)
+    asset.press_sequentially("KL-20")
+    expect(panel.locator(".header-panel__state")).not_to_have_text("Saved")
+    panel.reload()
+    panel.get_by_role("tab", name="Header").click()
+    expect(asset).to_have_value("KL-20")
+    expect(panel.locator(".header-panel__state")).to_have_text("Saved")
+    assert header_of(server, inspection)["asset_id"] == "KL-20"
+
+
 def test_what_a_report_needs_is_counted_and_named(panel: Page) -> None:
     missing = panel.locator(".header-form__missing")
     expect(missing).to_contain_text("Asset")

@@ -32,6 +32,8 @@ def test_an_inspection_is_found_by_its_name_or_client(
     log_in(page, server)
     rows = page.locator(".inspection")
     expect(rows).to_have_count(3)
+    ways = [way.bounding_box() for way in page.locator(".content__ways .button").all()]
+    assert len({way["y"] for way in ways if way}) == 1, ways
     search = page.get_by_role("searchbox")
     search.fill("jalan")
     expect(rows).to_have_count(1)

@@ -30,8 +30,17 @@ def test_a_log_out_ends_the_session(page: Page, server: Server) -> None:
     expect(page.get_by_label("Access token")).to_be_visible()
 
 
-@pytest.mark.parametrize("foreign", ["https://example.org/", "//example.org/", "/\\example.org/"])
-def test_log_in_never_leads_to_another_site(page: Page, server: Server, foreign: str) -> None:
+@pytest.mark.parametrize(
+    "foreign",
+    [
+        "https://example.org/",
+        "//example.org/",
+        "/\\example.org/",
+        f"/viewer/{'0' * 32}/?playbackPath=data:,x",
+        "/api/session",
+    ],
+)
+def test_log_in_leads_to_our_pages_only(page: Page, server: Server, foreign: str) -> None:
     page.goto(server.url)
     page.evaluate(
         "next => history.replaceState(null, '', `/login?next=${encodeURIComponent(next)}`)", foreign
@@ -39,4 +48,19 @@ def test_log_in_never_leads_to_another_site(page: Page, server: Server, foreign:
     page.get_by_label("Access token").fill(TOKEN)
     page.get_by_role("button", name="Log in").click()
     page.wait_for_url(lambda url: "/login" not in url)
-    assert page.url.startswith(server.url)
+    assert page.url == server.url + "/"
+
+
+def test_a_link_asks_before_it_replaces_a_session(page: Page, server: Server) -> None:
+    log_in(page, server)
+    other = server.make_token("guest", "viewer")
+    page.goto(f"{server.url}/login?token={other}&next=/new")
+    expect(page.get_by_text("You are logged in as “server”")).to_be_visible()
+    assert other not in page.url
+    page.get_by_role("link", name="Stay logged in as “server”").click()
+    page.wait_for_url(server.url + "/new")
+    assert page.request.get(server.url + "/api/session").json()["name"] == "server"
+    page.goto(f"{server.url}/login?token={other}&next=/compare")
+    page.get_by_role("button", name="Log in").click()
+    page.wait_for_url(server.url + "/compare")
+    assert page.request.get(server.url + "/api/session").json()["name"] == "guest"

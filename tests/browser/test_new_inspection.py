@@ -9,6 +9,17 @@ from clips import numbered_clip, rig_for_clip
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
 
+COVERED = """() => {
+  const focused = document.activeElement;
+  const foot = document.querySelector('.new__foot');
+  if (focused === document.body || foot.contains(focused)) return null;
+  const { bottom } = focused.getBoundingClientRect();
+  const { top } = foot.getBoundingClientRect();
+  const isCovered = bottom > top + 1 && top < innerHeight;
+  return isCovered ? `${focused.outerHTML.slice(0, 90)}: ${bottom} > ${top}` : null;
+}"""
+"""What has the focus and reaches below the edge of the foot."""
+
 
 @pytest.fixture
 def form(page: Page, server: Server) -> Page:
@@ -96,6 +107,12 @@ def test_header_and_rig_are_remembered_for_the_next_time(
     form.locator("input[type=file]").first.set_input_files(clip)
     form.locator("rig-form input[type=file]").set_input_files(rig_for_clip(tmp_path / "rig.json"))
     form.get_by_role("textbox", name="Operator", exact=True).fill("A. Rahman")
+    asset = form.get_by_role("textbox", name="Asset", exact=True)
+    asset.fill("KL-204")
+    form.get_by_role("combobox", name="Direction").select_option("with_flow")
+    form.get_by_text("More fields", exact=True).click()
+    known = form.locator("#header-known_length_m")  # folded away next time
+    known.fill("6.3")
     form.get_by_role("button", name="Start tracking").click()
     form.wait_for_url("**/inspections/*")
     expect(form.locator(".chip")).to_have_text("Done")
@@ -106,4 +123,18 @@ def test_header_and_rig_are_remembered_for_the_next_time(
     form.get_by_role("link", name="New inspection").click()
     operator = form.get_by_role("textbox", name="Operator", exact=True)
     expect(operator).to_have_value("A. Rahman")
+    # The next culvert is another one.
+    for field in (asset, form.get_by_role("combobox", name="Direction"), known):
+        expect(field).to_have_value("")
+    expect(form.locator(".header-form__missing")).to_contain_text("Still empty: Asset, ")
     expect(form.get_by_label("Focal length fx")).to_have_value("600")
+
+
+def test_the_foot_hides_no_field_at_double_zoom(form: Page) -> None:
+    """A window of 1440 x 900 at 200 %, WCAG 2.4.11; and one that is wide, but low."""
+    for width, height in ((720, 450), (1024, 640)):
+        form.set_viewport_size({"width": width, "height": height})
+        form.locator("#main").focus()
+        for key in ["Tab"] * 30 + ["Shift+Tab"] * 20:
+            form.keyboard.press(key)
+            assert form.evaluate(COVERED) is None

@@ -45,6 +45,53 @@ def test_the_language_is_that_of_the_browser(browser: Browser, server: Server) -
     page.context.close()
 
 
+REMARKS = (
+    ({"action": "created", "remark": "Imported from a.txt."}, "Diimport daripada a.txt."),
+    ({"action": "not_told", "remark": "It answered 500."}, "Ia menjawab 500."),
+    (
+        {
+            "action": "rescaled",
+            "remark": "3 joints: scale 0.9910",
+            "after": {
+                "scale": 0.991,
+                "scale_sigma": 0.0005,
+                "joints_counted": 3,
+                "camera_lower_mm": None,
+            },
+        },
+        "3 sambungan: skala 0.9910 ± 0.0005.",
+    ),
+    (
+        {
+            "action": "rescaled",
+            "remark": "No joints were seen.",
+            "after": {"refusal": {"code": "no_joints", "params": {}}},
+        },
+        "Tiada sambungan dilihat; ukur satu panjang dengan pita.",
+    ),
+    ({"action": "changed", "remark": "Imported from a.txt."}, "Imported from a.txt."),
+)
+
+
+def test_remarks_of_the_server_are_in_the_language_of_the_page(
+    browser: Browser, server: Server
+) -> None:
+    page = browser.new_context(locale="ms-MY").new_page()
+    page.goto(server.url)
+    page.get_by_label("Token akses").fill(TOKEN)
+    page.get_by_role("button", name="Log masuk").click()
+    expect(page.get_by_role("heading", name="Pemeriksaan", level=1)).to_be_visible()
+    seen = page.evaluate(
+        """async (events) => {
+          const { remarkText } = await import('/static/components/history-panel/remarks.js');
+          return events.map(remarkText);
+        }""",
+        [{"after": None} | event for event, _ in REMARKS],
+    )
+    assert seen == [text for _, text in REMARKS]
+    page.context.close()
+
+
 def test_a_chosen_language_is_there_on_another_device(
     page: Page, browser: Browser, server: Server, inspection: str
 ) -> None:
@@ -79,6 +126,14 @@ def test_distances_are_in_feet_everywhere(page: Page, server: Server, inspection
     open_settings(page)
     page.get_by_label("Distances in").select_option("ft")
     expect(page.locator(".readout__unit")).to_have_text("ft")
+    # The settings are still open, where they were: another choice may follow.
+    expect(page.get_by_role("dialog", name="Settings")).to_be_visible()
+    expect(page.get_by_label("Distances in")).to_be_focused()
+    page.get_by_role("combobox", name="Language").select_option("ms")
+    expect(page.get_by_role("dialog", name="Tetapan")).to_be_visible()
+    page.get_by_role("combobox", name="Bahasa").select_option("en")
+    expect(page.get_by_role("dialog", name="Settings")).to_be_visible()
+    page.keyboard.press("Escape")
     expect(page.locator(".readout__interval")).to_have_text(re.compile(r"± \d+\.\d ft"))
     page.keyboard.press("t")
     expect(page.locator(".defect__where").first).to_have_text(re.compile(r"\d+\.\d ft"))
@@ -102,9 +157,41 @@ def test_a_digit_tags_the_code_that_was_put_on_it(
     page.keyboard.press("3")
     expect(page.locator(".defect__what b").last).to_have_text("BAB A D")
 
+    # A code that is typed out counts when the field is left; what is no code is said.
     open_settings(page)
+    key.fill("bcc a")
+    key.press("Tab")
+    expect(key).to_have_value("BCC A")
+    key.fill("crakc")
+    key.press("Tab")
+    expect(page.locator(".settings__told")).to_contain_text("“crakc” is no code")
+    expect(key).to_have_value("BCC A")
     page.get_by_role("button", name="Usual codes").click()
     expect(key).to_have_value("BAF")
+
+
+def test_letters_can_be_switched_off_as_keys(page: Page, server: Server, inspection: str) -> None:
+    log_in(page, server, f"/inspections/{inspection}")
+    page.get_by_role("button", name="Keys").click()
+    keys = page.get_by_role("dialog", name="Keys")
+    expect(keys.get_by_text("Shift + click tags a place")).to_be_visible()
+    expect(keys.locator("kbd", has_text=re.compile("^T$"))).to_be_visible()
+    page.keyboard.press("Escape")
+    open_settings(page)
+    page.get_by_label("Letters, digits and signs are keys").uncheck()
+    page.keyboard.press("Escape")
+    expect(page.locator("html.without-single-keys")).to_be_attached()
+    expect(page.locator(".transport__clock")).to_have_text(re.compile("frame 0$"))
+    before = page.locator(".defect").count()
+    for key in ("t", "1", "s", "Shift+T", "?", "Shift+Digit3"):
+        page.keyboard.press(key)
+    page.keyboard.press("ArrowRight")  # no letter
+    expect(page.locator(".transport__clock")).to_have_text(re.compile("frame 1$"))
+    expect(page.locator(".defect")).to_have_count(before)
+    expect(page.locator(".quick kbd").first).to_be_hidden()
+    page.get_by_role("button", name="Keys").click()
+    expect(keys.locator("kbd", has_text=re.compile("^(T|1|S|[?])$"))).to_have_count(0)
+    expect(keys.locator("kbd", has_text="F13")).to_be_visible()
 
 
 def test_a_code_pack_is_imported_chosen_and_deleted(

@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Iterator
 from typing import Any
+from uuid import uuid4
 
 import pytest
 from playwright.sync_api import Locator, Page, Route, expect
@@ -14,6 +15,7 @@ from steps import Server, log_in
 from app.simulation import SCENARIOS, simulate
 
 LENGTH_MM = 1600.0
+RADIUS_MM = 150.0
 ZERO_M = 0.002
 """Of the first frame: at full speed every frame lies 3 mm beside where centimetres are rounded."""
 STEADY_FRAME = 33
@@ -67,7 +69,7 @@ def test_a_click_on_the_wall_tags_that_place(desk: Page, server: Server, inspect
     desk.get_by_role("button", name="Tag", exact=True).click()
     _zoom_in(desk, wall, 0.4)
     wanted_mm, unit_mm = _mm_at(desk, wall, 0.55), _mm_per_px(desk)
-    _click(wall, 0.55, 0.75)
+    _click(wall, 0.55, 0.65)
     expect(desk.locator(".defect")).to_have_count(1)
     expect(desk.locator(".save")).to_have_text("Saved")
     (item,) = _observations(server, inspection)
@@ -79,9 +81,36 @@ def test_a_click_on_the_wall_tags_that_place(desk: Page, server: Server, inspect
     # The mark lies where the click was: another click there selects it and tags nothing.
     desk.keyboard.press("Escape")
     expect(desk.locator(".defect [aria-current=true]")).to_have_count(0)
-    _click(wall, 0.55, 0.75)
+    _click(wall, 0.55, 0.65)
     expect(desk.locator(".defect [aria-current=true]")).to_have_count(1)
     expect(desk.locator(".defect")).to_have_count(1)
+
+
+def test_the_wall_has_the_whole_circle_at_every_size(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    hours = {12: 20, 11: 50, 9: 80, 6: 110, 1: 140}
+    for hour, frame in hours.items():
+        path = f"/api/inspections/{inspection}/observations/{uuid4()}"
+        server.ask("PUT", path, {"frame": frame, "code": "BAC", "clock_from": hour})
+    seen_mm = json.load(server.ask("GET", f"/api/inspections/{inspection}/unrolled"))["arc_to_mm"]
+    selected = desk.locator(".defect [aria-current=true]")
+    for width, height in ((1440, 900), (1366, 768), (1024, 768), (390, 844)):
+        desk.set_viewport_size({"width": width, "height": height})
+        desk.reload()
+        _wait_for_wall(desk)
+        wall = desk.locator(".wall__track")
+        wall.scroll_into_view_if_needed()
+        desk.wait_for_function(
+            "n => document.querySelector('wall-strip').marks?.length === n", arg=len(hours)
+        )
+        for item in _observations(server, inspection):
+            hour, box = item["clock_from"], _box(wall)
+            across = _x_of(desk, wall, 1000 * item["distance_m"]) / box["width"]
+            _click(wall, across, _share_down(hour, seen_mm, box["height"]))
+            expect(selected).to_contain_text(f"{hour} o’clock")
+            desk.keyboard.press("Escape")
+            expect(selected).to_have_count(0)
 
 
 def test_a_mark_in_the_log_selects_its_defect(desk: Page) -> None:
@@ -391,6 +420,35 @@ def _mm_at(page: Page, place: Locator, across: float) -> float:
               return new Plot(range, width).toMm(x);
             }""",
             [_axis(page), width, across * width],
+        )
+    )
+
+
+def _share_down(hour: int, seen_mm: float, height: float) -> float:
+    """Where an hour lies: from crown to crown, half a mark inside, with the invert in the middle.
+
+    The camera saw no more than the invert, which has 60 % of the strip.
+    """
+    crown_mm = math.pi * RADIUS_MM
+    arc_mm = (6 - hour) / 6 * crown_mm
+    away_mm = abs(arc_mm)
+    share = (
+        0.3 * away_mm / seen_mm
+        if away_mm <= seen_mm
+        else 0.3 + 0.2 * (away_mm - seen_mm) / (crown_mm - seen_mm)
+    )
+    return 0.5 + math.copysign(share, arc_mm) * (height - 24) / height
+
+
+def _x_of(page: Page, place: Locator, mm: float) -> float:
+    """Where a distance lies from the left of a strip, px."""
+    return float(
+        page.evaluate(
+            """async ([range, width, mm]) => {
+              const { Plot } = await import('/static/core/axis.js');
+              return new Plot(range, width).toX(mm);
+            }""",
+            [_axis(page), _box(place)["width"], mm],
         )
     )
 

@@ -212,7 +212,7 @@ def test_a_stretch_without_a_length_is_asked_about(desk: Page, server: Server, e
     name = desk.locator(".open-stretch b").first
     number = int(name.inner_text().split()[0][1:])
     desk.keyboard.press("f")
-    expect(desk.locator(".toast")).to_contain_text("has no length")
+    expect(desk.locator(".toast").last).to_contain_text("has no length")
     desk.get_by_role("button", name="Keep one point").click()
     expect(desk.locator(".defect")).to_have_count(1)
     expect_saved(desk)

@@ -6,16 +6,17 @@ import json
 import re
 
 import pytest
-from clips import numbered_clip, rig_for_clip
+from clips import numbered_clip
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
+from test_tagging import expect_frame, expect_saved, observations, wide_rig
 
 
 @pytest.fixture(scope="module")
 def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
     folder = tmp_path_factory.mktemp("clip")
     clip = numbered_clip(folder / "clip.mp4", "libx264", frames=30)
-    return server.track(clip, rig_for_clip(folder / "rig.json"))
+    return server.track(clip, wide_rig(folder / "rig.json"))
 
 
 @pytest.fixture
@@ -127,3 +128,127 @@ def test_a_tag_does_not_scroll_the_page_away_from_the_picture(desk: Page) -> Non
         desk.keyboard.press("t")
     expect(desk.locator(".defect")).to_have_count(3)
     assert desk.evaluate("scrollY") == 0
+
+
+def test_what_is_typed_survives_a_reload_and_a_closed_tab(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    save, remark = desk.locator(".save"), desk.get_by_label("Remark")
+    desk.keyboard.press("1")
+    desk.keyboard.press("e")
+    expect_saved(desk)
+    desk.route("**/observations/*", lambda route: route.abort())
+    remark.press_sequentially("root")
+    desk.get_by_label("Quantity", exact=True).press_sequentially("0,4")
+    assert save.inner_text() == "Waiting (1)"
+    desk.reload()
+    expect(desk.locator(".defect__more")).to_contain_text("root")
+    desk.locator(".defect__main").click()
+    desk.keyboard.press("e")
+    expect(desk.get_by_label("Quantity", exact=True)).to_have_value("0.4")
+    remark.press("End")
+    remark.press_sequentially("s at the joint")
+    other = desk.context.new_page()
+    desk.close()
+    other.goto(f"{server.url}/inspections/{inspection}")
+    expect(other.locator(".defect__more")).to_contain_text("roots at the joint")
+    expect_saved(other)
+    [item] = observations(server, f"/api/inspections/{inspection}/observations")
+    assert (item["remark"], item["quant1"]) == ("roots at the joint", 0.4)
+
+    # All letters of a visit of the field are one step, which the button names.
+    other.locator(".defect__main").click()
+    other.keyboard.press("e")
+    other.get_by_label("Remark").fill("")
+    other.get_by_label("Remark").press_sequentially("dry")
+    other.get_by_role("button", name="Done").click()
+    undo = other.locator("[data-part=undo]")
+    expect(undo).to_have_attribute(
+        "title", "Undo: remark roots at the joint → dry of BAB at 0.00 m (U)"
+    )
+    undo.click()
+    expect(other.locator(".defect__more")).to_contain_text("roots at the joint")
+    expect(undo).to_be_disabled()
+
+
+def test_a_stretch_starts_where_the_robot_is_and_says_so(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    path, toast = f"/api/inspections/{inspection}/observations", desk.locator(".toast").last
+
+    def starts() -> list[tuple[int, str | None, bool]]:
+        expect_saved(desk)
+        made = observations(server, path)
+        return [(item["frame"], item["code"], item["continuous"] is not None) for item in made]
+
+    desk.keyboard.press("5")
+    desk.keyboard.press("s")  # where it was just tagged
+    expect(toast).to_contain_text(re.compile(r"Stretch A\d+ starts at 0\.00 m"))
+    assert starts() == [(0, "BBA", True)]
+    desk.keyboard.press("u")
+    expect(desk.locator("open-stretches li")).to_have_count(0)
+    desk.keyboard.press("End")
+    expect_frame(desk, 29)
+    desk.keyboard.press("s")
+    expect(toast).to_contain_text(re.compile(r"Stretch A\d+ starts at 1\.5\d m"))
+    assert starts() == [(0, "BBA", False), (29, None, True)]
+    desk.get_by_role("button", name="Start it at 0.00 m instead").click()
+    expect(toast).to_contain_text(re.compile(r"Stretch A\d+ starts at 0\.00 m"))
+    assert starts() == [(0, "BBA", True)]
+    toast.get_by_role("button", name="Undo").click()
+    expect(desk.locator("open-stretches li")).to_have_count(0)
+    assert starts() == [(0, "BBA", False)]
+    # The form is about its own tag, wherever the robot is.
+    desk.keyboard.press("e")
+    desk.get_by_role("button", name="Start a stretch at 0.00 m").click()
+    assert starts() == [(0, "BBA", True)]
+
+
+def test_a_clicked_tag_gets_the_code_of_the_next_key(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    def tags() -> list[tuple[str | None, bool]]:
+        expect_saved(desk)
+        made = observations(server, f"/api/inspections/{inspection}/observations")
+        in_middle = [item["pixel"] == [159.5, 119.5] for item in made]
+        return sorted(zip((item["code"] or "" for item in made), in_middle, strict=True))
+
+    stage = desk.locator(".stage__overlay")
+    box = stage.bounding_box()
+    assert box is not None
+    stage.click(position={"x": 0.4 * box["width"], "y": 0.7 * box["height"]})
+    desk.keyboard.press("ArrowRight")
+    expect_frame(desk, 1)
+    desk.keyboard.press("1")
+    assert tags() == [("BAB", False)]
+    desk.keyboard.press("u")
+    expect(desk.locator(".defect__what b")).to_have_text([""])
+    assert tags() == [("", False)]
+    # Elsewhere the key means what is seen there.
+    desk.keyboard.press("End")
+    expect_frame(desk, 29)
+    desk.keyboard.press("2")
+    assert tags() == [("", False), ("BAC", True)]
+    desk.locator(".defect__main").first.click()
+    expect_frame(desk, 0)
+    desk.locator(".quick__code", has_text="Surface").click()
+    assert tags() == [("BAC", True), ("BAF", False)]
+
+
+@pytest.mark.parametrize(("width", "height"), [(1024, 768), (390, 844)])
+def test_the_form_comes_into_sight_below_the_film_and_goes_again(
+    desk: Page, width: int, height: int
+) -> None:
+    desk.set_viewport_size({"width": width, "height": height})
+    desk.keyboard.press("1")
+    desk.keyboard.press("e")
+    code = desk.get_by_label("Code", exact=True)
+    expect(code).to_be_focused()
+    expect(code).to_be_in_viewport(ratio=1)
+    readout = desk.locator("distance-readout").bounding_box()
+    title = desk.locator(".form__head").bounding_box()
+    assert readout is not None
+    assert title is not None
+    assert title["y"] >= readout["y"] + readout["height"]
+    desk.keyboard.press("Escape")
+    expect(desk.locator(".stage")).to_be_in_viewport(ratio=0.7)

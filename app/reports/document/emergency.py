@@ -36,19 +36,26 @@ _REMARK_LINES = 5
 
 def write(report: Report) -> Written:
     """One page about every entry of severity 5: the first of them with photo, the others listed."""
-    tell = Teller.of(report)
-    sheet = Figure(_HEIGHT, lambda canvas: _sheet(canvas, report, urgent(report), tell))
-    return Written(made(report, tell, tell("emergency.title"), [sheet]))
+    tell, entries = Teller.of(report), urgent(report)
+    sheet = Figure(_HEIGHT, lambda canvas: _sheet(canvas, report, entries, tell))
+    return Written(made(report, tell, _title(entries, tell), [sheet]))
+
+
+def _title(entries: list[Entry], tell: Teller) -> str:
+    """No alarm where there is none."""
+    return tell("emergency.title" if entries else "emergency.calm")
 
 
 def _sheet(canvas: Canvas, report: Report, entries: list[Entry], tell: Teller) -> None:
     y = _HEIGHT - 18 * mm
-    canvas.setFillColor(ALARM)
+    ground, ink = (ALARM, WASH) if entries else (WASH, INK)
+    canvas.setFillColor(ground)
     canvas.rect(0, y, WIDTH, 18 * mm, 0, 1)
-    style = TITLE.on(WASH)
-    draw(canvas, 5 * mm, y + 5.6 * mm, shortened(tell("emergency.title"), style, 110 * mm), style)
+    style = TITLE.on(ink)
+    title = shortened(_title(entries, tell), style, 110 * mm)
+    draw(canvas, 5 * mm, y + 5.6 * mm, title, style)
     said = tell("emergency.made", at=tell.instant(report.made_at))
-    draw(canvas, WIDTH - 5 * mm, y + 7 * mm, said, BODY.on(WASH), "right")
+    draw(canvas, WIDTH - 5 * mm, y + 7 * mm, said, BODY.on(ink), "right")
     y = _facts(canvas, y - 9 * mm, _where(report, tell), 0, WIDTH)
     if not entries:
         draw(canvas, 0, y - 8 * mm, tell("emergency.none"), SUBHEADING.on(INK))

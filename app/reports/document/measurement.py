@@ -10,6 +10,7 @@ from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import CondPageBreak, Flowable, PageBreak
 
+from app.catalogue.header import number_of
 from app.interval import LEAST_M, U95, half_width_m
 from app.reports.document.axis import Axis, tick_step_m
 from app.reports.document.flow import Column, Figure, Grid, Heading, note, pairs
@@ -17,6 +18,7 @@ from app.reports.document.styles import INK, RULE, SOFT, TINY, WASH, WIDTH
 from app.reports.document.telling import NOTHING, Teller
 from app.reports.document.text import draw
 from app.reports.report import Report
+from app.rounding import metres, signed
 from app.services.adjustment import CLASS_FLOOR_MM, Adjusted, FittedJoint
 from app.services.makeup import makeup_of
 from vo_core.health import complaints
@@ -104,8 +106,8 @@ def makeup_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
     if makeup is None or not makeup.parts:
         return []
 
-    def half(metres: float) -> str:
-        return f"± {tell.half_width(metres)} {tell.units}"
+    def half(half_m: float) -> str:
+        return f"± {tell.half_width(half_m)} {tell.units}"
 
     causes = [tell(f"cause.{part.name}") for part in makeup.parts]
     widths = [half(part.half_width_m) for part in makeup.parts]
@@ -129,13 +131,16 @@ def makeup_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
 def _closure(report: Report, tell: Teller) -> str:
     closure = report.adjusted.closure if report.adjusted else None
     if closure is None:
-        return tell("measurement.no_closure")
+        known_m = number_of(report.header.get("known_length_m"))
+        if known_m is None:
+            return tell("measurement.no_closure")
+        return tell("measurement.not_compared", known=tell.length(known_m))
     return tell(
         "measurement.closure_of",
-        measured=tell.length(closure.measured_mm / 1000),
-        known=tell.length(closure.known_mm / 1000),
-        residual=f"{closure.residual_mm:+.0f}",
-        percent=f"{closure.residual_percent:+.2f}",
+        measured=tell.length(metres(closure.measured_mm)),
+        known=tell.length(metres(closure.known_mm)),
+        residual=signed(closure.residual_mm, 0),
+        percent=signed(closure.residual_percent, 2),
     )
 
 
@@ -182,6 +187,10 @@ def correction_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
         rows.append((tell("measurement.joints"), tell("measurement.joints_off")))
     elif adjusted is not None and adjusted.joints_refusal is not None:
         rows.append((tell("measurement.joints"), tell.refusal(adjusted.joints_refusal)))
+    if adjusted is not None and adjusted.uncounted_marks:
+        places = (tell.length(metres(mark.distance_mm)) for mark in adjusted.uncounted_marks)
+        text = tell("measurement.marks_off_at", places=", ".join(places))
+        rows.append((tell("measurement.marks_off"), text))
     if stated.rig_sigma is not None:
         rows.append(
             (
@@ -219,9 +228,9 @@ def correction_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
 
 def _residuals(adjusted: Adjusted, tell: Teller) -> list[Flowable]:
     """What is left at every joint that was used."""
-    if not adjusted.joints:
+    if not adjusted.evidence:
         return []
-    heads, rows = joint_table(adjusted.joints, tell)
+    heads, rows = joint_table(adjusted.evidence, tell)
     columns = [
         Column(head, width * mm, "right" if n else "left")
         for n, (head, width) in enumerate(zip(heads, (18, 40, 34, 28, 54), strict=True))
@@ -240,9 +249,9 @@ def joint_table(
     rows = [
         (
             NOTHING if joint.number is None else str(joint.number),
-            f"{tell.number(joint.distance_mm / 1000)} ± "
+            f"{tell.number(metres(joint.distance_mm))} ± "
             f"{tell.half_width(half_width_m(joint.sigma_mm))} {tell.units}",
-            NOTHING if joint.residual_mm is None else f"{joint.residual_mm:+.1f} mm",
+            NOTHING if joint.residual_mm is None else f"{signed(joint.residual_mm, 1)} mm",
             str(joint.frame),
             tell("measurement.by_hand" if joint.is_marked else "measurement.found"),
         )
@@ -378,7 +387,7 @@ class _Chart:
         self._curve(canvas, y, 12 * mm, self.quality, 1.0, "1", self.tell("measurement.quality"))
         y -= 16 * mm
         most_m = float(np.nanmax(self.half_m)) or 0.01
-        top = self.tell.length(most_m)
+        top = f"{self.tell.half_width(most_m)} {self.tell.units}"
         self._curve(canvas, y, 12 * mm, self.half_m, most_m, top, self.tell("measurement.half"))
         y -= 4.4 * mm
         lanes = [(self.tell("measurement.weak"), self.weak, SOFT),

@@ -76,7 +76,7 @@ def _figures(canvas: Canvas, report: Report, tell: Teller) -> None:
     share = condition.stretch_percent
     figures = [
         (tell.length(report.distance_m), tell("summary.surveyed")),
-        (str(len(report.entries)), tell("summary.observations")),
+        (str(len(report.defects)), tell("summary.observations")),
         (str(condition.counts[5]), tell("summary.act_now")),
         (tell(f"overall.{int(condition.overall)}"), tell("summary.overall")),
         (

@@ -10,6 +10,7 @@ from app.interval import half_width_text
 from app.reports.document.text import one_line
 from app.reports.report import Entry, Language, Report, Units
 from app.reports.words import words_of
+from app.rounding import decimals
 from app.services.adjustment import Refusal
 from app.services.checks import Issue
 
@@ -54,9 +55,7 @@ class Teller:
 
     def number(self, metres: float) -> str:
         """A distance without its unit: metres with two decimals, feet with one."""
-        if self.units == "ft":
-            return _without_minus_zero(f"{metres / FOOT_M:.1f}")
-        return _without_minus_zero(f"{metres:.2f}")
+        return decimals(metres, self._digits, unit=self.per_unit_m)
 
     def length(self, metres: float | None) -> str:
         """A distance with its unit."""
@@ -64,8 +63,12 @@ class Teller:
 
     def half_width(self, metres: float) -> str:
         """Of a 95 % interval, without its unit."""
-        decimals = 1 if self.units == "ft" else 2
-        return half_width_text(metres, unit_m=self.per_unit_m, decimals=decimals)
+        return half_width_text(metres, unit_m=self.per_unit_m, digits=self._digits)
+
+    @property
+    def _digits(self) -> int:
+        """Of distances and their intervals, behind the point."""
+        return 1 if self.units == "ft" else 2
 
     def place(self, entry: Entry) -> str:
         """Where an entry is: `12.40 m ± 0.05 m`."""
@@ -197,7 +200,3 @@ def _with_unit(value: float, unit: str | None) -> str:
     if unit == "deg":
         return f"{value:g}°"
     return f"{value:g}" if unit in (None, "count") else f"{value:g} {unit}"
-
-
-def _without_minus_zero(text: str) -> str:
-    return text[1:] if text.startswith("-") and not text.strip("-0.") else text

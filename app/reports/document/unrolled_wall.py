@@ -26,6 +26,7 @@ from app.reports.document.styles import (
 from app.reports.document.telling import Teller
 from app.reports.document.text import draw
 from app.reports.report import Entry, Report
+from app.rounding import decimals
 from vo_core.mosaic import Layout
 
 STRIP_M = 5.0
@@ -164,7 +165,7 @@ class _Strip:
             canvas.setLineWidth(0.4)
             canvas.line(x, self.bottom, x, self.bottom - 1.3 * mm)
             is_edge = x > WIDTH - 4 * mm
-            text = f"{distance_m / self.tell.per_unit_m:.1f} {self.tell.units}"
+            text = f"{decimals(distance_m, 1, unit=self.tell.per_unit_m)} {self.tell.units}"
             draw(canvas, x, self.bottom - 3.8 * mm, text, TINY.soft(),
                  "right" if is_edge else "centre")  # fmt: skip
 

@@ -7,13 +7,14 @@ end node that is missing for a lateral: so the file is plain ASCII, dense and co
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from app.reports.exchange import lists
 from app.reports.exchange.ascii import transliterate
 from app.reports.exchange.coordinates import ends_of
 from app.reports.exchange.fields import Fields
 from app.reports.exchange.survey import (
+    ABANDONED,
     END,
     ONLY_IN_TABLES,
     START,
@@ -31,6 +32,7 @@ from app.reports.exchange.survey import (
     unit_length_m,
 )
 from app.reports.report import Loss, Report, Written
+from app.rounding import decimals
 
 STANDARD = "EN 13508-2:2003+A1:2011"
 
@@ -48,6 +50,7 @@ def write(report: Report) -> Written:
     """One inspection: header of the file, `#B01`, `#C`, a row for each entry, `#Z`."""
     fields = Fields(report.header)
     rows, losses = rows_of(report)
+    rows = _in_written_order(rows)
     names, lost = names_of(report, fields, _name)
     losses += lost
     header, lost = header_fields(report, fields, names, rows)
@@ -64,6 +67,26 @@ def write(report: Report) -> Written:
     ]
     losses += [ASCII_ONLY, ONLY_IN_TABLES, *fields.losses(_FORMAT)]
     return Written("".join(f"{line}\r\n" for line in lines).encode("ascii"), tuple(losses))
+
+
+_KEPT = re.compile(r"en13508_([a-z]{3})")
+"""Header fields of an imported survey for which Chainage has no field, by their codes."""
+_DEFAULTED: Mapping[str, str] = {"ABC": "reference_point", "ABE": "method"}
+"""Codes that are written without their field too."""
+
+
+def _kept_codes(report: Report, fields: Fields, header: Mapping[str, str]) -> dict[str, str]:
+    """What came with these codes and no field of the header has replaced since."""
+    kept = {}
+    for name in report.header:
+        found = _KEPT.fullmatch(str(name))
+        code = found[1].upper() if found else ""
+        is_free = not header.get(code) or (
+            code in _DEFAULTED and not report.header.get(_DEFAULTED[code])
+        )
+        if found and is_free and (text := transliterate(fields.text(name))):
+            kept[code] = text
+    return kept
 
 
 ASCII_ONLY = Loss("The file is plain ASCII: other letters are transliterated.")
@@ -109,17 +132,12 @@ def header_fields(
         "ACG": "" if unit_m is None else plain_number(unit_m, 3),
         "ACN": "" if year is None else plain_number(year, 0),
     }
-    values = _kept(report, fields) | {code: value for code, value in values.items() if value}
+    values = {code: value for code, value in values.items() if value}
     zero = lists.reference_point("inner face of the headwall")
     defaults = {"ABC": zero.en if zero else "", "ABE": lists.METHODS_EN["camera"]}
     values["ADE"] = transliterate(general_remark(report, fields, rows))
-    return defaults | values, losses
-
-
-def _kept(report: Report, fields: Fields) -> dict[str, str]:
-    """Values of codes that an import knew no meaning of and kept under their own names."""
-    found = ((re.fullmatch(r"en13508_(a[a-d][a-z])", name), name) for name in report.header)
-    return {match[1].upper(): transliterate(fields.text(name)) for match, name in found if match}
+    values = defaults | values
+    return values | _kept_codes(report, fields, values), losses
 
 
 def letters(report: Report, fields: Fields) -> dict[str, str]:
@@ -209,6 +227,17 @@ def columns(row: Row, names: Names) -> dict[str, str]:
         "F": transliterate(remark),
     }
     return {code: value for code, value in values.items() if value}
+
+
+def _in_written_order(rows: Sequence[Row]) -> list[Row]:
+    """Between start and end by the distance and the second that are written, as a reader sorts."""
+    first = 1 if rows and rows[0].code == START else 0
+    last = len(rows) - 1 if len(rows) > first and rows[-1].code in (END, ABANDONED) else len(rows)
+    between = sorted(
+        rows[first:last],
+        key=lambda row: (float(decimals(row.distance_m, 2)), row.time_s or 0, row.entry.seq),
+    )
+    return [*rows[:first], *between, *rows[last:]]
 
 
 def _name(text: str) -> str:

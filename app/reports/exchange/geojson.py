@@ -16,6 +16,7 @@ from app.reports.exchange.fields import Fields
 from app.reports.exchange.survey import length_m
 from app.reports.report import Entry, Loss, Report, Stretch, Written
 from app.reports.table import Cell
+from app.rounding import rounded
 
 _KILOMETRES = re.compile(r"([0-9]+)\+([0-9]{1,3}(?:\.[0-9]+)?)")
 """12+340 is the road's kilometre 12 and 340 m."""
@@ -134,7 +135,7 @@ def _stretch(stretch: Stretch, place: Place, along: Mapping[str, Any]) -> dict[s
         "code": stretch.start.code,
         "from_m": from_m,
         "to_m": to_m,
-        "length_m": round(to_m - from_m, 3),
+        "length_m": rounded(to_m - from_m, 3),
     }
     line = {"type": "LineString", "coordinates": [place(from_m), place(to_m)]}
     return _feature(f"stretch-{stretch.number}", line, properties)

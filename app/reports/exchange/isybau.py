@@ -22,7 +22,6 @@ from app.reports.exchange.survey import (
     abandon_reason,
     about,
     day_of,
-    decimals,
     film,
     general_remark,
     hours,
@@ -36,6 +35,7 @@ from app.reports.exchange.survey import (
 )
 from app.reports.exchange.tree import child, children, to_bytes
 from app.reports.report import Loss, Report, Written
+from app.rounding import decimals
 
 _FORMAT = "ISYBAU"
 _NAMESPACES = {

@@ -21,7 +21,6 @@ from app.reports.exchange.survey import (
     Row,
     about,
     day_of,
-    decimals,
     film,
     general_remark,
     hours,
@@ -35,6 +34,7 @@ from app.reports.exchange.survey import (
 )
 from app.reports.exchange.tree import child, children, to_bytes
 from app.reports.report import Loss, Report, Written
+from app.rounding import decimals
 
 _FORMAT = "DWA-M 150"
 _LONGEST_NODE, _LONGEST_ASSET = 16, 33

@@ -12,13 +12,13 @@ import re
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from decimal import ROUND_HALF_UP, Decimal
 from pathlib import PurePath
 
 from app.interval import half_width_text
 from app.reports.exchange.ascii import one_line
 from app.reports.exchange.fields import Fields
 from app.reports.report import Entry, Loss, Report
+from app.rounding import decimals
 
 START = "BCD"
 END = "BCE"
@@ -181,7 +181,7 @@ def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[
         stretch=stretch,
         remark=joined(*said),
         time_s=time_s,
-        photo=entry.photo.name if entry.photo else None,
+        photo=entry.photo.name if entry.photo else entry.entered.get("photo_name"),
     )
     return row, losses
 
@@ -337,12 +337,6 @@ def unit_length_m(report: Report, fields: Fields, most_m: float = math.inf) -> f
     stated_m = fields.number_within("unit_length_m", 0.001, most_m)
     segment_mm = report.rig.pipe.segment_length_mm
     return stated_m if stated_m is not None else segment_mm / 1000 if segment_mm else None
-
-
-def decimals(value: float, digits: int) -> str:
-    """With so many decimals, halves away from zero; never -0."""
-    rounded = Decimal(repr(float(value))).quantize(Decimal(1).scaleb(-digits), ROUND_HALF_UP)
-    return f"{abs(rounded) if rounded == 0 else rounded:f}"
 
 
 def plain_number(value: float, digits: int = 6) -> str:

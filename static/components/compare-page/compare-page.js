@@ -5,6 +5,7 @@ import { html, patchList, render } from '../../core/html.js';
 import { hasFilm, isUnmeasured } from '../../core/inspection.js';
 import { bindKeys } from '../../core/keys.js';
 import { Component } from '../../core/store.js';
+import { rounded } from '../../core/rounding.js';
 import {
   chainage, clockHour, lengthUnit, parseDistance, plusMinus, timecode, toShown, u95FromSigma,
 } from '../../core/units.js';
@@ -325,7 +326,7 @@ class ComparePage extends Component {
       : t('compare.joints_few');
     parts.reversed.checked = this.#isReversed;
     parts.lengthBox.hidden = !this.#isReversed;
-    parts.length.value = String(Number(toShown(this.#lengthM).toFixed(3)));
+    parts.length.value = String(rounded(toShown(this.#lengthM), 3));
     this.#showPairs();
   }
 

@@ -1,6 +1,7 @@
 /** Fields for lengths and their uncertainties, in the units that the person has chosen. */
 
 import { html } from '../../core/html.js';
+import { rounded } from '../../core/rounding.js';
 import { lengthUnit, parseDistance, toShown } from '../../core/units.js';
 import { t } from '../../core/words.js';
 
@@ -26,7 +27,7 @@ export function write(input, value) {
 }
 
 export const writeMetres = (input, m) =>
-  write(input, m === null ? null : Number(toShown(m).toFixed(DECIMALS)));
+  write(input, m === null ? null : rounded(toShown(m), DECIMALS));
 
 /**
  * The number in a field, null when it is empty, undefined (and a fault beside it) when it is none.

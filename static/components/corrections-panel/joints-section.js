@@ -88,7 +88,14 @@ class JointsSection extends Component {
       ...counts.map((joint, i) => ({ key: `joint-${i}-${joint.frame}`, joint, frame: joint.frame })),
       ...marked
         .filter(({ frame }) => !counts.some((joint) => joint.is_marked && joint.frame === frame))
-        .map(({ frame }) => ({ key: `mark-${frame}`, joint: null, frame, isMark: true })),
+        .map(({ frame }) => ({
+          key: `mark-${frame}`,
+          joint: null,
+          frame,
+          isMark: true,
+          same: counts.find(({ other_frames: others }) => others.includes(frame)),
+          off: preview.value.result?.uncounted_marks.find((mark) => mark.frame === frame),
+        })),
       ...leftOut.map(({ frame }) => ({ key: `out-${frame}`, joint: null, frame })),
     ].sort((a, b) => a.frame - b.frame);
     parts.table.hidden = rows.length === 0;
@@ -121,14 +128,20 @@ class JointsSection extends Component {
   }
 }
 
-function updateRow({ parts }, { joint, isMark }) {
-  parts.number.textContent = joint ? (joint.number ?? '–') : '–';
+function updateRow({ parts }, { joint, isMark, same, off }) {
+  parts.number.textContent = (joint ?? same)?.number ?? '–';
   parts.distance.textContent = joint
     ? `${chainage(joint.distance_m)} ${plusMinus(joint.u95_m)}`
-    : isMark ? t('corrections.is_not_counted') : t('corrections.is_left_out');
+    : isMark ? markText(same, off) : t('corrections.is_left_out');
   const left = joint?.residual_mm ?? null;
   parts.residual.textContent = left === null ? '' : `${withSign(left, 1)} mm`;
   if (joint?.is_marked) parts.number.title = t('corrections.marked_by_hand');
+}
+
+/** Of a click that is no joint of its own. */
+function markText(same, off) {
+  if (same) return t('corrections.is_same_joint');
+  return off ? t('corrections.is_off', { where: chainage(off.distance_m) }) : t('corrections.is_not_counted');
 }
 
 /** What the joints have done, or why they have not. */

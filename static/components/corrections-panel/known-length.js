@@ -3,6 +3,7 @@
 import { knownLength } from '../../core/corrections.js';
 import { html, render } from '../../core/html.js';
 import { Component } from '../../core/store.js';
+import { rounded } from '../../core/rounding.js';
 import { chainage, lengthUnit, signed, toShown } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
@@ -147,6 +148,6 @@ export function closureMarkup({ known_length_m, measured_m, residual_mm, residua
 
 /** '+12', '−3', '0' */
 export const withSign = (value, decimals) =>
-  `${Number(value.toFixed(decimals)) > 0 ? '+' : ''}${signed(value, decimals)}`;
+  `${rounded(value, decimals) > 0 ? '+' : ''}${signed(value, decimals)}`;
 
 customElements.define('known-length', KnownLength);

@@ -1,6 +1,7 @@
-/** Details of one observation. Every field is saved as soon as it is left; there is no Save button. */
+/** Details of one observation. Every letter is kept as it is typed; there is no Save button. */
 
 import { html, render } from '../../core/html.js';
+import { withKey } from '../../core/keys.js';
 import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { openStretches, partsOf, stretchNumber, stretchRole } from '../../core/stretches.js';
@@ -11,7 +12,7 @@ import { nameOf } from '../defect-list/names.js';
 import { icon } from '../icon/icon.js';
 import { copyLink } from '../inspection-page/links.js';
 import {
-  changeStretch, dissolveStretch, finishStretch, joinPoints, otherEnd, startStretch,
+  changeStretch, dissolveStretch, finishStretch, joinPoints, otherEnd, startStretchAt,
 } from '../inspection-page/stretches.js';
 import { GRADES, severityMark, severityWord } from '../severity-mark/severity-mark.js';
 import { showPhoto } from './photo-dialog.js';
@@ -24,6 +25,9 @@ class DefectForm extends Component {
   /** @type {string} */
   observationId;
 
+  /** Another object for every visit of a field: what is typed meanwhile is one step to undo. */
+  #visit = {};
+
   mount() {
     this.desk = this.closest('inspection-page').desk;
     this.parts = render(
@@ -31,7 +35,7 @@ class DefectForm extends Component {
       html`<div class="form__head">
           <h2 data-part="title"></h2>
           <button type="button" class="button button--quiet button--small button--icon" data-part="link"
-            title="${t('link.copy_key')}" aria-label="${t('link.copy')}">${icon('link')}</button>
+            title="${withKey(t('link.copy'), 'Y')}" aria-label="${t('link.copy')}">${icon('link')}</button>
           <button type="button" class="button button--small" data-part="done" title="${t('form.close')}">${icon('check')}${t('form.done')}</button>
         </div>
         <form class="form__body" data-part="form">
@@ -56,7 +60,7 @@ class DefectForm extends Component {
           <fieldset class="form__severity">
             <legend>${t('form.severity')}</legend>
             <div class="form__grades">${GRADES.map((grade) => html`<label
-              title="${t('video.with_key', { what: severityWord(grade), key: `Shift + ${grade}` })}">
+              title="${withKey(severityWord(grade), `Shift + ${grade}`)}">
               <input type="radio" name="severity" value="${grade}" />
               ${severityMark(grade)}<b>${grade}</b></label>`)}</div>
             <span class="help" data-part="severityWord"></span>
@@ -108,7 +112,9 @@ class DefectForm extends Component {
       event.preventDefault();
       desk.editing.set(false);
     });
-    this.listen(parts.code, 'change', () => this.#typedCode());
+    this.listen(parts.form, 'focusin', () => (this.#visit = {}));
+    this.listen(parts.form, 'input', ({ target }) => this.#typed(target));
+    this.listen(parts.code, 'change', () => this.#leftCode());
     this.listen(parts.form, 'change', ({ target }) => this.#changed(target));
     // While typing the keys belong to the field; Escape leaves it, and the form with it.
     this.listen(this, 'keydown', (event) => {
@@ -118,10 +124,11 @@ class DefectForm extends Component {
     this.#fill();
   }
 
-  /** The keys go to the code: the form was asked for. */
+  /** The keys go to the code, and the page to the form where it lies below the film: it was asked for. */
   enter() {
     this.parts.code.focus({ preventScroll: true });
     this.parts.code.select();
+    this.scrollIntoView({ block: 'nearest' });
   }
 
   get #item() {
@@ -132,26 +139,45 @@ class DefectForm extends Component {
     this.desk.observations.edit(this.observationId, changes);
   }
 
-  #pickCode({ code, char1, char2 }) {
-    this.parts.code.value = code;
-    this.#save({ code, char1: char1 || null, char2: char2 || null });
+  #pickCode(row) {
+    this.parts.code.value = row.code;
+    this.#save(codeOf(row));
+  }
+
+  /** A field that is being typed in; a choice is made by its `change`. */
+  #typed(field) {
+    const changes = field === this.parts.code ? this.#codeTyped : this.#textTyped(field);
+    if (changes) this.desk.observations.type(this.observationId, changes, this.#visit);
   }
 
   /** A code that is typed out, 'BAB' or 'bab b a', counts without being picked from the list. */
-  #typedCode() {
+  get #codeTyped() {
     const text = this.parts.code.value.trim();
+    if (text.toUpperCase() === (this.#item.code ?? '')) return null;
     const row = this.desk.catalogue.typed(text);
-    if (text.toUpperCase() === (this.#item.code ?? '')) return;
-    if (row) this.#pickCode(row);
-    else if (text === '') this.#save({ code: null, char1: null, char2: null });
-    else this.parts.code.value = this.#item.code ?? '';
+    return row && codeOf(row);
+  }
+
+  #textTyped({ name, value }) {
+    if (name === 'remark') return { remark: value.trim() || null };
+    if (!name?.startsWith('quant')) return null;
+    const number = quantityIn(value);
+    return number === undefined ? null : { [name]: number };
+  }
+
+  #leftCode() {
+    const { code } = this.parts;
+    const text = code.value.trim();
+    if (text === '') this.#save({ code: null, char1: null, char2: null });
+    else if (!this.desk.catalogue.typed(text)) this.desk.fault(t('code.not_found', { text }));
+    code.value = this.#item?.code ?? '';
   }
 
   #changed({ name, value }) {
     if (!name) return;
     if (name.startsWith('quant')) {
-      const number = value.trim() === '' ? null : Number(value.replace(',', '.'));
-      const isWrong = Number.isNaN(number) || number < 0;
+      const number = quantityIn(value);
+      const isWrong = number === undefined;
       this.parts[`${name}Fault`].textContent = isWrong ? t('form.quantity_fault') : '';
       this.elements.namedItem(name).setAttribute('aria-invalid', String(isWrong));
       if (!isWrong) this.#save({ [name]: number });
@@ -168,7 +194,7 @@ class DefectForm extends Component {
     const { desk } = this;
     const item = this.#item;
     const number = stretchNumber(item);
-    if (what === 'start') startStretch(desk);
+    if (what === 'start') startStretchAt(desk, item);
     if (what === 'join') joinPoints(desk, otherEnd(desk, item), item);
     if (what === 'finish') finishStretch(desk, number);
     if (what === 'change') changeStretch(desk, number);
@@ -230,7 +256,7 @@ class DefectForm extends Component {
     const isOpen = openStretches(desk.observations.value).some((stretch) => Number(stretch.number) === number);
     const buttons = number === null
       ? [
-          ['start', 'stretch', t('stretch.start'), 'S'],
+          ['start', 'stretch', t('stretch.start_at', { where: chainage(item.distance_m) }), ''],
           other && ['join', 'stretch', t('stretch.join', { where: chainage(other.distance_m) }), ''],
         ]
       : [
@@ -244,7 +270,7 @@ class DefectForm extends Component {
     render(
       parts.stretchButtons,
       html`${buttons.filter(Boolean).map(([what, sign, label, key]) => html`<button type="button"
-        class="button button--small" data-do="${what}" title="${key ? t('video.with_key', { what: label, key }) : label}">${icon(sign)}${label}</button>`)}`,
+        class="button button--small" data-do="${what}" title="${withKey(label, key)}">${icon(sign)}${label}</button>`)}`,
     );
   }
 
@@ -275,6 +301,15 @@ class DefectForm extends Component {
   #put(field, value) {
     if (field !== document.activeElement || field instanceof HTMLSelectElement) field.value = value;
   }
+}
+
+const codeOf = ({ code, char1, char2 }) => ({ code, char1: char1 || null, char2: char2 || null });
+
+/** The number of a text, null when it is empty, undefined when it is none that can be. */
+function quantityIn(text) {
+  if (text.trim() === '') return null;
+  const number = Number(text.trim().replace(',', '.'));
+  return Number.isFinite(number) && number >= 0 ? number : undefined;
 }
 
 /** Says plainly that a report needs it; nothing is held up by it. */

@@ -1,8 +1,9 @@
 /** The tagged defects along the culvert; the form of the selected one takes the list's place. */
 
 import { html, patchList, render } from '../../core/html.js';
+import { isKeyOn } from '../../core/keys.js';
 import { Component } from '../../core/store.js';
-import { coveredShare, stretchNumber, stretchRole, stretchesOf } from '../../core/stretches.js';
+import { coveredShare, defectCount, stretchNumber, stretchRole, stretchesOf } from '../../core/stretches.js';
 import { chainage, clockHour, plusMinus, timecode } from '../../core/units.js';
 import { pieces, t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
@@ -17,6 +18,8 @@ const ACT_NOW = 5;
 
 class DefectList extends Component {
   #focusBefore = document.body;
+  /** Where the page was scrolled to when the form was asked for. */
+  #scrollBefore = 0;
   /** Whether the newest come first; null until the person has chosen: then while it is live. */
   #isNewestFirst = null;
 
@@ -40,7 +43,7 @@ class DefectList extends Component {
           <p class="defects__count dim number" data-part="count"></p>
           <div class="defects__empty" data-part="empty">
             <p>${t('defects.empty')}</p>
-            <p class="dim" data-needs="operator">${pieces('defects.empty_help', { key: html`<kbd>T</kbd>` })}</p>
+            ${isKeyOn('t') && html`<p class="dim" data-needs="operator">${pieces('defects.empty_help', { key: html`<kbd>T</kbd>` })}</p>`}
           </div>
           <ol class="defects__rows" data-part="rows"></ol>
         </div>
@@ -102,13 +105,13 @@ class DefectList extends Component {
   #count() {
     const { parts, desk } = this;
     const { value: all } = desk.observations;
-    const shown = parts.rows.children.length;
+    const [shown, n] = [this.#items, all].map(defectCount);
     const { low, high } = desk.track.range;
     const stretches = stretchesOf(all, high / 1000);
     const share = coveredShare(stretches, (high - low) / 1000);
     parts.count.hidden = all.length === 0;
     parts.count.textContent = [
-      shown === all.length ? t('defects.count', { n: shown }) : t('defects.count_of', { shown, n: all.length }),
+      shown === n ? t('defects.count', { n }) : t('defects.count_of', { shown, n }),
       stretches.length > 0 && t('stretch.share', { percent: Math.round(100 * share) }),
     ]
       .filter(Boolean)
@@ -181,7 +184,7 @@ class DefectList extends Component {
     const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
     if (event.target !== row.parts.main || event.ctrlKey || event.altKey || event.shiftKey) return;
     if (event.key === 'Enter') {
-      this.desk.selection.set(row.dataset.key);
+      this.desk.select(row.dataset.key);
       this.desk.editing.set(true);
     } else if (step) {
       const next = step > 0 ? row.nextElementSibling : row.previousElementSibling;
@@ -219,7 +222,10 @@ class DefectList extends Component {
     const { value: id } = desk.selection;
     const isOpen = desk.editing.value && id !== null;
     const form = parts.details.firstElementChild;
-    if (isOpen && !form) this.#focusBefore = document.activeElement;
+    if (isOpen && !form) {
+      this.#focusBefore = document.activeElement;
+      this.#scrollBefore = scrollY;
+    }
     parts.overview.hidden = isOpen;
     parts.details.hidden = !isOpen;
     if (!isOpen) {
@@ -234,12 +240,13 @@ class DefectList extends Component {
     if (!form) next.enter();
   }
 
-  /** The keys go back to where they were, if that is still there. */
+  /** The keys and the page go back to where they were, if that is still there. */
   #closeForm(form) {
     form.remove();
     const wasOnPage = this.#focusBefore === document.body || !this.#focusBefore.isConnected;
     const next = wasOnPage ? document.querySelector('#main') : this.#focusBefore;
     next.focus({ preventScroll: true });
+    scrollTo({ top: this.#scrollBefore });
   }
 }
 

@@ -3,7 +3,6 @@
 import { html, render, setText } from '../../core/html.js';
 import { isUnmeasured } from '../../core/inspection.js';
 import { isSeen, jointBehind } from '../../core/joints.js';
-import { noticeText } from '../../core/notices.js';
 import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { chainage, chainageNumber, lengthUnit, plusMinus, speed, u95FromSigma } from '../../core/units.js';
@@ -41,7 +40,6 @@ class DistanceReadout extends Component {
           <p class="readout__health number"><span data-part="sign"></span><span data-part="health"></span></p>
           <p class="readout__more dim number"><span data-part="joint"></span><span class="readout__speed" data-part="speed"></span></p>
         </div>
-        <p class="readout__notice" role="status" data-part="notice" hidden>${icon('alert')}<span data-part="noticeText"></span></p>
         <p class="readout__joints dim" data-part="joints" hidden><span data-part="jointsText"></span>
           <button class="link" data-part="takeBack" ${!may('operator') && 'hidden'}>${t('readout.take_back')}</button></p>
         <p class="visually-hidden" role="status" data-part="told"></p>`,
@@ -50,7 +48,15 @@ class DistanceReadout extends Component {
     this.listen(this.parts.why, 'click', () => openIntervalDetail(this.desk));
     this.listen(this.desk.playhead, 'change', () => this.repaint());
     for (const store of [this.desk.health, this.desk.corrections]) this.listen(store, 'change', () => this.repaint());
-    this.signal.addEventListener('abort', () => clearTimeout(this.#tellTimer));
+    // Where it stays in sight, what gets the focus comes to rest below it.
+    const resized = new ResizeObserver(() => {
+      document.documentElement.style.setProperty('--readout-height', `${this.offsetHeight}px`);
+    });
+    resized.observe(this);
+    this.signal.addEventListener('abort', () => {
+      clearTimeout(this.#tellTimer);
+      resized.disconnect();
+    });
     this.paint();
   }
 
@@ -62,7 +68,7 @@ class DistanceReadout extends Component {
     setText(parts.interval, row && !isTold ? plusMinus(u95FromSigma(row.sigma_distance_mm)) : '± –');
     setText(parts.joint, row ? this.#joint(row.distance_mm) : '');
     parts.why.disabled = !row || isTold;
-    this.#showNotice();
+    this.#showJoints();
     this.#showSpeed(isTold ? null : this.#speed(row, isLive));
     this.#showHealth(isTold ? { level: 'none', what: 'told', text: t('readout.told') } : this.#healthWords(row, isLive), isLive);
   }
@@ -77,14 +83,11 @@ class DistanceReadout extends Component {
     return isSeen(joint) ? t('readout.joint', past) : t('readout.joint_expected', past);
   }
 
-  /** What picture and rig disagree about, the most serious first. */
-  #showNotice() {
+  /** The scale that the joints have set. */
+  #showJoints() {
     const { parts } = this;
-    const [notice] = this.desk.corrections.value?.result?.notices ?? [];
-    parts.notice.hidden = !notice;
-    setText(parts.noticeText, notice ? noticeText(notice) : '');
     const done = this.desk.corrections.value?.result?.by_joints ?? null;
-    parts.joints.hidden = done === null || Boolean(notice);
+    parts.joints.hidden = done === null;
     setText(parts.jointsText, done ? jointsText(done) : '');
   }
 

@@ -26,7 +26,8 @@ class EmergencyBanner extends Component {
       this,
       html`<p class="emergency__title">${severityMark(GRAVEST)}<b>${t('emergency.title')}</b></p>
         <ul class="emergency__list" data-part="list" aria-live="polite"></ul>
-        <a class="button button--danger" download href="${exportPath(id, 'emergency')}">${icon('download')}${t('emergency.sheet')}</a>`,
+        <a class="button button--small button--danger emergency__sheet" download
+          href="${exportPath(id, 'emergency')}">${icon('download')}<span>${t('emergency.sheet')}</span></a>`,
     );
     this.listen(this.desk.observations, 'change', () => this.#show());
     this.listen(this.#alerts, 'change', () => this.#show());

@@ -100,6 +100,7 @@ class ExportDialog {
     if (issues === null) return;
     const blocking = issues.filter(({ level }) => level === 'block');
     const rest = issues.length - blocking.length;
+    this.#parts.word.textContent = blocking.length ? t('export.download_draft') : t('export.download');
     const summary = [
       blocking.length && t('checks.blocking', { n: blocking.length }),
       rest && t('checks.warnings', { n: rest }),
@@ -187,5 +188,5 @@ const markup = ({ help }) => html`<div class="export">
   </div>
   <div class="dialog__buttons">
     <button class="button" data-part="cancel">${t('page.cancel')}</button>
-    <button class="button button--primary" data-part="download">${icon('download')}${t('export.download')}</button>
+    <button class="button button--primary" data-part="download">${icon('download')}<span data-part="word">${t('export.download')}</span></button>
   </div></div>`;

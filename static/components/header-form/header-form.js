@@ -3,12 +3,14 @@
  * work: required for a report, filled in by itself, and more. An empty required field stops nothing
  * here; it is counted and named.
  *
- * Events: `field` (detail {name, value}) when a field was left with another value that can be used.
+ * Events: `field` (detail {name, value}) when a field was left with another value that can be used,
+ * `typing` (likewise) with every letter before that.
  */
 
 import { ApiError, get } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { Component } from '../../core/store.js';
+import { rounded } from '../../core/rounding.js';
 import { lengthUnit, parseDistance, toShown } from '../../core/units.js';
 import { errorText, t, wordFor } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
@@ -134,6 +136,7 @@ class HeaderForm extends Component {
           ${REFERENCE_POINTS.map((point) => html`<option value="${point}"></option>`)}
         </datalist>`,
     );
+    this.listen(this, 'input', ({ target }) => this.#typing(target));
     this.listen(this, 'change', ({ target }) => this.#left(target));
     for (const field of this.#fields) this.#write(field);
     this.#count();
@@ -149,8 +152,19 @@ class HeaderForm extends Component {
     input.value = written(field, this.#values[field.name] ?? null);
   }
 
+  #fieldOf(input) {
+    return this.#fields.find(({ name }) => name === input.dataset.field);
+  }
+
+  #typing(input) {
+    const field = this.#fieldOf(input);
+    const value = field && read(field, input.value);
+    if (value === undefined) return; // not a number yet
+    this.dispatchEvent(new CustomEvent('typing', { detail: { name: field.name, value } }));
+  }
+
   #left(input) {
-    const field = this.#fields.find(({ name }) => name === input.dataset.field);
+    const field = this.#fieldOf(input);
     if (!field) return;
     const value = read(field, input.value);
     if (value === undefined) {
@@ -194,7 +208,7 @@ class HeaderForm extends Component {
 function written({ kind, unit }, value) {
   if (value === null) return '';
   if (kind === 'number' && unit === 'm') {
-    return String(Number(toShown(value).toFixed(LENGTH_DECIMALS)));
+    return String(rounded(toShown(value), LENGTH_DECIMALS));
   }
   return String(value);
 }
@@ -207,7 +221,7 @@ function read({ kind, unit }, text) {
   if (kind !== 'number') return trimmed;
   const number = unit === 'm' ? parseDistance(trimmed) : Number(trimmed.replace(',', '.').replace('−', '-'));
   if (number === null || !Number.isFinite(number)) return undefined;
-  return unit === 'm' ? Math.round(number * 10000) / 10000 : number;
+  return unit === 'm' ? rounded(number, 4) : number;
 }
 
 function fieldMarkup(field, packs) {

@@ -1,11 +1,17 @@
-/** The header of the inspection: each field is saved when it is left, and again until it is safe. */
+/**
+ * The header of the inspection: each field is saved when it is left, and again until it is safe. What
+ * is typed and not safe yet is kept in this browser, so that a reload loses none of it.
+ */
 
 import { ApiError, pause } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
+import { hasFilm } from '../../core/inspection.js';
 import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { errorText, t } from '../../core/words.js';
 import '../header-form/header-form.js';
+import { icon } from '../icon/icon.js';
+import { openRig } from '../run-again/run-again.js';
 
 const PAUSE_S = 3;
 
@@ -15,26 +21,59 @@ class HeaderPanel extends Component {
   /** Values by name that the server does not take. */
   #refused = new Map();
   #isSending = false;
+  /** @type {Unsent} */
+  #unsent;
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
+    this.#unsent = new Unsent(this.desk.inspection.id);
     this.parts = render(
       this,
-      html`<p class="header-panel__state number" role="status" data-part="state"></p>
+      html`<p class="header-panel__rig"><button type="button" class="button button--small" data-part="rig" data-needs="operator"
+          hidden>${icon('settings')}${t('again.rig_open')}</button></p>
+        <p class="header-panel__state number" role="status" data-part="state"></p>
         <fieldset class="locked" ${!may('operator') && 'disabled'}><header-form data-part="form"></header-form></fieldset>`,
     );
-    const { form } = this.parts;
+    const { form, rig } = this.parts;
+    this.listen(rig, 'click', () => this.#editRig());
     form.value = this.desk.inspection.value.header;
+    this.listen(form, 'typing', ({ detail: { name, value } }) => {
+      const isAsBefore = (this.desk.inspection.value.header[name] ?? null) === value;
+      this.#unsent.put(name, value);
+      if (isAsBefore) this.#unsent.drop(name, value);
+      this.parts.state.textContent = isAsBefore ? t('header.saved') : t('header.saving');
+    });
     this.listen(form, 'field', ({ detail: { name, value } }) => {
       this.#refused.delete(name);
       this.#waiting.set(name, value);
+      this.#unsent.put(name, value);
       this.#send();
     });
     this.listen(this.desk.inspection, 'change', () => this.#refresh());
+    this.#showRig();
+    if (may('operator')) this.#goOn();
+  }
+
+  /** Sends what an earlier page could not. */
+  #goOn() {
+    for (const [name, value] of this.#unsent.all) this.#waiting.set(name, value);
+    this.#refresh();
+    if (this.#waiting.size) this.#send();
+  }
+
+  /** While it runs, and without a film, there is nothing to track again. */
+  #showRig() {
+    const { inspection } = this.desk;
+    this.parts.rig.hidden = inspection.isUnfinished || !hasFilm(inspection.value);
+  }
+
+  async #editRig() {
+    if (await openRig(this.desk.inspection)) location.reload(); // the picture and the 3D view, too
   }
 
   /** What the server has, under what was typed and is not safe yet. */
   #refresh() {
+    this.#showRig();
     const typed = [...this.#refused, ...this.#waiting];
     this.parts.form.value = { ...this.desk.inspection.value.header, ...Object.fromEntries(typed) };
   }
@@ -68,7 +107,39 @@ class HeaderPanel extends Component {
 
   /** Done with this value, unless the person has entered another one meanwhile. */
   #settle(name, value) {
-    if (this.#waiting.get(name) === value) this.#waiting.delete(name);
+    if (this.#waiting.get(name) !== value) return;
+    this.#waiting.delete(name);
+    this.#unsent.drop(name, value);
+  }
+}
+
+/** Values by name that were typed for one inspection and are not on the server yet, in this browser. */
+class Unsent {
+  #key;
+
+  constructor(inspection) {
+    this.#key = `chainage.header.${inspection}`;
+  }
+
+  get all() {
+    return new Map(JSON.parse(localStorage.getItem(this.#key) ?? '[]'));
+  }
+
+  put(name, value) {
+    this.#keep(this.all.set(name, value));
+  }
+
+  /** Forgets a value, unless more has been typed meanwhile. */
+  drop(name, value) {
+    const all = this.all;
+    if (all.get(name) !== value) return;
+    all.delete(name);
+    this.#keep(all);
+  }
+
+  #keep(all) {
+    if (all.size) localStorage.setItem(this.#key, JSON.stringify([...all]));
+    else localStorage.removeItem(this.#key);
   }
 }
 

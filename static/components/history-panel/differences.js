@@ -2,6 +2,7 @@
 
 import { chainage } from '../../core/units.js';
 import { t, wordFor } from '../../core/words.js';
+import { ALL_FIELDS } from '../rig-form/fields.js';
 
 /** Where what was stated about the distances is shown. */
 const STATED = {
@@ -16,11 +17,16 @@ const STATED = {
     if (use === false) return t('history.joints_off');
     return use ? t('history.joints_text', counts) : t('history.joints_auto', counts);
   },
+  robot: (robot) => (robot === 'moved' ? t('again.moved') : t('again.stood_still')),
   rig_sigma: ({ height_mm: height, focal_px: focal }) => t('history.rig_text', { height, focal }),
 };
 
 /** 'Severity', 'Known length'. */
-export const labelOf = (name) => wordFor('history.field', name) ?? wordFor('header', name) ?? name;
+export const labelOf = (name) =>
+  ALL_FIELDS.find(({ path }) => path === name)?.label ??
+  wordFor('history.field', name) ??
+  wordFor('header', name) ??
+  name;
 
 /**
  * @param {{action: string, before: object|null, after: object|null}} event
@@ -34,9 +40,9 @@ export function differences({ action, before, after }) {
     .map((name) => ({ name, before: told(name, was[name]), after: told(name, is[name]) }));
 }
 
-/** An inspection's name and header side by side. */
+/** An inspection's name and header side by side; why joints were dropped stands in the remark. */
 const flat = (fields) => {
-  const { header, ...others } = fields ?? {};
+  const { header, refusal: _said, ...others } = fields ?? {};
   return { ...others, ...header };
 };
 

@@ -8,6 +8,7 @@ import { errorText, pieces, t } from '../../core/words.js';
 import { nameOf } from '../defect-list/names.js';
 import { icon } from '../icon/icon.js';
 import { differences, labelOf } from './differences.js';
+import { remarkText } from './remarks.js';
 
 /** Rows that are made at once. */
 const PAGE = 40;
@@ -17,6 +18,8 @@ const OF_INSPECTION = {
   changed: ['edit', t('history.inspection_changed')],
   corrected: ['settings', t('history.inspection_corrected')],
   rescaled: ['settings', t('history.inspection_rescaled')],
+  rig_changed: ['retry', t('history.inspection_rig')],
+  continued: ['live', t('history.inspection_continued')],
   finished: ['check', t('history.inspection_finished')],
   deleted: ['trash', t('history.inspection_deleted')],
 };
@@ -104,7 +107,8 @@ class HistoryPanel extends Component {
   }
 
   #row(event) {
-    const { at, who, remark, observation_id: id } = event;
+    const { at, who, observation_id: id } = event;
+    const remark = remarkText(event);
     const [sign, title] = this.#titleOf(event);
     const changes = differences(event);
     return html`<li class="event">${icon(sign)}

@@ -12,6 +12,7 @@ import { jointsOf } from '../../core/joints.js';
 import { LiveFeed } from '../../core/live.js';
 import { Observations } from '../../core/observations.js';
 import { Outbox } from '../../core/outbox.js';
+import { pageId } from '../../core/page-id.js';
 import { may } from '../../core/rights.js';
 import { Store } from '../../core/store.js';
 import { Track } from '../../core/track.js';
@@ -32,7 +33,13 @@ const SHOW_EVERY_MS = 66;
  *     when it is not live, or not a camera's
  */
 
-/** Events: `fault` (detail: a sentence), `tagged` (detail: the observation). */
+/** A code is meant for the tag that was pointed out until the robot has moved so far, in m. */
+const POINTED_M = 0.5;
+
+/**
+ * Events: `fault` (detail: a sentence), `tagged` (detail: the observation), `done` (detail {text, action?, run?}:
+ * what a command has done, and what else it could have done).
+ */
 export class Desk extends EventTarget {
   /** @type {{value: Playhead}} */
   playhead = new Store({ frame: -1, row: null, isLive: false, capturedMs: null });
@@ -57,6 +64,10 @@ export class Desk extends EventTarget {
   /** Likewise, what picture and rig disagreed about. */
   #notices = null;
   #shownFrame = -1;
+  /** The tag that the person pointed out, and the pose of the robot then. */
+  #pointed = { id: null, row: null };
+  /** The pose of the last tag: of a live picture it is known before the track has it. */
+  #tagged = { frame: -1, row: null };
   #showTimer = 0;
 
   /** Fetches what the page cannot be drawn without. */
@@ -88,7 +99,7 @@ export class Desk extends EventTarget {
     );
     this.corrections = new Corrections(inspection.id, signal);
     this.checks = new Checks(inspection.id, signal);
-    this.live = new LiveFeed(`/api/inspections/${inspection.id}/live`, signal);
+    this.live = new LiveFeed(`/api/inspections/${inspection.id}/live?page=${pageId}`, signal);
     this.playhead.addEventListener('change', () => this.#showIn3d(), { signal });
     this.observations.addEventListener('change', () => this.#dropLostSelection(), { signal });
     this.live.addEventListener('state', () => this.#showIn3d(true), { signal });
@@ -145,19 +156,53 @@ export class Desk extends EventTarget {
     code = null, char1 = null, char2 = null, continuous = null, pixel = null,
     frame = this.playhead.value.frame, isSelected = true,
   }) {
-    if (!may('operator') || !this.#poseOf(frame)) {
+    const row = this.#poseOf(frame);
+    if (!may('operator') || !row) {
       this.fault(may('operator') ? t('desk.not_tracked') : t('rights.viewer'));
       return null;
     }
+    this.#tagged = { frame, row };
     const created = this.observations.create({ ...this.#anchor(frame, pixel), code, char1, char2, continuous });
-    if (isSelected) this.selection.set(created.id);
+    if (isSelected) this.select(created.id);
     this.dispatchEvent(new CustomEvent('tagged', { detail: created }));
     return created;
   }
 
   /** Tags the middle of the picture, with a code or without. */
   tagCentre(options = {}) {
-    return this.tag({ ...options, pixel: this.#middle });
+    const created = this.tag({ ...options, pixel: this.#middle });
+    this.#pointed = { id: null, row: null }; // the hand is on the keys: the next tag is another one
+    return created;
+  }
+
+  /**
+   * Gives a code to the tag that was pointed out just before and has none yet; without one the middle
+   * of the picture is tagged with it.
+   */
+  tagAs({ code, char1, char2 }) {
+    const item = this.#pointed.id === this.selection.value ? this.observations.find(this.#pointed.id) : null;
+    if (!item || item.code || !this.#isWithin(POINTED_M, this.#pointed.row) || !may('operator')) {
+      this.tagCentre({ code, char1, char2 });
+      return;
+    }
+    this.observations.edit(item.id, { code, char1, char2 });
+    this.dispatchEvent(new CustomEvent('tagged', { detail: this.observations.find(item.id) }));
+  }
+
+  /** Selects what the person has pointed out. */
+  select(id) {
+    this.selection.set(id);
+    this.#pointed = { id, row: this.playhead.value.row };
+  }
+
+  /** Whether the robot has moved by no more than `reachM` between a frame and the shown one. */
+  isNear(frame, reachM) {
+    return frame === this.playhead.value.frame || this.#isWithin(reachM, this.#poseOf(frame));
+  }
+
+  #isWithin(reachM, row) {
+    const here = this.playhead.value.row;
+    return Boolean(row && here) && Math.abs(row.distance_mm - here.distance_mm) <= 1000 * reachM;
   }
 
   /** Moves the selected tag to the middle of the shown picture; its photo follows. */
@@ -172,8 +217,10 @@ export class Desk extends EventTarget {
   goTo(id) {
     const item = this.observations.find(id);
     if (!item) return; // deleted meanwhile
-    this.selection.set(id);
-    if (item.frame < this.track.length) this.seek(item.frame);
+    this.select(id);
+    if (item.frame >= this.track.length) return;
+    this.seek(item.frame);
+    this.#pointed = { id, row: this.track.row(item.frame) };
   }
 
   /** Null where nobody knows what the camera saw there. */
@@ -186,7 +233,8 @@ export class Desk extends EventTarget {
   /** The pose of a frame, null where it is not tracked. */
   #poseOf(frame) {
     const shown = this.playhead.value;
-    return frame === shown.frame && shown.row ? shown.row : this.track.row(frame);
+    if (frame === shown.frame && shown.row) return shown.row;
+    return this.track.row(frame) ?? (frame === this.#tagged.frame ? this.#tagged.row : null);
   }
 
   /** What a tag rests on; without a wall under the pixel the camera counts. */
@@ -287,6 +335,11 @@ export class Desk extends EventTarget {
   #dropLostSelection() {
     const { value: id } = this.selection;
     if (id !== null && !this.observations.find(id)) this.selection.set(null);
+  }
+
+  /** Shows the person what was done; it can be taken back, or something else done in its place. */
+  done(text, other = {}) {
+    this.dispatchEvent(new CustomEvent('done', { detail: { text, ...other } }));
   }
 
   /** Shows the person what did not work. */

@@ -2,9 +2,11 @@
 
 import { ApiError, poll } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
-import { bindKeys } from '../../core/keys.js';
+import { mayGoOn } from '../../core/inspection.js';
+import { bindKeys, withKey } from '../../core/keys.js';
 import { Component } from '../../core/store.js';
 import { chainage } from '../../core/units.js';
+import { defectCount } from '../../core/stretches.js';
 import { errorText, t } from '../../core/words.js';
 import { nameOf } from '../defect-list/names.js';
 import { openExport } from '../export-dialog/export-dialog.js';
@@ -14,6 +16,7 @@ import { icon } from '../icon/icon.js';
 import { pace } from '../inspection-list/inspection-list.js';
 import { showKeys } from '../key-help/key-help.js';
 import { closesElsewhere } from '../menu/menu.js';
+import { askEndOfRecording, openRecordOn } from '../run-again/run-again.js';
 import { statusChip } from '../status-chip/status-chip.js';
 import { orToast, toast, toastError } from '../toast-stack/toast-stack.js';
 import { topBar } from '../top-bar/top-bar.js';
@@ -26,6 +29,7 @@ import { TABS } from './tabs.js';
 import '../distance-readout/distance-readout.js';
 import '../emergency-banner/emergency-banner.js';
 import '../live-bar/live-bar.js';
+import './rig-notice.js';
 import '../strip-log/strip-log.js';
 import '../tab-panels/tab-panels.js';
 import '../video-panel/video-panel.js';
@@ -78,13 +82,15 @@ class InspectionPage extends Component {
             <button class="button button--small" data-part="cancel" data-needs="operator" hidden>${icon('stop')}<span
               class="desk-bar__word">${t('desk.cancel')}</span></button>
             <button class="button button--small" data-part="retry" data-needs="operator" hidden>${icon('retry')}${t('desk.retry')}</button>
+            <button class="button button--small" data-part="recordOn" data-needs="operator" title="${t('again.on_title')}" hidden>${icon('live')}<span
+              class="desk-bar__word">${t('again.on')}</span></button>
             <span class="spacer"></span>
             <p class="save number" role="status" data-part="save" data-needs="operator"></p>
             <button class="button button--quiet button--small" data-part="undo" data-needs="operator">${icon('undo')}
               <span class="desk-bar__word">${t('desk.undo')}</span></button>
             <button class="button button--quiet button--small button--icon" data-part="redo" data-needs="operator">${icon('redo')}
               <span class="visually-hidden">${t('desk.redo')}</span></button>
-            <button class="button button--quiet button--small desk-bar__keys" data-part="help" title="${t('desk.keys_key')}">${icon('keys')}
+            <button class="button button--quiet button--small desk-bar__keys" data-part="help" title="${withKey(t('desk.keys'), '?')}">${icon('keys')}
               <span class="desk-bar__word">${t('desk.keys')}</span></button>
             <button class="button button--small" data-part="finish" data-needs="operator"></button>
             <details class="menu" data-part="menu">
@@ -96,8 +102,6 @@ class InspectionPage extends Component {
           <progress class="bar desk-bar__progress" max="1" data-part="bar" aria-label="${t('progress.label')}"></progress>
         </header>
         <main id="main" class="desk-main" tabindex="-1">
-          <div class="desk-messages" data-part="messages"></div>
-          <emergency-banner hidden></emergency-banner>
           <live-bar></live-bar>
           <div class="desk">
             <distance-readout class="desk__readout panel"></distance-readout>
@@ -108,6 +112,11 @@ class InspectionPage extends Component {
             </section>
             <viewer-panel class="desk__viewer panel" data-part="viewer"></viewer-panel>
             <tab-panels class="desk__side panel" data-part="side"></tab-panels>
+            <div class="desk__notices">
+              <emergency-banner hidden></emergency-banner>
+              <div class="desk-messages" data-part="messages"></div>
+              <rig-notice hidden></rig-notice>
+            </div>
           </div>
         </main>
         <p class="visually-hidden" role="status" data-part="announce"></p>`,
@@ -126,8 +135,10 @@ class InspectionPage extends Component {
     this.listen(document, 'visibilitychange', () => !document.hidden && this.#lookAgain());
     this.listen(desk.editing, 'change', () => desk.editing.value && desk.tab.set('defects'));
     this.listen(desk, 'fault', ({ detail }) => toast(detail, { kind: 'error' }));
+    this.listen(desk, 'done', ({ detail: { text, ...other } }) => this.#tellDone(text, other));
     this.listen(desk, 'tagged', ({ detail }) => this.#announceTag(detail));
-    this.listen(parts.cancel, 'click', () => orToast(() => desk.inspection.cancel()));
+    this.listen(parts.cancel, 'click', () => orToast(() => this.#cancel()));
+    this.listen(parts.recordOn, 'click', () => this.#recordOn());
     this.listen(parts.retry, 'click', () => orToast(() => this.#retry()));
     this.listen(parts.finish, 'click', () => this.finish());
     this.listen(desk.checks, 'change', () => parts.side.note('checks', String(desk.checks.value?.length || '')));
@@ -146,7 +157,8 @@ class InspectionPage extends Component {
     this.#keys = groups;
     const bindings = groups.flatMap((group) => group.bindings);
     bindKeys(document, bindings, this.signal);
-    parts.viewer.onframe = (frame) => bindKeys(frame, bindings, this.signal, VIEWER_KEYS);
+    bindKeys(parts.viewer.keys, bindings, this.signal, VIEWER_KEYS);
+    parts.viewer.bound = bindings.flatMap((binding) => binding.keys).filter((key) => !VIEWER_KEYS.has(key));
 
     this.#showState();
     this.#showSaving();
@@ -181,6 +193,16 @@ class InspectionPage extends Component {
     if (!this.signal.aborted) this.#showMessages();
   }
 
+  /** A recording that has ended cannot be had again: it is asked for first. */
+  async #cancel() {
+    const { inspection } = this.desk;
+    if (inspection.value.live === null || (await askEndOfRecording())) await inspection.cancel();
+  }
+
+  async #recordOn() {
+    if (await openRecordOn(this.desk.inspection)) location.reload(); // the film becomes a camera
+  }
+
   async #retry() {
     await this.desk.inspection.retry();
     this.desk.playhead.set({ frame: -1, row: null, isLive: true, capturedMs: null });
@@ -200,10 +222,10 @@ class InspectionPage extends Component {
     return orToast(async () => this.#tellStep(await this.desk.history.redo()));
   }
 
-  /** Shows what was done just now, and can take that back. */
-  #tellDone(text) {
+  /** Shows what was done just now, and can take that back, or do another thing in its place. */
+  #tellDone(text, other = {}) {
     const step = this.desk.history.last;
-    toast(text, { action: t('page.undo'), run: () => this.undo(step) });
+    toast(text, { action: t('page.undo'), run: () => this.undo(step), ...other });
   }
 
   /** Says what was taken back or done again, and selects it; the picture stays where it is. */
@@ -295,6 +317,7 @@ class InspectionPage extends Component {
     parts.bar.classList.toggle('desk-bar__progress--off', !isRunning);
     parts.bar.value = progress.frames_total ? progress.frames_done / progress.frames_total : 0;
     parts.cancel.hidden = !desk.inspection.isUnfinished;
+    parts.recordOn.hidden = !mayGoOn(desk.inspection.value);
     this.#showFinish();
     parts.retry.hidden = status !== 'failed' && status !== 'cancelled';
     this.#showMessages();
@@ -323,7 +346,7 @@ class InspectionPage extends Component {
     this.parts.messages.dataset.shows = text;
     render(
       this.parts.messages,
-      html`${messages.map(([kind, sentence]) => html`<p class="message message--${kind}" role="alert">
+      html`${messages.map(([kind, sentence]) => html`<p class="message message--${kind}" role="alert" tabindex="0">
         ${icon('alert')}<span>${sentence}</span></p>`)}`,
     );
   }
@@ -341,19 +364,19 @@ class InspectionPage extends Component {
 
   #showObservations() {
     const { value: observations } = this.desk.observations;
-    this.parts.side.note('defects', String(observations.length || ''));
+    this.parts.side.note('defects', String(defectCount(observations) || ''));
     this.parts.emergency.hidden = !observations.some(({ severity }) => severity === GRAVEST);
   }
 
   /** Each button names the very step that it takes back or does again. */
   #showHistory() {
     const { parts, desk: { history: { last, next } } } = this;
-    for (const [button, step, title] of [
-      [parts.undo, last, last ? t('desk.undo_step', { step: stepName(last) }) : t('desk.undo_key')],
-      [parts.redo, next, next ? t('desk.redo_step', { step: stepName(next) }) : t('desk.redo_key')],
+    for (const [button, step, title, key] of [
+      [parts.undo, last, last ? t('desk.undo_step', { step: stepName(last) }) : t('desk.undo_none'), 'U'],
+      [parts.redo, next, next ? t('desk.redo_step', { step: stepName(next) }) : t('desk.redo_none'), 'Shift + U'],
     ]) {
       button.disabled = !step;
-      button.title = title;
+      button.title = withKey(title, key);
     }
   }
 

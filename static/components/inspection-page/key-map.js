@@ -1,11 +1,12 @@
 /** Every key of the inspection page, in the groups that the help shows. */
 
 import { may } from '../../core/rights.js';
+import { chainage } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { GRADES } from '../severity-mark/severity-mark.js';
 import { quickCodes } from '../video-panel/quick-codes.js';
 import { copyLink } from './links.js';
-import { changeStretch, finishStretch, startStretch } from './stretches.js';
+import { HERE_M, changeStretch, finishStretch, startStretch } from './stretches.js';
 
 /**
  * @param {object} page the inspection page: `desk`, `video`, `strip`, `undo`, `redo`, `remove`, `edit`, `rate`, `setZero`, `help`
@@ -29,9 +30,9 @@ export function keyMap(page) {
         ...quickCodes(desk.catalogue).map((quick, i) => ({
           keys: [String(i + 1)],
           label: t('keys.tag_as', { code: quick.code, label: quick.label.toLowerCase() }),
-          run: () => desk.tagCentre(quick),
+          run: () => desk.tagAs(quick),
         })),
-        { keys: ['s'], shown: ['S'], label: t('keys.stretch'), run: () => startStretch(desk) },
+        { keys: ['s'], shown: ['S'], label: t('keys.stretch', { reach: chainage(HERE_M) }), run: () => startStretch(desk) },
         { keys: ['c'], shown: ['C'], label: t('keys.stretch_change'), run: () => changeStretch(desk) },
         { keys: ['f'], shown: ['F'], label: t('keys.stretch_finish'), run: () => finishStretch(desk) },
         { keys: ['u', 'Ctrl+z'], shown: ['U', 'Ctrl + Z'], label: t('keys.undo'), run: () => page.undo() },

@@ -1,25 +1,54 @@
 /** Starting, changing and finishing a defect that goes on along the pipe. */
 
 import { openStretches, partsOf, stretchNumber } from '../../core/stretches.js';
+import { chainage } from '../../core/units.js';
 import { t } from '../../core/words.js';
-import { toast } from '../toast-stack/toast-stack.js';
+import { orToast, toast } from '../toast-stack/toast-stack.js';
 
+/** A selected tag starts the stretch if the robot has moved by no more than this since, in m. */
+export const HERE_M = 0.25;
 /** Distances are shown to a centimetre: what is shorter is a point. */
 const POINT_M = 0.01;
 /** Two points of the same code that are farther apart may be the ends of a stretch. */
 const OFFERED_FROM_M = 1;
 
 /**
- * The selected tag starts a new stretch, if it belongs to none; without one a new tag does.
+ * Starts a new stretch where the robot is: at the selected tag, if that was made here and belongs to
+ * no stretch, else at a new one. A tag that was selected elsewhere is offered in its place.
  * @param {import('./desk.js').Desk} desk
  */
 export function startStretch(desk) {
-  const { observations, selection } = desk;
-  const continuous = `A${observations.nextStretch}`;
-  const item = selection.value && observations.find(selection.value);
-  if (item && !item.continuous) observations.edit(item.id, { continuous });
-  else desk.tagCentre({ continuous });
+  const { observations, selection, history } = desk;
+  const item = selection.value ? observations.find(selection.value) : null;
+  const isFree = item !== null && !item.continuous;
+  if (isFree && desk.isNear(item.frame, HERE_M)) {
+    startStretchAt(desk, item);
+    return;
+  }
+  const number = observations.nextStretch;
+  const start = desk.tagCentre({ continuous: `A${number}` });
+  if (!start) return;
+  const step = history.last;
+  const instead = async () => {
+    await history.undo(step);
+    if (observations.find(item.id)) startStretchAt(desk, item);
+  };
+  desk.done(startedText(number, start), isFree ? {
+    action: t('stretch.instead', { where: chainage(item.distance_m) }),
+    run: () => orToast(instead),
+  } : {});
 }
+
+/** Makes a tag, wherever it is, the start of a new stretch. */
+export function startStretchAt(desk, item) {
+  const number = desk.observations.nextStretch;
+  desk.observations.edit(item.id, { continuous: `A${number}` });
+  desk.select(item.id);
+  desk.done(startedText(number, item));
+}
+
+const startedText = (number, { distance_m: m }) =>
+  t('stretch.started', { stretch: `A${number}`, where: chainage(m) });
 
 /** Tags the end of an open stretch at the shown frame, the newest if none is named. */
 export function finishStretch(desk, number = newest(desk)) {

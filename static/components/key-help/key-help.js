@@ -1,6 +1,7 @@
 /** The list of all keys, in a dialog. */
 
 import { html } from '../../core/html.js';
+import { isKeyOn } from '../../core/keys.js';
 import { t } from '../../core/words.js';
 import { openDialog } from '../dialog/dialog.js';
 
@@ -9,8 +10,8 @@ export const showKeys = (groups) =>
   openDialog({
     title: t('keys.title'),
     size: 'wide',
-    content: html`<div class="key-help">
-      ${groups.map(({ title, bindings }) => html`<section><h3>${title}</h3><dl>${bindings.map(row)}</dl></section>`)}
+    content: html`${!isKeyOn('a') && html`<p class="message">${t('keys.singles_off')}</p>`}<div class="key-help">
+      ${groups.map(withoutOff).filter(({ bindings }) => bindings.length).map(({ title, bindings }) => html`<section><h3>${title}</h3><dl>${bindings.map(row)}</dl></section>`)}
       <section><h3>${t('keys.pointer')}</h3><dl>
         <div><dt>${t('keys.picture')}</dt><dd>${t('keys.picture_help')}</dd></div>
         <div><dt>${t('keys.strip')}</dt><dd>${t('keys.strip_help')}</dd></div>
@@ -21,5 +22,10 @@ export const showKeys = (groups) =>
     </div>`,
   });
 
+const withoutOff = ({ title, bindings }) => ({
+  title,
+  bindings: bindings.filter(({ keys }) => keys.some(isKeyOn)),
+});
+
 const row = ({ keys, shown = keys, label }) =>
-  html`<div><dt>${shown.map((key, i) => html`${i > 0 && t('keys.or')}<kbd>${key}</kbd>`)}</dt><dd>${label}</dd></div>`;
+  html`<div><dt>${shown.filter(isKeyOn).map((key, i) => html`${i > 0 && t('keys.or')}<kbd>${key}</kbd>`)}</dt><dd>${label}</dd></div>`;

@@ -86,7 +86,8 @@ class LiveBar extends Component {
     const seconds = (since) => ({ s: Math.round((now - since) / 1000) });
     if (desk.live.state !== 'OPEN' && now - this.#serverMs > TICK_MS) {
       this.#state('no-server', t('live.no_server', seconds(this.#serverMs)));
-    } else if (live.connected) this.#state('connected', t('live.connected'));
+    } else if (!live.is_recording) this.#state('full', t('live.full'));
+    else if (live.connected) this.#state('connected', t('live.connected'));
     else if (this.#wasConnected || live.recorded_s > 0) {
       const text = t('live.reconnecting', seconds(this.#cameraMs));
       this.#state('reconnecting', [text, live.detail].filter(Boolean).join(' '));

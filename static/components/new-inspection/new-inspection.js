@@ -18,8 +18,11 @@ const ACCEPTED = 'video/*,.mp4,.mov,.m4v,.mkv,.avi,.mpg,.mpeg,.ts,.webm';
 
 /** Known only when the survey has ended, or to the program. */
 const NOT_YET = new Set(['end_condition', 'abandon_reason', 'video_files']);
-/** Of this survey alone: not proposed for the next one. */
-const NOT_REMEMBERED = new Set(['date', 'time', 'reverse_of']);
+/** Who inspects for whom, and with what: proposed for the next one. All else is of the asset or of the day. */
+const REMEMBERED_FIELDS = new Set([
+  'client', 'contractor', 'operator', 'operator_certificate', 'reviewer', 'method', 'standard', 'edition',
+  'code_pack', 'rig_id', 'calibration_id', 'camera', 'lens', 'camera_offset_m', 'tether',
+]);
 const ASK_CAMERA_EVERY_S = 0.3;
 const STANDARD = { standard: 'EN 13508-2', edition: '2003+A1:2011' };
 
@@ -321,23 +324,24 @@ class NewInspection extends Component {
       location.assign(`/inspections/${id}`);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      this.parts.fault.textContent = errorText(error);
+      const reason = errorText(error);
+      this.parts.fault.textContent = reason;
       this.#want(false);
+      if (!error.isTemporary) await this.#upload.reject({ code: error.code, reason });
     }
   }
 
   #remember(header) {
-    const kept = Object.entries(header).filter(([name]) => !NOT_REMEMBERED.has(name));
-    localStorage.setItem(REMEMBERED, JSON.stringify(Object.fromEntries(kept)));
+    localStorage.setItem(REMEMBERED, JSON.stringify(rememberedOf(header)));
     this.parts.rig.remember();
   }
 
-  /** The header of the last inspection, the time of now, and what the rig says of the pipe. */
+  /** People and equipment of the last inspection, the time of now, and what the rig says of the pipe. */
   #recall() {
     const { header } = this.parts;
     const now = new Date();
     const digits = (number) => String(number).padStart(2, '0');
-    header.value = JSON.parse(localStorage.getItem(REMEMBERED) ?? '{}');
+    header.value = rememberedOf(JSON.parse(localStorage.getItem(REMEMBERED) ?? '{}'));
     header.suggest({
       ...STANDARD,
       date: `${now.getFullYear()}-${digits(now.getMonth() + 1)}-${digits(now.getDate())}`,
@@ -363,7 +367,7 @@ class NewInspection extends Component {
     const list = render(
       this.parts.unfinished,
       html`${waiting.map((upload, i) => html`<p class="message new__unfinished">${icon('info')}
-        <span>${pieces('new.interrupted', { name: html`<b>${upload.name}</b>`, size: bytes(upload.size) })}</span>
+        <span>${whatBecameOf(upload)}</span>
         <button type="button" class="button button--small" data-part="discard${i}">${t('new.discard')}</button></p>`)}`,
     );
     waiting.forEach((upload, i) => {
@@ -373,6 +377,14 @@ class NewInspection extends Component {
       });
     });
   }
+}
+
+const rememberedOf = (header) =>
+  Object.fromEntries(Object.entries(header).filter(([name]) => REMEMBERED_FIELDS.has(name)));
+
+function whatBecameOf({ name, size, refused }) {
+  const named = { name: html`<b>${name}</b>`, size: bytes(size) };
+  return refused ? pieces('new.refused', { ...named, reason: refused }) : pieces('new.interrupted', named);
 }
 
 const kind = (value, sign, label, isChosen) => html`<label class="new__kind">

@@ -72,6 +72,10 @@ class RigForm extends Component {
     return rig;
   }
 
+  set value(rig) {
+    this.#fill(rig);
+  }
+
   /** Size of the chosen video in px, compared with the camera's; null when unknown. */
   set videoSize(size) {
     this.#videoSize = size;

@@ -10,12 +10,17 @@ import { codeSearch } from '../code-search/code-search.js';
 import { openDialog } from '../dialog/dialog.js';
 import { icon } from '../icon/icon.js';
 import { toastError } from '../toast-stack/toast-stack.js';
+import { bindKeysSection, keysMarkup } from './keys-section.js';
+
+/** Where the choice is kept that the settings were drawn anew with, for the page that comes. */
+const REOPENED = 'chainage.settings';
 
 /**
  * Saves a choice and draws the page anew with it: every word and number of it may change.
  * @param {Partial<import('../../core/preferences.js').Chosen>} changes
+ * @param {'language'|'units'} [choice] of the settings, which are opened there again
  */
-export async function redrawWith(changes) {
+export async function redrawWith(changes, choice) {
   try {
     await preferences.save(changes);
   } catch (error) {
@@ -23,11 +28,22 @@ export async function redrawWith(changes) {
     toastError(error);
     return;
   }
+  if (choice) sessionStorage.setItem(REOPENED, choice);
   location.reload();
 }
 
-/** Opens the settings; a changed code takes effect when they are closed. */
-export async function openSettings() {
+/** Opens the settings again where a change of language or units has drawn the page anew beneath them. */
+export function reopenSettings() {
+  const choice = sessionStorage.getItem(REOPENED);
+  sessionStorage.removeItem(REOPENED);
+  if (choice) openSettings(choice);
+}
+
+/**
+ * Opens the settings; a changed code takes effect when they are closed.
+ * @param {'language'|'units'} [choice] gets the focus
+ */
+export async function openSettings(choice) {
   const before = JSON.stringify(preferences.value);
   const { parts, closed } = openDialog({ title: t('settings.title'), content: content(), size: 'wide' });
   const tell = (text, isFault = false) => {
@@ -38,16 +54,18 @@ export async function openSettings() {
 
   parts.language.value = preferences.value.language ?? '';
   parts.units.value = preferences.value.units;
-  parts.language.addEventListener('change', () => redrawWith({ language: parts.language.value || null }));
-  parts.units.addEventListener('change', () => redrawWith({ units: parts.units.value }));
+  parts.language.addEventListener('change', () => redrawWith({ language: parts.language.value || null }, 'language'));
+  parts.units.addEventListener('change', () => redrawWith({ units: parts.units.value }, 'units'));
+  if (choice) parts[choice].focus();
+  bindKeysSection(parts.singleKeys, save);
   parts.usual.addEventListener('click', async () => {
     await save({ quick_codes: USUAL_CODES });
-    await showQuickCodes(parts, save);
+    await showQuickCodes(parts, save, tell);
   });
   parts.pack.addEventListener('change', async () => {
     await save({ pack: parts.pack.value || null });
     showPackButtons(parts);
-    await attempt(() => showQuickCodes(parts, save), tell);
+    await attempt(() => showQuickCodes(parts, save, tell), tell);
   });
   parts.pick.disabled = !may('admin');
   parts.pick.addEventListener('click', () => parts.file.click());
@@ -55,7 +73,7 @@ export async function openSettings() {
   parts.remove.addEventListener('click', () => attempt(() => deletePack(parts, tell), tell));
   await attempt(async () => {
     await showPacks(parts);
-    await showQuickCodes(parts, save);
+    await showQuickCodes(parts, save, tell);
   }, tell);
   await closed;
   if (JSON.stringify(preferences.value) !== before) location.reload();
@@ -84,6 +102,7 @@ const content = () => html`<section class="settings" aria-labelledby="settings-d
     <p class="help">${t('settings.quick_help')}</p>
     <ol class="settings__codes" data-part="codes"></ol>
   </section>
+  ${keysMarkup()}
   <section class="settings" aria-labelledby="settings-packs">
     <h3 id="settings-packs">${t('settings.packs')}</h3>
     <div class="settings__pair">
@@ -149,7 +168,7 @@ async function deletePack(parts, tell) {
 }
 
 /** A row for each digit key: the code, found by its letters or by a word, and what it means. */
-async function showQuickCodes({ codes }, save) {
+async function showQuickCodes({ codes }, save, tell) {
   const catalogue = await Catalogue.load(undefined, preferences.value.pack);
   const rows = render(codes, html`${USUAL_CODES.map((_, i) => quickRow(i))}`);
   USUAL_CODES.forEach((usual, i) => {
@@ -161,11 +180,18 @@ async function showQuickCodes({ codes }, save) {
         ? catalogue.label(code, char1, char2)
         : t('settings.quick_unknown');
     };
-    codeSearch(input, list, catalogue, async ({ code, char1, char2 }) => {
+    const choose = async ({ code, char1, char2 }) => {
       const chosen = USUAL_CODES.map((other, k) => preferences.value.quick_codes[k] ?? other);
       chosen[i] = { code, char1: char1 || null, char2: char2 || null };
       await save({ quick_codes: chosen });
       show();
+    };
+    codeSearch(input, list, catalogue, choose);
+    // What is typed out counts when the field is left; what is no code is said before it goes.
+    input.addEventListener('change', () => {
+      const row = catalogue.typed(input.value);
+      if (row) choose(row);
+      else tell(t('code.not_found', { text: input.value.trim() }), true);
     });
     input.addEventListener('blur', show);
     show();

@@ -16,7 +16,6 @@ const PINCH = 0.01;
  * @property {(x: number, y: number) => void} scrub
  * @property {(x: number, y: number) => void} tap
  * @property {(x: number|null, y: number|null) => void} hover null: it has left
- * @property {(px: number) => void} [panRows] moves what is seen down
  *
  * @param {HTMLElement} element
  * @param {import('../../core/axis.js').Axis} axis
@@ -24,7 +23,7 @@ const PINCH = 0.01;
  * @param {AbortSignal} signal
  */
 export function stripGestures(element, axis, handlers, signal) {
-  const { toMm, scrub, tap, hover, panRows = () => {} } = handlers;
+  const { toMm, scrub, tap, hover } = handlers;
   /** @type {Map<number, {x: number, y: number}>} what is pressed, by pointer */
   const pressed = new Map();
   // IDLE => PRESSED => SCRUB | IDLE (a tap); IDLE => PAN => IDLE; any => PINCH by a second finger => IDLE
@@ -58,10 +57,7 @@ export function stripGestures(element, axis, handlers, signal) {
     const slack = event.pointerType === 'mouse' ? CLICK_PX : TAP_PX;
     if (state === 'PRESSED' && Math.abs(now.x - begun.x) > slack) state = 'SCRUB';
     if (state === 'SCRUB') scrub(now.x, now.y);
-    if (state === 'PAN') {
-      axis.pan(toMm(before.x) - toMm(now.x));
-      panRows(now.y - before.y);
-    }
+    if (state === 'PAN') axis.pan(toMm(before.x) - toMm(now.x));
     if (state === 'PINCH') pinch(event.pointerId, before, now);
     pressed.set(event.pointerId, now);
   });
@@ -73,7 +69,6 @@ export function stripGestures(element, axis, handlers, signal) {
     // Two fingers on one spot show nothing.
     if (from > 1 && to > 1) axis.zoom(from / to, toMm((before.x + other.x) / 2));
     axis.pan(((before.x - now.x) / 2) * mmPerPx());
-    panRows((now.y - before.y) / 2);
   }
 
   const end = (event) => {

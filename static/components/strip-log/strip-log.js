@@ -8,6 +8,7 @@ import { Plot, ticks } from '../../core/axis.js';
 import { namesOf } from '../../core/health.js';
 import { html, render } from '../../core/html.js';
 import { isUnmeasured } from '../../core/inspection.js';
+import { withKey } from '../../core/keys.js';
 import { sharpContext, typeScale } from '../../core/screen.js';
 import { stretchesOf } from '../../core/stretches.js';
 import { chainage, timecode } from '../../core/units.js';
@@ -418,7 +419,7 @@ const nearest = (joints, metres) =>
   );
 
 const tool = (part, sign, label, key, word = '') => html`<button class="button button--quiet button--small ${word ? '' : 'button--icon'}"
-  data-part="${part}" aria-label="${label}" title="${t('video.with_key', { what: label, key })}">${icon(sign)}${word && html`<span
+  data-part="${part}" aria-label="${label}" title="${withKey(label, key)}">${icon(sign)}${word && html`<span
   class="strip__word">${word}</span>`}</button>`;
 
 customElements.define('strip-log', StripLog);

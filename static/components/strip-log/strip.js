@@ -12,8 +12,7 @@ export class Strip extends Component {
   /** {x, y} of the pointer in units, or null */
   hover = null;
 
-  /** @param {(units: number) => void} [panRows] moves what is seen down */
-  follow(panRows) {
+  follow() {
     const { track } = this.parts;
     const { axis } = this.desk;
     stripGestures(
@@ -24,7 +23,6 @@ export class Strip extends Component {
         scrub: (px) => this.seekDistance(this.inSight(this.plot.toMm(px / this.scale))),
         tap: (x, y) => this.tap(x / this.scale, y / this.scale),
         hover: (x, y) => this.#point(x === null ? null : { x: x / this.scale, y: y / this.scale }),
-        panRows: panRows && ((px) => panRows(px / this.scale)),
       },
       this.signal,
     );

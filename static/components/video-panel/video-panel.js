@@ -80,7 +80,7 @@ class VideoPanel extends Component {
     this.listen(parts.time, 'pointerup', () => parts.time.blur());
     this.listen(parts.tag, 'click', () => desk.tagCentre());
     for (const quick of this.querySelectorAll('[data-quick]')) {
-      this.listen(quick, 'click', () => desk.tagCentre(quickOnes[quick.dataset.quick]));
+      this.listen(quick, 'click', () => desk.tagAs(quickOnes[quick.dataset.quick]));
     }
     this.listen(parts.overlay, 'pointermove', (event) => this.#point(event));
     this.listen(parts.overlay, 'pointerleave', () => this.#point(null));
@@ -299,7 +299,7 @@ class VideoPanel extends Component {
     const { value: pick } = this.desk.picking;
     const mark = this.#markAt(pixel);
     if (pick) pick({ frame: this.desk.playhead.value.frame, pixel });
-    else if (mark) this.desk.selection.set(mark.id);
+    else if (mark) this.desk.select(mark.id);
     else this.desk.tag({ pixel });
   }
 

@@ -1,9 +1,10 @@
 /** The 3D culvert in its frame, and where its camera stands. */
 
 import { html, render } from '../../core/html.js';
+import { pageId } from '../../core/page-id.js';
 import { Component } from '../../core/store.js';
-import { t } from '../../core/words.js';
-import { fairShare } from './fair-share.js';
+import { lengthUnit } from '../../core/units.js';
+import { language, t } from '../../core/words.js';
 
 const REMEMBERED = 'chainage.camera';
 const CAMERAS = [
@@ -13,8 +14,10 @@ const CAMERAS = [
 ];
 
 class ViewerPanel extends Component {
-  /** Called with the window of the 3D view once it is there, to hear its keys. */
-  onframe = null;
+  /** The keys that are pressed in the 3D view, as `keydown`. */
+  keys = new EventTarget();
+  /** @type {string[]} names of keys that the browser is not to use there for itself */
+  bound = [];
 
   #mode;
 
@@ -24,7 +27,7 @@ class ViewerPanel extends Component {
     this.setAttribute('aria-label', t('viewer.title'));
     const { id } = this.desk.inspection;
     const gl = document.createElement('canvas').getContext('webgl2');
-    const size = gl && this.#isLive && isSlow(gl) ? `?fixedDpr=${devicePixelRatio / 2}` : '';
+    const size = gl && this.#isLive && isSlow(gl) ? `&fixedDpr=${devicePixelRatio / 2}` : '';
     this.parts = render(
       this,
       html`<div class="viewer__head">
@@ -36,7 +39,8 @@ class ViewerPanel extends Component {
         </div>
         <div class="viewer__stage">
           ${gl
-            ? html`<iframe src="/viewer/${id}/${size}" title="${t('viewer.frame')}" data-part="frame"></iframe>`
+            ? html`<iframe src="/viewer/${id}/?page=${pageId}${size}" sandbox="allow-scripts" title="${t('viewer.frame')}"
+              data-part="frame"></iframe>`
             : html`<p class="message">${t('viewer.no_webgl')}</p>`}
         </div>`,
     );
@@ -44,7 +48,9 @@ class ViewerPanel extends Component {
       this.listen(button, 'click', () => this.#choose(button.dataset.mode));
     }
     if (gl) {
-      this.listen(this.parts.frame, 'load', () => this.#loaded(this.parts.frame.contentWindow));
+      this.listen(this.parts.frame, 'load', () => this.#briefFrame());
+      this.listen(this.desk.inspection, 'change', () => this.#briefFrame());
+      this.listen(window, 'message', (event) => this.#hear(event));
     }
     this.listen(this.desk.live, 'state', () => this.#send());
     // What was tagged there is edited here: the keys belong to the page again.
@@ -56,10 +62,18 @@ class ViewerPanel extends Component {
     return this.desk.inspection.value.live !== null;
   }
 
-  #loaded(view) {
-    // While a camera runs its picture comes first.
-    fairShare(view, () => this.#isLive);
-    this.onframe?.(view);
+  /** While a camera runs its picture comes first. */
+  #briefFrame() {
+    const keys = this.bound.map((name) => name.replace('Shift+', ''));
+    this.parts.frame?.contentWindow.postMessage({ isLimited: this.#isLive, keys }, '*');
+  }
+
+  /** Only what a person presses there: the client in the frame is not ours. */
+  #hear({ source, data }) {
+    const { frame } = this.parts;
+    if (source !== frame.contentWindow || document.activeElement !== frame) return;
+    if (data.key !== 'Escape' && !navigator.userActivation.isActive) return;
+    this.keys.dispatchEvent(new KeyboardEvent('keydown', data));
   }
 
   #choose(mode) {
@@ -72,6 +86,7 @@ class ViewerPanel extends Component {
   }
 
   #send() {
+    this.desk.live.send({ type: 'words', language, units: lengthUnit });
     this.desk.live.send({ type: 'camera', mode: this.#mode });
   }
 }

@@ -1,4 +1,4 @@
-/** Where the arc of the wall lies down a strip: the whole arc, or part of it in true proportion. */
+/** Where the arc of the wall lies down a strip: the whole circle of a pipe, or the whole breadth of a floor. */
 
 const RADIANS = Math.PI / 180;
 
@@ -8,52 +8,90 @@ export const clockAt = (arcMm, radiusMm) => (12 + 6 - arcMm / radiusMm / RADIANS
 /** The developed wall at a clock position: 0 at the invert, positive to the right. */
 export const arcAt = (clockH, radiusMm) => radiusMm * RADIANS * (180 - 30 * (clockH === 0 ? 12 : clockH));
 
-/** Rows of the strip; lengths are units of 1/16 rem. */
+/** Half a mark fits between the edge of the strip and the crown: no mark is moved to another hour. */
+const EDGE = 12;
+/** What the camera saw gets at least so much of the strip, if it is only the invert. */
+const SEEN_SHARE = 0.6;
+
+/**
+ * Rows of the strip, which always holds the whole circle: a defect at the crown has its place also
+ * where the camera saw no more than the invert. Then the part that was seen is drawn larger, and the
+ * hours of the others lie closer together. Lengths are units of 1/16 rem.
+ */
 export class Rows {
+  #arcs;
+  #ys;
+
   /**
-   * @param {{arc_from_mm: number, arc_to_mm: number}} layout
+   * @param {{arc_from_mm: number, arc_to_mm: number}} layout of what was seen
+   * @param {number|null} radiusMm null for a floor, which is as broad as was seen
    * @param {number} height of the strip
-   * @param {number} mmPerUnit along the axis
-   * @param {number} middleMm the arc in the middle, where not all of it has room
    */
-  constructor({ arc_from_mm: from, arc_to_mm: to }, height, mmPerUnit, middleMm) {
-    // Near by, a millimetre is as tall as it is long; far away the whole arc fills the strip.
-    this.mmPerUnit = Math.min((to - from) / height, mmPerUnit);
-    const seen = this.mmPerUnit * height;
-    this.middle = Math.min(Math.max(middleMm, from + seen / 2), to - seen / 2);
-    this.from = this.middle - seen / 2;
-    this.to = this.middle + seen / 2;
-    this.isCut = seen < to - from - 1e-6;
+  constructor({ arc_from_mm: seenFrom, arc_to_mm: seenTo }, radiusMm, height) {
+    const half = radiusMm === null ? 0 : Math.PI * radiusMm;
+    const [from, to] = half ? [-half, half] : [seenFrom, seenTo];
+    const inside = (arc) => Math.min(Math.max(arc, from), to);
+    this.#arcs = [from, inside(seenFrom), inside(seenTo), to];
+    const [above, seen, below] = [0, 1, 2].map((i) => this.#arcs[i + 1] - this.#arcs[i]);
+    const unseen = above + below;
+    const share = unseen > 0 ? Math.max(SEEN_SHARE, seen / (to - from)) : 1;
+    const room = Math.max(1, height - 2 * EDGE);
+    const top = EDGE + (unseen > 0 ? (room * (1 - share) * above) / unseen : 0);
+    this.#ys = [EDGE, top, top + share * room, EDGE + room];
+    this.from = from;
+    this.to = to;
   }
 
   toY(arcMm) {
-    return (arcMm - this.from) / this.mmPerUnit;
+    return between(this.#arcs, this.#ys, arcMm);
   }
 
+  /** The edge belongs to the crown, or to the side of a floor. */
   toArc(y) {
-    return this.from + y * this.mmPerUnit;
+    return Math.min(Math.max(between(this.#ys, this.#arcs, y), this.from), this.to);
   }
 }
 
-const HOURS_APART = [1, 3, 6];
+/** The value at `at` of the line through knots with rising places, some of them the same. */
+function between(places, values, at) {
+  let i = 0;
+  while (i < places.length - 2 && (at > places[i + 1] || places[i] === places[i + 1])) i += 1;
+  while (i > 0 && places[i] === places[i + 1]) i -= 1;
+  const share = (at - places[i]) / (places[i + 1] - places[i]);
+  return values[i] + share * (values[i + 1] - values[i]);
+}
+
+/** Hours of the circle from the invert, those first that must not be missing. */
+const HOURS = [0, -6, 6, -3, 3, -1, 1, -2, 2, -4, 4, -5, 5];
 const MM_APART = [10, 20, 50, 100, 200, 500, 1000, 2000];
 
 /**
- * Labelled rows: whole hours of a pipe, mm beside the axis of a floor.
+ * Labelled rows: whole hours of a pipe where they have room, mm beside the axis of a floor.
  * @param {Rows} rows
  * @param {number|null} radiusMm null for a floor
  * @param {number} atLeast units between two of them
  * @returns {{arc: number, text: string}[]}
  */
-export function rowMarks(rows, radiusMm, atLeast) {
-  const unit = radiusMm === null ? 1 : radiusMm * RADIANS * 30;
-  const steps = radiusMm === null ? MM_APART : HOURS_APART;
-  const step = steps.find((size) => (size * unit) / rows.mmPerUnit >= atLeast) ?? steps.at(-1);
-  const [first, last] = [Math.ceil(rows.from / unit / step), Math.floor(rows.to / unit / step)];
-  return Array.from({ length: Math.max(0, last - first + 1) }, (_, i) => {
-    const count = (first + i) * step;
+export const rowMarks = (rows, radiusMm, atLeast) =>
+  radiusMm === null ? marksOfFloor(rows, atLeast) : marksOfPipe(rows, radiusMm, atLeast);
+
+function marksOfPipe(rows, radiusMm, atLeast) {
+  const marks = [];
+  for (const count of HOURS) {
+    const arc = count * radiusMm * RADIANS * 30;
+    const hasRoom = marks.every((other) => Math.abs(rows.toY(other.arc) - rows.toY(arc)) >= atLeast);
     // Counted from the invert: 6, and 5 to the right of it.
-    const text = radiusMm === null ? String(Math.abs(count)) : String((24 + 6 - count) % 12 || 12);
-    return { arc: count * unit, text };
+    if (hasRoom) marks.push({ arc, text: String((24 + 6 - count) % 12 || 12) });
+  }
+  return marks;
+}
+
+function marksOfFloor(rows, atLeast) {
+  const perMm = rows.toY(1) - rows.toY(0);
+  const step = MM_APART.find((size) => size * perMm >= atLeast) ?? MM_APART.at(-1);
+  const [first, last] = [Math.ceil(rows.from / step), Math.floor(rows.to / step)];
+  return Array.from({ length: Math.max(0, last - first + 1) }, (_, i) => {
+    const arc = (first + i) * step;
+    return { arc, text: String(Math.abs(arc)) };
   });
 }

@@ -24,9 +24,10 @@ const UNSEEN = '#2c2c2c';
 const MARK_PX = 20;
 const LABEL_PX = 15;
 const PLATE_AWAY_PX = 24;
-/** Joints nearer than this are left out, and plates with their numbers. */
+/** Joints nearer than this are left out. */
 const JOINT_LINE_PX = 18;
-const JOINT_PLATE_PX = 76;
+/** What a plate is wider than its text, with a gap to the next one. */
+const PLATE_PX = 22;
 const REFRESH_S = 1;
 /** A wide lens sees farther along the pipe, but too flat to be of use. */
 const SEEN_RADII = 4;
@@ -38,7 +39,6 @@ const TOLD_AFTER_MS = 400;
 
 class WallStrip extends Strip {
   #isStale = true;
-  #middle = 0;
   /** {mm, arc} of the keyboard's cursor, or null while it is not used */
   #cursor = null;
   #isFollowing = false;
@@ -72,7 +72,7 @@ class WallStrip extends Strip {
     }
     this.listen(parts.track, 'keydown', (event) => this.#key(event));
     this.listen(parts.track, 'blur', () => this.#moveCursor(null));
-    this.follow((by) => this.#panRows(by));
+    this.follow();
 
     this.listen(desk.inspection, 'change', () => this.#keepUp());
     this.listen(stripSettings, 'change', () => this.#showSettings());
@@ -125,13 +125,6 @@ class WallStrip extends Strip {
 
   // Pointer and keys ------------------------------------------------------------------------
 
-  #panRows(by) {
-    const { rows } = this;
-    if (!rows?.isCut) return;
-    this.#middle = rows.middle - by * rows.mmPerUnit;
-    this.stale();
-  }
-
   tap(x, y) {
     const mark = this.#markAt(x, y);
     if (mark) this.desk.goTo(mark.id);
@@ -173,7 +166,7 @@ class WallStrip extends Strip {
     if (!this.rows || event.ctrlKey || event.metaKey || event.altKey) return;
     const here = this.#cursor ?? {
       mm: this.inSight(playhead.value.row?.distance_mm ?? axis.value.low),
-      arc: this.rows.middle,
+      arc: (this.rows.from + this.rows.to) / 2,
     };
     if (event.key === 'Enter' && this.#cursor) {
       event.stopPropagation();
@@ -189,10 +182,10 @@ class WallStrip extends Strip {
     event.stopPropagation();
     event.preventDefault();
     const times = event.shiftKey ? FAR : 1;
-    const { arc_from_mm: from, arc_to_mm: to } = this.desk.unrolled.value;
+    const { from, to } = this.rows;
     this.#moveCursor({
       mm: Math.min(Math.max(here.mm + along * times * CURSOR_STEP * axis.span, axis.whole.low), axis.whole.high),
-      arc: Math.min(Math.max(here.arc + around * times * CURSOR_STEP_ARC * (this.rows.to - this.rows.from), from), to),
+      arc: Math.min(Math.max(here.arc + around * times * CURSOR_STEP_ARC * (to - from), from), to),
     });
   }
 
@@ -202,10 +195,6 @@ class WallStrip extends Strip {
     clearTimeout(this.#tellTimer);
     if (cursor) {
       this.desk.axis.reveal(cursor.mm);
-      if (cursor.arc < this.rows.from || cursor.arc > this.rows.to) {
-        this.#middle = cursor.arc;
-        this.stale();
-      }
       // A held key would be read out at every step.
       this.#tellTimer = setTimeout(() => (this.parts.told.textContent = this.#textOf(cursor)), TOLD_AFTER_MS);
     }
@@ -234,8 +223,7 @@ class WallStrip extends Strip {
     const height = parts.track.clientHeight / this.scale;
     const layout = desk.unrolled.value;
     this.#showEmpty(layout);
-    this.rows = layout && new Rows(layout, height, plot.mmPerUnit, this.#middle);
-    parts.track.classList.toggle('wall__track--cut', Boolean(this.rows?.isCut));
+    this.rows = layout && new Rows(layout, this.radius, height);
     const styles = getComputedStyle(this);
     if (this.#isStale) {
       const begun = performance.now();
@@ -261,8 +249,9 @@ class WallStrip extends Strip {
     const colour = (name) => styles.getPropertyValue(name);
     this.marks = [];
     if (!layout) return;
+    const [top, bottom] = [this.rows.from, this.rows.to].map((arc) => this.rows.toY(arc));
     context.fillStyle = UNSEEN;
-    context.fillRect(plot.left, 0, plot.width, height);
+    context.fillRect(plot.left, top, plot.width, bottom - top);
     context.save();
     context.beginPath();
     context.rect(plot.left, 0, plot.width, height);
@@ -273,7 +262,7 @@ class WallStrip extends Strip {
     this.#paintStretches(context, styles, plot);
     context.restore();
     this.#paintRowLabels(context, colour, plot, height);
-    this.#paintMarks(context, styles, plot, height);
+    this.#paintMarks(context, styles, plot);
   }
 
   #paintTiles(context, plot, layout) {
@@ -283,7 +272,7 @@ class WallStrip extends Strip {
     const middle = (low + high) / 2000;
     const away = ({ from_m: from, to_m: to }) => Math.abs((from + to) / 2 - middle);
     const { arc_from_mm: arcFrom, arc_to_mm: arcTo } = layout;
-    const tall = (arcTo - arcFrom) / this.rows.mmPerUnit;
+    const tall = this.rows.toY(arcTo) - this.rows.toY(arcFrom);
     if (inSight.length) {
       const [{ from_m: from, to_m: to }] = inSight;
       const wide = ((to - from) * 1000) / plot.mmPerUnit;
@@ -316,7 +305,6 @@ class WallStrip extends Strip {
     context.font = `500 11px ${colour('--sans')}`;
     for (const { arc, text } of rowMarks(this.rows, this.radius, LABEL_PX)) {
       const y = this.rows.toY(arc);
-      if (y < 6 || y > height - 6) continue;
       context.fillStyle = colour(arc === 0 ? '--text' : '--text-dim');
       context.fillText(text, plot.left - 6, y + 0.5);
     }
@@ -332,8 +320,11 @@ class WallStrip extends Strip {
     const { axis } = this.desk;
     const { joints } = this;
     const lineEvery = numberEvery(joints, plot, JOINT_LINE_PX);
-    const plateEvery = numberEvery(joints, plot, JOINT_PLATE_PX);
-    for (const { number, distance_m: m, u95_m: u95M } of joints) {
+    context.font = `600 12px ${styles.getPropertyValue('--sans')}`;
+    const widths = joints.map((joint) => context.measureText(nameOfJoint(joint)).width);
+    const plateEvery = numberEvery(joints, plot, Math.max(0, ...widths) + PLATE_PX);
+    for (const joint of joints) {
+      const { number, distance_m: m, u95_m: u95M } = joint;
       if (number % lineEvery || !axis.holds(m * 1000)) continue;
       const x = Math.round(plot.toX(m * 1000)) + 0.5;
       const isExpected = u95M === null;
@@ -344,8 +335,7 @@ class WallStrip extends Strip {
       context.lineTo(x, height);
       context.stroke();
       if (number === null || number % plateEvery) continue;
-      const name = isExpected ? t('wall.joint_expected', { number }) : t('wall.joint', { number });
-      paintPlate(context, styles, name, x, height - 12, [plot.left, plot.right]);
+      paintPlate(context, styles, nameOfJoint(joint), x, height - 12, [plot.left, plot.right]);
     }
     context.setLineDash([]);
   }
@@ -365,12 +355,12 @@ class WallStrip extends Strip {
     }
   }
 
-  #paintMarks(context, styles, plot, height) {
+  #paintMarks(context, styles, plot) {
     const { observations, selection, axis } = this.desk;
     for (const item of observations.value) {
       if (item.distance_m === null || !axis.holds(item.distance_m * 1000)) continue;
       const x = plot.toX(item.distance_m * 1000);
-      const y = Math.min(Math.max(this.#rowOf(item), MARK_PX / 2), height - MARK_PX / 2);
+      const y = this.#rowOf(item);
       this.marks.push({ item, x, y });
       if (item.id === selection.value) {
         context.strokeStyle = styles.getPropertyValue('--accent');
@@ -467,5 +457,8 @@ class WallStrip extends Strip {
     paintPlate(context, styles, text, x, above < 12 ? y + PLATE_AWAY_PX : above, [plot.left, plot.right]);
   }
 }
+
+const nameOfJoint = ({ number, u95_m: u95M }) =>
+  u95M === null ? t('wall.joint_expected', { number }) : t('wall.joint', { number: number ?? '–' });
 
 customElements.define('wall-strip', WallStrip);

@@ -176,3 +176,27 @@ def test_the_number_of_rows_and_the_size_are_bounded():
     assert f"line {MAX_ROWS + 2}: a pack may have {MAX_ROWS} rows" in faults(*rows)
     with pytest.raises(InvalidPack, match="bytes; a pack may have"):
         read_table("Ours", b"x" * (MAX_BYTES + 1))
+
+
+@pytest.mark.parametrize(
+    ("code", "char1", "char2", "label", "label_ms"),
+    [
+        ("BAC", None, None, "Broken wall", "Dinding pecah"),
+        ("BAC", "Q", None, "Broken wall", "Dinding pecah"),
+        ("BAC", "C", None, "Broken wall: fallen in", "Dinding pecah: runtuh"),
+    ],
+)
+def test_a_code_has_a_name_with_and_without_its_kind(code, char1, char2, label, label_ms):
+    found = built_in().named(code, char1, char2)
+    assert (found.label, found.label_ms) == (label, label_ms)
+
+
+def test_a_code_of_another_table_has_no_name():
+    assert built_in().named("QQQ", None, None) is None
+
+
+def test_very_many_columns_are_refused_shortly_in_work_that_grows_with_them():
+    """Counting each name among all would be 10^11 comparisons."""
+    told = faults(header=",".join([*(f"x{n}" for n in range(100_000)), *["code"] * 60_000]))
+    assert "columns that are there twice: code" in told
+    assert len(told) < 2000

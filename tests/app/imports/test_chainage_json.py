@@ -125,7 +125,7 @@ def test_parts_that_a_later_writer_adds_are_passed_over(exported):
         ("tags.0.fields.distance_m", 3.2, "tags.0.fields.distance_m: Extra inputs"),
         ("tags.1.seq", 1, "two tags have the same seq"),
         ("tags.0.fields.pixel", [256.0, 10.0], "tags.0.fields.pixel: (256, 10) is outside"),
-        ("tags.0.created_at", "2026-09-14T09:42:00", "tags.0.created_at: Input should have"),
+        ("tags.0.created_at", "2026-09-14T09:42:00", "tags.0.created_at: must be an instant"),
         ("inspection.rig.camera.fx", 0.5, "camera.fx: Input should be greater than 1"),
         ("inspection.video.width", 100, "the video has 100 x"),
         ("inspection.header.start_lat", 91, "start_lat must be a number"),

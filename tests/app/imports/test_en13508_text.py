@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from random_reports import reports
-from reports import OBSERVATIONS, report
+from reports import ENTERED, HEADER, OBSERVATIONS, entry, report
 
 from app.errors import InvalidImport
 from app.imports.en13508_text import looks_like, read
+from app.imports.survey import ImportedSurvey
 from app.reports.exchange import en13508
-from app.reports.report import Report
+from app.reports.report import Report, Source
+from app.services.imports import _track, in_order, rig_of
 
 FOREIGN = """#A1=ISO-8859-1
 #A2=de
@@ -60,7 +65,9 @@ def test_a_file_of_another_program_is_read_field_by_field() -> None:
     assert (crack.code, crack.char1, crack.char2) == ("BAB", "Y", "YY")
     assert (crack.quant1, crack.clock_from, crack.clock_to) == (0.5, 3, None)
     assert (crack.stretch, crack.at_joint, crack.time_s) == ("A1", True, 3723.0)
-    assert crack.fields()["remark"] == "line, with comma, at a joint, photo 4"
+    stated = crack.fields()
+    assert (stated["remark"], stated["at_joint"]) == ("line, with comma", True)
+    assert stated["photo_name"] == "4"
     assert (offset.clock_from, offset.time_s, offset.stretch) == (None, 245.0, None)
     assert offset.remark == "clock 6.5, stretch 0"
     assert (roots.clock_from, roots.clock_to, roots.photo) == (None, 12, "x.jpg")
@@ -105,6 +112,7 @@ def test_any_separator_and_any_line_end_is_read(separator: str, end: str) -> Non
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252", "utf-16"])
 def test_letters_are_read_whatever_the_file_says_of_its_encoding(encoding: str) -> None:
     text = "#A1=ISO-8859-1\n#B01=AAA;ABH\nC1;Jürgen Größe\n#C=I;A;F\n1;BDB;naß\n#Z\n"
+    assert looks_like(text.encode(encoding))
     (survey,) = read(text.encode(encoding)).surveys
     assert survey.header["operator"] == "Jürgen Größe"
     assert survey.observations[0].remark == "naß"
@@ -163,3 +171,71 @@ def test_noise_is_read_or_refused(content: bytes) -> None:
     for survey in file.surveys:
         for row in survey.observations:
             assert all(ord(letter) >= 32 for letter in row.fields().get("remark", ""))
+
+
+def reported(made: Report, survey: ImportedSurvey) -> Report:
+    """What is reported of an import: its rows as tags that rest on the track made of them."""
+    rows = in_order(survey.observations)
+    track = _track(rows)
+    roles = {"A": "start", "C": "change", "B": "finish"}
+    entries = []
+    for n, row in enumerate(rows):
+        stated = row.fields()
+        known = {name: stated.get(name) for name in ENTERED if name != "severity"}
+        entries.append(
+            entry(
+                n + 1,
+                **known,
+                distance_m=round(float(track.distance_mm[n]) / 1000, 3),
+                time_s=float(track.time_s[n]),
+                u95_m=None,
+                at_joint=bool(stated.get("at_joint")),
+                cont_id=int(row.stretch[1:]) if row.stretch else None,
+                cont_role=roles[row.stretch[0]] if row.stretch else None,
+                entered=stated,
+            )
+        )
+    source = Source("import", "old.txt", 1, "ab" * 32, {})
+    rig = rig_of(survey.header)
+    return replace(made, header=survey.header, entries=tuple(entries), source=source, rig=rig)
+
+
+def assert_comes_back(made: Report) -> None:
+    first = en13508.write(made).content
+    (survey,) = read(first).surveys
+    if not survey.warnings:  # each of which is something that is not as it was
+        assert en13508.write(reported(made, survey)).content == first
+
+
+def test_export_import_export_is_the_same_file(tmp_path: Path) -> None:
+    made = report(tmp_path)
+    assert b";A;CUL-0041-006.jpg;" in en13508.write(made).content
+    assert_comes_back(made)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"reference_point": "the old bridge", "material": "bamboo", "weather": "fog"},
+        {"method": "walk_through", "shape": "other", "direction": "against_flow"},
+        {"start_node": "", "end_node": "", "date": "", "time": ""},
+    ],
+)
+def test_a_header_comes_back_in_the_same_letters(changes: dict[str, str]) -> None:
+    assert_comes_back(report(header={**HEADER, **changes}))
+
+
+@few
+@given(made=reports())
+def test_export_import_export_of_anything_is_the_same_file(made: Report) -> None:
+    assert_comes_back(made)
+
+
+def test_a_remark_that_is_too_long_is_cut_with_a_warning() -> None:
+    text = f"#B01=AAA;ADE\nC1;{'h' * 2500}\n#C=I;A;F\n1;BDB;{'r' * 4500}\n2;BDB;{'s' * 3000}\n#Z\n"
+    (survey,) = read(text.encode()).surveys
+    assert [len(row.fields()["remark"]) for row in survey.observations] == [4000, 3000]
+    assert [str(caveat) for caveat in survey.warnings] == [
+        "Line 4: The remark has 4500 characters; the first 4000 are kept.",
+        "Of the header field remarks 2000 characters are kept, not more.",
+    ]

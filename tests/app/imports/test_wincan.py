@@ -81,15 +81,19 @@ def test_a_view_or_a_virtual_table_is_not_asked(tmp_path: Path, statement: str) 
         read(content)
 
 
-def test_a_column_that_asks_for_much_memory_is_refused(tmp_path: Path) -> None:
-    columns = "OBS_PK TEXT, OBS_X TEXT GENERATED ALWAYS AS (zeroblob(400000000)) VIRTUAL"
-    content = project(
-        tmp_path / "p.db3",
-        without=("SECOBS",),
-        more=(f"CREATE TABLE SECOBS ({columns})", "INSERT INTO SECOBS (OBS_PK) VALUES ('a')"),
+def test_a_column_that_is_worked_out_is_not_read(tmp_path: Path) -> None:
+    columns = (
+        "OBS_PK TEXT, OBS_Inspection_FK TEXT, OBS_Distance REAL, OBS_OpCode TEXT, OBS_Memo TEXT "
+        "GENERATED ALWAYS AS (zeroblob(400000000)) VIRTUAL, OBS_X TEXT AS (zeroblob(1e9))"
     )
-    with pytest.raises(InvalidImport, match="cannot be read"):
-        read(content)
+    statements = (
+        f"CREATE TABLE SECOBS ({columns})",
+        "INSERT INTO SECOBS (OBS_PK, OBS_Inspection_FK, OBS_Distance) VALUES ('a', 'i1', 2.5)",
+    )
+    file = read(project(tmp_path / "p.db3", without=("SECOBS",), more=statements))
+    (observation,) = file.surveys[0].observations
+    assert (observation.distance_m, observation.remark) == (2.5, "")
+    assert "works out these columns, which are not read: OBS_Memo" in str(file.warnings[0])
 
 
 def test_a_trigger_is_never_run(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ import pytest
 from builders import HEIGHT, STEP_MM, WIDTH, clip_rig, make_clip
 from cameras import Camera, MjpegCamera, RtspCamera, floor
 
+from app.jobs import parts
 from app.jobs.confinement import landlock_version
 from app.jobs.messages import (
     Batch,
@@ -54,7 +55,14 @@ class Session:
         self.child = Child("app.jobs.camera")
         self.child.send(
             LiveRequest(
-                self.camera, clip_rig(), str(self.recording), self.limits, 0, self.last, self.zero_s
+                self.camera,
+                clip_rig(),
+                str(self.recording),
+                str(self.recording.with_name("parts.csv")),
+                self.limits,
+                0,
+                self.last,
+                self.zero_s,
             )
         )
         self._decoder = msgspec.msgpack.Decoder(FromCamera)
@@ -130,6 +138,19 @@ def test_what_comes_too_fast_is_recorded_and_gets_rows_in_between(tmp_path: Path
     assert live.rows[0].distance_mm == 0
 
 
+def test_drop_outs_leave_no_file_open(tmp_path: Path) -> None:
+    with MjpegCamera() as camera:
+        live = session(camera, tmp_path).frames(3)
+        opened = len(list(Path(f"/proc/{live.child.pid}/fd").iterdir()))
+        for count in range(1, 4):
+            camera.drop_out()
+            camera.come_back()
+            live.until(lambda: live.states[-1].reconnects == count)  # noqa: B023
+            live.frames(len(live.rows) + 3)
+        assert len(list(Path(f"/proc/{live.child.pid}/fd").iterdir())) <= opened
+        live.stop()
+
+
 def test_another_process_goes_on_where_one_was_killed(tmp_path: Path) -> None:
     with RtspCamera() as camera:
         first = session(camera, tmp_path).frames(30)
@@ -146,13 +167,20 @@ def test_another_process_goes_on_where_one_was_killed(tmp_path: Path) -> None:
     assert abs(error_mm) < 15 + 3 * rows[-1].sigma_distance_mm
 
 
-def test_a_full_disk_ends_the_recording_with_everything_in_it(tmp_path: Path) -> None:
+def test_a_full_disk_ends_the_recording_and_not_the_tracking(tmp_path: Path) -> None:
     with MjpegCamera() as camera:
         live = session(camera, tmp_path, limits=Limits(LIMITS.memory_bytes, file_bytes=400_000))
-        live.until(lambda: False)
-    assert isinstance(live.end, Done)
-    assert "disk is full" in str(live.end.problem)
-    assert len(assert_rows_are_frames(live.rows, tmp_path / "recording.mkv")) > 10
+        live.until(lambda: live.states and not live.states[-1].is_recording)
+        live.frames(len(live.rows) + 30).stop()
+    assert live.end == Done(None)
+    left_out = [mark for state in live.states for mark in state.left_out]
+    marks = parts.read(tmp_path / "parts.csv")
+    assert marks == left_out
+    assert all(row.status == "ok" for row in live.rows[-20:])
+    recorded = live.rows[: left_out[0].frame]
+    assert [row.frame for row in live.rows] == list(range(len(live.rows)))
+    assert [mark.frame for mark in marks] == [row.frame for row in live.rows[len(recorded) :]]
+    assert len(assert_rows_are_frames(recorded, tmp_path / "recording.mkv")) > 10
 
 
 def test_pictures_of_another_size_are_refused_at_the_start(tmp_path: Path) -> None:

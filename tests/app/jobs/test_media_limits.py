@@ -20,17 +20,21 @@ from app.errors import MediaTimeout
 from app.jobs.confinement import landlock_version
 from app.jobs.messages import (
     Batch,
+    CameraState,
     Checkpoint,
     Done,
     Failed,
+    FromCamera,
     FromMedia,
     FromTracker,
     Limits,
     LiveRequest,
     Probed,
     ProbeRequest,
+    StopCapture,
     TrackRequest,
 )
+from app.jobs.parts import read
 from app.jobs.process import Child, describe_exit
 from app.services import media
 from app.services.sources import Sources
@@ -94,25 +98,27 @@ def test_a_probe_that_hangs_is_ended_and_the_next_one_is_answered(
         service.close()
 
 
-def test_a_recording_ends_before_the_disk_is_full(tmp_path: Path) -> None:
+def test_a_recording_stops_before_the_disk_is_full(tmp_path: Path) -> None:
     networks = Settings(camera_networks="127.0.0.0/8").camera_networks
     with MjpegCamera() as camera:
         found = Sources(networks, None).resolve(camera.url, (256, 160)).camera
-        recording = str(tmp_path / "recording.mkv")
-        end = ended_camera(LiveRequest(found, clip_rig(), recording, LIMITS, 2**60))
+        recording, marks = str(tmp_path / "recording.mkv"), str(tmp_path / "parts.csv")
+        limits = Limits(LIMITS.memory_bytes, file_bytes=MIB)
+        request = LiveRequest(found, clip_rig(), recording, marks, limits, 2**60)
+        end = ended_camera(request)
     assert isinstance(end, Done)
-    assert "disk is full" in str(end.problem)
+    assert read(tmp_path / "parts.csv")
 
 
 def ended_camera(request: LiveRequest) -> Done | Failed:
-    from app.jobs.messages import FromCamera
-
+    """Ask it to end as soon as it does not record."""
     decoder = msgspec.msgpack.Decoder(FromCamera)
     child = Child("app.jobs.camera")
     try:
         child.send(request)
         while not isinstance(message := decoder.decode(child.receive(60)), Done | Failed):
-            pass
+            if isinstance(message, CameraState) and message.left_out:
+                child.send(StopCapture())
         return message
     finally:
         child.end()

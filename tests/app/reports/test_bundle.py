@@ -214,6 +214,23 @@ def test_other_files_are_no_bundle(tmp_path, content):
         verify(path)
 
 
+@pytest.mark.parametrize("method", [zipfile.ZIP_LZMA, zipfile.ZIP_BZIP2])
+@pytest.mark.parametrize("name", ["manifest.json", "report.pdf"])
+def test_a_member_of_another_method_is_in_no_bundle(file, method, name):
+    with zipfile.ZipFile(file) as old:
+        members = {info.filename: old.read(info) for info in old.infolist()}
+    assert name in members
+    with zipfile.ZipFile(file, "w") as new:
+        for member, content in members.items():
+            new.writestr(member, content, method if member == name else zipfile.ZIP_DEFLATED)
+        at = new.getinfo(name).header_offset + 30 + len(name) + 20
+    damaged = bytearray(file.read_bytes())
+    damaged[at : at + 40] = bytes(40)
+    file.write_bytes(damaged)
+    with pytest.raises(UnusableBundle, match=f"{name} is compressed with another method"):
+        verify(file)
+
+
 @settings(max_examples=40, deadline=None)
 @given(data=st.data())
 def test_a_damaged_bundle_is_wrong_or_none(content, tmp_path_factory, data):

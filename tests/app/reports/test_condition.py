@@ -55,3 +55,17 @@ def test_overlapping_stretches_cover_their_length_once():
     )
 
     assert condition_of(made).stretch_percent == pytest.approx(100 * 6 / LENGTH_M)
+
+
+def test_a_stretch_is_one_defect_and_as_severe_as_its_worst_part():
+    parts = [("start", 2), ("change", 4), ("finish", 3)]
+    made = report(
+        observations=[
+            {"distance_m": float(n), "code": "BAB", "cont_id": 1, "cont_role": role, "severity": s}
+            for n, (role, s) in enumerate(parts)
+        ]
+        + [{"distance_m": 9.0, "code": "BAC", "severity": 4}]
+    )
+    assert dict(condition_of(made).counts) == {0: 0, 1: 0, 2: 0, 3: 0, 4: 2, 5: 0}
+    assert [entry.seq for entry in worst_first(made)] == [2, 4]
+    assert [entry.seq for entry in made.defects] == [2, 4]

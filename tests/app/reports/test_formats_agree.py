@@ -10,13 +10,16 @@ from html.parser import HTMLParser
 from xml.etree import ElementTree
 
 import openpyxl
+import pypdfium2
 import pytest
 from hypothesis import given, settings
+from hypothesis import strategies as st
 from keys import Key
 from random_reports import reports
 from reports import report
 
 from app.reports.formats import FORMATS
+from app.rounding import decimals, metres
 
 MADE = replace(report(), signer=Key())
 DISTANCES_M = [entry.distance_m for entry in MADE.entries]
@@ -93,6 +96,78 @@ def test_distances_are_the_same(kind, read, within_m):
         pytest.approx(DISTANCES_M, abs=within_m + 1e-9),
         pytest.approx(coded, abs=within_m + 1e-9),  # a code is what the format is about
     )
+
+
+HALVES_M = {3.815: "3.82", 2.675: "2.68", 1.005: "1.01", 0.125: "0.13", 10.295: "10.30"}
+"""Halves of a centimetre, whose binary forms lie above or below, and what people make of them."""
+
+
+def halved(**changes):
+    """A report of such distances whose intervals must not be rounded down."""
+    observations = [
+        {"distance_m": m, "u95_m": 0.011, "code": "BAB", "char1": "B", "char2": "A"}
+        for m in sorted(HALVES_M)
+    ]
+    return replace(report(None, observations), **changes)
+
+
+def in_m150(content):
+    return [float(text) for text in re.findall(r"station ([0-9.]+) m", content.decode("latin-1"))]
+
+
+def in_geojson(content):
+    features = json.loads(content)["features"]
+    return [it["properties"]["distance_m"] for it in features if "code" in it["properties"]]
+
+
+def in_pdf(content):
+    with pypdfium2.PdfDocument(content) as pdf:
+        text = " ".join(page.get_textpage().get_text_bounded() for page in pdf)
+    return sorted({float(found) for found in re.findall(r"([0-9.]+)(?: m)? ± 0.02 m", text)})
+
+
+@pytest.mark.parametrize(
+    ("kind", "read"),
+    [
+        ("pdf", in_pdf), ("html", in_html), ("isybau", in_isybau), ("en13508", in_en13508),
+        ("ribx", in_ribx), ("m150", in_m150),
+    ],
+)  # fmt: skip
+def test_a_half_is_rounded_away_from_zero_in_every_format(kind, read):
+    shown = [float(HALVES_M[m]) for m in sorted(HALVES_M)]
+    assert read(content_of(kind, halved())) == shown
+
+
+@pytest.mark.parametrize(
+    ("kind", "read"),
+    [("csv", in_csv), ("json", in_json), ("xlsx", in_xlsx), ("geojson", in_geojson)],
+)
+def test_formats_with_millimetres_hold_them(kind, read):
+    assert read(content_of(kind, halved())) == sorted(HALVES_M)
+
+
+@pytest.mark.parametrize("kind", ["pdf", "html", "isybau", "en13508", "ribx", "m150"])
+def test_an_interval_is_rounded_up_in_every_format(kind):
+    content = content_of(kind, halved())
+    if kind == "pdf":
+        with pypdfium2.PdfDocument(content) as pdf:
+            text = " ".join(page.get_textpage().get_text_bounded() for page in pdf)
+    else:
+        text = content.decode("latin-1" if kind == "m150" else "utf-8")
+    assert re.search(r"(±|\+/-) ?0\.02 m", text)
+    assert not re.search(r"(±|\+/-) ?0\.0[01] m", text.split("measurement")[0])
+
+
+@given(
+    mm=st.integers(-(10**7), 10**7), digits=st.sampled_from([1, 2]), below_mm=st.floats(-0.04, 0.04)
+)
+def test_every_rounding_is_that_of_the_decimal_figure(mm, digits, below_mm):
+    """Long division by hand, in whole millimetres."""
+    step = 10 ** (3 - digits)
+    whole = (abs(mm) + step // 2) // step
+    sign = "-" if mm < 0 and whole else ""
+    shown = f"{sign}{whole // 10**digits}.{whole % 10**digits:0{digits}d}"
+    assert decimals(metres(mm + below_mm), digits) == shown
 
 
 def test_the_bundle_holds_the_very_same_files():

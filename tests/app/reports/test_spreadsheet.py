@@ -1,6 +1,7 @@
 """The workbook, read back with openpyxl, which shares no code with its writer."""
 
 import io
+import zipfile
 from datetime import timedelta
 
 import openpyxl
@@ -83,7 +84,7 @@ def test_the_joints_are_told_with_interval_and_residual():
     found = records(book_of(made)["joints"])
     assert len(found) >= 2
     assert {(row["frame"], row["is_marked"]) for row in found} <= {(32, 1), (65, 1), (97, 1)}
-    for row, joint in zip(found, adjusted.joints, strict=True):
+    for row, joint in zip(found, adjusted.evidence, strict=True):
         assert row["joint_no"] == joint.number
         assert row["distance_m"] == pytest.approx(joint.distance_mm / 1000, abs=0.0006)
         assert row["distance_u95_m"] == half_width_m(joint.sigma_mm)
@@ -150,3 +151,12 @@ def test_any_report_is_a_workbook_that_tells_its_distances(made):
     for row, entry in zip(read, made.entries, strict=True):
         if entry.remark and entry.remark.isprintable():
             assert row["remark"] == entry.remark
+
+
+def test_a_carriage_return_ends_a_line_and_is_not_shown():
+    made = report(observations=[{"distance_m": 1.0, "remark": "one\r\ntwo\rthree"}])
+    content = write(made).content
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        assert not any(b"_x000D_" in archive.read(name) for name in archive.namelist())
+    head, row = openpyxl.load_workbook(io.BytesIO(content))["observations"].values
+    assert row[head.index("remark")] == "one\ntwo\nthree"

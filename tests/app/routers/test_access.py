@@ -1,4 +1,5 @@
 import json
+import posixpath
 import re
 import stat
 from pathlib import Path
@@ -60,10 +61,24 @@ def test_the_files_of_a_page_are_kept_until_one_of_them_changes(
     assert kept.text == asked.text
     assert "immutable" in kept.headers["Cache-Control"]
     assert asked.headers["Cache-Control"] == "no-cache"
+    tag = asked.headers["ETag"]
+    assert tag.startswith('"')  # a strong one: the very bytes
+    assert shared.get("/static/main.js", headers={"If-None-Match": tag}).status_code == 304
     (tmp_path / "a.js").write_text("1")
     before = version_of(tmp_path)
     (tmp_path / "a.js").write_text("12")
     assert version_of(tmp_path) != before
+
+
+def test_a_page_names_every_module_that_it_needs_at_once(shared: Client) -> None:
+    page = shared.get("/").text
+    named = re.findall(r'rel="modulepreload" href="([^"]+)"', page)
+    assert len(named) == len(set(named)) > 100
+    for path in named:
+        script = shared.get(path)
+        assert script.status_code == 200, path
+        for imported in re.findall(r"^import .*?'(\.[^']+)'", script.text, re.M | re.S):
+            assert posixpath.normpath(f"{posixpath.dirname(path)}/{imported}") in named
 
 
 def test_a_token_is_exchanged_for_a_session_that_log_out_ends(shared: Client) -> None:
@@ -196,15 +211,41 @@ def test_every_answer_carries_the_security_headers(shared: Client, path: str) ->
     assert headers["Referrer-Policy"] == "no-referrer"
 
 
-@pytest.mark.parametrize("path", ["/api/inspections/{id}/live", "/viewer/{id}"])
-def test_sockets_are_refused_before_they_open(shared: Client, done: str, path: str) -> None:
-    url = shared.server.websocket_url + path.format(id=done)
+def test_sockets_are_refused_before_they_open(shared: Client, done: str) -> None:
+    url = f"{shared.server.websocket_url}/api/inspections/{done}/live"
     cookie = log_in(shared).cookies["chainage_session"]
     origin = shared.server.url
     assert refusal(url, origin, {}) == 401
     assert refusal(url, origin, {"Cookie": "chainage_session=wrong"}) == 401
     assert refusal(url, "http://evil.example", {"Cookie": f"chainage_session={cookie}"}) == 403
     assert refusal(url, None, {"Cookie": f"chainage_session={cookie}"}) == 403
+    secure = origin.replace("http:", "https:")
+    assert refusal(url, secure, {"Cookie": f"chainage_session={cookie}"}) == 403
+
+
+def test_a_ticket_opens_one_3d_view_and_nothing_else(shared: Client, done: str) -> None:
+    browser = log_in(shared)
+    cookie = {"Cookie": f"chainage_session={browser.cookies['chainage_session']}"}
+    path = browser.view_path(done)
+    ticket = path.split("/")[3]
+    stranger = shared.anonymous()
+    assert stranger.get(path).status_code == 200
+    with browser.view(done) as view:
+        assert len(view.recv(10)) > 100
+    credential, _, signature = ticket.partition(".")
+    for wrong in (
+        f"/viewer/{'0' * 32}/{ticket}",
+        f"/viewer/{done}/{credential}.{'0' * 64}",
+        f"/viewer/{done}/{'0' * 64}.{signature}",
+    ):
+        assert_error(stranger.get(f"{wrong}/", headers=cookie), 401, "unauthenticated")
+        assert refusal(shared.server.websocket_url + wrong, shared.server.url, cookie) == 401
+    for headers in (
+        {"Authorization": f"Bearer {ticket}"},
+        {"Authorization": f"Bearer {credential}"},
+        {"Cookie": f"chainage_session={credential}"},
+    ):
+        assert_error(stranger.get("/api/session", headers=headers), 401, "unauthenticated")
 
 
 def refusal(url: str, origin: str | None, headers: dict[str, str]) -> int:

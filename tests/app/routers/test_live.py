@@ -12,7 +12,7 @@ from builders import (
     frame_number,
     wait_until,
 )
-from websockets.exceptions import ConnectionClosedError, InvalidStatus
+from websockets.exceptions import ConnectionClosedError
 from websockets.sync.client import ClientConnection
 
 from app.services.live import Progress
@@ -161,23 +161,22 @@ def test_an_unknown_inspection_is_told_and_closed(shared: Client) -> None:
 
 
 def test_the_3d_view_of_an_unknown_inspection_is_refused(shared: Client) -> None:
-    with pytest.raises(InvalidStatus) as refused:
-        shared.socket(f"/viewer/{'0' * 32}")
-    assert refused.value.response.status_code == 404
+    assert_error(shared.get(f"/viewer/{'0' * 32}/"), 404, "inspection_not_found")
 
 
 def test_the_3d_page_has_its_own_policy_and_is_not_sent_twice(shared: Client, done: str) -> None:
-    page = shared.get(f"/viewer/{done}/")
+    path = shared.view_path(done)
+    page = shared.get(path)
     assert page.status_code == 200
     assert "<title>" in page.text
     assert "frame-ancestors 'self'" in page.headers["Content-Security-Policy"]
     assert "X-Frame-Options" not in page.headers
-    again = shared.get(f"/viewer/{done}/", headers={"If-None-Match": page.headers["ETag"]})
+    again = shared.get(path, headers={"If-None-Match": page.headers["ETag"]})
     assert (again.status_code, again.content) == (304, b"")
     assert_error(shared.get("/viewer/none/"), 422, "invalid_request")
 
 
 def test_the_3d_view_speaks_through_our_origin(shared: Client, done: str) -> None:
-    with shared.socket(f"/viewer/{done}", subprotocols=["viser-v1.1.1"]) as socket:
+    with shared.view(done) as socket:
         assert socket.subprotocol == "viser-v1.1.1"
         assert len(socket.recv(10)) > 100

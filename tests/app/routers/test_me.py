@@ -10,6 +10,7 @@ CHOSEN: dict[str, Any] = {
     "language": "ms",
     "units": "ft",
     "quick_codes": [{"code": "BAB", "char1": "C", "char2": None}],
+    "single_keys": False,
     "pack": None,
 }
 

@@ -69,8 +69,12 @@ def test_the_work_of_the_server_is_counted(server: Client, clip: Path) -> None:
     assert value(server, "database_write_duration_seconds_count") >= 3
     assert value(server, "disk_free_bytes") > 0
     assert value(server, "viewer_servers") == 0
-    with server.socket(f"/api/inspections/{inspection_id}/live") as socket:
+    with (
+        server.socket(f"/api/inspections/{inspection_id}/live") as socket,
+        server.view(inspection_id) as view,
+    ):
         socket.recv(30)
+        view.recv(30)
         assert value(server, "websocket_clients", kind="live") == 1
         assert value(server, "viewer_servers") == 1
     wait_until(lambda: value(server, "websocket_clients", kind="live") == 0)

@@ -21,6 +21,7 @@ class Browser:
         self._server = client.server
         visitor = client.anonymous()
         visitor.post("/api/login", json={"token": TOKEN})
+        self._visitor = visitor
         self._cookie = visitor.cookies["chainage_session"]
 
     def live(self, inspection_id: str) -> ClientConnection:
@@ -30,7 +31,7 @@ class Browser:
         return socket
 
     def view(self, inspection_id: str) -> ClientConnection:
-        return self._open(f"/viewer/{inspection_id}", subprotocols=["viser-v1.1.1"])
+        return self._visitor.view(inspection_id)
 
     def _open(self, path: str, **options: Any) -> ClientConnection:
         return connect(

@@ -1,6 +1,7 @@
 import base64
 import hashlib
 import os
+import shutil
 import socket
 import time
 from pathlib import Path
@@ -8,6 +9,8 @@ from pathlib import Path
 import httpx
 import pytest
 from builders import TUS, Client, assert_error, serving, wait_until
+
+from app.services.uploads import MOST_OF_A_TOKEN
 
 CONTENT = bytes(range(256)) * 4096 * 3  # 3 MiB
 
@@ -219,3 +222,26 @@ def test_forgotten_uploads_expire(tmp_path: Path) -> None:
         wait_until(lambda: client.head(old, headers=TUS).status_code == 404)
         assert client.head(new, headers=TUS).status_code == 200
         assert len(list((tmp_path / "uploads").iterdir())) == 2
+
+
+def test_announcements_have_a_quota_and_count_as_filled_disk(tmp_path: Path) -> None:
+    with serving(tmp_path) as client:
+        free = shutil.disk_usage(tmp_path).free
+        large = {**TUS, "Upload-Length": str(round(0.6 * min(free, client_limit(client))))}
+        most = 1 + free // int(large["Upload-Length"])
+        answers = [client.post("/api/uploads", headers=large) for _ in range(most)]
+        assert answers[0].status_code == 201
+        assert_error(answers[-1], 507, "disk_full")
+        for answer in answers:
+            if answer.is_success:
+                client.delete(answer.headers["Location"], headers=TUS)
+        places = [create(client, 1) for _ in range(MOST_OF_A_TOKEN)]
+        one_more = {**TUS, "Upload-Length": "1"}
+        refused = client.post("/api/uploads", headers=one_more)
+        assert_error(refused, 429, "too_many_uploads")
+        client.delete(places[0], headers=TUS)
+        assert client.post("/api/uploads", headers=one_more).status_code == 201
+
+
+def client_limit(client: Client) -> int:
+    return int(client.options("/api/uploads").headers["Tus-Max-Size"])

@@ -21,6 +21,8 @@ from app.services.adjustment import (
     Zero,
     adjust,
 )
+from app.services.corrections import Corrected, result_of
+from app.services.scene_feed import joint_marks
 from app.services.tracks import estimate_at, since
 from vo_core import Rig, Track
 from vo_core.errors import InvalidCorrection
@@ -200,13 +202,13 @@ def test_joints_are_numbered_from_the_zero_and_scale_the_track() -> None:
 @pytest.mark.parametrize(("zero_at", "first"), [(0, 1), (45, 0), (100, -2)])
 def test_joint_numbers_follow_the_zero(zero_at: int, first: int) -> None:
     found = adjusted(Stated(zero=Zero(zero_at, 0.0), joints=Joints(use=True)), SEEN)
-    assert found.joints[0].number == first
+    assert found.sighted[0].number == first
 
 
 def test_a_seam_at_the_zero_is_the_begin_of_the_pipe() -> None:
     seen = joints_at(*(40 + SEGMENT_MM * np.arange(6)))
     found = adjusted(Stated(joints=Joints(use=True)), seen)
-    assert [joint.number for joint in found.joints] == [0, 1, 2, 3, 4, 5]
+    assert [joint.number for joint in found.sighted] == [0, 1, 2, 3, 4, 5]
     assert found.joint_near(50) is None
 
 
@@ -410,3 +412,51 @@ def test_what_was_stated_survives_its_json() -> None:
     )  # fmt: skip
     assert Stated.from_json(stated.to_json()) == stated
     assert Stated.from_json({}) == Stated()
+
+
+def clicked(frame: int, ahead_mm: float) -> Mark:
+    # Over a floor 200 mm below, a pixel is 0.8 mm: image-right is ahead.
+    return Mark(frame, ((FIELDS["camera"]["width"] - 1) / 2 + ahead_mm / 0.8, 60.0))
+
+
+def test_a_joint_that_is_seen_and_clicked_on_is_one() -> None:
+    seen = SEEN[2]
+    marks = (clicked(seen.frame + 1, float(seen.ahead_mm - 40)),)  # 40 mm a frame
+    found = adjusted(Stated(joints=Joints(use=True, marked=marks)), SEEN)
+    assert [joint.number for joint in found.joints] == [1, 2, 3, 4, 5, 6, 7]
+    assert [joint.is_marked for joint in found.joints].count(True) == 1
+    assert found.joints[2].others == (seen.frame,)
+    assert found.uncounted_marks == ()
+
+
+@pytest.mark.parametrize("use", [True, None])
+def test_a_click_beside_the_joints_is_named_with_its_place(use: bool | None) -> None:
+    marks = (clicked(SEEN[2].frame + 15, 0.0),)  # 600 mm on
+    found = adjusted(Stated(joints=Joints(use=use, marked=marks)), SEEN)
+    (mark,) = found.uncounted_marks
+    assert mark.frame == SEEN[2].frame + 15
+    assert mark.distance_mm == pytest.approx(found.joints[2].distance_mm + 600, abs=50)
+
+
+@pytest.mark.parametrize("zero_at", [0, 45, 100])
+def test_the_3d_view_and_the_report_show_the_same_joints(zero_at: int) -> None:
+    seen = SEEN[1]
+    marks = (clicked(seen.frame + 1, float(seen.ahead_mm - 40)),)
+    stated = Stated(zero=Zero(zero_at, 0.0), joints=Joints(use=True, marked=marks))
+    found = adjusted(stated, SEEN)
+    drawn = [(mark.number, mark.x_m) for mark in joint_marks(found) if mark.is_seen]
+    told = [
+        (joint["number"], joint["distance_m"])
+        for joint in result_of(Corrected(stated, found, None))["joints"]
+        if joint["number"] >= 1  # a seam at the zero is where the pipe begins
+    ]
+    assert drawn == told
+    assert all(number >= 1 for number, _ in drawn)
+    assert len({number for number, _ in drawn}) == len(drawn)
+
+
+def test_a_segment_of_odd_length_is_counted_too() -> None:
+    odd = np.array([0, 1, 2, 3, 3.4, 4.4, 5.4, 6.4])
+    found = adjusted(Stated(joints=Joints(use=True)), joints_at(*(800 + SEGMENT_MM * odd)))
+    numbers = [joint.number for joint in found.sighted]
+    assert len(set(numbers)) == len(numbers)

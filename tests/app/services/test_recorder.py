@@ -345,3 +345,82 @@ def test_deleting_a_live_inspection_ends_its_recording(field: Client) -> None:
     while time.monotonic() < deadline and camera.connections < 2:
         time.sleep(0.05)
     assert camera.connections == 1
+
+
+@pytest.mark.parametrize(("kind", "robot"), [(MjpegCamera, "moved"), (RtspCamera, "stood_still")])
+def test_a_stopped_recording_goes_on_as_the_next_part(
+    field: Client, kind: type[Camera], robot: str
+) -> None:
+    with kind() as camera:
+        inspection_id = recorded(field, camera)
+        path = f"/api/inspections/{inspection_id}"
+        field.tag(inspection_id, "6f1c2a34-0000-4000-8000-00000000000a", frame=8)
+        first = finish(field, inspection_id).json()
+        part_at = first["progress"]["frames_done"]
+        before = field.get(f"{path}/track?format=json&raw=true").json()["columns"]
+        picture = field.get(f"{path}/frames/8.jpg").content
+        stated = {"url": camera.url, "robot": robot}
+        going_on = field.post(f"{path}/continue", json=stated)
+        assert going_on.status_code == 200, going_on.text
+        assert going_on.json()["status"] == "running"
+        assert "end_condition" not in going_on.json()["header"]
+        assert_error(field.post(f"{path}/continue", json=stated), 409, "still_running")
+        wait_until(lambda: frames_done(field, inspection_id) >= part_at + 15)
+        assert field.get(f"{path}/frames/8.jpg").content
+        done = finish(field, inspection_id).json()
+    assert (done["status"], done["error"]) == ("done", None)
+    times = assert_track_is_recording(field, inspection_id)
+    assert times[part_at] - times[part_at - 1] == pytest.approx(1, abs=0.2)
+    after = field.get(f"{path}/track?format=json&raw=true").json()["columns"]
+    assert after["distance_mm"][:part_at] == pytest.approx(before["distance_mm"], abs=0.01)
+    assert frame_number(field.get(f"{path}/frames/8.jpg").content) == pytest.approx(
+        frame_number(picture)
+    )
+    assert after["distance_mm"][part_at] == pytest.approx(before["distance_mm"][-1], abs=0.01)
+    growth_mm = after["sigma_distance_mm"][part_at] - before["sigma_distance_mm"][-1]
+    assert growth_mm > 9_000 if robot == "moved" else growth_mm < 5
+    events = field.get(f"{path}/events").json()["events"]
+    assert [event["action"] for event in events[:2]] == ["finished", "continued"]
+    assert events[1]["after"]["robot"] == robot
+    # Tracked again from the film, each part goes on as it did.
+    assert field.post(f"{path}/retry").status_code == 200
+    assert field.wait(inspection_id)["progress"]["frames_done"] == len(times)
+    again = field.get(f"{path}/track?format=json&raw=true").json()["columns"]
+    error_mm = again["distance_mm"][part_at] - again["distance_mm"][part_at - 1]
+    assert abs(error_mm) < 0.01
+    (tag,) = field.get(f"{path}/observations").json()["observations"]
+    assert tag["frame"] == 8
+
+
+def test_only_an_ended_recording_of_a_camera_goes_on(field: Client, clip: Path) -> None:
+    film = field.tracked(clip)
+    stated = {"url": "http://127.0.0.1:9/", "robot": "moved"}
+    refused = field.post(f"/api/inspections/{film}/continue", json=stated)
+    assert_error(refused, 409, "nothing_recorded")
+
+
+def test_a_live_run_is_tracked_again_with_another_rig_and_all_frames(field: Client) -> None:
+    with MjpegCamera() as camera:
+        inspection_id = recorded(field, camera, 30)
+        path = f"/api/inspections/{inspection_id}"
+        field.tag(inspection_id, "6f1c2a34-0000-4000-8000-00000000000b", frame=20)
+        running = field.put(f"{path}/rig", json={"rig": clip_rig()})
+        assert_error(running, 409, "still_running")
+        done = finish(field, inspection_id).json()
+    (tag,) = field.get(f"{path}/observations").json()["observations"]
+    rig = clip_rig()
+    rig["camera"] |= {"fx": 2 * rig["camera"]["fx"], "fy": 2 * rig["camera"]["fy"]}
+    assert_error(
+        field.put(f"{path}/rig", json={"rig": clip_rig(width=320)}), 422, "rig_video_mismatch"
+    )
+    assert field.put(f"{path}/rig", json={"rig": rig}).json()["status"] in ("queued", "running")
+    again = field.wait(inspection_id)
+    assert (again["status"], again["rig"]["camera"]["fx"]) == ("done", rig["camera"]["fx"])
+    assert again["progress"]["frames_done"] == done["progress"]["frames_done"]
+    (same,) = field.get(f"{path}/observations").json()["observations"]
+    assert (same["frame"], same["photo"]) == (20, tag["photo"])
+    assert abs(same["distance_m"] - tag["distance_m"] / 2) < 0.01
+    assert same["distance_m"] != pytest.approx(tag["distance_m"], abs=0.005)
+    event = field.get(f"{path}/events").json()["events"][0]
+    assert event["action"] == "rig_changed"
+    assert event["after"] == {name: rig["camera"][name[7:]] for name in ("camera.fx", "camera.fy")}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,12 +11,35 @@ from typing import Any
 import msgspec
 import pytest
 import zstandard
-from builders import Client
-from websockets.sync.client import ClientConnection
+from builders import TOKEN, Client, wait_until
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+
+from app.services import scenes
+from app.services.access import create_token
+from app.storage.tokens import Role, TokenFile
+
+OURS, THEIRS = "a" * 32, "b" * 32
+"""Numbers of two pages."""
 
 
-def look(client: Client, inspection_id: str) -> ClientConnection:
-    return client.socket(f"/viewer/{inspection_id}", subprotocols=["viser-v1.1.1"])
+def look(client: Client, inspection_id: str, page: str = OURS) -> ClientConnection:
+    return client.view(inspection_id, page)
+
+
+def page(
+    client: Client, inspection_id: str, page: str = OURS, token: str = TOKEN
+) -> ClientConnection:
+    return connect(
+        f"{client.server.websocket_url}/api/inspections/{inspection_id}/live?page={page}",
+        origin=client.server.url,  # type: ignore[arg-type]
+        additional_headers={"Authorization": f"Bearer {token}"},
+        max_size=None,
+    )
+
+
+def command(live: ClientConnection, kind: str, **fields: Any) -> None:
+    live.send(json.dumps({"type": kind} | fields))
 
 
 def messages(socket: ClientConnection) -> list[dict[str, Any]]:
@@ -33,6 +57,16 @@ def until(socket: ClientConnection, found: Callable[[dict[str, Any]], bool]) -> 
         for message in messages(socket):
             if found(message):
                 return message
+
+
+def messages_until(
+    socket: ClientConnection, found: Callable[[dict[str, Any]], bool]
+) -> list[dict[str, Any]]:
+    """All messages up to the frame that has one that fits."""
+    seen: list[dict[str, Any]] = []
+    while not any(map(found, seen)):
+        seen += messages(socket)
+    return seen
 
 
 def says(text: str) -> Callable[[dict[str, Any]], bool]:
@@ -79,12 +113,12 @@ def test_the_robot_follows_the_tracking(server: Client, long_clip: Path) -> None
 def test_the_robot_goes_to_the_frame_that_the_player_shows(server: Client, clip: Path) -> None:
     inspection_id = server.tracked(clip)
     with (
-        server.socket(f"/api/inspections/{inspection_id}/live") as live,
+        page(server, inspection_id) as live,
         look(server, inspection_id) as socket,
     ):
-        live.send(json.dumps({"type": "show", "frame": 10}))
+        command(live, "show", frame=10)
         until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.016) < 0.001)
-        live.send(json.dumps({"type": "show", "frame": None}))
+        command(live, "show", frame=None)
         until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.0624) < 0.001)
 
 
@@ -92,13 +126,101 @@ def test_the_tag_that_is_selected_in_the_list_is_marked(server: Client, clip: Pa
     inspection_id = server.tracked(clip)
     tag = server.tag(inspection_id, frame=20, code="BAB").json()
     with (
-        server.socket(f"/api/inspections/{inspection_id}/live") as live,
+        page(server, inspection_id) as live,
         look(server, inspection_id) as socket,
     ):
-        live.send(json.dumps({"type": "select", "observation": tag["id"]}))
+        command(live, "select", observation=tag["id"])
         until(socket, says("» BAB"))
-        live.send(json.dumps({"type": "select", "observation": None}))
+        command(live, "select", observation=None)
         until(socket, lambda m: "'BAB" in str(m))
+
+
+@pytest.mark.parametrize("theirs", [THEIRS, OURS])
+def test_nobody_moves_the_view_of_another_page(server: Client, clip: Path, theirs: str) -> None:
+    """Robot, camera and marked tag of a page are its own, even if a viewer knew its number."""
+    inspection_id = server.tracked(clip)
+    tag = server.tag(inspection_id, frame=20, code="BAB").json()
+    token = create_token(TokenFile(server.data), "looker", Role.VIEWER)
+    with (
+        page(server, inspection_id) as ours,
+        look(server, inspection_id) as socket,
+        page(server, inspection_id, theirs, token) as viewer,
+    ):
+        command(ours, "show", frame=10)
+        until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.016) < 0.001)
+        command(viewer, "show", frame=30)
+        command(viewer, "camera", mode="inside")
+        command(viewer, "select", observation=tag["id"])
+        command(viewer, "words", language="ms", units="ft")
+        command(viewer, "ping", t=1.0)
+        while not isinstance(viewer.recv(20), str):  # the pong: all of it has been taken
+            pass
+        command(ours, "select", observation=tag["id"])
+        seen = messages_until(socket, says("» BAB"))
+        command(ours, "show", frame=11)
+        seen += messages_until(socket, robot_moves)
+    places_m = [m["position"][0] for m in seen if robot_moves(m)]
+    assert places_m == pytest.approx([0.0176] * len(places_m), abs=0.001)
+    assert [m["type"] for m in seen if m["type"] == "FogMessage" and m["enabled"]] == []
+    assert " ft" not in str(seen)
+
+
+def test_what_a_page_wished_before_its_view_came_is_done(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    with page(server, inspection_id) as live:
+        command(live, "show", frame=10)
+        command(live, "ping", t=1.0)
+        while not isinstance(live.recv(20), str):
+            pass
+        with look(server, inspection_id) as socket:
+            until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.016) < 0.001)
+
+
+def test_labels_are_in_the_language_and_unit_of_the_page(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    server.tag(inspection_id, frame=20, code="BAB", char1="C", char2="A")
+    with page(server, inspection_id) as live, look(server, inspection_id) as socket:
+        until(socket, says("Crack"))
+        command(live, "words", language="ms", units="ft")
+        until(socket, says("Retak"))
+        with look(server, inspection_id, THEIRS) as other:
+            until(other, says("Crack"))
+    with page(server, inspection_id) as live, look(server, inspection_id) as socket:
+        command(live, "words", language="ms", units="ft")
+        until(socket, lambda m: "robot_label" in str(m) and " ft ± 0.1 ft" in str(m))
+
+
+def test_a_view_that_nobody_looks_at_is_closed(
+    server: Client, clip: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(scenes, "_CLOSE_UNUSED_AFTER_S", 0.0)
+    monkeypatch.setattr(scenes, "_SWEEP_S", 0.05)
+    inspection_id = server.tracked(clip)
+    services = server.server.app.state.services
+    before = threading.active_count()
+    with page(server, inspection_id):
+        for number in range(6):
+            with look(server, inspection_id, f"{number:032x}") as socket:
+                messages(socket)
+        wait_until(lambda: services.scenes.count() == 0)
+        wait_until(lambda: viewer_threads() == [])
+    assert threading.active_count() <= before + 2
+
+
+def viewer_threads() -> list[str]:
+    return [thread.name for thread in threading.enumerate() if "scene-writer" in thread.name]
+
+
+def test_views_are_so_many_at_the_most(
+    server: Client, clip: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(scenes, "MOST_OPEN", 1)
+    inspection_id = server.tracked(clip)
+    with look(server, inspection_id) as socket:
+        messages(socket)
+        with pytest.raises(InvalidStatus) as refused:
+            look(server, inspection_id, THEIRS)
+    assert refused.value.response.status_code == 503
 
 
 def test_a_stretch_is_a_band_from_its_start_to_its_finish(server: Client, clip: Path) -> None:

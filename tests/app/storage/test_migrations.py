@@ -249,3 +249,27 @@ def test_what_is_no_database_is_refused_in_a_sentence(tmp_path: Path, chainage: 
     assert refused.code == 1
     assert "cannot be read" in refused.err
     assert "Traceback" not in refused.err
+
+
+def test_damaged_pages_are_named_in_a_sentence_by_every_command(
+    tmp_path: Path, chainage: Command
+) -> None:
+    path = tmp_path / "chainage.db"
+    Database(path).close()
+    with path.open("r+b") as file:
+        size = file.seek(0, 2)
+        file.seek(3 * 4096)
+        file.write(b"\xa5" * (size - 3 * 4096))
+    export = ["export", "any", "--format", "csv", "--out", tmp_path / "out.csv", "--data", tmp_path]
+    for command in (
+        ["serve", "--port", "0", "--data", tmp_path],
+        ["backup", tmp_path / "backup.zip", "--data", tmp_path],
+        export,
+    ):
+        refused = chainage(*command)
+        told = " ".join(refused.err.split())
+        assert refused.code in (1, 2), told
+        assert "Traceback" not in told
+        assert "damaged" in told
+        assert "chainage restore" in told
+        assert "chainage.db" in told

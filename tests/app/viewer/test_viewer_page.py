@@ -13,7 +13,9 @@ def test_our_head_comes_before_anything_of_viser() -> None:
 
 def test_policy_forbids_foreign_servers_and_evaluated_script() -> None:
     policy = page.HEADERS["Content-Security-Policy"]
-    assert "connect-src 'self' data: blob:" in policy
+    assert "connect-src 'self' blob:" in policy
+    assert "'unsafe-inline' 'wasm" not in policy
+    assert "sandbox allow-scripts" in policy
     assert "frame-ancestors 'self'" in policy
     assert "'unsafe-eval'" not in policy.replace("'wasm-unsafe-eval'", "")
 

@@ -10,12 +10,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pypdf import PdfReader
-from reports import entry, full_report, report
+from reports import HEADER, entry, full_report, report
 
 from app.reports import document
 from app.reports.document.telling import Teller
 from app.reports.formats import FORMATS
 from app.reports.table import rows
+from app.rounding import decimals
 
 LONG = "Retak memanjang. 钢筋外露。 ظاهر تسرب. தமிழ் சாலை. ถนนสุขุมวิท " * 160
 
@@ -191,7 +192,7 @@ def test_any_content_makes_a_pdf(observations, header):
     text = text_of(content)
     for one in observations:
         if one["distance_m"] is not None:
-            assert f"{one['distance_m']:.2f}".replace("-0.00", "0.00") in text
+            assert decimals(one["distance_m"], 2) in text
 
 
 def test_the_same_report_makes_the_same_file_dated_when_it_was_made(full, english):
@@ -210,3 +211,19 @@ def test_an_uncertainty_is_never_told_as_zero():
 
     assert tell.place(entry(1, distance_m=1.0, u95_m=0.001)) == "1.00 m ± 0.01 m"
     assert tell.place(entry(1, distance_m=-0.001, u95_m=0.03)) == "0.00 m ± 0.03 m"
+
+
+def test_the_known_length_of_the_cover_is_not_denied_on_the_page_of_the_measurement():
+    text = text_of(document.write(report()).content)  # its header knows 24.6 m
+
+    assert "No known length was stated" not in text
+    assert "The header says 24.60 m" in text
+    without = report(header={k: v for k, v in HEADER.items() if k != "known_length_m"})
+    assert "No known length was stated" in text_of(document.write(without).content)
+
+
+def test_no_half_width_is_zero_in_feet():
+    sure = replace(report().track, sigma_distance_mm=np.full(500, 1.0))
+    text = text_of(document.write(report(track=sure, units="ft")).content)
+
+    assert re.search(r"half-width\s+0\.1 ft", text)

@@ -44,6 +44,16 @@ def test_without_severity_5_it_says_so():
     (page,) = pages_of(emergency.write(report(observations=())).content)
 
     assert "No observation has severity 5." in page
+    assert "No emergency" in page
+    assert "Act now" not in page
+
+
+def test_a_quick_tag_without_a_kind_is_called_as_on_the_page():
+    observations = [{"distance_m": 1.0, "code": "BAC", "severity": 5}]
+    (page,) = pages_of(emergency.write(report(observations=observations)).content)
+
+    assert "Broken wall (BAC)" in page
+    assert "not in the pack" not in page
 
 
 @settings(max_examples=10, deadline=None)

@@ -1,0 +1,43 @@
+"""Tells by its content which kind a file is, and reads it."""
+
+from __future__ import annotations
+
+from app.errors import InvalidImport
+from app.imports import chainage_json, en13508_text, wincan
+from app.imports.chainage_json import WholeInspection
+from app.imports.survey import ImportedFile
+
+MIB = 2**20
+_MOST_TEXT_BYTES = 16 * MIB
+"""A survey of 2000 defects has 0.5 MB of EN 13508-2 text, and a file of 200 surveys 6 MB."""
+_MOST_JSON_BYTES = _MOST_DATABASE_BYTES = 64 * MIB
+"""An export of 2000 defects in a film of three hours at 30 Hz has some 60 MB, most of it track; a
+WinCan project with as many defects has 2 MB, but may hold catalogues and small pictures too."""
+
+
+def read(content: bytes) -> ImportedFile | WholeInspection:
+    """What the file says.  To be called in a child process with limits only.
+
+    Raises:
+        InvalidImport: It is of no known kind, damaged or too large; the text says why and where.
+    """
+    if chainage_json.is_chainage_json(content):
+        _require_size(content, _MOST_JSON_BYTES)
+        return chainage_json.read(content)
+    if wincan.looks_like(content):
+        _require_size(content, _MOST_DATABASE_BYTES)
+        return wincan.read(content)
+    if en13508_text.looks_like(content):
+        _require_size(content, _MOST_TEXT_BYTES)
+        return en13508_text.read(content)
+    raise InvalidImport(
+        "The file is none that can be read: EN 13508-2 text (its first line begins with #A1 or "
+        "#B01), WinCan .db3, or the JSON report of Chainage."
+    )
+
+
+def _require_size(content: bytes, most: int) -> None:
+    if len(content) > most:
+        raise InvalidImport(
+            f"The file has {len(content) / MIB:.1f} MiB; one of its kind may have {most // MIB}."
+        )

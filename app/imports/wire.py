@@ -1,0 +1,101 @@
+"""What was found in a file on its way from the process that read it: msgpack, with checked types.
+
+Nothing is unpickled, as the process has read somebody's file (`app.jobs.messages`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import fields, replace
+from typing import Any, get_args
+
+import msgspec
+import numpy as np
+
+from app.imports.chainage_json import WholeInspection
+from app.imports.survey import ImportedFile
+from vo_core import Rig, Track
+from vo_core.health import Health
+
+_HEALTH = tuple(field.name for field in fields(Health))
+_STATUS = np.dtype("S4")
+"""ok, weak or lost: a quarter of what text takes."""
+
+
+class Found(msgspec.Struct, frozen=True, tag="found"):
+    """All that a file says; one of the two is there."""
+
+    surveys: ImportedFile | None = None
+    whole: WholeInspection | None = None
+    """Without its health, which is 250 bytes a frame as objects."""
+    health: bytes = b""
+    """Columns of single precision, one after the other."""
+
+
+class HealthRows(Sequence[Health]):
+    """`Health` of each frame, made when it is asked for."""
+
+    def __init__(self, columns: bytes) -> None:
+        self._columns = np.frombuffer(columns, np.float32).reshape(len(_HEALTH), -1)
+
+    def __len__(self) -> int:
+        return int(self._columns.shape[1])
+
+    def __getitem__(self, place: Any) -> Any:
+        if isinstance(place, slice):
+            return [self[n] for n in range(*place.indices(len(self)))]
+        return Health(*self._columns[:, place].tolist())
+
+    def __iter__(self) -> Iterator[Health]:
+        return (self[n] for n in range(len(self)))
+
+
+def pack(found: ImportedFile | WholeInspection) -> bytes:
+    """As a message."""
+    if isinstance(found, ImportedFile):
+        return _ENCODER.encode(Found(surveys=found))
+    columns = [[getattr(row, name) for row in found.health] for name in _HEALTH]
+    health = np.array(columns, np.float32).tobytes()
+    return _ENCODER.encode(Found(whole=replace(found, health=()), health=health))
+
+
+def unpack(found: Found) -> ImportedFile | WholeInspection:
+    """What was packed.
+
+    Raises:
+        ValueError: It does not fit together.
+    """
+    if found.surveys is not None:
+        return found.surveys
+    if found.whole is None:
+        raise ValueError("nothing was found")
+    track = found.whole.track
+    if len({len(getattr(track, field.name)) for field in fields(Track)}) != 1:
+        raise ValueError("the columns of the track differ in length")
+    return replace(found.whole, health=HealthRows(found.health))
+
+
+def _packed(value: object) -> object:
+    if isinstance(value, Rig):
+        return value.model_dump(mode="json")
+    if isinstance(value, np.ndarray):
+        return (value.astype(_STATUS) if value.dtype.kind == "U" else value).tobytes()
+    raise NotImplementedError(type(value))
+
+
+def _unpacked(kind: type, value: Any) -> object:
+    if kind is Rig:
+        return Rig.parse(value)
+    # NDArray[np.float64] is ndarray[shape, dtype[float64]].
+    (scalar,) = get_args(get_args(kind)[1])
+    if scalar is np.str_:
+        return np.frombuffer(value, _STATUS).astype(np.str_)
+    return np.frombuffer(value, scalar).copy()
+
+
+_ENCODER = msgspec.msgpack.Encoder(enc_hook=_packed)
+
+
+def decoder(kind: Any) -> msgspec.msgpack.Decoder[Any]:
+    """Of messages of which one may be `Found`."""
+    return msgspec.msgpack.Decoder(kind, dec_hook=_unpacked)

@@ -1,0 +1,55 @@
+"""The process that reads a file of another program: one file, then it ends.
+
+Whatever the file makes a reader do, it does it under limits: the server keeps its memory and time.
+"""
+
+from __future__ import annotations
+
+import traceback
+
+import msgspec
+
+from app.jobs import limits
+from app.jobs.confinement import confine
+from app.jobs.messages import MAX_MESSAGE_BYTES, Failed, Limits, encode
+from app.jobs.process import connection_from_arguments
+
+OUT_OF_MEMORY = (
+    "The file needs more memory to be read than any survey does, so it was given up. Export it "
+    "again, in several files if it is large."
+)
+
+
+def main() -> None:
+    """Take limits and the file, answer what it says, then end."""
+    with connection_from_arguments() as connection:
+        allowed = msgspec.msgpack.decode(connection.recv_bytes(), type=Limits)
+        limits.apply(allowed)
+        confine(reads=allowed.reads)
+        connection.send_bytes(_answer(connection.recv_bytes()))
+
+
+def _answer(content: bytes) -> bytes:
+    try:
+        # Imported here so that the readers are loaded under the limits.
+        from app.errors import InvalidImport
+        from app.imports import any_file, wire
+    except MemoryError:
+        return encode(Failed("invalid_import", OUT_OF_MEMORY))
+    try:
+        packed = wire.pack(any_file.read(content))
+    except InvalidImport as error:
+        return encode(Failed("invalid_import", str(error)))
+    except MemoryError:
+        return encode(Failed("invalid_import", OUT_OF_MEMORY))
+    except Exception:
+        detail = "Reading the file met an unexpected fault; it is in the log of the server."
+        return encode(Failed("import_failed", detail, traceback.format_exc()))
+    if len(packed) > MAX_MESSAGE_BYTES:
+        detail = "The file says more than surveys do. Export it again, in several files."
+        return encode(Failed("invalid_import", detail))
+    return packed
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,113 @@
+"""What a film of a camera does not show: the frames that were not recorded, and where parts begin.
+
+Kept beside the film as parts.csv, so that a frame keeps its number when the film is tracked again:
+`frame,time_s,kind`.  `left_out`: this frame was tracked, but there was no room to record it.
+`stood_still` and `moved`: a new part of the recording begins with it, and what the operator said
+that the robot had done since the frame before.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import msgspec
+
+if TYPE_CHECKING:
+    from vo_core.sources import Frame
+
+Between = Literal["stood_still", "moved"]
+"""What a robot did between two parts."""
+
+
+class Mark(msgspec.Struct, frozen=True, order=True, array_like=True):
+    """One line of the file."""
+
+    frame: int
+    time_s: float
+    kind: Literal["left_out", "stood_still", "moved"]
+
+
+NOT_RECORDED = (
+    "The disk was full, so this frame was tracked but not recorded; there is no picture of it."
+)
+
+
+def read(path: Path) -> list[Mark]:
+    """All marks, none without a file; a line that a crash has cut off is not one."""
+    if not path.exists():
+        return []
+    marks = []
+    for line in path.read_text("ascii").splitlines(keepends=True):
+        if line.endswith("\n"):
+            frame, time_s, kind = line.strip().split(",")
+            marks.append(msgspec.convert([int(frame), float(time_s), kind], Mark))
+    return marks
+
+
+def text_of(marks: Iterable[Mark]) -> str:
+    """The lines of these marks."""
+    return "".join(f"{mark.frame},{mark.time_s:.6f},{mark.kind}\n" for mark in marks)
+
+
+def append(path: Path, marks: Iterable[Mark]) -> None:
+    """Put them behind what there is; they are on the disk when this returns.
+
+    Raises:
+        OSError: There is no room; the file is as it was.
+    """
+    file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+    try:
+        size = os.fstat(file).st_size
+        view = memoryview(text_of(marks).encode())
+        try:
+            while view:
+                view = view[os.write(file, view) :]
+            os.fsync(file)
+        except OSError:
+            os.ftruncate(file, size)
+            raise
+    finally:
+        os.close(file)
+
+
+@dataclass(frozen=True)
+class Numbered:
+    """A frame of the film with its number in the run."""
+
+    frame: Frame
+    left_out: list[tuple[int, float]] = field(default_factory=list)
+    """Number and time of the frames just before it that are not in the film."""
+    between: Between | None = None
+    """It begins a new part."""
+
+
+def numbered(frames: Iterable[Frame], marks: Iterable[Mark], first: int = 0) -> Iterator[Numbered]:
+    """Give each frame of a film the number that it had when it was captured.
+
+    Args:
+        frames: In order, from a film.
+        marks: Of that film.
+        first: Number of the first of them, or of those left out before it.
+    """
+    left_out = {mark.frame: mark.time_s for mark in marks if mark.kind == "left_out"}
+    parts: dict[int, Between] = {mark.frame: mark.kind for mark in marks if mark.kind != "left_out"}
+    index = first
+    for frame in frames:
+        skipped = []
+        while index in left_out:
+            skipped.append((index, left_out[index]))
+            index += 1
+        begins = [parts[each] for each in (*(n for n, _ in skipped), index) if each in parts]
+        yield Numbered(replace(frame, index=index), skipped, begins[-1] if begins else None)
+        index += 1
+
+
+def left_out_after(marks: Iterable[Mark], end: int) -> list[tuple[int, float]]:
+    """Number and time of the frames from `end` on, which the film ends without."""
+    return [
+        (mark.frame, mark.time_s) for mark in marks if mark.kind == "left_out" and mark.frame >= end
+    ]

@@ -1,0 +1,56 @@
+"""The process that makes a finished film a recording again, so that a camera can go on in it.
+
+The packets are put back into the form that `recording` appends to, each at its time.
+"""
+
+from __future__ import annotations
+
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import msgspec
+
+from app.jobs import limits
+from app.jobs.confinement import confine
+from app.jobs.failures import failure_of
+from app.jobs.messages import Done, ReopenRequest, encode
+from app.jobs.process import connection_from_arguments
+
+
+def main() -> None:
+    """Do the one request on the pipe, then end."""
+    with connection_from_arguments() as connection:
+        request = msgspec.msgpack.decode(connection.recv_bytes(), type=ReopenRequest)
+        limits.apply(request.limits)
+        confine(writes=[str(Path(request.recording).parent)])
+        try:
+            _reopen(request, connection)
+        except BrokenPipeError:
+            return  # the server has gone; the film is as it was
+        except Exception as error:
+            connection.send_bytes(encode(failure_of(error)))
+
+
+def _reopen(request: ReopenRequest, connection: Connection) -> None:
+    import av
+
+    from app.jobs.recording import Coding, Recording
+    from vo_core.sources import checked_stream
+
+    target = Path(request.recording)
+    target.unlink(missing_ok=True)  # of an attempt that failed
+    with av.open(request.video, container_options={"protocol_whitelist": "file"}) as source:
+        stream = checked_stream(source, Path(request.video).name)
+        codec = stream.codec_context
+        coding = Coding(codec.name, codec.width, codec.height, bytes(codec.extradata or b""))
+        with Recording(target, coding) as recording:
+            for packet in source.demux(stream):
+                if packet.size and packet.pts is not None and packet.time_base is not None:
+                    time_ms = round(1000 * packet.pts * packet.time_base)
+                    recording.append(time_ms, packet.is_keyframe, bytes(packet))
+            recording.finish()
+    connection.send_bytes(encode(Done(None)))
+
+
+if __name__ == "__main__":
+    main()

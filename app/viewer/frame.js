@@ -1,0 +1,95 @@
+// Of the page of the 3D view alone: its origin is opaque, so it and the page around it share nothing
+// but these messages.  From the page: {isLimited, keys}.  To the page: the keys that are pressed here.
+
+// viser's client compiles script when it starts, for splats, and when its server sends some.  Our policy
+// refuses both, and would report each try as an error of the page: what is compiled does nothing here.
+const refuse = () => {
+  throw new EvalError('This page compiles no script.');
+};
+const compiled = () => () => refuse;
+globalThis.Function = new Proxy(Function, { apply: compiled, construct: compiled });
+
+// viser's client fetches what it carries itself as data: addresses, and our policy allows no fetch of
+// such an address, as it could hold anything.  What stands in a script of this page is handed out here.
+const fetchOthers = window.fetch;
+window.fetch = async (resource, options) => {
+  const url = resource instanceof Request ? resource.url : String(resource);
+  const isCarried = url.startsWith('data:') && [...document.scripts].some(({ text }) => text.includes(url));
+  if (!isCarried) return fetchOthers(resource, options);
+  const [, type, packed] = /^data:([^;,]*);base64,(.*)$/.exec(url);
+  const bytes = Uint8Array.from(atob(packed), (character) => character.charCodeAt(0));
+  return new Response(bytes, { headers: { 'Content-Type': type } });
+};
+
+// An opaque origin cannot load module workers by blob: addresses.  Without one for a script viser's
+// client takes its other way, by data: addresses.
+const { createObjectURL } = URL;
+URL.createObjectURL = (object) => (/^text\/javascript/.test(object.type) ? '' : createObjectURL(object));
+
+// The client writes its server into the address, which stays as it is: of the page's own server.
+history.replaceState = () => {};
+
+const fromPage = { isLimited: false, keys: new Set() };
+addEventListener('message', ({ source, data }) => {
+  if (source !== parent || source === window) return;
+  fromPage.isLimited = data.isLimited === true;
+  fromPage.keys = new Set(data.keys);
+});
+
+addEventListener('keydown', (event) => {
+  if (parent === window) return;
+  const { key, code, shiftKey, ctrlKey, metaKey, altKey, repeat } = event;
+  const name = (ctrlKey || metaKey ? 'Ctrl+' : '') + (key.length === 1 ? key.toLowerCase() : key);
+  if (fromPage.keys.has(name) && !altKey) event.preventDefault();
+  parent.postMessage({ key, code, shiftKey, ctrlKey, metaKey, altKey, repeat }, location.origin);
+});
+
+// Without a graphics card a picture in 3D takes long, and everything else waits for it: while a
+// camera runs the animation takes this share of the time at most.
+const SHARE = 0.1;
+// Whoever moves the view sees every picture of it.
+const FREE_AFTER_TOUCH_MS = 500;
+const [request, cancel] = [window.requestAnimationFrame, window.cancelAnimationFrame];
+const channel = new MessageChannel();
+/** What takes back the callback of an id. */
+const waiting = new Map();
+let [ids, pictureStamp, begunMs, nextMs, touchedMs] = [0, 0, 0, 0, -Infinity];
+
+// It arrives when the picture has been made, which happens after the callbacks.
+channel.port1.onmessage = () => (nextMs = begunMs + (performance.now() - begunMs) / SHARE);
+for (const type of ['pointerdown', 'pointermove', 'wheel']) {
+  const touched = ({ buttons }) => {
+    if (buttons || type === 'wheel') touchedMs = performance.now();
+  };
+  addEventListener(type, touched, { passive: true, capture: true });
+}
+
+function animate(id, callback, stamp) {
+  const now = performance.now();
+  if (now < nextMs && now > touchedMs + FREE_AFTER_TOUCH_MS && fromPage.isLimited) {
+    const timer = setTimeout(() => ask(id, callback), nextMs - now);
+    waiting.set(id, () => clearTimeout(timer));
+    return;
+  }
+  waiting.delete(id);
+  if (stamp !== pictureStamp) {
+    [pictureStamp, begunMs] = [stamp, now];
+    channel.port2.postMessage(null);
+  }
+  callback(stamp);
+}
+
+function ask(id, callback) {
+  const frame = request.call(window, (stamp) => animate(id, callback, stamp));
+  waiting.set(id, () => cancel.call(window, frame));
+}
+
+window.requestAnimationFrame = (callback) => {
+  ids += 1;
+  ask(ids, callback);
+  return ids;
+};
+window.cancelAnimationFrame = (id) => {
+  waiting.get(id)?.();
+  waiting.delete(id);
+};

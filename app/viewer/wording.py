@@ -1,0 +1,61 @@
+"""What stands on the labels of the 3D view, in the language and unit of who looks at it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from app.interval import half_width_text
+from app.rounding import decimals
+
+Language = Literal["en", "ms"]
+Units = Literal["m", "ft"]
+
+_METRES_IN: dict[Units, float] = {"m": 1.0, "ft": 0.3048}
+_DECIMALS: dict[Units, int] = {"m": 2, "ft": 1}
+"""As the page has them."""
+
+_WORDS: dict[Language, dict[str, str]] = {
+    "en": {
+        "joint": "joint",
+        "expected": "expected",
+        "to": "to",
+        "weak": "weak",
+        "lost": "lost",
+    },
+    "ms": {
+        "joint": "sambungan",
+        "expected": "jangkaan",
+        "to": "hingga",
+        "weak": "lemah",
+        "lost": "hilang",
+    },
+}
+
+
+@dataclass(frozen=True)
+class Wording:
+    """How one page names things and distances."""
+
+    language: Language = "en"
+    units: Units = "m"
+
+    def word(self, name: str) -> str:
+        """`joint`, `expected`, `to`, `weak` or `lost` in the language."""
+        return _WORDS[self.language][name]
+
+    def distance(self, metres: float, *, more_decimals: int = 0) -> str:
+        """'3.42 m' or '11.2 ft', with so many more decimals than a read-out has; never -0."""
+        digits = _DECIMALS[self.units] + more_decimals
+        return f"{decimals(metres, digits, unit=_METRES_IN[self.units])} {self.units}"
+
+    def interval(self, half_m: float) -> str:
+        """'± 0.02 m', rounded up."""
+        unit_m, digits = _METRES_IN[self.units], _DECIMALS[self.units]
+        return f"± {half_width_text(half_m, unit_m=unit_m, digits=digits)} {self.units}"
+
+    def joint(self, number: int | None, x_m: float, *, is_seen: bool) -> str:
+        """'joint 2 · 3.00 m', without its number where it cannot be counted from the zero."""
+        name = self.word("joint") if number is None else f"{self.word('joint')} {number}"
+        expected = "" if is_seen else f" · {self.word('expected')}"
+        return f"{name} · {self.distance(x_m)}{expected}"

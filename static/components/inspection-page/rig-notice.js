@@ -1,0 +1,25 @@
+/** What picture and rig disagree about, the most serious first. */
+
+import { html, render, setText } from '../../core/html.js';
+import { noticeText } from '../../core/notices.js';
+import { Component } from '../../core/store.js';
+import { icon } from '../icon/icon.js';
+
+class RigNotice extends Component {
+  mount() {
+    const { corrections } = this.closest('inspection-page').desk;
+    this.classList.add('message', 'message--warning');
+    this.setAttribute('role', 'status');
+    this.tabIndex = 0; // read whole with the focus, or under the pointer
+    const { text } = render(this, html`${icon('alert')}<span data-part="text"></span>`);
+    const show = () => {
+      const [notice] = corrections.value?.result?.notices ?? [];
+      this.hidden = !notice;
+      setText(text, notice ? noticeText(notice) : '');
+    };
+    this.listen(corrections, 'change', show);
+    show();
+  }
+}
+
+customElements.define('rig-notice', RigNotice);

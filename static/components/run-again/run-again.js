@@ -1,0 +1,96 @@
+/** The questions before a run is ended, recorded on, or tracked again with another rig. */
+
+import { ApiError } from '../../core/api.js';
+import { html, render } from '../../core/html.js';
+import { errorText, t } from '../../core/words.js';
+import { openDialog } from '../dialog/dialog.js';
+import { icon } from '../icon/icon.js';
+import '../rig-form/rig-form.js';
+import '../source-picker/source-picker.js';
+
+/** Whether the recording may be ended; the safe answer has the focus. */
+export async function askEndOfRecording() {
+  const { dialog, parts, closed } = openDialog({
+    title: t('again.end_title'),
+    content: html`<form method="dialog" class="confirm" data-part="form"><p>${t('again.end_text')}</p>
+      <div class="dialog__buttons"><button type="button" class="button" data-part="keep">${t('again.end_keep')}</button>
+        <button class="button button--danger" value="end">${t('again.end_submit')}</button></div></form>`,
+  });
+  parts.keep.addEventListener('click', () => dialog.close());
+  parts.keep.focus();
+  return (await closed) === 'end';
+}
+
+/**
+ * Goes on with a recording that was stopped, as its next part.
+ * @param {import('../../core/inspection.js').Inspection} inspection
+ * @returns {Promise<boolean>} whether it goes on
+ */
+export async function openRecordOn(inspection) {
+  const { dialog, parts, closed } = openDialog({
+    title: t('again.on_title'),
+    content: html`<form class="confirm" data-part="form" novalidate>
+      <p>${t('again.on_text')}</p>
+      <source-picker data-part="camera"></source-picker>
+      <fieldset class="again__robot"><legend>${t('again.robot')}</legend>
+        <label><input type="radio" name="robot" value="stood_still" /> <b>${t('again.stood_still')}</b>
+          <span class="help">${t('again.stood_still_help')}</span></label>
+        <label><input type="radio" name="robot" value="moved" checked /> <b>${t('again.moved')}</b>
+          <span class="help">${t('again.moved_help')}</span></label></fieldset>
+      ${foot(t('again.on_submit'))}</form>`,
+    size: 'wide',
+  });
+  answered(dialog, parts, async () => {
+    if (!parts.camera.check()) return false;
+    const robot = parts.form.querySelector('[name=robot]:checked').value;
+    await inspection.recordOn(parts.camera.value, robot);
+    parts.camera.remember();
+    return true;
+  });
+  return (await closed) === 'done';
+}
+
+/**
+ * Tracks all frames again with a rig that was put right, or with the same.
+ * @param {import('../../core/inspection.js').Inspection} inspection
+ * @returns {Promise<boolean>} whether it is tracked
+ */
+export async function openRig(inspection) {
+  const { rig, video } = inspection.value;
+  const { dialog, parts, closed } = openDialog({
+    title: t('again.rig_title'),
+    content: html`<form class="confirm" data-part="form" novalidate>
+      <p>${t('again.rig_text')}</p>
+      <rig-form data-part="rig"></rig-form>${foot(t('again.rig_submit'))}</form>`,
+    size: 'wide',
+  });
+  parts.rig.value = rig;
+  parts.rig.videoSize = [video.width, video.height];
+  answered(dialog, parts, async () => {
+    if (!parts.rig.check()) return false;
+    await inspection.trackWith(parts.rig.value);
+    return true;
+  });
+  return (await closed) === 'done';
+}
+
+/** Closes the dialog as 'done' once the server has taken what `send` sends; else says why not. */
+function answered(dialog, parts, send) {
+  parts.cancel.addEventListener('click', () => dialog.close());
+  parts.form.addEventListener('submit', async (event) => {
+    event.preventDefault();
+    render(parts.fault, html``);
+    parts.submit.disabled = true;
+    try {
+      if (await send()) dialog.close('done');
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      render(parts.fault, html`<p class="message message--error">${icon('alert')}<span>${errorText(error)}</span></p>`);
+    }
+    parts.submit.disabled = false;
+  });
+}
+
+const foot = (submit) => html`<div role="alert" data-part="fault"></div>
+  <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
+    <button class="button button--primary" data-part="submit">${submit}</button></div>`;

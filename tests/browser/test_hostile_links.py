@@ -1,0 +1,70 @@
+"""A link to the 3D view brings no script, and whatever ran in that view could change nothing."""
+
+from __future__ import annotations
+
+import pytest
+from builders import TOKEN, Client
+from playwright.sync_api import Browser, Page
+
+ATTACK = """async (id) => {
+  const tried = {};
+  document.body.insertAdjacentHTML('beforeend', '<img src="data:," onerror="window.ran = true">');
+  const framed = '<iframe srcdoc="<script>parent.ran = true</script>">';
+  document.body.insertAdjacentHTML('beforeend', framed);
+  const script = document.createElement('script');
+  script.textContent = 'window.ran = true';
+  document.body.append(script);
+  await new Promise((resolve) => setTimeout(resolve, 300));
+  tried.ran = window.ran ?? false;
+  const readable = (read) => { try { return read(); } catch (error) { return error.name; } };
+  tried.cookie = readable(() => document.cookie);
+  tried.page = readable(() => parent.document.title);
+  tried.made = readable(() => new Function('return 1')()());
+  for (const [method, path] of [['PATCH', ''], ['GET', '']]) {
+    tried[method] = await fetch(`/api/inspections/${id}${path}`, {
+      method, credentials: 'include', headers: { 'Content-Type': 'application/json' },
+      body: method === 'PATCH' ? '{"name": "stolen"}' : undefined,
+    }).then(({ status }) => status, (error) => error.name);
+  }
+  tried.live = await new Promise((resolve) => {
+    const server = location.origin.replace('http', 'ws');
+    const socket = new WebSocket(`${server}/api/inspections/${id}/live`);
+    socket.onopen = () => resolve('open');
+    socket.onerror = () => resolve('refused');
+  });
+  tried.data = await fetch('data:text/plain,x').then(() => 'fetched', (error) => error.name);
+  return tried;
+}"""
+
+
+@pytest.mark.webgl
+def test_what_runs_in_the_3d_view_can_change_nothing(
+    browser: Browser, shared: Client, done: str
+) -> None:
+    page = browser.new_page()
+    page.goto(f"{shared.server.url}/login?token={TOKEN}&next=/inspections/{done}")
+    page.frame_locator("viewer-panel iframe").locator("canvas[data-engine]").wait_for()
+    view = page.frames[-1]
+    assert f"/viewer/{done}/" in view.url
+    assert view.evaluate(ATTACK, done) == {
+        "ran": False,
+        "cookie": "SecurityError",
+        "page": "SecurityError",
+        "made": "EvalError",
+        "PATCH": "TypeError",
+        "GET": "TypeError",
+        "live": "refused",
+        "data": "TypeError",
+    }
+    page.close()
+    assert shared.inspection(done)["name"] == "Culvert 7"
+
+
+def test_a_link_to_the_3d_view_carries_no_scene(page: Page, shared: Client) -> None:
+    for path in (
+        f"/viewer/{'0' * 32}/?playbackPath=data:,x",
+        f"/login?token={TOKEN}&next=/viewer/{'0' * 32}/%3FplaybackPath%3Ddata:,x",
+    ):
+        page.goto(shared.server.url + path)
+        assert page.locator("canvas").count() == 0
+    assert page.url == shared.server.url + "/"
