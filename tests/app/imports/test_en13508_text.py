@@ -157,7 +157,11 @@ def test_any_export_of_ours_is_read_without_losing_a_row(made: Report) -> None:
     (survey,) = read(en13508.write(made).content).surveys
     tracked = [entry for entry in made.entries if entry.distance_m is not None]
     assert len(survey.observations) == len(tracked)
-    assert survey.warnings == () or "cannot be" in survey.warnings[0].detail
+    # A sign of one letter may take several in ASCII, and then too many.
+    assert all(
+        "cannot be" in caveat.detail or "characters are kept" in caveat.detail
+        for caveat in survey.warnings
+    )
 
 
 @few
