@@ -169,7 +169,8 @@ def letters(report: Report, fields: Fields) -> dict[str, str]:
         "ADC": _letter(control, lists.FLOW_CONTROL_EN.get(lists.flow_control(control) or "")),
     }
     for code, name in MADE_OF.items():
-        if values[code] in ("", lists.OTHER):
+        is_said = values[code] != lists.OTHER or stated(name) == "other"
+        if not values[code] or not is_said:
             fields.leave(name)
     fields.leave("temperature_c")  # the letter does not say how many degrees
     return values

@@ -17,6 +17,7 @@ from reports import HEADER, LENGTH_M, OBSERVATIONS, report
 
 from app.catalogue.header import FIELDS
 from app.errors import ExportNotAvailable
+from app.imports import en13508_text
 from app.reports.exchange import geojson
 from app.reports.formats import FORMATS
 from app.reports.report import Report, Source, Written
@@ -481,6 +482,14 @@ def test_cover_and_summary_say_that_the_survey_was_abandoned() -> None:
     sentence = "The survey was abandoned before the far end: robot stuck in silt"
     assert page.count(sentence) == 2
     assert "abandoned" not in FORMATS["html"].write(report()).content.decode()
+
+
+@pytest.mark.parametrize("more", [{}, {"shape": "other", "direction": "unknown"}])
+def test_the_header_of_en13508_comes_back_as_it_was(more: dict[str, Any]) -> None:
+    first = FORMATS["en13508"].write(report(header={**EVERY_FIELD, **more})).content
+    (survey,) = en13508_text.read(first).surveys
+    again = report(header=survey.header, source=Source("import", "old.txt", 10, "ab", {}))
+    assert FORMATS["en13508"].write(again).content.split(b"\r\n")[:8] == first.split(b"\r\n")[:8]
 
 
 def test_isybau_names_road_year_and_order() -> None:
