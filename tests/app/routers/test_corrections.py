@@ -225,7 +225,7 @@ def test_a_preview_shows_the_residual_and_stores_nothing(shared: Client, run: st
     preview = answer.json()
     assert preview["error"]["code"] == "invalid_correction"
     closure = preview["result"]["closure"]
-    assert closure["known_length_m"] == pytest.approx(1.3 * TRUE_M, abs=1e-4)
+    assert closure["known_length_m"] == pytest.approx(1.3 * TRUE_M, abs=0.0005)
     assert closure["measured_m"] == pytest.approx(WRONG * TRUE_M, rel=0.002)
     assert closure["residual_mm"] == pytest.approx(-0.35 * 1000 * TRUE_M, rel=0.01)
     good = stated(lengths=[whole()])
