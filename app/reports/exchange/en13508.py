@@ -21,7 +21,7 @@ from app.reports.exchange.survey import (
     Names,
     Row,
     day_of,
-    film,
+    film_in_ascii,
     general_remark,
     hours,
     joined,
@@ -126,7 +126,7 @@ def header_fields(
         "ABJ": transliterate(fields.text("client_job_ref")),
         "ABM": "A",
         "ABQ": "" if length_m is None else plain_number(length_m, 2),
-        "ABS": transliterate(film(report)),
+        "ABS": film_in_ascii(report),
         "ACB": "" if height_mm is None else plain_number(height_mm, 0),
         "ACC": "" if width_mm is None else plain_number(width_mm, 0),
         "ACG": "" if unit_m is None else plain_number(unit_m, 3),
@@ -169,7 +169,8 @@ def letters(report: Report, fields: Fields) -> dict[str, str]:
         "ADC": _letter(control, lists.FLOW_CONTROL_EN.get(lists.flow_control(control) or "")),
     }
     for code, name in MADE_OF.items():
-        if values[code] in ("", lists.OTHER):
+        is_said = values[code] != lists.OTHER or stated(name) == "other"
+        if not values[code] or not is_said:
             fields.leave(name)
     fields.leave("temperature_c")  # the letter does not say how many degrees
     return values

@@ -10,7 +10,7 @@ from app.reports.exchange.ascii import transliterate
 from app.reports.exchange.coordinates import NAMES, ends_of, rd_m
 from app.reports.exchange.en13508 import ASCII_ONLY, MADE_OF, columns, header_fields
 from app.reports.exchange.fields import Fields
-from app.reports.exchange.survey import ONLY_IN_TABLES, Names, Row, film, names_of, rows_of
+from app.reports.exchange.survey import ONLY_IN_TABLES, Names, Row, film_in_ascii, names_of, rows_of
 from app.reports.exchange.tree import child, children, to_bytes
 from app.reports.report import Loss, Report, Written
 
@@ -35,7 +35,7 @@ def write(report: Report) -> Written:
     children(child(root, "ZA"), {"A2": "nl", "A6": "RIBX 1.5.1"})
     pipe = child(root, "ZB_A")
     losses += _header(pipe, report, fields, names, rows)
-    name = transliterate(film(report))
+    name = film_in_ascii(report)
     for row in rows:
         children(child(pipe, "ZC"), _row(row, names, name))
     losses += [ASCII_ONLY, ONLY_IN_TABLES, *fields.losses(_FORMAT)]
@@ -50,7 +50,7 @@ def _header(
     clock = fields.time()
     values = dict(stated) | {"ABA": _STANDARD, "ABG": ":".join(clock) if clock else ""}
     explained = _explained(values, report)
-    if name := transliterate(film(report)):
+    if name := film_in_ascii(report):
         values |= {"ABK": lists.OTHER, "ABL": lists.OTHER, "ABR": lists.OTHER, "ABO": "VIDEO-01"}
         codec = str(report.source.video.get("codec") or "")
         kind = transliterate(f"{PurePath(name).suffix[1:].upper()} {codec}")

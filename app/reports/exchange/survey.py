@@ -17,6 +17,7 @@ from pathlib import PurePath
 from app.interval import half_width_text
 from app.reports.exchange.ascii import one_line
 from app.reports.exchange.fields import Fields
+from app.reports.naming import ascii_file_name
 from app.reports.report import Entry, Loss, Report
 from app.rounding import decimals
 
@@ -314,6 +315,12 @@ def film(report: Report) -> str:
     if report.source.kind == "upload":
         return _film_name(report.source.filename)
     return _film_name(f"{report.asset}.mkv") if report.source.sha256 else ""
+
+
+def film_in_ascii(report: Report) -> str:
+    """The same in Latin letters."""
+    name = film(report)
+    return ascii_file_name(name) if name else ""
 
 
 def _film_names(stated: str) -> list[str]:

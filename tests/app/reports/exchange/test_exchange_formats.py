@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from reports import HEADER, LENGTH_M, OBSERVATIONS, report
 
 from app.catalogue.header import FIELDS
 from app.errors import ExportNotAvailable
+from app.imports import en13508_text
 from app.reports.exchange import geojson
 from app.reports.formats import FORMATS
 from app.reports.report import Report, Source, Written
@@ -481,6 +483,25 @@ def test_cover_and_summary_say_that_the_survey_was_abandoned() -> None:
     sentence = "The survey was abandoned before the far end: robot stuck in silt"
     assert page.count(sentence) == 2
     assert "abandoned" not in FORMATS["html"].write(report()).content.decode()
+
+
+@pytest.mark.parametrize("more", [{}, {"shape": "other", "direction": "unknown"}])
+def test_the_header_of_en13508_comes_back_as_it_was(more: dict[str, Any]) -> None:
+    first = FORMATS["en13508"].write(report(header={**EVERY_FIELD, **more})).content
+    (survey,) = en13508_text.read(first).surveys
+    again = report(header=survey.header, source=Source("import", "old.txt", 10, "ab", {}))
+    assert FORMATS["en13508"].write(again).content.split(b"\r\n")[:8] == first.split(b"\r\n")[:8]
+
+
+@pytest.mark.parametrize("kind", ["en13508", "ribx"])
+def test_the_name_of_a_film_is_no_path_in_latin_letters(kind: str) -> None:
+    made = report()
+    names = [
+        write(kind, replace(made, source=replace(made.source, filename=name)))[0].header["ABS"]
+        for name in ("Film \u00be.mp4", "DL-Ä41.mp4", "DL-Ö41.mp4", "DL-Ae41.mp4")
+    ]
+    assert all(re.fullmatch(r"[\w.-]+\.mp4", name, re.ASCII) for name in names)
+    assert len(set(names)) == 4
 
 
 def test_isybau_names_road_year_and_order() -> None:
