@@ -83,7 +83,7 @@ def entry(seq: int, photos: Path | None = None, **fields: Any) -> Entry:
         "id": f"00000000-0000-4000-8000-{seq:012d}",
         "seq": seq,
         "frame": 0 if distance_m is None else round(distance_m * 100),
-        "time_s": None if distance_m is None else round(distance_m * 100 / FPS, 3),
+        "time_s": None if distance_m is None else round(max(0.0, distance_m) * 100 / FPS, 3),
         "u95_m": None if distance_m is None else round(0.02 + 0.0025 * abs(distance_m), 3),
         "raw_m": None if distance_m is None else round(distance_m * 1.002, 3),
         "source": None if distance_m is None else "odometry",

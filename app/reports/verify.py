@@ -27,8 +27,6 @@ _MOST_MANIFEST_BYTES = 16 * 2**20
 _MOST_BYTES = 64 * 2**30
 """Of all files together, unpacked."""
 _MOST_FILES = 100_000
-_MOST_RATIO = 1200
-"""DEFLATE cannot pack more than 1032 to 1."""
 _NAME = re.compile(r"(?:photos/)?[A-Za-z0-9_-][A-Za-z0-9._-]*")
 _BLOCK = 2**20
 
@@ -183,8 +181,6 @@ def _fault_of(info: zipfile.ZipInfo) -> str | None:
         return "is a link or a folder, not a file"
     if info.flag_bits & 1:
         return "is encrypted"
-    if info.file_size > _MOST_RATIO * max(info.compress_size, 1):
-        return f"is not read: {info.compress_size} bytes that would swell to {info.file_size}"
     return None
 
 
