@@ -29,7 +29,10 @@ def ascii_file_name(name: str) -> str:
     safe = safe_file_name(name)
     if safe.isascii():
         return safe
-    latin = re.sub(r"[^A-Za-z0-9_.-]+", "_", transliterate(safe)).strip("._")
     digest = hashlib.sha256(safe.encode()).hexdigest()[:_CHECKSUM]
-    stem, dot, suffix = latin.rpartition(".")
-    return f"{stem}-{digest}{dot}{suffix}" if dot else f"{latin}-{digest}"
+    stem, dot, suffix = safe.rpartition(".") if "." in safe else (safe, "", "")
+    return f"{_latin(stem) or 'file'}-{digest}{dot}{_latin(suffix)}"
+
+
+def _latin(text: str) -> str:
+    return re.sub(r"[^A-Za-z0-9_.-]+", "_", transliterate(text)).strip("._")
