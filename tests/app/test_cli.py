@@ -353,6 +353,10 @@ cli.main()
 """
 
 
+TYPED_ADDRESS = {"Accept": "text/html", "Sec-Fetch-Site": "none"}
+"""What a browser sends for an address that a person opens."""
+
+
 def test_demo_serves_its_sample_from_a_small_folder_and_leaves_nothing(tmp_path):
     demo = subprocess.Popen(
         [sys.executable, "-c", SHORT_DEMO, "demo", "--port", "0"],
@@ -362,7 +366,7 @@ def test_demo_serves_its_sample_from_a_small_folder_and_leaves_nothing(tmp_path)
         text=True,
     )
     opened = demo.stdout.readline().removeprefix("Open ").strip()
-    with httpx.Client(follow_redirects=True, headers={"Accept": "text/html"}) as browser:
+    with httpx.Client(follow_redirects=True, headers=TYPED_ADDRESS) as browser:
         page = browser.get(opened)
         inspection = browser.get(page.url.join(f"/api{page.url.path}")).json()
     assert inspection["name"] == "Sample culvert"

@@ -168,8 +168,10 @@ def test_language_and_units_are_those_of_the_person(
     log_in(page, telling)
     page.get_by_label("Menu").click()
     page.get_by_role("button", name="Settings").click()
-    page.get_by_label("Distances in").select_option("ft")
-    page.wait_for_load_state()
+    with page.expect_navigation():
+        page.get_by_label("Distances in").select_option("ft")
+    expect(page.get_by_label("Distances in")).to_have_value("ft")
+    page.keyboard.press("Escape")
     page.get_by_label("Menu").click()
     page.get_by_role("button", name="Settings").click()
     page.get_by_role("combobox", name="Language").select_option("ms")

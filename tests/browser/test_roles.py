@@ -58,7 +58,10 @@ def test_a_viewer_looks_and_changes_nothing(
     before = observations(server, inspection)
     for key in ("ArrowRight", "t", "1", "z", "n", "m", "Delete", "s"):
         page.keyboard.press(key)
-    page.locator(".stage__overlay").click(position={"x": 200, "y": 200})
+    overlay = page.locator(".stage__overlay")
+    box = overlay.bounding_box()
+    assert box is not None
+    overlay.click(position={"x": box["width"] / 2, "y": box["height"] / 4})
     expect(page.locator("toast-stack")).to_contain_text("You can look and export")
     page.keyboard.press("e")
     expect(page.get_by_label("Remark")).to_be_disabled()

@@ -195,7 +195,7 @@ def test_a_stretch_is_started_changed_and_finished(desk: Page, server: Server, e
     bar.get_by_role("button", name=re.compile(r"Finish A\d+ BBA here")).click()
     expect(bar).to_be_hidden()
     expect(desk.locator(".defects__count")).to_have_text(
-        re.compile(r"3 defects · stretches cover 5\d % of the length")
+        re.compile(r"1 defect · stretches cover 5\d % of the length")
     )
     expect_saved(desk)
     parts = [(item["continuous"][0], item["char1"]) for item in observations(server, empty)]

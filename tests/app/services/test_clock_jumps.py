@@ -37,7 +37,7 @@ def test_uploads_outlive_a_clock_that_is_set_and_expire_by_it_then(
     clock = Clock(monkeypatch)
     folder = DataFolder(tmp_path, reserve_bytes=0)
     uploads = Uploads(folder, max_bytes=10**9, expiry_s=2 * DAY_S)
-    upload_id = uploads.create(10, "clip.mp4", "")
+    upload_id = uploads.create(10, "clip.mp4", "", "crew")
     content = folder.uploads / f"{upload_id}.bin"
     clock.set_by_s = days * DAY_S
     for gone_days, is_there in ((0, True), (1, True), (1.1, False)):

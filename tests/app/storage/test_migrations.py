@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import sqlite3
 from collections.abc import Callable
 from pathlib import Path
@@ -272,4 +273,4 @@ def test_damaged_pages_are_named_in_a_sentence_by_every_command(
         assert "Traceback" not in told
         assert "damaged" in told
         assert "chainage restore" in told
-        assert "chainage.db" in told
+        assert "chainage.db" in re.sub(r"[\s│]", "", refused.err)  # a box may break the path
