@@ -203,7 +203,10 @@ def _change_language_and_units(desk: Desk) -> None:
 def _choose_units(page: Page, units: str, *, menu: str, settings: str, label: str) -> None:
     page.get_by_label(menu).click()
     page.get_by_role("button", name=settings).click()
-    page.get_by_label(label).select_option(units)
+    with page.expect_navigation():
+        page.get_by_label(label).select_option(units)
+    expect(page.get_by_label(label)).to_have_value(units)  # the settings are open again
+    page.keyboard.press("Escape")
     expect(page.get_by_role("dialog")).to_have_count(0)
 
 
