@@ -98,6 +98,9 @@ def test_a_file_that_is_no_video_is_refused_with_the_reason(form: Page, tmp_path
     form.get_by_role("button", name="Start tracking").click()
     expect(form.locator(".new__foot .fault")).not_to_be_empty()
     expect(form.get_by_role("button", name="Start tracking")).to_be_enabled()
+    form.reload()
+    expect(form.get_by_role("button", name="Start tracking")).to_be_visible()
+    expect(form.get_by_text("story.mp4")).to_have_count(0)  # nothing of it goes on
 
 
 def test_header_and_rig_are_remembered_for_the_next_time(
