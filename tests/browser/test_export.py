@@ -174,8 +174,11 @@ def test_language_and_units_are_those_of_the_person(
     page.keyboard.press("Escape")
     page.get_by_label("Menu").click()
     page.get_by_role("button", name="Settings").click()
-    page.get_by_role("combobox", name="Language").select_option("ms")
+    with page.expect_navigation():
+        page.get_by_role("combobox", name="Language").select_option("ms")
     expect(page.get_by_role("heading", name="Pemeriksaan", level=1)).to_be_visible()
+    expect(page.get_by_role("combobox", name="Bahasa")).to_have_value("ms")
+    page.keyboard.press("Escape")
     page.goto(f"{telling.url}/inspections/{inspection}")
     page.get_by_text("Eksport", exact=True).click()
     page.get_by_role("button", name=re.compile("^CSV ")).click()
