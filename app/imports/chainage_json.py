@@ -62,6 +62,8 @@ class Tag:
     seq: int
     fields: Mapping[str, Any]
     """What was PUT; those that are left out are not there."""
+    photo_sha256: str | None
+    """Of its photo, which is not in the file."""
     created_by: str
     created_at: datetime
     edited_by: str | None
@@ -86,11 +88,12 @@ class WholeInspection:
     """An inspection as it was exported."""
 
     id: str
-    """Where it comes from; here it gets another one."""
+    """As where it comes from."""
     name: str
     status: Literal["queued", "running", "done", "failed", "cancelled"]
     header: Mapping[str, Any]
     rig: Rig
+    source_kind: Literal["upload", "live", "import"]
     source_filename: str
     source_size: int
     source_sha256: str
@@ -140,6 +143,7 @@ def read(content: bytes) -> WholeInspection:
         status=inspection.status,
         header=inspection.header,
         rig=rig,
+        source_kind=inspection.source.kind,
         source_filename=inspection.source.filename,
         source_size=inspection.source.size,
         source_sha256=inspection.source.sha256,
@@ -217,21 +221,23 @@ _HeaderValue = (
 
 
 class _Source(_Part):
-    kind: str
+    kind: Literal["upload", "live", "import"]
     filename: Annotated[str, StringConstraints(max_length=255, pattern=_LINE)]
     size: Annotated[int, Field(ge=0, le=2**53 - 1)]
     sha256: Annotated[str, StringConstraints(pattern=r"^([0-9a-f]{64})?$")]
 
 
 class _Video(_Part):
+    """In the order in which the probe has them."""
+
     width: Annotated[int, Field(ge=1, le=8192)]
     height: Annotated[int, Field(ge=1, le=8192)]
-    duration_s: Annotated[float, Field(ge=0, le=1e8)] | None = None
-    frames: Annotated[int, Field(ge=0, le=2**31)] | None = None
-    rate_hz: Annotated[float, Field(ge=0, le=1e6)] | None = None
     codec: Annotated[str, StringConstraints(max_length=100, pattern=_LINE)] = ""
     container: Annotated[str, StringConstraints(max_length=100, pattern=_LINE)] = ""
     pixel_format: Annotated[str, StringConstraints(max_length=100, pattern=_LINE)] | None = None
+    frames: Annotated[int, Field(ge=0, le=2**31)] | None = None
+    duration_s: Annotated[float, Field(ge=0, le=1e8)] | None = None
+    rate_hz: Annotated[float, Field(ge=0, le=1e6)] | None = None
     media_type: Annotated[str, StringConstraints(max_length=100, pattern=_LINE)] = ""
     playable: bool = False
 
@@ -342,6 +348,8 @@ class _Tag(_Part):
     id: _ObservationId
     seq: Annotated[int, Field(ge=1, le=2**31)]
     fields: _EnteredOrImported
+    photo_sha256: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")] | None = None
+    """Older exports have none."""
     created_by: _Who
     created_at: _Instant
     edited_by: _Who | None = None
@@ -475,6 +483,7 @@ def _tag(tag: _Tag) -> Tag:
         id=tag.id,
         seq=tag.seq,
         fields=tag.fields.model_dump(exclude_none=True),
+        photo_sha256=tag.photo_sha256,
         created_by=tag.created_by,
         created_at=tag.created_at,
         edited_by=tag.edited_by,

@@ -145,6 +145,9 @@ class _Bundle:
             photo = entry.photo
             if photo is None:
                 continue
+            if photo.path is None:
+                self.losses.append(Loss(f"The photo {photo.name} is not on this server.", entry))
+                continue
             name = PHOTOS + photo.name
             try:
                 source = photo.path.open("rb")

@@ -3,6 +3,9 @@
 `observations` holds what is derived, as the tables do.  What an import starts from is what it is
 derived from: `tags` (what people stated), the raw `track`, its `health`, the joint `sightings` and
 the `mount_tilt` against the rig, the rig and the stated corrections.
+
+What was imported is exported as it came: an import changes nothing of an inspection, so `events`
+leaves it out.  That it came by a file is in the history of the page, in PDF and HTML.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ from app.reports import table
 from app.reports.report import Report, Written
 from app.reports.table import iso
 from app.services.corrections import result_of
+from app.storage.tables import BROUGHT_IN
 from vo_core import Track
 from vo_core.health import Health
 
@@ -96,6 +100,7 @@ def _events(report: Report) -> list[Mapping[str, Any]]:
             "remark": event.remark,
         }
         for event in report.events
+        if event.action != BROUGHT_IN
     ]
 
 
@@ -105,6 +110,7 @@ def _tags(report: Report) -> list[Mapping[str, Any]]:
             "id": entry.id,
             "seq": entry.seq,
             "fields": entry.entered,
+            "photo_sha256": entry.photo.sha256 if entry.photo else None,
             "created_by": entry.tagged_by,
             "created_at": iso(entry.tagged_at),
             "edited_by": entry.edited_by,

@@ -33,10 +33,11 @@ class Photo:
     """The picture of an entry."""
 
     name: str
-    """`<asset>-<number>.jpg`, the same in every format."""
-    path: Path
-    """A file that may be gone."""
+    """`<asset>-<number>.jpg`, the same in every format; of another program's survey any name."""
+    path: Path | None
+    """A file that may be gone; None of an import, whose photos are elsewhere."""
     sha256: str | None
+    """None of another program's photo."""
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ DICTIONARY = (
     Column("video_file", "Name of the video"),
     Column("video_time_s", "Time of the frame in the video", "s"),
     Column("frame", "Number of the frame; the first one is 0"),
-    Column("photo_file", "Name of the photo in the evidence bundle"),
+    Column("photo_file", "Name of the photo, as in the evidence bundle of who took it"),
     Column("photo_sha256", "SHA-256 of the photo, hexadecimal"),
     Column("x_m", "Wall point along the axis", "m"),
     Column("y_m", "Wall point to the right of the axis", "m"),

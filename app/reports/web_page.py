@@ -11,6 +11,7 @@ import html
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import resources
+from pathlib import Path
 
 from app.catalogue.header import FIELDS, is_empty, required_to_issue
 from app.reports.condition import ACT_NOW, CLEANED_AWAY, condition_of
@@ -210,7 +211,7 @@ def _observations(report: Report, tell: Teller) -> str:
 
 def _observation(entry: Entry, tell: Teller) -> Sequence[str]:
     number = f'<span id="no-{entry.seq}">{entry.seq}</span>'
-    if entry.photo is not None:
+    if entry.photo and entry.photo.path:
         number = f'<a id="no-{entry.seq}" href="#photo-{entry.seq}">{entry.seq}</a>'
     remark = "" if not entry.remark else f'<p class="remark">{_e(entry.remark)}</p>'
     return (
@@ -238,18 +239,21 @@ def _severity(entry: Entry, tell: Teller) -> str:
 
 
 def _photos(report: Report, tell: Teller) -> str:
-    shown = [_photo(entry, tell) for entry in report.entries if entry.photo is not None]
+    shown = [
+        _photo(entry, entry.photo.name, entry.photo.path, tell)
+        for entry in report.entries
+        if entry.photo and entry.photo.path
+    ]
     if not shown:
         return f"<p>{_e(tell('photos.none'))}</p>"
     return '<div class="photos">' + "\n".join(shown) + "</div>"
 
 
-def _photo(entry: Entry, tell: Teller) -> str:
-    assert entry.photo is not None  # noqa: S101  (only entries with one are asked for)
+def _photo(entry: Entry, name: str, path: Path, tell: Teller) -> str:
     caption = tell("photos.caption", seq=entry.seq, place=tell.place(entry), code=tell.code(entry))
-    jpeg = jpeg_of(entry.photo.path, ENOUGH_PX)
+    jpeg = jpeg_of(path, ENOUGH_PX)
     if jpeg is None:
-        picture = f"<p>{_e(tell('photos.missing', name=entry.photo.name))}</p>"
+        picture = f"<p>{_e(tell('photos.missing', name=name))}</p>"
     else:
         data = base64.b64encode(jpeg.content).decode()
         alt = tell("web.photo", seq=entry.seq, label=tell.label(entry), place=tell.place(entry))

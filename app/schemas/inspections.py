@@ -13,7 +13,7 @@ from app.schemas.figures import metres, rounded
 from app.schemas.given import TEXT, Given, Header, Name
 from app.services.inspections import InspectionView
 from app.services.live import CameraStatus
-from app.storage.tables import Inspection
+from app.storage.tables import IMPORTED, Inspection
 
 
 class UploadSource(Given):
@@ -213,12 +213,12 @@ class InspectionOut(BaseModel):
             rig=row.rig,
             header=row.header,
             source=SourceOut(
-                kind=row.source_kind,
+                kind=row.source_kind if row.has_film else IMPORTED,
                 filename=row.source_filename,
                 size=row.source_size,
                 sha256=row.source_sha256,
             ),
-            video=VideoOut(**{name: row.video[name] for name in VideoOut.model_fields}),
+            video=_video(row),
             live=LiveOut.of(view.camera) if view.camera else None,
         )
 
@@ -227,6 +227,12 @@ class InspectionsOut(BaseModel):
     """All inspections, the newest first."""
 
     inspections: list[InspectionOut]
+
+
+def _video(row: Inspection) -> VideoOut:
+    """Of an import nothing can be played."""
+    columns = {name: row.video[name] for name in VideoOut.model_fields}
+    return VideoOut(**columns | {"playable": columns["playable"] and row.has_film})
 
 
 def _error(row: Inspection) -> ErrorOut | None:

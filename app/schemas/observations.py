@@ -100,7 +100,7 @@ class ObservationOut(BaseModel):
             joint_no=place.joint_no if place else None,
             time_s=place.time_s if place else None,
             # The frame stands in the address, so that a browser does not show an earlier photo.
-            photo=f"{path}?frame={row.frame}" if row.photo_frame == row.frame else None,
+            photo=f"{path}?frame={row.frame}" if row.has_photo else None,
             photo_error=row.photo_error,
             created_at=row.created_at,
             created_by=row.created_by,

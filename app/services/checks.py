@@ -236,11 +236,10 @@ def _missing(view: ObservationView, name: str) -> Issue:
 def photos(case: Case) -> Iterator[Issue]:
     """A photo that is named must be there; what is severe should have one."""
     for view in case.views:
-        has_photo = view.row.photo_frame == view.row.frame
-        if has_photo and not case.photo_is_there(view):
+        if view.row.has_photo and not case.photo_is_there(view):
             yield _about(view, "block", "photo_missing", "has lost the file of its photo")
         severity = view.row.fields.get("severity")
-        if not has_photo and severity is not None and severity >= SEVERE:
+        if not view.row.is_photographed and severity is not None and severity >= SEVERE:
             text = f"has severity {severity} and no photo"
             yield _about(view, "warn", "severe_without_photo", text, severity=severity)
 

@@ -13,6 +13,7 @@ import json
 import logging
 import secrets
 import shutil
+import threading
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -30,7 +31,7 @@ from app.services.tracks import Tracks, estimate_at, is_unmeasured
 from app.services.videos import NO_FILM, unfilmed_columns
 from app.storage.files import DataFolder, sync_folder, write_durably
 from app.storage.imports import ImportStore
-from app.storage.tables import ENDED, IMPORTED, Event, Inspection, Observation
+from app.storage.tables import BROUGHT_IN, ENDED, IMPORTED, Event, Inspection, Observation
 from vo_core import Rig, Track
 from vo_core.health import Health
 from vo_core.joints import Sighting
@@ -76,9 +77,13 @@ class Imports:
         self._tracks = tracks
         self._packs = packs
         self._reader = reader
+        self._taking_over = threading.Lock()
+        """Of two imports of one file at the same time, one keeps its id."""
 
     def add(self, content: bytes, filename: str, who: str) -> Imported:
         """Make an inspection of every survey in the file; which kind it is, its content says.
+
+        A report in JSON comes back as it was, with its id if this server never had it.
 
         Args:
             content: EN 13508-2 text, a WinCan .db3, or a report in JSON of this program.
@@ -94,7 +99,8 @@ class Imports:
         name = clean(filename, _LONGEST_FILENAME) or "file"
         found = self._reader.read(content)
         if isinstance(found, WholeInspection):
-            return self._add_whole(found, name, content, who)
+            with self._taking_over:
+                return self._add_whole(found, name, content, who)
         warnings = [str(caveat) for caveat in found.warnings]
         ids = []
         for survey in found.surveys:
@@ -140,17 +146,21 @@ class Imports:
             )
         run = Run(whole.track, whole.health, whole.sightings, whole.tilt)
         inspection = _inspection(filename, content)
+        if self._is_free(whole.id):
+            inspection.id = whole.id
         inspection.name, inspection.header = whole.name, header
         inspection.rig = whole.rig.model_dump(mode="json")
-        inspection.video = {**whole.video, "playable": False}
+        inspection.video = dict(whole.video)
+        inspection.created_at, inspection.finished_at = whole.created_at, whole.finished_at
         inspection.status = whole.status
         if whole.status not in ENDED:
-            inspection.status = "cancelled"
+            inspection.status, inspection.finished_at = "cancelled", inspection.queued_at
             warnings.append("It was exported before it had ended; it ends here where it was then.")
-        if whole.source_sha256:  # what the distances rest on, though it is not here
-            inspection.source_filename = whole.source_filename
-            inspection.source_size = whole.source_size
-            inspection.source_sha256 = whole.source_sha256
+        # What the distances rest on, though it is not here.
+        inspection.source_kind = whole.source_kind
+        inspection.source_filename = whole.source_filename
+        inspection.source_size = whole.source_size
+        inspection.source_sha256 = whole.source_sha256
         inspection.warning = whole.warning
         inspection.error_code, inspection.error_detail = whole.error_code, whole.error
         inspection.corrections = whole.stated.to_json() if whole.stated != Stated() else {}
@@ -162,10 +172,15 @@ class Imports:
         observations = [_restored(inspection.id, tag) for tag in whole.tags]
         events = [
             *(_happened(inspection.id, it) for it in whole.events),
-            _created(inspection, filename, who),
+            _brought_in(inspection, filename, who),
         ]
         self._keep(inspection, run, observations, events)
         return Imported((inspection.id,), tuple(warnings))
+
+    def _is_free(self, inspection_id: str) -> bool:
+        """Whether this server never had an inspection of this id."""
+        is_known = self._store.has_known(inspection_id)
+        return not is_known and not self._folder.inspection(inspection_id).exists()
 
     def _keep(
         self,
@@ -179,8 +194,8 @@ class Imports:
         self._folder.require_room(_BYTES_A_ROW * rows)
         inspection.frames_done = rows
         place = self._folder.inspection(inspection.id)
+        place.mkdir()
         try:
-            place.mkdir()
             sync_folder(place.parent)
             write_durably(place / "rig.json", json.dumps(inspection.rig, indent=2).encode())
             self._tracks.begin(inspection.id)
@@ -308,6 +323,8 @@ def _restored(inspection_id: str, tag: Tag) -> Observation:
         seq=tag.seq,
         frame=tag.fields["frame"],
         fields=dict(tag.fields),
+        photo_frame=tag.fields["frame"] if tag.photo_sha256 else None,
+        photo_sha256=tag.photo_sha256,
         photo_error=NO_FILM,
         created_at=tag.created_at,
         created_by=tag.created_by,
@@ -324,6 +341,18 @@ def _created(inspection: Inspection, filename: str, who: str) -> Event:
         at=inspection.created_at,
         before=None,
         after={"name": inspection.name, "header": inspection.header},
+        remark=f"Imported from {filename}.",
+    )
+
+
+def _brought_in(inspection: Inspection, filename: str, who: str) -> Event:
+    return Event(
+        inspection_id=inspection.id,
+        action=BROUGHT_IN,
+        who=who,
+        at=inspection.queued_at,
+        before=None,
+        after=None,
         remark=f"Imported from {filename}.",
     )
 

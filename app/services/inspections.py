@@ -51,7 +51,7 @@ from app.storage.files import (
 )
 from app.storage.inspections import InspectionStore, Summary
 from app.storage.observations import ObservationStore
-from app.storage.tables import ENDED, IMPORTED, Inspection
+from app.storage.tables import ENDED, Inspection
 from vo_core import Estimate, Rig, Track
 from vo_core.rectify import require_wall_in_view
 
@@ -377,7 +377,7 @@ class Inspections:
         Raises:
             NothingRecorded: The camera has given no picture, or the survey was imported.
         """
-        if inspection.source_kind == IMPORTED:
+        if not inspection.has_film:
             raise NothingRecorded(NO_FILM)
         path = self._folder.inspection(inspection.id) / inspection.video_file
         if not path.exists():

@@ -21,7 +21,7 @@ from app.services.worker import Worker
 from app.storage.files import DataFolder, write_durably
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
-from app.storage.tables import ENDED, IMPORTED, Inspection, Observation
+from app.storage.tables import ENDED, Inspection, Observation
 from vo_core.errors import ChainageError
 
 logger = logging.getLogger(__name__)
@@ -80,7 +80,7 @@ class Photos(Worker):
             row = self._observations.get(inspection_id, observation_id)
         except ObservationNotFound:
             return True
-        if row.photo_error is not None or row.photo_frame == row.frame:
+        if row.photo_error is not None or row.is_photographed:
             return True
         return row.frame >= len(self._tracks.get(inspection_id))  # not before it is tracked
 
@@ -90,7 +90,7 @@ class Photos(Worker):
         Raises:
             PhotoNotFound: It has none, or only that of an earlier frame.
         """
-        if row.photo_frame != row.frame:
+        if not row.has_photo:
             raise PhotoNotFound(row.photo_error or "The photo is not made yet.")
         path = self._folder.photo(row.inspection_id, row.id, row.frame)
         if not path.exists():
@@ -133,7 +133,7 @@ class Photos(Worker):
         estimate = estimate_at(self._tracks.get(inspection.id), row.frame)
         if estimate is None and inspection.status not in ENDED:
             return  # its time is known when tracking has got there
-        if inspection.source_kind == IMPORTED:
+        if not inspection.has_film:
             self._observations.record_photo_error(row, NO_FILM)
         elif estimate is None:
             self._observations.record_photo_error(

@@ -170,9 +170,13 @@ class Reports:
 
     def _photo(self, view: ObservationView, asset: str) -> Photo | None:
         row = view.row
-        if row.photo_frame != row.frame:
+        if stated := row.fields.get("photo_name"):
+            return Photo(stated, None, None)
+        if not row.is_photographed:
             return None
-        path = self._folder.photo(row.inspection_id, row.id, row.frame)
+        path = None
+        if row.has_photo:
+            path = self._folder.photo(row.inspection_id, row.id, row.frame)
         return Photo(f"{asset}-{row.seq:03d}.jpg", path, row.photo_sha256)
 
 

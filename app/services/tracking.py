@@ -35,7 +35,7 @@ from app.services.unrolled import Unrolled
 from app.services.videos import NO_FILM
 from app.storage.files import DataFolder
 from app.storage.inspections import InspectionStore, Outcome
-from app.storage.tables import ENDED, IMPORTED, Inspection
+from app.storage.tables import ENDED, Inspection
 
 logger = logging.getLogger(__name__)
 
@@ -142,7 +142,7 @@ class Tracking:
     def require_film(self, row: Inspection) -> None:
         """Raise NothingRecorded if an ended inspection has no film; else it may begin anew."""
         video = self._folder.inspection(row.id) / row.video_file
-        if row.source_kind == IMPORTED:
+        if not row.has_film:
             raise NothingRecorded(NO_FILM)
         if row.status in ENDED and not video.exists():
             raise NothingRecorded("Nothing was recorded; start a new live inspection.")

@@ -32,7 +32,7 @@ from app.errors import UnusableBackup
 from app.storage import signing_key
 from app.storage.database import copy_database, revision_of
 from app.storage.files import DataFolder, raise_if_full, sync_folder
-from app.storage.tables import ENDED, IMPORTED
+from app.storage.tables import ENDED
 
 OnProgress = Callable[[int, int], None]
 """Called with bytes done and bytes in all."""
@@ -179,15 +179,15 @@ def _named_by(database: Path) -> set[str]:
     """Files that must be there for what the database says."""
     with closing(sqlite3.connect(database)) as connection:
         inspections = connection.execute(
-            "SELECT id, video_file, status, frames_done, source_sha256, source_kind "
-            "FROM inspections"
+            "SELECT id, video_file, status, frames_done, source_sha256 FROM inspections"
         ).fetchall()
         photos = connection.execute(
-            "SELECT inspection_id, id, photo_frame FROM observations WHERE photo_frame IS NOT NULL"
+            "SELECT inspection_id, id, photo_frame FROM observations "
+            "WHERE photo_frame IS NOT NULL AND photo_error IS NULL"
         ).fetchall()
     names = {f"inspections/{id_}/photos/{photo}-{frame}.jpg" for id_, photo, frame in photos}
-    for id_, video_file, status, frames_done, sha256, kind in inspections:
-        if sha256 and kind != IMPORTED:  # without one it is a recording, perhaps not begun
+    for id_, video_file, status, frames_done, sha256 in inspections:
+        if sha256 and video_file:  # without one it is a recording, perhaps not begun
             names.add(f"inspections/{id_}/{video_file}")
         if status in ENDED and frames_done:
             names.add(f"inspections/{id_}/track.csv")

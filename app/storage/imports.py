@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.storage.database import Database
@@ -15,6 +16,13 @@ class ImportStore:
 
     def __init__(self, database: Database) -> None:
         self._database = database
+
+    def has_known(self, inspection_id: str) -> bool:
+        """Whether there is, or ever was, an inspection of this id: its events stay."""
+        with self._database.read() as session:
+            event = select(Event.id).where(Event.inspection_id == inspection_id).limit(1)
+            is_deleted = session.scalar(event) is not None
+            return is_deleted or session.get(Inspection, inspection_id) is not None
 
     def add(
         self,

@@ -181,6 +181,8 @@ def _put(
     if fields == before:
         return False
     if row.frame != fields["frame"]:
+        if row.photo_error is not None:  # a photo that is not here cannot be shown again
+            row.photo_frame = row.photo_sha256 = None
         row.photo_error = None
     row.frame, row.fields = fields["frame"], fields
     action = "changed" if row.deleted_at is None else "restored"

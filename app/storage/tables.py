@@ -14,11 +14,13 @@ RESCALED = "rescaled"
 """The action of an event that Chainage itself has caused: joints have changed the scale."""
 RIG_CHANGED = "rig_changed"
 """The action of an event: tracked again with another rig."""
+BROUGHT_IN = "imported"
+"""The action of an event: an inspection of another server came to this one, as it was."""
 ENDED = ("done", "failed", "cancelled")
 """States of an inspection that last."""
 STATES = ("queued", "running", *ENDED)
 IMPORTED = "import"
-"""Kind of a source that is a file of a survey, without its film."""
+"""Kind of a source that is the file of another program's survey, without its film."""
 ALERT_STATES = ("waiting", "told", "withdrawn", "given_up")
 
 
@@ -70,14 +72,14 @@ class Inspection(Base):
     rig: Mapped[dict[str, Any]]
     header: Mapped[dict[str, Any]]
     source_kind: Mapped[str] = mapped_column(String(10))
-    """upload, live or import."""
+    """Where its film came from: upload, live, or import of a survey that has none."""
     source_filename: Mapped[str] = mapped_column(String(255))
     """What the user called it; the file itself has a name of ours."""
     source_size: Mapped[int]
     source_sha256: Mapped[str] = mapped_column(String(64))
     """Empty while a live inspection is recorded."""
     video_file: Mapped[str] = mapped_column(String(20))
-    """Name within the inspection's folder; empty of an import."""
+    """Name within the inspection's folder; empty of an import, whose film is not here."""
     video: Mapped[dict[str, Any]]
     """What the probe found: width, height, duration_s, frames, codec, playable, media_type."""
     frames_done: Mapped[int] = mapped_column(Integer, default=0)
@@ -101,6 +103,11 @@ class Inspection(Base):
     queued_at: Mapped[datetime]
     finished_at: Mapped[datetime | None]
 
+    @property
+    def has_film(self) -> bool:
+        """Whether this server has it, or is recording it."""
+        return self.video_file != ""
+
 
 class Observation(Base):
     """A defect or a note, anchored to a frame and a pixel; its distance is never stored."""
@@ -118,14 +125,25 @@ class Observation(Base):
     fields: Mapped[dict[str, Any]]
     """What was PUT, as it was accepted."""
     photo_frame: Mapped[int | None]
-    """The frame that the saved photo shows; None while there is none."""
+    """The frame that the photo shows; None while there is none."""
     photo_sha256: Mapped[str | None] = mapped_column(String(64))
     photo_error: Mapped[str | None] = mapped_column(Text)
+    """Why there is no photo, or why that of an import is not here."""
     created_at: Mapped[datetime]
     created_by: Mapped[str] = mapped_column(String(100))
     edited_at: Mapped[datetime | None]
     edited_by: Mapped[str | None] = mapped_column(String(100))
     deleted_at: Mapped[datetime | None]
+
+    @property
+    def is_photographed(self) -> bool:
+        """Whether there is a photo of its frame, here or where it was exported."""
+        return self.photo_frame == self.frame
+
+    @property
+    def has_photo(self) -> bool:
+        """Whether that photo is here."""
+        return self.is_photographed and self.photo_error is None
 
 
 class Event(Base):

@@ -24,7 +24,7 @@ _CAPTION = 17 * mm
 
 def photos(report: Report, tell: Teller) -> list[Flowable]:
     """Pages of photos in the order of the table."""
-    shown = [(entry, entry.photo) for entry in report.entries if entry.photo is not None]
+    shown = [(entry, entry.photo) for entry in report.entries if entry.photo and entry.photo.path]
     if not shown:
         return [Heading(tell("photos.title")), note(tell("photos.none")), PageBreak()]
     parts: list[Flowable] = []
@@ -60,7 +60,8 @@ def draw_photo(
     """The picture as large as the field holds it; where there is none, the field says so."""
     canvas.setFillColor(WASH)
     canvas.rect(x, y, width, height, 0, 1)
-    picture = jpeg_of(photo.path, ENOUGH_PX) if photo else None
+    path = photo.path if photo else None
+    picture = jpeg_of(path, ENOUGH_PX) if path else None
     if picture is not None:
         px_wide, px_high = picture.getSize()
         scale = min(width / px_wide, height / px_high)
@@ -75,7 +76,8 @@ def draw_photo(
     if photo is None:
         reason = tell("photos.no_photo")
     else:
-        reason = tell("photos.broken" if photo.path.exists() else "photos.missing", name=photo.name)
+        is_there = path is not None and path.exists()
+        reason = tell("photos.broken" if is_there else "photos.missing", name=photo.name)
     lines = lines_of(reason, CELL.bold(), width - 10 * mm)
     top = y + height / 2 + (len(lines) / 2 - 1) * CELL.leading + 2
     for n, line in enumerate(lines):

@@ -182,7 +182,7 @@ def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[
         stretch=stretch,
         remark=joined(*said),
         time_s=time_s,
-        photo=entry.photo.name if entry.photo else entry.entered.get("photo_name"),
+        photo=entry.photo.name if entry.photo else None,
     )
     return row, losses
 

@@ -7,9 +7,11 @@ import { refusalText } from '../../core/evidence.js';
 import { t } from '../../core/words.js';
 import { jointsText } from '../interval-detail/interval-detail.js';
 
+const IMPORTED = [[/^Imported from (.+)\.$/s, ([, file]) => t('history.imported_from', { file })]];
 /** The server's sentences by what they belong to, and ours. */
 const FORMS = {
-  created: [[/^Imported from (.+)\.$/s, ([, file]) => t('history.imported_from', { file })]],
+  created: IMPORTED,
+  imported: IMPORTED,
   rescaled: [[/^The joints no longer count\.$/, () => t('history.joints_dropped')]],
   not_told: [
     [/^It answered (\d+)\.$/, ([, status]) => t('history.answered', { status })],

@@ -15,7 +15,7 @@ from app.errors import InvalidImport
 from app.imports.en13508_text import looks_like, read
 from app.imports.survey import ImportedSurvey
 from app.reports.exchange import en13508
-from app.reports.report import Report, Source
+from app.reports.report import Photo, Report, Source
 from app.services.imports import _track, in_order, rig_of
 
 FOREIGN = """#A1=ISO-8859-1
@@ -196,6 +196,7 @@ def reported(made: Report, survey: ImportedSurvey) -> Report:
                 at_joint=bool(stated.get("at_joint")),
                 cont_id=int(row.stretch[1:]) if row.stretch else None,
                 cont_role=roles[row.stretch[0]] if row.stretch else None,
+                photo=Photo(row.photo, None, None) if row.photo else None,
                 entered=stated,
             )
         )
