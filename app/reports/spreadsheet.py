@@ -62,15 +62,17 @@ _ABOUT = (
 
 Row = Sequence[Cell]
 
+_JSON_ONLY = Loss("The track and the whole history are in the JSON report only.")
+
 
 def write(report: Report) -> Written:
     """Numbers as numbers, instants as ISO 8601, true and false as 1 and 0."""
-    sheets: Sequence[tuple[str, Sequence[Column], Iterable[Row]]] = (
+    sheets: Sequence[tuple[str, Sequence[Column], Sequence[Row]]] = (
         ("observations", DICTIONARY, [tuple(row.values()) for row in table.rows(report)]),
-        ("header", _HEADER, _header(report)),
-        ("joints", JOINTS, _joints(report)),
-        ("corrections", CORRECTIONS, _corrections(report)),
-        ("dictionary", _ABOUT, _dictionary()),
+        ("header", _HEADER, [*_header(report)]),
+        ("joints", JOINTS, [*_joints(report)]),
+        ("corrections", CORRECTIONS, [*_corrections(report)]),
+        ("dictionary", _ABOUT, [*_dictionary()]),
     )
     out = io.BytesIO()
     book = _Book(out)
@@ -78,7 +80,12 @@ def write(report: Report) -> Written:
     for name, columns, rows in sheets:
         book.add_sheet(name, columns, rows)
     book.book.close()
-    return Written(out.getvalue(), tuple(book.losses))
+    cells = [value for _, _, rows in sheets for row in rows for value in row]
+    texts = [value for value in cells if isinstance(value, str)]
+    losses = [_JSON_ONLY, *table.illegible(texts)]
+    if any("\r" in text for text in texts):
+        losses.append(Loss("Line ends in texts are LF."))
+    return Written(out.getvalue(), (*losses, *book.losses))
 
 
 class _Book:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -74,20 +75,36 @@ FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 """Of text that a spreadsheet would run."""
 
 
-_ROWS_ONLY = Loss(
-    "The table holds the observations only: the header, the joints and the corrections are in the "
-    "XLSX and the JSON report."
-)
-
-
 def write(report: Report) -> Written:
     """UTF-8 with BOM, CRLF, comma, decimal point; text that a spreadsheet would run is quoted."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\r\n")
     writer.writerow(COLUMNS)
-    for row in rows(report):
+    losses = [
+        Loss(
+            "The table holds the observations only: the header, the joints and the corrections "
+            "are in the XLSX and the JSON report, the track and the history in the JSON report."
+        )
+    ]
+    found = rows(report)
+    for row in found:
         writer.writerow([_csv_cell(name, row[name]) for name in COLUMNS])
-    return Written(out.getvalue().encode("utf-8-sig"), (_ROWS_ONLY,))
+    texts = [value for row in found for value in row.values() if isinstance(value, str)]
+    if any(plain(text) != text for text in texts):
+        losses.append(
+            Loss(
+                "A text that a spreadsheet would take for a formula has an apostrophe before it; "
+                "the XLSX and the JSON report have it as it is."
+            )
+        )
+    return Written(out.getvalue().encode("utf-8-sig"), (*losses, *illegible(texts)))
+
+
+def illegible(texts: Iterable[str]) -> list[Loss]:
+    """Where a file has marks in place of control characters."""
+    if all(legible(text) == text for text in texts):
+        return []
+    return [Loss("Control characters and halves of characters are replaced by a mark.")]
 
 
 def rows(report: Report) -> list[dict[str, Cell]]:

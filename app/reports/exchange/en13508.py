@@ -13,10 +13,10 @@ from app.reports.exchange import lists
 from app.reports.exchange.ascii import transliterate
 from app.reports.exchange.coordinates import ends_of
 from app.reports.exchange.fields import Fields
+from app.reports.exchange.losses import left_out, transliterated
 from app.reports.exchange.survey import (
     ABANDONED,
     END,
-    ONLY_IN_TABLES,
     START,
     Names,
     Row,
@@ -65,7 +65,7 @@ def write(report: Report) -> Written:
         *(_line(_values(row, names)) for row in rows),
         "#Z",
     ]
-    losses += [ASCII_ONLY, ONLY_IN_TABLES, *fields.losses(_FORMAT)]
+    losses += [*transliterated(report), left_out(report), *fields.losses(_FORMAT)]
     return Written("".join(f"{line}\r\n" for line in lines).encode("ascii"), tuple(losses))
 
 
@@ -87,9 +87,6 @@ def _kept_codes(report: Report, fields: Fields, header: Mapping[str, str]) -> di
         if found and is_free and (text := transliterate(fields.text(name))):
             kept[code] = text
     return kept
-
-
-ASCII_ONLY = Loss("The file is plain ASCII: other letters are transliterated.")
 
 
 def header_fields(

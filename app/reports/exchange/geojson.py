@@ -13,6 +13,7 @@ from app.reports import table
 from app.reports.exchange.ascii import one_line
 from app.reports.exchange.coordinates import ends_of, missing_of
 from app.reports.exchange.fields import Fields
+from app.reports.exchange.losses import ONE_LINE
 from app.reports.exchange.survey import length_m
 from app.reports.report import Entry, Loss, Report, Stretch, Written
 from app.reports.table import Cell
@@ -56,7 +57,15 @@ def write(report: Report) -> Written:
         for entry in untracked
     ]
     losses.append(Loss("The culvert is drawn as the straight line between its ends."))
-    losses.append(Loss("The joints and the corrections are in the XLSX and the JSON report only."))
+    losses.append(
+        Loss(
+            "The joints and the corrections are in the XLSX and the JSON report, the track and the "
+            "history in the JSON report only."
+        )
+    )
+    texts = [value for row in (*table.rows(report), report.header) for value in row.values()]
+    if any(one_line(text) != text for text in texts if isinstance(text, str)):
+        losses.append(Loss(ONE_LINE))
     return Written(text.encode(), tuple(losses))
 
 

@@ -12,10 +12,10 @@ from app.reports.exchange import lists
 from app.reports.exchange.ascii import one_line
 from app.reports.exchange.coordinates import ends_of, utm_m
 from app.reports.exchange.fields import Fields
+from app.reports.exchange.losses import left_out
 from app.reports.exchange.survey import (
     ABANDONED,
     END,
-    ONLY_IN_TABLES,
     START,
     Names,
     Row,
@@ -74,7 +74,8 @@ def write(report: Report) -> Written:
     pipe.road = _cut(fields.text("road"), _LONGEST_ROAD, "road", road_losses)
     losses += road_losses + _master_data(collectives, pipe)
     losses += _survey(collectives, pipe, rows)
-    losses += [ONLY_IN_TABLES, *fields.losses(_FORMAT)]
+    is_named = not fields.text("job_ref")
+    losses += [left_out(report, is_named=is_named), *fields.losses(_FORMAT)]
     declaration = '<?xml version="1.0" encoding="ISO-8859-1" standalone="yes"?>'
     return Written(to_bytes(root, declaration, "iso-8859-1"), tuple(losses))
 
@@ -348,6 +349,12 @@ def _run(
         for row in rows
         if row.distance_m > _MAX_M
     ]
+    if has_film:
+        losses += [
+            about(row, "has no time in the film; the file says 00:00:00")
+            for row in fitting
+            if row.time_s is None
+        ]
     if fitting:
         data = child(run, "Inspektionsdaten")
         reason = abandon_reason(pipe.report)

@@ -13,9 +13,9 @@ from app.reports.exchange.ascii import one_line
 from app.reports.exchange.coordinates import Ends, ends_of, utm_m
 from app.reports.exchange.fields import Fields
 from app.reports.exchange.isybau import characters_in_words
+from app.reports.exchange.losses import left_out
 from app.reports.exchange.survey import (
     END,
-    ONLY_IN_TABLES,
     START,
     Names,
     Row,
@@ -75,7 +75,7 @@ def write(report: Report) -> Written:
             losses.append(about(row, "lies beyond what DWA-M 150 can hold and is left out"))
         else:
             children(child(run, "HZ"), _row(row, losses))
-    losses += [ONLY_IN_TABLES, *fields.losses(_FORMAT)]
+    losses += [left_out(report), *fields.losses(_FORMAT)]
     declaration = '<?xml version="1.0" encoding="ISO-8859-1" standalone="no"?>'
     return Written(to_bytes(root, declaration, "iso-8859-1"), tuple(losses))
 

@@ -17,6 +17,7 @@ from pathlib import PurePath
 from app.interval import half_width_text
 from app.reports.exchange.ascii import one_line
 from app.reports.exchange.fields import Fields
+from app.reports.exchange.losses import coarser
 from app.reports.naming import ascii_file_name
 from app.reports.report import Entry, Loss, Report
 from app.rounding import decimals
@@ -26,11 +27,6 @@ END = "BCE"
 ABANDONED = "BDC"
 REMARK = "BDB"
 """General remark: what has no code of the standard."""
-
-ONLY_IN_TABLES = Loss(
-    "What the distances rest on, the raw distances, the points on the wall, the frames, who "
-    "tagged them and when are in the table and the JSON report only."
-)
 
 _CODE = re.compile(r"B[A-D][A-Z]")
 _LETTERS = {"start": "A", "change": "C", "finish": "B"}
@@ -124,7 +120,7 @@ def rows_of(report: Report) -> tuple[list[Row], list[Loss]]:
     Returns:
         The rows, and what they do not hold.
     """
-    has_film = bool(film(report))
+    film_name = film(report)
     reason = abandon_reason(report)
     rows: list[Row] = []
     losses: list[Loss] = []
@@ -132,9 +128,10 @@ def rows_of(report: Report) -> tuple[list[Row], list[Loss]]:
         if entry.distance_m is None:
             losses.append(_lost(entry, "is not tracked, so it has no distance and is left out"))
             continue
-        row, lost = _row(entry, entry.distance_m, has_film=has_film)
+        row, lost = _row(entry, entry.distance_m, has_film=bool(film_name))
         rows.append(row.because(reason) if row.code == ABANDONED else row)
         losses += lost
+    losses += coarser(report)
     rows.sort(key=lambda row: (row.distance_m, row.entry.time_s or 0.0, row.entry.seq))
     return _start_first_end_last(rows, losses), losses
 
@@ -151,13 +148,14 @@ def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[
         text = f"is coded {code}, which is not of EN 13508-2; it is written as a remark ({REMARK})"
         losses.append(_lost(entry, text))
     if not _CODE.fullmatch(code):
-        said += _quantities(entry)
         code, char1, char2 = REMARK, "", ""
+    if code == REMARK:
+        said += _quantities(entry)
     quantities = (None, None) if code == REMARK else (entry.quant1, entry.quant2)
     stretch = None
     if entry.cont_id is not None and entry.cont_role is not None:
         stretch = (_LETTERS[entry.cont_role], entry.cont_id)
-    if entry.at_joint and entry.joint_no is not None:
+    if entry.joint_no is not None:
         said.append(f"joint {entry.joint_no}")
     if distance_m <= -0.005:  # what rounds to 0.00 is none below zero
         said.append(f"at {decimals(distance_m, 2)} m")
@@ -168,7 +166,10 @@ def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[
         said.append(f"severity {entry.severity}")
     time_s = None if entry.time_s is None else math.floor(entry.time_s + 0.0005)
     if time_s is not None and not (has_film and 0 <= time_s < 3600 * _MAX_H):
+        losses.append(_lost(entry, "has no time in the file, which names no film as long as that"))
         time_s = None
+    if entry.clock_from is None and entry.clock_to is not None:
+        losses.append(_lost(entry, "has the end of a sector only; it is written as its position"))
     row = Row(
         entry=entry,
         distance_m=max(0.0, distance_m),

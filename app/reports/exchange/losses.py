@@ -1,0 +1,78 @@
+"""What exchange formats hold in coarser form than the report, or not at all.
+
+A sentence is there only if this report has what it names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from app.reports.exchange.ascii import one_line
+from app.reports.report import Loss, Report
+from app.rounding import decimals
+from app.services.adjustment import Stated
+
+ONE_LINE = (
+    "Texts stand on one line: line ends and runs of blanks become one, control characters go."
+)
+
+
+def left_out(report: Report, *, is_named: bool = False) -> Loss:
+    """What no exchange format has a place for.
+
+    Args:
+        report: As it is written.
+        is_named: Whether the file has the name of the inspection.
+    """
+    entries = report.entries
+    there = {
+        "the id of the inspection": True,
+        "its name": not is_named and report.name != report.asset,
+        "the size and the checksum of the film": report.source.sha256,
+        "the numbers and frames of the observations, who tagged them and when": entries,
+        "what their distances rest on": any(entry.source for entry in entries),
+        "distances before corrections": any(entry.raw_m is not None for entry in entries),
+        "distances to the far end": any(entry.to_go_m is not None for entry in entries),
+        "points on the wall": any(entry.x_m is not None for entry in entries),
+        "places on the map": any(entry.lon is not None for entry in entries),
+        "checksums of photos": any(entry.photo and entry.photo.sha256 for entry in entries),
+        "the joints": report.joints,
+        "the corrections": report.corrected.stated != Stated(),
+        "the track": len(report.track),
+        "the history": report.events,
+    }
+    named = ", ".join(what for what, is_so in there.items() if is_so)
+    return Loss(f"Only the JSON report has {named}.")
+
+
+def coarser(report: Report) -> list[Loss]:
+    """Figures that are rounded, and texts that come on one line."""
+    entries = [entry for entry in report.entries if entry.distance_m is not None]
+    steps = []
+    if any(_is_rounded(entry.distance_m) for entry in entries):
+        steps.append("distances to 10 mm")
+    if any(_is_rounded(entry.u95_m) for entry in entries):
+        steps.append("intervals up to 10 mm")
+    if any(entry.time_s and entry.time_s % 1 for entry in entries):
+        steps.append("times in the film down to seconds")
+    losses = [Loss(f"The file has {', '.join(steps)}.")] if steps else []
+    if any(one_line(text) != text for text in _texts(report)):
+        losses.append(Loss(ONE_LINE))
+    return losses
+
+
+def transliterated(report: Report) -> list[Loss]:
+    """Where a file is plain ASCII and the report is not."""
+    names = [report.source.filename, *(e.photo.name for e in report.entries if e.photo)]
+    if all(text.isascii() for text in (*names, *_texts(report))):
+        return []
+    return [Loss("The file is plain ASCII: other letters are transliterated.")]
+
+
+def _is_rounded(value_m: float | None) -> bool:
+    return value_m is not None and decimals(value_m, 2) + "0" != decimals(value_m, 3)
+
+
+def _texts(report: Report) -> Iterable[str]:
+    yield from (entry.remark for entry in report.entries if entry.remark)
+    yield from (value for value in report.header.values() if isinstance(value, str))
