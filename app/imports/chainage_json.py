@@ -29,6 +29,7 @@ from pydantic_core import ErrorDetails
 
 from app.catalogue.header import faults
 from app.errors import InvalidImport
+from app.imports.survey import LONGEST_REMARK, LONGEST_TEXT
 from app.services.adjustment import Stated
 from vo_core import Rig, Track
 from vo_core.errors import InvalidRig, RigVideoMismatch
@@ -212,7 +213,7 @@ _ObservationId = Annotated[
 ]
 _EXACT = Field(ge=1 - 2**53, le=2**53 - 1)
 _HeaderValue = (
-    Annotated[str, StringConstraints(max_length=2000, pattern=_TEXT)]
+    Annotated[str, StringConstraints(max_length=LONGEST_TEXT, pattern=_TEXT)]
     | Annotated[int, _EXACT]
     | Annotated[float, _EXACT]
     | bool
@@ -340,6 +341,9 @@ class _Entered(_Whole):
 class _EnteredOrImported(_Entered):
     """With what only the file of an imported survey states."""
 
+    remark: Annotated[str, StringConstraints(max_length=LONGEST_REMARK, pattern=_TEXT)] | None = (
+        None
+    )
     at_joint: bool | None = None
     photo_name: Annotated[str, StringConstraints(max_length=255, pattern=_LINE)] | None = None
 

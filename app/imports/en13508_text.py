@@ -38,6 +38,7 @@ _LIST = re.compile(r"#B0*([0-9]{1,2})=")
 _LONGEST_LINE = 100_000
 """What is behind is not read; the reader of CSV takes cells of 131 072 characters."""
 _START, _END, _ABANDONED = "BCD", "BCE", "BDC"
+_OTHER = "Z"
 
 _TEXTS: Mapping[str, str] = {
     "AAA": "asset_id", "AAB": "start_node", "AAJ": "location_text", "AAM": "client",
@@ -223,7 +224,8 @@ def _survey(block: _Block, form: _Form, room: int) -> ImportedSurvey:
     codes = {observation.code for observation in observations}
     if codes & {_END, _ABANDONED}:
         header["end_condition"] = "complete" if _END in codes else "abandoned"
-    said = next((it.remark for it in observations if it.code == _ABANDONED and it.remark), None)
+    abandoned = [it.remark for it in observations if it.code == _ABANDONED]
+    said = abandoned[-1] if abandoned else ""
     if header.get("end_condition") == "abandoned" and said:
         header["abandon_reason"] = said
     asset = str(header.get("asset_id") or "")
@@ -270,7 +272,8 @@ def _header(stated: Mapping[str, str], notes: Notes) -> dict[str, str | float | 
             name, meanings = _LETTERS[code]
             meaning = meanings.get(value.upper())
             if meaning is None:
-                notes.add(f"{code} {value!r:.40} is not known; it is kept as {_own(code)}.")
+                if value.upper() != _OTHER:  # the remarks say what
+                    notes.add(f"{code} {value!r:.40} is not known; it is kept as {_own(code)}.")
                 header[_own(code)] = value
             else:
                 header[name] = meaning

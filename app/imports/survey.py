@@ -22,9 +22,10 @@ MOST_OBSERVATIONS = 10_000
 MOST_OF_FILE = 20_000
 """Observations of all surveys of a file."""
 MOST_WARNINGS = 1000
-LONGEST_TEXT = 2000
-"""Of a header field."""
-LONGEST_REMARK = 4000
+LONGEST_TEXT = 20_000
+"""Of a header field, as in the API."""
+LONGEST_REMARK = 40_000
+"""Ten times what the API takes: an export adds to it, and spells other letters in Latin ones."""
 LONGEST_PHOTO_NAME = 255
 _MOST_HEADER_FIELDS = 100
 _MOST_M = 100_000.0

@@ -31,7 +31,8 @@ def _known_fields_fit(header: dict[str, Any]) -> dict[str, Any]:
 
 
 HeaderName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,49}$")]
-HeaderText = Annotated[str, StringConstraints(max_length=2000, pattern=TEXT)]
+HeaderText = Annotated[str, StringConstraints(max_length=20_000, pattern=TEXT)]
+"""Long enough for the remarks of an imported survey, which hold what has no field of its own."""
 _EXACT = Field(ge=1 - 2**53, le=2**53 - 1)
 """Whole numbers that every reader of JSON can hold, browsers too."""
 Header = Annotated[

@@ -121,7 +121,6 @@ def rows_of(report: Report) -> tuple[list[Row], list[Loss]]:
         The rows, and what they do not hold.
     """
     film_name = film(report)
-    reason = abandon_reason(report)
     rows: list[Row] = []
     losses: list[Loss] = []
     for entry in report.entries:
@@ -129,10 +128,13 @@ def rows_of(report: Report) -> tuple[list[Row], list[Loss]]:
             losses.append(_lost(entry, "is not tracked, so it has no distance and is left out"))
             continue
         row, lost = _row(entry, entry.distance_m, has_film=bool(film_name))
-        rows.append(row.because(reason) if row.code == ABANDONED else row)
+        rows.append(row)
         losses += lost
     losses += coarser(report)
     rows.sort(key=lambda row: (row.distance_m, row.entry.time_s or 0.0, row.entry.seq))
+    ends = [index for index, row in enumerate(rows) if row.code == ABANDONED]
+    if ends:
+        rows[ends[-1]] = rows[ends[-1]].because(abandon_reason(report))
     return _start_first_end_last(rows, losses), losses
 
 

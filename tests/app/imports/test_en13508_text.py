@@ -237,10 +237,25 @@ def test_export_import_export_of_anything_is_the_same_file(made: Report) -> None
 
 
 def test_a_remark_that_is_too_long_is_cut_with_a_warning() -> None:
-    text = f"#B01=AAA;ADE\nC1;{'h' * 2500}\n#C=I;A;F\n1;BDB;{'r' * 4500}\n2;BDB;{'s' * 3000}\n#Z\n"
-    (survey,) = read(text.encode()).surveys
-    assert [len(row.fields()["remark"]) for row in survey.observations] == [4000, 3000]
+    columns = f"#C=I;A;F\n1;BDB;{'r' * 40_500}\n2;BDB;{'s' * 30_000}\n#Z\n"
+    (survey,) = read(f"#B01=AAA;ADE\nC1;{'h' * 20_500}\n{columns}".encode()).surveys
+    assert [len(row.fields()["remark"]) for row in survey.observations] == [40_000, 30_000]
     assert [str(caveat) for caveat in survey.warnings] == [
-        "Line 4: The remark has 4500 characters; the first 4000 are kept.",
-        "Of the header field remarks 2000 characters are kept, not more.",
+        "Line 4: The remark has 40500 characters; the first 40000 are kept.",
+        "Of the header field remarks 20000 characters are kept, not more.",
     ]
+
+
+@pytest.mark.parametrize("letter", ["x", "ö", "钢", "🕳"])
+def test_the_longest_remarks_of_the_api_come_back(letter: str) -> None:
+    made = report(
+        observations=[
+            {"distance_m": 3.0, "code": "BDB", "remark": 4000 * letter, "severity": 3},
+            {"distance_m": 4.0, "code": "BDC", "char1": "A", "remark": "silt"},
+        ],
+        header={**HEADER, "remarks": 2000 * letter, "end_condition": "abandoned",
+                "abandon_reason": 1000 * letter, "shape": "rectangular", "width_mm": 1500},
+    )  # fmt: skip
+    (survey,) = read(en13508.write(made).content).surveys
+    assert survey.warnings == ()
+    assert_comes_back(made)
