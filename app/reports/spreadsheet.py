@@ -62,7 +62,7 @@ _ABOUT = (
 
 Row = Sequence[Cell]
 
-_JSON_ONLY = Loss("The track and the whole history are in the JSON report only.")
+_JSON_ONLY = Loss("The rig, the track and the whole history are in the JSON report only.")
 
 
 def write(report: Report) -> Written:

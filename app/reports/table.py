@@ -83,7 +83,7 @@ def write(report: Report) -> Written:
     losses = [
         Loss(
             "The table holds the observations only: the header, the joints and the corrections "
-            "are in the XLSX and the JSON report, the track and the history in the JSON report."
+            "are in the XLSX and the JSON report, rig, track and history in the JSON report."
         )
     ]
     found = rows(report)

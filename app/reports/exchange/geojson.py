@@ -59,7 +59,7 @@ def write(report: Report) -> Written:
     losses.append(Loss("The culvert is drawn as the straight line between its ends."))
     losses.append(
         Loss(
-            "The joints and the corrections are in the XLSX and the JSON report, the track and the "
+            "The joints and the corrections are in the XLSX and the JSON report, rig, track and "
             "history in the JSON report only."
         )
     )
@@ -102,12 +102,15 @@ def _place(report: Report, fields: Fields) -> Place:
 
 def _run(report: Report, fields: Fields, place: Place, along: Mapping[str, Any]) -> dict[str, Any]:
     run_m = length_m(report, fields) or 0.0
-    header = {one_line(str(name)): _legible(value) for name, value in report.header.items()}
     surveyed: dict[str, Any] = {"surveyed_m": report.distance_m, "surveyed_u95_m": report.u95_m}
     met = report.adjusted.distance_class() if report.adjusted else None
     if met is not None:
         surveyed["distance_class"] = f"{met.percent:g} %" if met.percent else "not met"
-    properties = {**header, "kind": "run", **along, "length_m": run_m, **surveyed}
+    own = {"kind": "run", **along, "length_m": run_m, **surveyed}
+    header = {one_line(str(name)): _legible(value) for name, value in report.header.items()}
+    header.pop("asset_id", None)
+    stated = {f"header_{name}" if name in own else name: it for name, it in header.items()}
+    properties = {**stated, **own}
     line = {"type": "LineString", "coordinates": [place(0.0), place(run_m)]}
     return _feature("run", line, properties)
 

@@ -38,7 +38,7 @@ def left_out(report: Report, *, is_named: bool = False) -> Loss:
         "checksums of photos": any(entry.photo and entry.photo.sha256 for entry in entries),
         "the joints": report.joints,
         "the corrections": report.corrected.stated != Stated(),
-        "the track": len(report.track),
+        "the rig and the track": True,
         "the history": report.events,
     }
     named = ", ".join(what for what, is_so in there.items() if is_so)

@@ -17,6 +17,7 @@ from app.imports import any_file
 from app.reports.exchange import en13508
 from app.services.file_reader import FileReader
 from app.services.videos import NO_FILM
+from app.storage.backup import back_up
 
 
 def exported(client: Client, inspection_id: str) -> Any:
@@ -122,6 +123,12 @@ def test_the_photo_of_an_import_goes_when_its_tag_moves(shared: Client, run: str
     for frame in (tag["fields"]["frame"] + 1, tag["fields"]["frame"]):
         shared.tag(back, tag["id"], **{**tag["fields"], "frame": frame})
         assert exported(shared, back)["tags"][-1]["photo_sha256"] is None
+
+
+def test_a_backup_does_not_miss_what_is_elsewhere(shared: Client, run: str, tmp_path: Path) -> None:
+    imported(shared, json.dumps(exported(shared, run)).encode())
+    summary = back_up(shared.data, tmp_path / "all.zip", lambda done, total: None)
+    assert summary.missing == ()
 
 
 def test_a_survey_of_another_program_comes_back_too(shared: Client) -> None:

@@ -178,3 +178,12 @@ def test_a_photo_that_is_elsewhere_is_named_and_no_page_is_left_for_it(tmp_path:
     made = report(None, [FULL])
     assert "CUL-0041-001.jpg" not in FORMATS["html"].write(made).content.decode()
     assert FORMATS["pdf"].write(made).content.startswith(b"%PDF")
+
+
+def test_a_header_field_of_another_program_does_not_hide_on_the_map() -> None:
+    header = {**HEADER, "kind": "brick egg", "length_m": 3.0}
+    content = json.loads(FORMATS["geojson"].write(report(header=header)).content)
+    run = content["features"][0]["properties"]
+    assert (run["kind"], run["header_kind"]) == ("run", "brick egg")
+    assert (run["length_m"], run["header_length_m"]) == (24.6, 3.0)
+    assert run["asset_id"] == HEADER["asset_id"]
