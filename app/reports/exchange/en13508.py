@@ -27,6 +27,7 @@ from app.reports.exchange.survey import (
     joined,
     names_of,
     plain_number,
+    renamed,
     rows_of,
     standard_of,
     unit_length_m,
@@ -65,7 +66,12 @@ def write(report: Report) -> Written:
         *(_line(_values(row, names)) for row in rows),
         "#Z",
     ]
-    losses += [*transliterated(report), left_out(report), *fields.losses(_FORMAT)]
+    losses += [
+        *transliterated(report),
+        *renamed(report, film_in_ascii(report)),
+        left_out(report),
+        *fields.losses(_FORMAT),
+    ]
     return Written("".join(f"{line}\r\n" for line in lines).encode("ascii"), tuple(losses))
 
 

@@ -29,6 +29,7 @@ from app.reports.exchange.survey import (
     length_m,
     names_of,
     plain_number,
+    renamed,
     rows_of,
     standard_of,
     unit_length_m,
@@ -75,7 +76,11 @@ def write(report: Report) -> Written:
     losses += road_losses + _master_data(collectives, pipe)
     losses += _survey(collectives, pipe, rows)
     is_named = not fields.text("job_ref")
-    losses += [left_out(report, is_named=is_named), *fields.losses(_FORMAT)]
+    losses += [
+        *renamed(report, film(report)),
+        left_out(report, is_named=is_named),
+        *fields.losses(_FORMAT),
+    ]
     declaration = '<?xml version="1.0" encoding="ISO-8859-1" standalone="yes"?>'
     return Written(to_bytes(root, declaration, "iso-8859-1"), tuple(losses))
 

@@ -28,6 +28,7 @@ from app.reports.exchange.survey import (
     length_m,
     names_of,
     plain_number,
+    renamed,
     rows_of,
     standard_of,
     unit_length_m,
@@ -75,7 +76,7 @@ def write(report: Report) -> Written:
             losses.append(about(row, "lies beyond what DWA-M 150 can hold and is left out"))
         else:
             children(child(run, "HZ"), _row(row, losses))
-    losses += [left_out(report), *fields.losses(_FORMAT)]
+    losses += [*renamed(report, film(report)), left_out(report), *fields.losses(_FORMAT)]
     declaration = '<?xml version="1.0" encoding="ISO-8859-1" standalone="no"?>'
     return Written(to_bytes(root, declaration, "iso-8859-1"), tuple(losses))
 

@@ -326,6 +326,18 @@ def film_in_ascii(report: Report) -> str:
     return ascii_file_name(name) if name else ""
 
 
+def renamed(report: Report, name: str) -> list[Loss]:
+    """Where the file calls the film by this name, and it has another one."""
+    stated = {
+        "upload": report.source.filename,
+        "import": str(report.header.get("video_files") or ""),
+    }.get(report.source.kind, "")
+    own = one_line(PurePath(stated.replace("\\", "/")).name)
+    if not name or own in ("", name):
+        return []
+    return [Loss(f"The film {own} is called {name} in the file.")]
+
+
 def _film_names(stated: str) -> list[str]:
     return [name for part in re.split(r"[,;|]", stated) if (name := _film_name(part))]
 

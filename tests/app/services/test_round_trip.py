@@ -167,7 +167,7 @@ HEADERS = st.fixed_dictionaries(
 
 
 @settings(
-    max_examples=8, deadline=None, database=None,
+    max_examples=15, deadline=None, database=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )  # fmt: skip
 @given(data=st.data())
@@ -175,11 +175,15 @@ def test_anything_that_was_stated_comes_back(
     shared: Client, whole: Any, data: st.DataObject
 ) -> None:
     content = json.loads(json.dumps(whole))
-    stated, fields = data.draw(HEADERS), data.draw(st.lists(FIELDS, max_size=5))
+    fields = data.draw(st.lists(FIELDS, max_size=5))
     content["inspection"] |= {
-        "id": uuid.UUID(int=data.draw(st.integers(0, 2**128 - 1))).hex,
+        "id": uuid.uuid4().hex,
         "name": data.draw(NAMES.filter(bool)),
-        "header": stated,
+        "header": data.draw(HEADERS),
+        "status": data.draw(st.sampled_from(["done", "failed", "cancelled"])),
+        "revision": data.draw(st.integers(0, 9)),
+        "warning": data.draw(TEXTS),
+        "error": data.draw(TEXTS),
     }
     content["tags"] = [
         {
@@ -195,9 +199,10 @@ def test_anything_that_was_stated_comes_back(
         if one.get("photo_name"):  # another program's photo, which nobody has seen
             tag["photo_sha256"] = None
     assert first["tags"] == content["tags"]
-    for part in ("events", "track", "health", "sightings", "mount_tilt"):
+    for part in ("inspection", "events", "track", "health", "sightings", "mount_tilt"):
         assert first[part] == content[part], part
-    assert first["inspection"]["header"] == stated
+    again = exported(shared, imported(shared, json.dumps(first).encode()))
+    assert but_for_ids(again) == but_for_ids(first)
 
 
 @pytest.fixture

@@ -187,3 +187,11 @@ def test_a_header_field_of_another_program_does_not_hide_on_the_map() -> None:
     assert (run["kind"], run["header_kind"]) == ("run", "brick egg")
     assert (run["length_m"], run["header_length_m"]) == (24.6, 3.0)
     assert run["asset_id"] == HEADER["asset_id"]
+
+
+@pytest.mark.parametrize("kind", ["en13508", "ribx", "isybau", "m150"])
+def test_another_name_of_the_film_is_told(kind: str) -> None:
+    source = replace(report().source, filename="Bach 7 (left).mp4")
+    _, losses = written(kind, replace(report(), source=source))
+    assert "The film Bach 7 (left).mp4 is called Bach_7_left_.mp4 in the file." in losses
+    assert "The film" not in written(kind, report())[1]
