@@ -52,22 +52,25 @@ _NUMBERS: Mapping[str, str] = {
 _MATERIALS: Mapping[str, str] = {
     "AA": "asbestos cement", "AD": "brick", "AE": "clay", "AG": "concrete",
     "AH": "reinforced concrete", "AI": "sprayed concrete", "AJ": "concrete segments",
-    "AK": "fibre cement", "AL": "fibre plastics", "AM": "cast iron", "AN": "cast iron",
-    "AO": "cast iron", "AP": "steel", "AR": "masonry", "AS": "masonry",
+    "AK": "fibre cement", "AL": "fibre plastics", "AM": "cast iron", "AN": "grey cast iron",
+    "AO": "ductile iron", "AP": "steel", "AR": "masonry", "AS": "masonry",
     "AV": "polyethylene", "AW": "polypropylene", "AX": "PVC-U", "AZ": "unknown",
     "Z": "other",
 }  # fmt: skip
 """ACD and ACF."""
 _LETTERS: Mapping[str, tuple[str, Mapping[str, str | bool]]] = {
-    "AAK": ("direction", {"A": "with_flow", "B": "against_flow"}),
-    "ABE": ("method", {"B": "camera"}),
+    "AAK": ("direction", {"A": "with_flow", "B": "against_flow", "C": "unknown"}),
+    "ABE": ("method", {"A": "walk_through", "B": "camera", "C": "from_end_only"}),
     "ABP": (
         "purpose",
         {"A": "acceptance", "B": "end_of_warranty", "C": "routine", "G": "after_repair"},
     ),
     "ABC": (
         "reference_point",
-        {"A": "centre of the start manhole", "B": "inner face of the wall at the start"},
+        {
+            "A": "inner face of the wall at the start", "B": "crown of the pipe at the start",
+            "C": "centre of the start manhole", "D": "half way along the channel at the start",
+        },
     ),
     "ACA": (
         "shape",

@@ -1,7 +1,7 @@
 """What the header says in words, in the letters and numbers of other programs.
 
-The letters of EN 13508-2 are those that public files were seen to hold; where none is known for
-certain, it is Z (other) with the words beside it.
+The letters of EN 13508-2 are those of its Annex C, as public programs list them; where none fits,
+it is Z (other) with the words beside it.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 OTHER = "Z"
 
-DIRECTIONS_EN: Mapping[str, str] = {"with_flow": "A", "against_flow": "B"}
+DIRECTIONS_EN: Mapping[str, str] = {"with_flow": "A", "against_flow": "B", "unknown": "C"}
 DIRECTIONS_ISYBAU: Mapping[str, str] = {"with_flow": "O", "against_flow": "U"}
 DIRECTIONS_M150: Mapping[str, str] = {"with_flow": "I", "against_flow": "G"}
 
@@ -25,7 +25,7 @@ SHAPES_ISYBAU: Mapping[str, str] = {"circular": "0", "egg": "1", "rectangular": 
 SHAPES_M150: Mapping[str, str] = {"circular": "0"}
 """HG305; only the circle is known."""
 
-METHODS_EN: Mapping[str, str] = {"camera": "B", "walk_through": OTHER, "from_end_only": OTHER}
+METHODS_EN: Mapping[str, str] = {"walk_through": "A", "camera": "B", "from_end_only": "C"}
 METHODS_ISYBAU: Mapping[str, str] = {"camera": "0", "walk_through": "1", "from_end_only": "2"}
 """U108."""
 
@@ -95,8 +95,9 @@ _MATERIALS: _Words = (
     (r"brick|\bbata\b", Meaning("AD", "MA")),
     (r"masonry|stone\b|batu\b", Meaning(OTHER, "MA")),
     (r"clay|stoneware|vitrified|tanah liat", Meaning("AE", "STZ")),
-    (r"ductile", Meaning(OTHER, "GGG")),
-    (r"cast iron", Meaning(OTHER, "GG")),
+    (r"ductile", Meaning("AO", "GGG")),
+    (r"gr[ea]y (cast )?iron", Meaning("AN", "GG")),
+    (r"cast iron", Meaning("AM", "GG")),
     (r"steel|keluli|corrugated metal|\bcmp\b", Meaning("AP", "ST")),
     (r"hdpe", Meaning("AV", "PEHD")),
     (r"polyethylene|\bpe\b", Meaning("AV", "PE")),
@@ -139,10 +140,10 @@ _REASONS: tuple[tuple[str, str], ...] = (
 NOT_REACHED = "GN"
 """The far side was not."""
 _REFERENCE_POINTS: _Words = (
-    (r"cent(re|er).*(manhole|chamber|shaft)", Meaning("A", "1")),
-    (r"inner (face|wall)|headwall|inside face", Meaning("B", "2")),
-    (r"(crown|end) of (the )?pipe|pipe end", Meaning(OTHER, "3")),
-    (r"half ?way", Meaning(OTHER, "4")),
+    (r"cent(re|er).*(manhole|chamber|shaft)", Meaning("C", "1")),
+    (r"inner (face|wall)|headwall|inside face", Meaning("A", "2")),
+    (r"(crown|end) of (the )?pipe|pipe end", Meaning("B", "3")),
+    (r"half ?way", Meaning("D", "4")),
 )
 """ABC; U105."""
 

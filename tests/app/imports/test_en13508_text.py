@@ -57,7 +57,7 @@ def test_a_file_of_another_program_is_read_field_by_field() -> None:
         "asset_id": "3", "start_node": "8", "end_node": "7", "direction": "against_flow",
         "date": "2007-07-19", "time": "09:05", "operator": 'Clean, Mr. "X"', "height_mm": 400.0,
         "width_mm": 400.0, "expected_length_m": 49.1, "standard": "EN 13508-2:2003+A1:2011",
-        "reference_point": "centre of the start manhole", "end_condition": "complete",
+        "reference_point": "inner face of the wall at the start", "end_condition": "complete",
         "en13508_aea": "odd",
     }  # fmt: skip
     start, crack, offset, roots, _ = survey.observations

@@ -88,7 +88,7 @@ def test_en13508_has_the_header_of_the_published_example() -> None:
     stated = {name: value for name, value in read.header.items() if value}
     assert stated == {
         "AAA": "CUL-0041", "AAB": "HW-UP", "AAD": "HW-UP", "AAF": "HW-DN", "AAK": "A",
-        "AAM": "Road authority", "ABA": "EN 13508-2:2003+A1:2011", "ABC": "B", "ABE": "B",
+        "AAM": "Road authority", "ABA": "EN 13508-2:2003+A1:2011", "ABC": "A", "ABE": "B",
         "ABF": "2026-09-14", "ABG": "09:42", "ABH": "Operator 1", "ABI": "JOB-77", "ABM": "A",
         "ABQ": "24.6", "ABS": "CUL-0041_20260914_0942.mp4", "ACA": "A", "ACB": "900",
         "ACC": "900", "ACD": "AG", "ACG": "1.5", "AAE": "51.4525000 9.0000000",
@@ -409,7 +409,7 @@ EVERY_FIELD: Mapping[str, Any] = {
 TELLS = {
     "direction": {"B", "U", "G"}, "shape": {"B", "3", "shape: rectangular"},
     "cleaned": {"A", "1", "J"}, "tether": {"tether: yes"}, "road_chainage": {"12+340"},
-    "purpose": {"1", "purpose: first_survey"}, "method": {"1", "method: walk_through"},
+    "purpose": {"1", "purpose: first_survey"}, "method": {"A", "1", "method: walk_through"},
     "start_lat": {"51.4525000 9.0000000", "500000.000"}, "time": {"09:42", "09:42:00"},
     "end_lon": {"51.4525000 9.0003541", "500024.6"}, "asset_type": {"asset type: drain"},
     "standard": {"EN 13508-2", "EN13508", "8"}, "end_condition": {"BDC", "survey abandoned"},
@@ -460,6 +460,38 @@ def test_lists_of_the_standard_hold_letters_and_words_stand_beside_them(kind: st
     assert "temperature: 12.5" in read.header["ADE"]
     other, _ = write(kind, report(header=EVERY_FIELD))
     assert [other.header[code] for code in ("ABP", "ADC", "ACE")] == ["Z", "Z", "Z"]
+
+
+@pytest.mark.parametrize("kind", ["en13508", "ribx"])
+@pytest.mark.parametrize(
+    ("code", "field", "meanings"),
+    [
+        ("AAK", "direction", {"with_flow": "A", "against_flow": "B", "unknown": "C"}),
+        ("ABC", "reference_point", {
+            "inner face of the headwall": "A", "crown of the pipe": "B",
+            "centre of the manhole": "C", "half way along the channel": "D", "fence": "Z"}),
+        ("ABE", "method", {"walk_through": "A", "camera": "B", "from_end_only": "C"}),
+        ("ABP", "purpose", {
+            "acceptance": "A", "end_of_warranty": "B", "routine": "C", "after_repair": "G",
+            "follow_up": "Z"}),
+        ("ACD", "material", {"cast iron": "AM", "grey cast iron": "AN", "ductile iron": "AO"}),
+        ("ACE", "lining_type", {
+            "factory": "A", "sprayed": "B", "cured in place": "C", "segments": "D",
+            "discrete pipes": "E", "continuous pipe": "F", "close fit": "G", "spiral": "H"}),
+        ("ACK", "asset_type", {
+            "foul": "A", "storm": "B", "combined": "C", "culvert": "E", "drain": "Z"}),
+        ("ACM", "cleaned", {True: "A", False: "B"}),
+        ("ADA", "weather", {"dry": "A", "rain": "B", "snow": "C"}),
+        ("ADB", "temperature_c", {12.5: "A", -3: "B"}),
+        ("ADC", "flow_control", {"none": "A", "upstream shut": "B", "partly": "C", "x": "Z"}),
+    ],
+)  # fmt: skip
+def test_letters_are_those_of_the_standard(
+    kind: str, code: str, field: str, meanings: Mapping[Any, str]
+) -> None:
+    for value, letter in meanings.items():
+        read, _ = write(kind, report(header={**HEADER, field: value}, observations=[]))
+        assert read.header[code] == letter, value
 
 
 @each
