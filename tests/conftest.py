@@ -31,6 +31,8 @@ NOT_WANTED = (
     "DestroyProfileOnBrowserClose", "HttpsFirstBalancedModeAutoEnable", "HttpsUpgrades",
     "LensOverlay", "MediaRouter", "NetworkTimeServiceQuerying", "OptimizationHints", "PaintHolding",
     "PreconnectToSearch", "TcpPortRandomizationWin", "ThirdPartyStoragePartitioning",
+    # A process more for every page, in case another one is opened.
+    "SpareRendererForSitePerProcess",
 )  # fmt: skip
 """Features of Chromium."""
 CHROMIUM_FLAGS = [

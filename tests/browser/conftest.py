@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Page, expect
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, expect
 from steps import Server
 
 # Other workers of the same test run may have both cores.
@@ -26,22 +26,32 @@ WITHOUT_WEBGL = """(() => {
 })()"""
 
 
+@pytest.fixture(scope="module")
+def window(browser: Browser) -> Iterator[BrowserContext]:
+    """One for the tests of a file: the files of the page are loaded once, as by a real user."""
+    context = browser.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
+    context.set_default_timeout(20_000)
+    yield context
+    context.close()
+
+
 @pytest.fixture
-def page(browser: Browser, request: pytest.FixtureRequest) -> Iterator[Page]:
-    """A new browser window; a script error or a violated content policy fails the test.
+def page(window: BrowserContext, request: pytest.FixtureRequest) -> Iterator[Page]:
+    """A page of a visitor who was never here; a script error or a violated policy fails the test.
 
     Without the mark `webgl` it is one that cannot draw in 3D: software takes a core for that.
     """
-    context = browser.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
-    page = context.new_page()
+    page = window.new_page()
     if request.node.get_closest_marker("webgl") is None:
         page.add_init_script(WITHOUT_WEBGL)
-    page.set_default_timeout(20_000)
     faults: list[str] = []
     page.on("pageerror", lambda error: faults.append(str(error)))
     page.on("console", lambda message: faults.extend(_faults_in(message)))
     yield page
-    context.close()
+    for opened in window.pages:
+        opened.close()
+    window.set_offline(False)
+    window.set_storage_state({"cookies": [], "origins": []})
     assert not faults, faults
 
 
