@@ -21,7 +21,7 @@ const TUS = { 'Tus-Resumable': '1.0.0' };
 
 const nameOf = (file) => `${REMEMBERED}${file.name}:${file.size}:${file.lastModified}`;
 
-/** Uploads that were begun in this browser and not yet used: [{url, name, size, refused?}]. */
+/** Uploads that were begun in this browser and not yet used: [{url, name, size, whole?, refused?}]. */
 export function unfinishedUploads() {
   return Object.keys(localStorage)
     .filter((key) => key.startsWith(REMEMBERED))
@@ -81,6 +81,7 @@ export class Upload extends EventTarget {
           await this.#sendPiece();
           failures = 0;
         }
+        this.#remember({ whole: true });
         this.#become('DONE');
       } catch (error) {
         if (error.name === 'AbortError') return;
@@ -121,7 +122,7 @@ export class Upload extends EventTarget {
    */
   async reject({ code, reason }) {
     if (code !== 'unreadable_video') {
-      this.#remember(reason);
+      this.#remember({ refused: reason });
       return;
     }
     const url = this.#url;
@@ -132,8 +133,9 @@ export class Upload extends EventTarget {
     await send('DELETE', url, { headers: TUS, allow: [404, 410] });
   }
 
-  #remember(refused = undefined) {
-    const kept = { url: this.#url, name: this.#file.name, size: this.size, refused };
+  /** @param {{whole?: boolean, refused?: string}} outcome */
+  #remember(outcome = {}) {
+    const kept = { url: this.#url, name: this.#file.name, size: this.size, ...outcome };
     localStorage.setItem(nameOf(this.#file), JSON.stringify(kept));
   }
 

@@ -192,6 +192,9 @@ def test_letters_can_be_switched_off_as_keys(page: Page, server: Server, inspect
     page.get_by_role("button", name="Keys").click()
     expect(keys.locator("kbd", has_text=re.compile("^(T|1|S|[?])$"))).to_have_count(0)
     expect(keys.locator("kbd", has_text="F13")).to_be_visible()
+    page.keyboard.press("Escape")
+    page.get_by_role("tab", name="History").click()
+    expect(page.locator(".history__hint kbd")).to_have_text("Ctrl + Z")
 
 
 def test_a_code_pack_is_imported_chosen_and_deleted(

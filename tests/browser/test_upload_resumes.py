@@ -66,6 +66,13 @@ def test_upload_goes_on_after_the_server_was_killed_and_after_a_reload(
     expect(page.locator(".drop__state")).to_have_text("Uploaded", timeout=60_000)
     assert min(offset for offset in sent if offset >= 0) > 0.3 * PADDING_BYTES
 
+    page.reload()
+    expect(page.get_by_text("no inspection was started")).to_be_visible()
+    sent.clear()
+    file_input.set_input_files(large_video)
+    expect(page.locator(".drop__state")).to_have_text("Uploaded")
+    assert max(sent) < 0  # no piece again
+
     page.locator("rig-form input[type=file]").set_input_files(
         rig_for_clip(large_video.with_name("rig.json"))
     )

@@ -1,6 +1,7 @@
 /** Short help: what to do, in the order of the work. */
 
 import { html } from '../../core/html.js';
+import { isKeyOn } from '../../core/keys.js';
 import { pieces, t } from '../../core/words.js';
 import { openDialog } from '../dialog/dialog.js';
 
@@ -15,5 +16,5 @@ export const showHelp = () =>
         <dt>${t('help.correct')}</dt><dd>${t('help.correct_text')}</dd>
         <dt>${t('help.take')}</dt><dd>${t('help.take_text')}</dd>
       </dl>
-      <p class="dim">${pieces('help.keys', { key: html`<kbd>?</kbd>` })}</p>`,
+      <p class="dim">${pieces('help.keys', { key: isKeyOn('?') ? html`<kbd>?</kbd>` : t('keys.title') })}</p>`,
   });

@@ -44,7 +44,7 @@ class HistoryPanel extends Component {
       this,
       html`<div class="history__head">
           <label class="switch"><input type="checkbox" data-part="only" />${t('history.selected')}</label>
-          <p class="dim history__hint">${pieces('history.undo_hint', { key: html`<kbd>U</kbd>` })}</p>
+          <p class="dim history__hint">${pieces('history.undo_hint', { key: html`<kbd>Ctrl + Z</kbd>` })}</p>
         </div>
         <p class="history__empty dim" role="status" data-part="note"></p>
         <ol data-part="rows" aria-label="${t('history.label')}"></ol>

@@ -382,9 +382,10 @@ class NewInspection extends Component {
 const rememberedOf = (header) =>
   Object.fromEntries(Object.entries(header).filter(([name]) => REMEMBERED_FIELDS.has(name)));
 
-function whatBecameOf({ name, size, refused }) {
+function whatBecameOf({ name, size, whole, refused }) {
   const named = { name: html`<b>${name}</b>`, size: bytes(size) };
-  return refused ? pieces('new.refused', { ...named, reason: refused }) : pieces('new.interrupted', named);
+  if (refused) return pieces('new.refused', { ...named, reason: refused });
+  return whole ? pieces('new.unused', named) : pieces('new.interrupted', named);
 }
 
 const kind = (value, sign, label, isChosen) => html`<label class="new__kind">
