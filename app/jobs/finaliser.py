@@ -13,27 +13,10 @@ from pathlib import Path
 
 import msgspec
 
-from app.jobs import limits
-from app.jobs.confinement import confine
-from app.jobs.failures import failure_of
+from app.jobs import one_request
 from app.jobs.messages import Finalised, FinaliseRequest, Probed, encode
-from app.jobs.process import connection_from_arguments
 
 _PLAYED_IN_MP4 = "h264"
-
-
-def main() -> None:
-    """Do the one request on the pipe, then end."""
-    with connection_from_arguments() as connection:
-        request = msgspec.msgpack.decode(connection.recv_bytes(), type=FinaliseRequest)
-        limits.apply(request.limits)
-        confine(writes=[str(Path(request.recording).parent)])
-        try:
-            _finalise(request, connection)
-        except BrokenPipeError:
-            return  # the server has gone; all this is done again when it is back
-        except Exception as error:
-            connection.send_bytes(encode(failure_of(error)))
 
 
 def _finalise(request: FinaliseRequest, connection: Connection) -> None:
@@ -101,4 +84,4 @@ def _times_ms(path: Path) -> list[int]:
 
 
 if __name__ == "__main__":
-    main()
+    one_request.serve(FinaliseRequest, _finalise)

@@ -8,27 +8,8 @@ from __future__ import annotations
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-import msgspec
-
-from app.jobs import limits
-from app.jobs.confinement import confine
-from app.jobs.failures import failure_of
+from app.jobs import one_request
 from app.jobs.messages import Done, ReopenRequest, encode
-from app.jobs.process import connection_from_arguments
-
-
-def main() -> None:
-    """Do the one request on the pipe, then end."""
-    with connection_from_arguments() as connection:
-        request = msgspec.msgpack.decode(connection.recv_bytes(), type=ReopenRequest)
-        limits.apply(request.limits)
-        confine(writes=[str(Path(request.recording).parent)])
-        try:
-            _reopen(request, connection)
-        except BrokenPipeError:
-            return  # the server has gone; the film is as it was
-        except Exception as error:
-            connection.send_bytes(encode(failure_of(error)))
 
 
 def _reopen(request: ReopenRequest, connection: Connection) -> None:
@@ -53,4 +34,4 @@ def _reopen(request: ReopenRequest, connection: Connection) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    one_request.serve(ReopenRequest, _reopen)
