@@ -299,7 +299,6 @@ class _Drawing:
         self._trail = Trail(scene, section)
         self._pins = Pins(scene, section)
         self._observers = Observers(server, section)
-        self._observers.set_initial(self._culvert.reach_m)
         self._mode: CameraMode = "overview"
         self._wording = Wording()
         self._pose = Estimate(0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, "ok", 0.0)

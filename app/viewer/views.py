@@ -143,7 +143,11 @@ class Observers:
         )
 
     def set_initial(self, reach_m: Reach) -> None:
-        """What a browser shows before its first command arrives; its aspect is not known yet."""
+        """Where a page of its own begins, which gets no commands; its aspect is not known.
+
+        Not for browsers that do get them: viser's client goes to the initial camera some time
+        after it has connected, whatever it was sent in between.
+        """
         view = view_of("overview", self._section, reach_m, reach_m[0], aspect=1.2)
         self._server.initial_camera.position = view.position
         self._server.initial_camera.look_at = view.look_at

@@ -5,13 +5,14 @@ import os
 import stat
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
-from viewer_client import Client, Served, is_sent, make_estimate, make_rig, messages_kept
+from viewer_client import Client, Served, is_sent, late_joiner, make_estimate, make_rig
 from viser._messages import RunJavascriptMessage
 from viser.infra._async_message_buffer import AsyncMessageBuffer
 
@@ -47,6 +48,11 @@ def texts_of(messages: list[dict]) -> set[str]:
 
 def names_of(messages: list[dict]) -> set[str]:
     return {message["name"] for message in messages if message.get("name")}
+
+
+def kind_of(message: dict) -> tuple:
+    """Of the messages of one kind viser keeps the newest."""
+    return message["type"], message.get("name"), *sorted(message.get("updates", ()))
 
 
 def replay(served: Served) -> list[dict]:
@@ -314,7 +320,15 @@ def test_an_hour_of_everything_is_no_more_to_keep_than_a_minute(
             status = ("ok", "weak", "lost")[step % 3]
             served.scene.show_pose(make_estimate(100.0 + step, status=status))
             client.until_robot_says(f"{(100 + step) / 1000:.3f} m")
-        return messages_kept(served.scene)
+        return kept()
+
+    def kept() -> int:
+        """What is replaced during a replay comes after it, so all that waits is drawn first."""
+        with late_joiner(served.scene) as joiner:
+            replayed = Counter(map(kind_of, joiner.replay()))
+            served.scene.show_pose(make_estimate(90.0))
+            rest = {kind_of(message) for message in joiner.until_robot_says("0.090 m")}
+        return (replayed | Counter(rest)).total()
 
     with served.client() as client:
         client.replay()
@@ -391,6 +405,16 @@ def test_camera_moves_with_the_robot(served: Served, mode: CameraMode) -> None:
             served.scene.show_pose(make_estimate(1000 * x_m))
             view = view_of(mode, Section(0.15, 0.15), (0.0, 3.0), x_m, aspect=800 / 600)
             client.until(is_sent_to(view))
+
+
+def test_no_initial_camera_overtakes_the_first_command(served: Served) -> None:
+    """viser's client goes to an initial camera late, also after the command that was to last."""
+    served.scene.set_camera("follow")
+
+    messages = replay(served)
+
+    moves = {"SetCameraPositionMessage", "SetCameraLookAtMessage", "SetCameraUpDirectionMessage"}
+    assert not [m for m in messages if m["type"] in moves]
 
 
 def test_overview_turned_by_hand_is_left_alone(served: Served) -> None:

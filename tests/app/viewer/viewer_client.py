@@ -190,8 +190,9 @@ def decode(frame: Any) -> list[dict[str, Any]]:
     return list(msgspec.msgpack.decode(packed)["messages"])
 
 
-def messages_kept(scene: CulvertScene) -> int:
-    """How many messages a late joiner of this scene gets: what its memory is made of."""
+@contextmanager
+def late_joiner(scene: CulvertScene) -> Iterator[Client]:
+    """A client that connects now, past any pump."""
     with unix_connect(
         str(scene.socket_path),
         "ws://localhost/",
@@ -199,7 +200,16 @@ def messages_kept(scene: CulvertScene) -> int:
         max_size=None,
         compression=None,
     ) as ws:
-        return len(Client(ws).replay())
+        yield Client(ws)
+
+
+def messages_kept(scene: CulvertScene) -> int:
+    """How many messages a late joiner of this scene gets: what its memory is made of.
+
+    Less those that are replaced in just this moment.
+    """
+    with late_joiner(scene) as client:
+        return len(client.replay())
 
 
 def is_sent(message: dict[str, Any]) -> bool:
