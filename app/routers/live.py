@@ -57,6 +57,8 @@ class _Words(msgspec.Struct, tag="words", tag_field="type"):
 
     language: Language
     units: Units
+    late: bool = False
+    """Without the robot's distance, as the page draws seldom."""
 
 
 _Command = _Ack | _Ping | _Show | _Camera | _Select | _Words
@@ -188,8 +190,8 @@ async def _receive(socket: WebSocket, outbox: _Outbox, view: PageView) -> None:
                 view.set_camera(mode)
             case _Select(observation):
                 view.select(observation)
-            case _Words(language, units):
-                await view.set_wording(Wording(language, units))
+            case _Words(language, units, late):
+                await view.set_wording(Wording(language, units, is_late=late))
 
 
 async def _next_command(socket: WebSocket) -> _Command:

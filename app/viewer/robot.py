@@ -44,13 +44,8 @@ class Robot:
         self._frame.position = camera_xyz_m(self._rig, x_m, y_m)
         self._frame.wxyz = yaw_wxyz(np.radians(estimate.yaw_deg))
 
-        note = "" if estimate.status == "ok" else f" · {wording.word(estimate.status)}"
-        # Another program has measured a distance that has neither sigma nor quality.
-        is_told = estimate.sigma_distance_mm == 0 and estimate.quality == 0
-        half_m = half_width_m(estimate.sigma_distance_mm)
-        interval = "" if is_told else f" {wording.interval(half_m)}"
-        distance = wording.distance(metres(estimate.distance_mm), more_decimals=1)
-        self._label.text = f"{distance}{interval}{note}"
+        self._label.visible = not wording.is_late
+        self._label.text = _label_text(estimate, wording)
         raised_m = _LABEL_HEIGHT[mode] * self._section.scale_m
         self._label.position = (x_m, 0.0, self._section.axis_z_m - raised_m)
 
@@ -152,3 +147,13 @@ class Robot:
             cast_shadow=False,
             receive_shadow=False,
         )
+
+
+def _label_text(estimate: Estimate, wording: Wording) -> str:
+    note = "" if estimate.status == "ok" else f" · {wording.word(estimate.status)}"
+    # Another program has measured a distance that has neither sigma nor quality.
+    is_imported = estimate.sigma_distance_mm == 0 and estimate.quality == 0
+    half_m = half_width_m(estimate.sigma_distance_mm)
+    interval = "" if is_imported else f" {wording.interval(half_m)}"
+    distance = wording.distance(metres(estimate.distance_mm), more_decimals=1)
+    return f"{distance}{interval}{note}"

@@ -39,6 +39,8 @@ class Wording:
 
     language: Language = "en"
     units: Units = "m"
+    is_late: bool = False
+    """Whether the page draws seldom, so that its own read-out is seconds ahead of the robot."""
 
     def word(self, name: str) -> str:
         """`joint`, `expected`, `to`, `weak` or `lost` in the language."""

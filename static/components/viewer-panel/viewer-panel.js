@@ -20,6 +20,8 @@ class ViewerPanel extends Component {
   bound = [];
 
   #mode;
+  /** Whether software draws the view, so that it is drawn seldom while a camera runs. */
+  #isSlow = false;
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
@@ -27,11 +29,12 @@ class ViewerPanel extends Component {
     this.setAttribute('aria-label', t('viewer.title'));
     const { id } = this.desk.inspection;
     const gl = document.createElement('canvas').getContext('webgl2');
-    const size = gl && this.#isLive && isSlow(gl) ? `&fixedDpr=${devicePixelRatio / 2}` : '';
+    this.#isSlow = gl !== null && isSlow(gl);
+    const size = this.#isLate ? `&fixedDpr=${devicePixelRatio / 2}` : '';
     this.parts = render(
       this,
       html`<div class="viewer__head">
-          <h2>${t('viewer.title')}</h2>
+          <h2>${t('viewer.title')} <small class="dim" data-part="late" title="${t('viewer.late_help')}">${t('viewer.late')}</small></h2>
           <div class="viewer__cameras" role="group" aria-label="${t('viewer.cameras')}">
             ${CAMERAS.map(([mode, label, title]) => html`<button class="button button--small" data-mode="${mode}"
               aria-pressed="false" title="${title}">${label}</button>`)}
@@ -50,16 +53,29 @@ class ViewerPanel extends Component {
     if (gl) {
       this.listen(this.parts.frame, 'load', () => this.#briefFrame());
       this.listen(this.desk.inspection, 'change', () => this.#briefFrame());
+      this.listen(this.desk.inspection, 'change', () => this.#showLate());
       this.listen(window, 'message', (event) => this.#hear(event));
     }
     this.listen(this.desk.live, 'state', () => this.#send());
     // What was tagged there is edited here: the keys belong to the page again.
     this.listen(this.desk.live, 'wall_click', () => this.parts.frame?.blur());
+    this.parts.late.hidden = !this.#isLate;
     this.#choose(localStorage.getItem(REMEMBERED) ?? 'follow');
   }
 
   get #isLive() {
     return this.desk.inspection.value.live !== null;
+  }
+
+  get #isLate() {
+    return this.#isSlow && this.#isLive;
+  }
+
+  /** The read-out is seconds ahead: the page says so, and no second distance contradicts it. */
+  #showLate() {
+    if (this.parts.late.hidden !== this.#isLate) return;
+    this.parts.late.hidden = !this.#isLate;
+    this.#send();
   }
 
   /** While a camera runs its picture comes first. */
@@ -86,7 +102,7 @@ class ViewerPanel extends Component {
   }
 
   #send() {
-    this.desk.live.send({ type: 'words', language, units: lengthUnit });
+    this.desk.live.send({ type: 'words', language, units: lengthUnit, late: this.#isLate });
     this.desk.live.send({ type: 'camera', mode: this.#mode });
   }
 }

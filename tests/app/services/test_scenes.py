@@ -15,8 +15,11 @@ from builders import TOKEN, Client, wait_until
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
+from app.rounding import metres
 from app.services import scenes
 from app.services.access import create_token
+from app.services.live import Progress
+from app.services.tracks import estimate_at
 from app.storage.tokens import Role, TokenFile
 
 OURS, THEIRS = "a" * 32, "b" * 32
@@ -188,6 +191,41 @@ def test_labels_are_in_the_language_and_unit_of_the_page(server: Client, clip: P
     with page(server, inspection_id) as live, look(server, inspection_id) as socket:
         command(live, "words", language="ms", units="ft")
         until(socket, lambda m: "robot_label" in str(m) and " ft ± 0.1 ft" in str(m))
+
+
+def test_each_update_stands_on_the_page_and_in_its_view_at_once(server: Client, clip: Path) -> None:
+    """While a film is tracked: nothing of an update waits for the next."""
+    inspection_id = server.tracked(clip)
+    services = server.server.app.state.services
+    track = services.corrections.track(inspection_id)
+    with page(server, inspection_id) as live, look(server, inspection_id) as socket:
+        for frame in (12, 24, 36):
+            estimate = estimate_at(track, frame)
+            services.live.publish(
+                inspection_id, "running", Progress(40, 40, None, None), (estimate,)
+            )
+            until(socket, says(f"'text': '{metres(estimate.distance_mm):.3f} m"))
+            assert distance_mm_of(live, frame) == pytest.approx(estimate.distance_mm)
+
+
+def distance_mm_of(live: ClientConnection, frame: int) -> float:
+    """What the page is sent of this frame."""
+    while True:
+        message = live.recv(20)
+        if isinstance(message, bytes):
+            header = json.loads(message[4 : 4 + int.from_bytes(message[:4], "big")])
+            command(live, "ack", seq=header["seq"])
+            if header["frame"] == frame:
+                return float(header["distance_mm"])
+
+
+def test_a_view_that_is_drawn_seldom_shows_no_distance(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    with page(server, inspection_id) as live, look(server, inspection_id) as socket:
+        command(live, "words", language="en", units="m", late=True)
+        until(socket, lambda m: m.get("name") == "/robot_label" and m.get("visible") is False)
+        command(live, "words", language="en", units="m")
+        until(socket, lambda m: m.get("name") == "/robot_label" and m.get("visible") is True)
 
 
 def test_a_view_that_nobody_looks_at_is_closed(
