@@ -16,6 +16,8 @@ from typing import Literal
 Group = Literal["required", "auto", "more"]
 Kind = Literal["text", "number", "choice", "date", "time", "bool"]
 Value = str | int | float | bool | None
+LONGEST_TEXT = 20_000
+"""Of a field: remarks of an imported survey hold what has no field of its own."""
 
 _TIME = re.compile(r"([01][0-9]|2[0-3]):[0-5][0-9](:[0-5][0-9])?")
 _DATE = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")

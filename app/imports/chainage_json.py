@@ -27,9 +27,9 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails
 
-from app.catalogue.header import faults
+from app.catalogue.header import LONGEST_TEXT, faults
 from app.errors import InvalidImport
-from app.imports.survey import LONGEST_REMARK, LONGEST_TEXT
+from app.imports.survey import LONGEST_REMARK
 from app.services.adjustment import Stated
 from vo_core import Rig, Track
 from vo_core.errors import InvalidRig, RigVideoMismatch

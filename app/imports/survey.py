@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from datetime import date
 from typing import Any
 
-from app.catalogue.header import FIELDS, faults
+from app.catalogue.header import FIELDS, LONGEST_TEXT, faults
 
 MOST_SURVEYS = 200
 MOST_OBSERVATIONS = 10_000
@@ -22,8 +22,6 @@ MOST_OBSERVATIONS = 10_000
 MOST_OF_FILE = 20_000
 """Observations of all surveys of a file."""
 MOST_WARNINGS = 1000
-LONGEST_TEXT = 20_000
-"""Of a header field, as in the API."""
 LONGEST_REMARK = 40_000
 """Ten times what the API takes: an export adds to it, and spells other letters in Latin ones."""
 LONGEST_PHOTO_NAME = 255

@@ -13,9 +13,9 @@ from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
 
+from app.catalogue.header import LONGEST_TEXT
 from app.errors import InvalidImport
 from app.imports.survey import (
-    LONGEST_TEXT,
     MOST_OBSERVATIONS,
     MOST_OF_FILE,
     MOST_SURVEYS,

@@ -80,7 +80,7 @@ def _packed(value: object) -> object:
         return value.model_dump(mode="json")
     if isinstance(value, np.ndarray):
         return (value.astype(_STATUS) if value.dtype.kind == "U" else value).tobytes()
-    raise NotImplementedError(type(value))
+    raise NotImplementedError(f"A {type(value).__name__} has no form on the wire.")
 
 
 def _unpacked(kind: type, value: Any) -> object:

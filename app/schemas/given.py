@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
 
-from app.catalogue.header import faults
+from app.catalogue.header import LONGEST_TEXT, faults
 
 
 class Given(BaseModel):
@@ -31,8 +31,7 @@ def _known_fields_fit(header: dict[str, Any]) -> dict[str, Any]:
 
 
 HeaderName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,49}$")]
-HeaderText = Annotated[str, StringConstraints(max_length=20_000, pattern=TEXT)]
-"""Long enough for the remarks of an imported survey, which hold what has no field of its own."""
+HeaderText = Annotated[str, StringConstraints(max_length=LONGEST_TEXT, pattern=TEXT)]
 _EXACT = Field(ge=1 - 2**53, le=2**53 - 1)
 """Whole numbers that every reader of JSON can hold, browsers too."""
 Header = Annotated[

@@ -66,12 +66,7 @@ def write(report: Report) -> Written:
         *(_line(_values(row, names)) for row in rows),
         "#Z",
     ]
-    losses += [
-        *transliterated(report),
-        *renamed(report, film_in_ascii(report)),
-        left_out(report),
-        *fields.losses(_FORMAT),
-    ]
+    losses += [*losses_in_ascii(report), *fields.losses(_FORMAT)]
     return Written("".join(f"{line}\r\n" for line in lines).encode("ascii"), tuple(losses))
 
 
@@ -93,6 +88,15 @@ def _kept_codes(report: Report, fields: Fields, header: Mapping[str, str]) -> di
         if found and is_free and (text := transliterate(fields.text(name))):
             kept[code] = text
     return kept
+
+
+def losses_in_ascii(report: Report) -> list[Loss]:
+    """What a file of plain ASCII does not hold, besides header fields and rows."""
+    return [
+        *transliterated(report),
+        *renamed(report, film_in_ascii(report)),
+        left_out(report),
+    ]
 
 
 def header_fields(

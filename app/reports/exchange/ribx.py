@@ -8,10 +8,9 @@ from xml.etree.ElementTree import Element
 from app.reports.exchange import lists
 from app.reports.exchange.ascii import transliterate
 from app.reports.exchange.coordinates import NAMES, ends_of, rd_m
-from app.reports.exchange.en13508 import MADE_OF, columns, header_fields
+from app.reports.exchange.en13508 import MADE_OF, columns, header_fields, losses_in_ascii
 from app.reports.exchange.fields import Fields
-from app.reports.exchange.losses import left_out, transliterated
-from app.reports.exchange.survey import Names, Row, film_in_ascii, names_of, renamed, rows_of
+from app.reports.exchange.survey import Names, Row, film_in_ascii, names_of, rows_of
 from app.reports.exchange.tree import child, children, to_bytes
 from app.reports.report import Loss, Report, Written
 
@@ -39,12 +38,7 @@ def write(report: Report) -> Written:
     name = film_in_ascii(report)
     for row in rows:
         children(child(pipe, "ZC"), _row(row, names, name))
-    losses += [
-        *transliterated(report),
-        *renamed(report, film_in_ascii(report)),
-        left_out(report),
-        *fields.losses(_FORMAT),
-    ]
+    losses += [*losses_in_ascii(report), *fields.losses(_FORMAT)]
     content = to_bytes(root, '<?xml version="1.0" encoding="UTF-8"?>', "ascii")
     return Written(content, tuple(losses))
 

@@ -52,8 +52,10 @@ class ViewerPanel extends Component {
     }
     if (gl) {
       this.listen(this.parts.frame, 'load', () => this.#briefFrame());
-      this.listen(this.desk.inspection, 'change', () => this.#briefFrame());
-      this.listen(this.desk.inspection, 'change', () => this.#showLate());
+      this.listen(this.desk.inspection, 'change', () => {
+        this.#briefFrame();
+        this.#showLate();
+      });
       this.listen(window, 'message', (event) => this.#hear(event));
     }
     this.listen(this.desk.live, 'state', () => this.#send());

@@ -94,9 +94,9 @@ def in_isybau(content):
     ],
 )
 def test_distances_are_the_same(kind, read, within_m):
-    told = read(content_of(kind))
+    reported = read(content_of(kind))
     coded = [entry.distance_m for entry in MADE.entries if entry.code]
-    assert told in (
+    assert reported in (
         pytest.approx(DISTANCES_M, abs=within_m + 1e-9),
         pytest.approx(coded, abs=within_m + 1e-9),  # a code is what the format is about
     )
@@ -213,29 +213,29 @@ READERS = {
 STEP_M = {"en13508": 0.01, "ribx": 0.01, "m150": 0.1, "isybau": 0.01}
 
 
-def assert_row_agrees(kind, row, told):
+def assert_row_agrees(kind, row, reported):
     """One row of an exchange file and the same of the JSON."""
     distance, code, quant1, quant2, clock, until, stretch, joint, _ = (
         row.get(name) or "" for name in NAMES[kind]
     )
-    wanted_m = max(0.0, told["distance_m"])
+    wanted_m = max(0.0, reported["distance_m"])
     assert float(distance) == pytest.approx(wanted_m, abs=STEP_M[kind] / 2 + 1e-9)
     if kind == "m150":
         exact = re.search(r"station ([0-9.]+) m", row["HZ999"])
         assert float(exact[1]) == pytest.approx(wanted_m, abs=0.005 + 1e-9)
-    known = told["code"] if told["code"] in ("BAB", "BAJ", "BCD") else "BDB"
+    known = reported["code"] if reported["code"] in ("BAB", "BAJ", "BCD") else "BDB"
     assert code == known
-    clocks = [hour for hour in (told["clock_from"], told["clock_to"]) if hour is not None]
+    clocks = [hour for hour in (reported["clock_from"], reported["clock_to"]) if hour is not None]
     assert [int(it) for it in (clock, until) if it.strip("0")] == clocks
-    assert int(re.sub(r"\D", "", stretch) or 0) == (told["cont_id"] or 0)
-    assert (joint in ("A", "1")) is bool(told["at_joint"])
+    assert int(re.sub(r"\D", "", stretch) or 0) == (reported["cont_id"] or 0)
+    assert (joint in ("A", "1")) is bool(reported["at_joint"])
     if known in ("BAB", "BAJ"):
         for text, name in ((quant1, "quant1"), (quant2, "quant2")):
             if text:  # what does not fit stands elsewhere, as other tests check
                 within = 0.05 if kind == "m150" else 0.005
-                assert float(text) == pytest.approx(told[name], abs=within + 1e-9)
+                assert float(text) == pytest.approx(reported[name], abs=within + 1e-9)
             elif kind in ("en13508", "ribx"):
-                assert told[name] is None
+                assert reported[name] is None
 
 
 @settings(max_examples=20, deadline=None)
@@ -246,19 +246,21 @@ def test_every_format_of_any_report_agrees_row_by_row(made):
         replace(entry, photo=Photo(f"p-{entry.seq:03d}.jpg", None, None)) for entry in made.entries
     )
     made = replace(made, entries=named)
-    told = {row["photo_file"]: row for row in json.loads(content_of("json", made))["observations"]}
-    assert [row["distance_m"] for row in told.values()] == [it.distance_m for it in named]
+    reported = {
+        row["photo_file"]: row for row in json.loads(content_of("json", made))["observations"]
+    }
+    assert [row["distance_m"] for row in reported.values()] == [it.distance_m for it in named]
     for kind, rows in tables_of(made).items():
-        assert list(rows) == list(told), kind
+        assert list(rows) == list(reported), kind
         for name, row in rows.items():
             for field in ("distance_m", "distance_u95_m", "distance_raw_m", "video_time_s"):
                 found = number(row.get(field))
-                assert found == pytest.approx(told[name][field], abs=0.0005), (kind, field)
+                assert found == pytest.approx(reported[name][field], abs=0.0005), (kind, field)
             for field in ("quant1", "quant2", "clock_from", "clock_to", "severity", "cont_id"):
                 found = number(row.get(field))
-                assert found == pytest.approx(told[name][field], abs=1e-9), (kind, field)
-            assert (row.get("code") or None) == told[name]["code"]
-    tracked = {name: row for name, row in told.items() if row["distance_m"] is not None}
+                assert found == pytest.approx(reported[name][field], abs=1e-9), (kind, field)
+            assert (row.get("code") or None) == reported[name]["code"]
+    tracked = {name: row for name, row in reported.items() if row["distance_m"] is not None}
     for kind, read in READERS.items():
         rows = {row[NAMES[kind][-1]]: row for row in read(content_of(kind, made)).rows}
         assert rows.keys() == tracked.keys(), kind

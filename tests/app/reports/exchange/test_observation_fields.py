@@ -159,7 +159,7 @@ def test_quantities_of_a_remark_are_not_lost(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["en13508", "ribx", "isybau", "m150"])
-def test_half_a_sector_and_a_time_without_a_film_are_told(kind: str) -> None:
+def test_half_a_sector_and_a_time_without_a_film_are_reported(kind: str) -> None:
     half = {**FULL, "clock_from": None, "clock_to": 3}
     source = replace(report().source, kind="live", sha256="")
     (row,), losses = written(kind, replace(report(None, [half]), source=source))
@@ -168,7 +168,7 @@ def test_half_a_sector_and_a_time_without_a_film_are_told(kind: str) -> None:
     assert not re.search(r"00:01:01|00010100", str(row))
 
 
-def test_a_row_without_a_time_is_told_where_one_must_stand() -> None:
+def test_a_row_without_a_time_is_reported_where_one_must_stand() -> None:
     (row,), losses = written("isybau", report(None, [{**FULL, "time_s": None}]))
     assert row["Timecode"] == "00000000"
     assert "Observation 1 has no time in the film; the file says 00:00:00." in losses
@@ -190,7 +190,7 @@ def test_a_header_field_of_another_program_does_not_hide_on_the_map() -> None:
 
 
 @pytest.mark.parametrize("kind", ["en13508", "ribx", "isybau", "m150"])
-def test_another_name_of_the_film_is_told(kind: str) -> None:
+def test_another_name_of_the_film_is_reported(kind: str) -> None:
     source = replace(report().source, filename="Bach 7 (left).mp4")
     _, losses = written(kind, replace(report(), source=source))
     assert "The film Bach 7 (left).mp4 is called Bach_7_left_.mp4 in the file." in losses
