@@ -258,10 +258,13 @@ class InspectionPage extends Component {
   async setZero() {
     const { corrections, playhead, inspection } = this.desk;
     const { frame, row } = playhead.value;
-    if (!row || !corrections.value) {
+    if (!row) {
       this.desk.fault(t('desk.not_tracked'));
       return;
     }
+    // A page that was just opened may not have read yet what is stated.
+    if (!corrections.value) await orToast(() => corrections.load());
+    if (!corrections.value) return;
     const offset = corrections.draft.value.zero?.offset_m ?? inspection.value.header.camera_offset_m ?? 0;
     const zero = { frame, offset_m: offset };
     // With other changes on the way it joins them; alone it is done at once.
