@@ -6,7 +6,9 @@ from typing import Annotated
 from urllib.parse import quote
 
 from fastapi import APIRouter, Path, Response
+from starlette.datastructures import Headers
 from starlette.responses import FileResponse, StreamingResponse
+from starlette.types import Message, Receive, Scope, Send
 
 from app.deps import InspectionId, ServicesDep, viewer
 from app.errors import (
@@ -30,17 +32,38 @@ router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["media"])
 _HEADERS = {"Cache-Control": "private, no-cache", "Content-Security-Policy": "sandbox"}
 
 
+class Film(FileResponse):
+    """A film that may still be recorded: what is added while it is sent is left out."""
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send as many bytes as the header declares."""
+        left, is_open = 0, True
+
+        async def send_declared(message: Message) -> None:
+            nonlocal left, is_open
+            if message["type"] == "http.response.start":
+                left = int(Headers(raw=message["headers"])["content-length"])
+                await send(message)
+            elif is_open:
+                body = message.get("body", b"")[:left]
+                left -= len(body)
+                is_open = message.get("more_body", False) and left > 0
+                await send({**message, "body": body, "more_body": is_open})
+
+        await super().__call__(scope, receive, send_declared)
+
+
 @router.get(
     "/video",
-    response_class=FileResponse,
+    response_class=Film,
     responses=content("video/*", "application/octet-stream")
     | failures(InspectionNotFound, NothingRecorded),
 )
 @viewer
-def video(inspection_id: InspectionId, services: ServicesDep) -> FileResponse:
+def video(inspection_id: InspectionId, services: ServicesDep) -> Film:
     """The original file, also in ranges."""
     inspection = services.inspections.row(inspection_id)
-    return FileResponse(
+    return Film(
         services.inspections.video_path(inspection),
         media_type=inspection.video["media_type"],
         headers=_HEADERS,

@@ -1,5 +1,6 @@
 import copy
 import hashlib
+import os
 import shutil
 from pathlib import Path
 from typing import Any
@@ -185,6 +186,20 @@ def test_the_original_is_served_whole_and_in_ranges(shared: Client, done: str, c
     assert part.headers["Content-Range"] == f"bytes 100-199/{len(content)}"
     beyond = shared.get(path, headers={"Range": f"bytes={len(content)}-"})
     assert_error(beyond, 416, "range_not_satisfiable")
+
+
+@pytest.mark.parametrize(("asked", "size"), [({}, 2**25 + 9), ({"Range": "bytes=5-"}, 2**25 + 4)])
+def test_a_film_that_grows_while_it_is_sent_is_sent_as_it_was(
+    shared: Client, clip: Path, asked: dict[str, str], size: int
+) -> None:
+    inspection_id = shared.tracked(clip)
+    (film,) = (shared.data / "inspections" / inspection_id).glob("video.*")
+    os.truncate(film, 2**25 + 9)  # more than fits into the sockets: the end waits for its reader
+    path = f"/api/inspections/{inspection_id}/video"
+    with shared.stream("GET", path, headers=asked) as sent:
+        with film.open("ab") as recording:
+            recording.write(bytes(2**20))
+        assert len(sent.read()) == int(sent.headers["Content-Length"]) == size
 
 
 @pytest.mark.parametrize("frame", [0, 17, 39])
