@@ -49,6 +49,7 @@ export class Corrections extends Store {
   #path;
   #signal;
   #asking = null;
+  #version = 0;
 
   /**
    * @param {string} inspection
@@ -67,8 +68,14 @@ export class Corrections extends Store {
 
   /** Reads what holds; a draft that was begun is kept and seen against it. */
   async load() {
+    const version = this.#version;
+    const answer = await get(this.#path, this.#signal);
+    if (version !== this.#version) {
+      await this.load(); // something was stated meanwhile: the answer is older than what is shown
+      return;
+    }
     const wasEdited = this.isEdited;
-    this.set(await get(this.#path, this.#signal));
+    this.set(answer);
     if (!wasEdited) this.draft.set(this.value.stated);
     this.#ask();
   }
@@ -95,7 +102,9 @@ export class Corrections extends Store {
    * @param {string|null} remark why, for the history
    */
   async apply(stated, remark) {
-    this.set(await put(this.#path, { ...stated, remark }));
+    const answer = await put(this.#path, { ...stated, remark });
+    this.#version += 1;
+    this.set(answer);
     this.draft.set(this.value.stated);
     this.#ask();
   }

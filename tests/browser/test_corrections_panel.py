@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from builders import half_size
-from playwright.sync_api import Page, Route, expect
+from playwright.sync_api import APIResponse, Page, Route, expect
 from steps import Server, log_in
 from test_accessible import expect_no_fault
 
@@ -134,25 +134,30 @@ def test_zero_is_set_at_the_shown_frame_by_a_key(
 def test_zero_is_set_before_the_page_has_read_what_is_stated(
     page: Page, server: Server, inspection: str
 ) -> None:
-    held: list[Route] = []
+    late: list[tuple[Route, APIResponse]] = []
     is_pressed = False
 
     def hold(route: Route) -> None:
         if is_pressed:
             route.continue_()
         else:
-            held.append(route)
+            late.append((route, route.fetch()))
 
     page.route(f"**/api/inspections/{inspection}/corrections", hold)
-    log_in(page, server, f"/inspections/{inspection}")
+    _open(page, server, inspection, "Corrections")
     expect(page.locator(".readout__distance")).to_contain_text("0.00")
     is_pressed = True
     page.keyboard.press("z")
-    for route in held:
-        route.continue_()
     expect(page.get_by_text("Zero set at frame 0")).to_be_visible()
     expect(page.get_by_text("has no distance yet")).to_be_hidden()
     assert _get(server, inspection, "corrections")["stated"]["zero"]["frame"] == 0
+
+    # What was asked for before says that there is no zero.
+    for route, answer in late:
+        with page.expect_event("requestfinished"):
+            route.fulfill(response=answer)
+    page.evaluate("() => new Promise((done) => setTimeout(done))")
+    expect(page.locator(".zero__evidence img")).to_be_visible()
 
 
 def test_a_joint_can_be_left_out_and_put_back(page: Page, server: Server, inspection: str) -> None:
