@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from clips import numbered_clip, rig_for_clip
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 from steps import TOKEN, Server, log_in
 
 AS_AT_FIRST = {"language": None, "units": "m", "quick_codes": [], "pack": None}
@@ -168,6 +168,28 @@ def test_a_digit_tags_the_code_that_was_put_on_it(
     expect(key).to_have_value("BCC A")
     page.get_by_role("button", name="Usual codes").click()
     expect(key).to_have_value("BAF")
+
+
+def test_a_late_answer_does_not_overwrite_the_next_code_that_is_typed(
+    page: Page, server: Server, inspection: str
+) -> None:
+    log_in(page, server, f"/inspections/{inspection}")
+    open_settings(page)
+    key = page.get_by_role("combobox", name="Key 3")
+    expect(key).to_have_value("BAF")
+    held: list[Route] = []
+    page.route("**/api/me/preferences", lambda route: held.append(route))
+    key.fill("bcc a")
+    key.press("Tab")
+    expect(key).to_have_value("BCC A")
+    key.fill("crac")
+    with page.expect_response("**/api/me/preferences") as answer:
+        held[0].continue_()
+    answer.value.finished()
+    key.press("k")
+    page.evaluate("() => new Promise((next) => requestAnimationFrame(() => setTimeout(next)))")
+    expect(key).to_have_value("crack")
+    page.unroute("**/api/me/preferences")
 
 
 def test_letters_can_be_switched_off_as_keys(page: Page, server: Server, inspection: str) -> None:
