@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -48,6 +49,15 @@ def test_every_style_sheet_is_in_the_shell() -> None:
     shell = (STATIC / "index.html").read_text("utf-8")
     sheets = {f"/static/{path.relative_to(STATIC).as_posix()}" for path in STATIC.rglob("*.css")}
     assert sheets - {"/static/login.css"} == set(re.findall(r'href="([^"]+\.css)"', shell))
+
+
+def test_a_class_has_its_look_from_one_style_sheet() -> None:
+    lone = re.compile(r"(?<!,\n)^ *(\.[a-z][\w-]*) \{", re.MULTILINE)
+    sheets = sorted(STATIC.glob("c*/**/*.css"))
+    homes = [(name, path.name) for path in sheets for name in set(lone.findall(path.read_text()))]
+    counts = Counter(name for name, _ in homes)
+    assert counts
+    assert [home for home in homes if counts[home[0]] > 1] == []
 
 
 def test_rig_form_has_the_fields_and_bounds_of_the_rig_file(page: Page, server: Server) -> None:

@@ -83,16 +83,16 @@ function sketch(offsetM) {
   const [wall, reach] = [78, 64];
   const camera = offsetM === 0 ? wall : wall + Math.sign(offsetM) * reach;
   const shown = `${offsetM > 0 ? '+' : ''}${signed(toShown(offsetM), 2)} ${lengthUnit}`;
-  return html`<svg class="sketch" viewBox="0 0 240 112" role="img" aria-label="${t('corrections.sketch', { offset: shown })}">
-      <path class="sketch__ground" d="M0 22h${wall}M0 92h${wall}" />
-      <path class="sketch__wall" d="M${wall} 4v18h162M${wall} 108V92h162" />
-      <path class="sketch__zero" d="M${wall} 22v70" />
-      <text class="sketch__text" x="${wall + 5}" y="16">0</text>
-      <path class="sketch__camera" d="M${camera - 11} 62h22v16h-22zM${camera + 11} 66l7 -4v16l-7 -4" />
-      <path class="sketch__wheel" d="M${camera - 6} 78v10M${camera + 6} 78v10" />
-      ${offsetM !== 0 && html`<path class="sketch__offset" d="M${wall} 48H${camera}m${-6 * Math.sign(offsetM)} -4l${6 * Math.sign(offsetM)} 4l${-6 * Math.sign(offsetM)} 4" />`}
-      <text class="sketch__text sketch__text--strong" x="${(wall + camera) / 2}" y="40" text-anchor="middle">${shown}</text>
-      <path class="sketch__drive" d="M178 100h44m-7 -4l7 4l-7 4" />
+  return html`<svg class="offset-sketch" viewBox="0 0 240 112" role="img" aria-label="${t('corrections.sketch', { offset: shown })}">
+      <path class="offset-sketch__ground" d="M0 22h${wall}M0 92h${wall}" />
+      <path class="offset-sketch__wall" d="M${wall} 4v18h162M${wall} 108V92h162" />
+      <path class="offset-sketch__zero" d="M${wall} 22v70" />
+      <text class="offset-sketch__text" x="${wall + 5}" y="16">0</text>
+      <path class="offset-sketch__camera" d="M${camera - 11} 62h22v16h-22zM${camera + 11} 66l7 -4v16l-7 -4" />
+      <path class="offset-sketch__wheel" d="M${camera - 6} 78v10M${camera + 6} 78v10" />
+      ${offsetM !== 0 && html`<path class="offset-sketch__offset" d="M${wall} 48H${camera}m${-6 * Math.sign(offsetM)} -4l${6 * Math.sign(offsetM)} 4l${-6 * Math.sign(offsetM)} 4" />`}
+      <text class="offset-sketch__text offset-sketch__text--strong" x="${(wall + camera) / 2}" y="40" text-anchor="middle">${shown}</text>
+      <path class="offset-sketch__drive" d="M178 100h44m-7 -4l7 4l-7 4" />
     </svg>
     <figcaption class="help">${t('corrections.offset_help')}</figcaption>`;
 }
