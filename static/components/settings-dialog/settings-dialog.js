@@ -173,26 +173,20 @@ async function showQuickCodes({ codes }, save, tell) {
   const rows = render(codes, html`${USUAL_CODES.map((_, i) => quickRow(i))}`);
   USUAL_CODES.forEach((usual, i) => {
     const [input, list, label] = ['input', 'list', 'label'].map((part) => rows[`${part}${i}`]);
-    let isTyping = false;
     const show = () => {
-      isTyping = false;
       const { code, char1, char2 } = preferences.value.quick_codes[i] ?? usual;
       input.value = [code, char1, char2].filter(Boolean).join(' ');
       label.textContent = catalogue.has(code)
         ? catalogue.label(code, char1, char2)
         : t('settings.quick_unknown');
     };
-    const choose = async ({ code, char1, char2 }) => {
-      isTyping = false;
+    const choose = ({ code, char1, char2 }) => {
       const chosen = USUAL_CODES.map((other, k) => preferences.value.quick_codes[k] ?? other);
       chosen[i] = { code, char1: char1 || null, char2: char2 || null };
-      await save({ quick_codes: chosen });
-      if (!isTyping) show(); // else another code is being typed by the time the answer comes
+      save({ quick_codes: chosen });
+      show(); // at once: another code may be being typed by the time the answer comes
     };
     codeSearch(input, list, catalogue, choose);
-    input.addEventListener('input', () => {
-      isTyping = true;
-    });
     // What is typed out counts when the field is left; what is no code is said before it goes.
     input.addEventListener('change', () => {
       const row = catalogue.typed(input.value);
