@@ -48,7 +48,7 @@ export class Operations {
       if (!this.#database) throw new DOMException('', 'NotFoundError');
       const objects = this.#objects();
       if (replaced) objects.delete(replaced);
-      await written(objects.put(operation));
+      await settled(objects.put(operation));
     } catch (error) {
       if (!(error instanceof DOMException)) throw error; // no room, or none allowed
       if (replaced) await this.delete(replaced);
@@ -58,18 +58,12 @@ export class Operations {
 
   async delete(id) {
     this.#inMemory.delete(id);
-    if (this.#database) await written(this.#objects().delete(id));
+    if (this.#database) await settled(this.#objects().delete(id));
   }
 
   #objects() {
     return this.#database.transaction(OPERATIONS, 'readwrite').objectStore(OPERATIONS);
   }
-}
-
-/** Like `settled`, of a change: it is on its way to the disk even if the tab is closed at once. */
-function written(request) {
-  request.transaction.commit();
-  return settled(request);
 }
 
 /** Result of an IndexedDB request; a change counts only when its transaction is complete. */
@@ -83,5 +77,6 @@ function settled(request) {
     }
     transaction.oncomplete = () => resolve(request.result);
     transaction.onabort = () => reject(transaction.error);
+    transaction.commit(); // now: a tab that is closed at once loses nothing
   });
 }
