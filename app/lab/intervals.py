@@ -2,7 +2,8 @@
 
 A film of a few metres is rendered once and tracked with many stated rigs, drawn from the tolerances
 around the true one (`app.lab.simulation.drawn_rigs`).  If sigma is what it says, the true distance
-lies within one sigma in 68 % of these runs and within 1.96 in 95 %, with sigma no wider than needed.
+lies within one sigma in 68 % of these runs and within 1.96 in 95 %, with sigma no wider than
+needed.
 """
 
 from __future__ import annotations
