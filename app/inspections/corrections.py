@@ -14,7 +14,7 @@ from collections import OrderedDict
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from app.errors import DiskFull, body_of
+from app.errors import DiskFull, described
 from app.storage.inspections import InspectionStore, Rescaling
 from app.storage.tables import ENDED, Inspection
 from app.survey.adjustment import Adjusted, Refusal, adjust
@@ -101,7 +101,7 @@ class Corrections:
                 self._tracks.get(inspection_id), rig, stated, self._tracks.sightings(inspection_id)
             )
         except InvalidCorrection as error:
-            return Corrected(stated, None, body_of(error)[1], Refusal.of(error))
+            return Corrected(stated, None, described(error), Refusal.of(error))
         tilt = self._tracks.tilt(inspection_id)
         return Corrected(stated, adjusted, _refusal(adjusted), tilt=tilt)
 
@@ -267,7 +267,7 @@ class Corrections:
         except InvalidCorrection as failure:
             unadjusted = stated.within(len(raw)).unadjusted()
             adjusted = adjust(raw, statement.rig, unadjusted, sightings)
-            error, refusal = body_of(failure)[1], Refusal.of(failure)
+            error, refusal = described(failure), Refusal.of(failure)
         corrected = Corrected(statement.stated, adjusted, error, refusal)
         now_s = time.monotonic()
         solution = _Solution(statement.revision, run, now_s, now_s - began_s, corrected, adjusted)
@@ -302,7 +302,7 @@ class Corrections:
 def _refusal(adjusted: Adjusted) -> dict[str, str] | None:
     if adjusted.refused is None:
         return None
-    return body_of(InvalidCorrection(adjusted.refused.refusal()))[1]
+    return described(InvalidCorrection(adjusted.refused.refusal()))
 
 
 def _remember(kept: OrderedDict[str, Value], inspection_id: str, value: Value, most: int) -> None:
