@@ -17,12 +17,16 @@ import uvicorn
 from fastapi import Depends, FastAPI
 
 from app import errors, logs
-from app.deps import enforce_role
+from app.container import Services, running
 from app.errors import AddressNotAvailable, AppError, InvalidSettings, OpenToTheNetwork
-from app.http_protocol import PromptProtocol
-from app.middleware import Envelope, Guard
-from app.request_log import RequestLog
-from app.routers import (
+from app.settings import Settings
+from app.storage.database import revision_of
+from app.storage.files import DataFolder
+from app.web.deps import enforce_role
+from app.web.http_protocol import PromptProtocol
+from app.web.middleware import Envelope, Guard
+from app.web.request_log import RequestLog
+from app.web.routers import (
     access,
     catalogue,
     corrections,
@@ -44,11 +48,7 @@ from app.routers import (
     uploads,
     viewer,
 )
-from app.schemas.failures import failures
-from app.services.container import Services, running
-from app.settings import Settings
-from app.storage.database import revision_of
-from app.storage.files import DataFolder
+from app.web.schemas.failures import failures
 
 logger = logging.getLogger(__name__)
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from vo_core.geometry.wall import pixel_rays
 from vo_core.rig import Camera
 from vo_core.types import ByteImage, Matrix
-from vo_core.wall import pixel_rays
 
 SQUARE_MM, MARKER_MM = 20.0, 15.0
 TEXTURE_PX_PER_MM = 6

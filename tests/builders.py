@@ -24,9 +24,9 @@ from fastapi import FastAPI
 from numpy.typing import NDArray
 from websockets.sync.client import ClientConnection, connect
 
-from app.http_protocol import PromptProtocol
 from app.main import create_app
 from app.settings import Settings
+from app.web.http_protocol import PromptProtocol
 from vo_core import Rig
 
 TOKEN = "a-token-for-tests-0123456789abcdef"  # noqa: S105

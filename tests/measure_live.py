@@ -35,8 +35,8 @@ from cameras import MjpegCamera  # noqa: E402
 from conftest import CHROMIUM_FLAGS, installed_chromium  # noqa: E402
 from steps import Server, log_in  # noqa: E402
 
-from app.simulation.render import render  # noqa: E402
-from app.simulation.sample import SAMPLE  # noqa: E402
+from app.lab.simulation.render import render  # noqa: E402
+from app.lab.simulation.sample import SAMPLE  # noqa: E402
 
 RATE_HZ = 30
 LEG_MM = 1500.0

@@ -49,7 +49,7 @@ from measure_live import (  # noqa: E402
 from steps import TOKEN, Server, log_in  # noqa: E402
 from watchers import SLOW_S, Seen, Viewer, watch  # noqa: E402
 
-from app.simulation.sample import SAMPLE  # noqa: E402
+from app.lab.simulation.sample import SAMPLE  # noqa: E402
 
 MAX_AGE_MS = 250
 MAX_GROWTH = 0.05

@@ -20,7 +20,7 @@ import cv2
 import numpy as np
 from reports import LENGTH_M, OBSERVATIONS, entry, full_report
 
-from app.reports import document
+from app.reports import pdf as document
 from app.reports.report import Photo, Report
 
 DEFECTS = 200

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from builders import TOKEN, Client
 
-_COMMAND = [sys.executable, "-c", "from app.cli import main; main()", "serve", "--port", "0"]
+_COMMAND = [sys.executable, "-c", "from app.cli.main import main; main()", "serve", "--port", "0"]
 
 
 class Process:

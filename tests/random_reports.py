@@ -8,9 +8,9 @@ from typing import Any
 from hypothesis import strategies as st
 from reports import LENGTH_M, entry, report, track_of
 
-from app.catalogue import built_in
 from app.reports.report import Entry, Report, Source
 from app.storage.tables import Event
+from app.survey.catalogue import built_in
 
 TEXTS = st.one_of(
     st.none(),

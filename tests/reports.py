@@ -13,17 +13,17 @@ import cv2
 import numpy as np
 from builders import clip_rig
 
-from app.catalogue import built_in
-from app.interval import half_width_m
+from app.inspections.corrections import Corrected
 from app.reports.report import Company, Entry, Photo, Report, Source
-from app.services.adjustment import Joints, Length, RigSigma, Stated, Zero, adjust
-from app.services.checks import Issue
-from app.services.corrections import Corrected
 from app.storage.tables import Event
+from app.survey.adjustment import Joints, Length, RigSigma, Stated, Zero, adjust
+from app.survey.catalogue import built_in
+from app.survey.checks import Issue
+from app.survey.interval import half_width_m
 from vo_core import Rig, Track
-from vo_core.health import Health
-from vo_core.joints import Sighting
-from vo_core.mosaic import Layout
+from vo_core.image.health import Health
+from vo_core.joints.finder import Sighting
+from vo_core.mosaic.mosaic import Layout
 
 AT = datetime(2026, 9, 14, 9, 42, tzinfo=UTC)
 FPS = 30.0

@@ -83,14 +83,18 @@ def test_a_library_is_known_in_one_place_only(package, home):
     assert users, f"nobody imports {package}"
 
 
+ROOMS_ABOVE_STORAGE = ["app.tracking", "app.inspections", "app.reports.reports"]
+
+
 @pytest.mark.parametrize(
     ("below", "above"),
     [
-        ("app/storage", ["app.services", "app.routers", "app.main", "fastapi", "starlette"]),
-        ("app/jobs", ["app.services", "app.routers", "app.main", "fastapi", "starlette"]),
-        ("app/viewer", ["app.services", "app.routers", "app.main"]),
-        ("app/services", ["app.routers", "app.main", "fastapi", "starlette"]),
-        ("app/routers", ["app.storage", "app.jobs", "app.main"]),
+        ("app/storage", [*ROOMS_ABOVE_STORAGE, "app.web", "app.main", "fastapi", "starlette"]),
+        ("app/jobs", [*ROOMS_ABOVE_STORAGE, "app.web", "app.main", "fastapi", "starlette"]),
+        ("app/tracking", ["app.inspections", "app.viewer", "app.web", "app.main", "fastapi"]),
+        ("app/inspections", ["app.viewer", "app.web", "app.main", "fastapi", "starlette"]),
+        ("app/viewer", ["app.web", "app.main"]),
+        ("app/web/routers", ["app.storage", "app.jobs", "app.main"]),
     ],
 )
 def test_dependencies_point_down(below, above):

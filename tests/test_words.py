@@ -128,7 +128,7 @@ def test_every_error_code_is_told_in_both_languages() -> None:
 
 
 def test_every_refused_correction_has_words() -> None:
-    sources = [*(ROOT / "vo_core").glob("*.py"), ROOT / "app" / "services" / "adjustment.py"]
+    sources = [*(ROOT / "vo_core").rglob("*.py"), *(ROOT / "app" / "survey").rglob("*.py")]
     calls = [
         node
         for path in sources

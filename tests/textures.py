@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.simulation import SCENARIOS
+from app.lab.simulation import SCENARIOS
 from vo_core import Rig
 
 Texture = NDArray[np.float64]

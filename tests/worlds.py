@@ -1,7 +1,7 @@
 """Walls of made texture, seen by any rig from any pose: truth by ray casting and by nothing else.
 
-The rays are the renderer's (`app.simulation.camera`), not those of `vo_core`. The texture is drawn
-three times finer than the picture and sampled bilinearly, which moves nothing.
+The rays are the renderer's (`app.lab.simulation.camera`), not those of `vo_core`. The texture is
+drawn three times finer than the picture and sampled bilinearly, which moves nothing.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from textures import make_rig, texture
 
-from app.simulation.camera import WallCaster
-from app.simulation.motion import Pose
+from app.lab.simulation.camera import WallCaster
+from app.lab.simulation.motion import Pose
 from vo_core import Odometry, Rig, Track
 
 FloatImage = NDArray[np.float32]

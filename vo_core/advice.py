@@ -14,12 +14,8 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from vo_core.locate import LEAST_OVERLAP
-from vo_core.odometry import KEYFRAME_OVERLAP
-from vo_core.rectify import COARSEST, NOMINAL, Rectifier, no_wall_in_view
-from vo_core.rig import Camera, Rig
-from vo_core.types import ByteImage
-from vo_core.wall import (
+from vo_core.geometry.rectify import COARSEST, NOMINAL, Rectifier, no_wall_in_view
+from vo_core.geometry.wall import (
     Points,
     Pose,
     cast,
@@ -29,6 +25,10 @@ from vo_core.wall import (
     robot_rays,
     sight,
 )
+from vo_core.locate import LEAST_OVERLAP
+from vo_core.odometry import KEYFRAME_OVERLAP
+from vo_core.rig import Camera, Rig
+from vo_core.types import ByteImage
 
 Grid = NDArray[np.float64]
 """(rows around, columns along, 2) values over an even grid of wall points."""

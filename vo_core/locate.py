@@ -7,29 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vo_core.align import (
-    LOCK,
-    OPEN_PX,
-    START_PX,
-    Alignment,
-    Prior,
-    Template,
-    align,
-    inverse,
-)
-from vo_core.blocks import BlockGrid
-from vo_core.correlate import (
-    LOBE_PX,
-    LOCK_PSR,
-    Peak,
-    best_peaks,
-    correlation,
-    polar_spectrum,
-    rotation_between,
-    spectrum,
-)
-from vo_core.filters import taper
-from vo_core.motion import (
+from vo_core.geometry.motion import (
     MOUNT,
     MOVING,
     PARAMETERS,
@@ -42,12 +20,34 @@ from vo_core.motion import (
     moved_by_content,
     parameters,
 )
-from vo_core.rectify import Rectifier
-from vo_core.resample import double, halve, resample, resample_mask
+from vo_core.geometry.rectify import Rectifier
+from vo_core.geometry.sway import Sway, kept, spread
+from vo_core.geometry.wall import Pose
+from vo_core.image.filters import taper
+from vo_core.image.resample import double, halve, resample, resample_mask
+from vo_core.matching.align import (
+    LOCK,
+    OPEN_PX,
+    START_PX,
+    Alignment,
+    Prior,
+    Template,
+    align,
+    inverse,
+)
+from vo_core.matching.blocks import BlockGrid
+from vo_core.matching.correlate import (
+    LOBE_PX,
+    LOCK_PSR,
+    Peak,
+    best_peaks,
+    correlation,
+    polar_spectrum,
+    rotation_between,
+    spectrum,
+)
 from vo_core.state import RATE_SIGMA, UNKNOWN_RATE, State, tilt_sigma_rad
-from vo_core.sway import Sway, kept, spread
 from vo_core.types import ByteImage, GrayImage, Matrix
-from vo_core.wall import Pose
 
 LEAST_OVERLAP = 0.15
 """Below this share of common wall a reference is out of reach."""

@@ -13,27 +13,27 @@ from itertools import product
 
 import numpy as np
 
-from vo_core.bed import Bed
-from vo_core.blocks import BlockGrid
 from vo_core.clock import Clock
 from vo_core.errors import InvalidTime
-from vo_core.fields import Interlacing
-from vo_core.filters import low_pass, normalise
-from vo_core.health import NO_HEALTH, Health, HealthGauge
-from vo_core.height import scale_sigma
+from vo_core.geometry.bed import Bed
+from vo_core.geometry.height import scale_sigma
+from vo_core.geometry.motion import POSE
+from vo_core.geometry.rectify import BOTTOM, TOP, WHOLE, Rectifier, Rows
+from vo_core.geometry.sway import Sway
+from vo_core.geometry.tilt import MountTilt
+from vo_core.geometry.wall import Pose
+from vo_core.image.filters import low_pass, normalise
+from vo_core.image.health import NO_HEALTH, Health, HealthGauge
+from vo_core.image.pattern import FixedPattern
+from vo_core.image.resample import grey_frame, reduce_to
 from vo_core.locate import CERTAIN, LEAST_OVERLAP, Fix, Locator, Outlook, Picture, Reference
-from vo_core.motion import POSE
-from vo_core.pattern import FixedPattern
-from vo_core.rectify import BOTTOM, TOP, WHOLE, Rectifier, Rows
-from vo_core.resample import grey_frame, reduce_to
+from vo_core.matching.blocks import BlockGrid
+from vo_core.matching.fields import Interlacing
+from vo_core.matching.skipped import Skipping, blank
 from vo_core.rig import Rig
-from vo_core.skipped import Skipping, blank
 from vo_core.state import State
-from vo_core.sway import Sway
-from vo_core.tilt import MountTilt
 from vo_core.track import Estimate, Status
 from vo_core.types import GrayImage, Image, Matrix
-from vo_core.wall import Pose
 
 KEYFRAME_OVERLAP = {"circular": 0.68, "flat": 0.5}
 """Below this share of common wall the current frame becomes the reference.

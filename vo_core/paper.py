@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from vo_core.errors import InvalidRig
-from vo_core.resample import grey_frame
+from vo_core.image.resample import grey_frame
 from vo_core.rig import Camera, Rig
 from vo_core.track import Estimate
 from vo_core.types import GrayImage, Image

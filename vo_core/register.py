@@ -8,8 +8,12 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vo_core.align import LOCK, OPEN_PX, Alignment, Template, align
-from vo_core.correlate import (
+from vo_core.errors import ShapeMismatch
+from vo_core.geometry.wall import Points
+from vo_core.image.filters import normalise, taper
+from vo_core.image.resample import double, reduce_to, to_grey
+from vo_core.matching.align import LOCK, OPEN_PX, Alignment, Template, align
+from vo_core.matching.correlate import (
     LOCK_PSR,
     Peak,
     best_peaks,
@@ -18,11 +22,7 @@ from vo_core.correlate import (
     rotation_between,
     spectrum,
 )
-from vo_core.errors import ShapeMismatch
-from vo_core.filters import normalise, taper
-from vo_core.resample import double, reduce_to, to_grey
 from vo_core.types import ByteImage, GrayImage, Image, Matrix
-from vo_core.wall import Points
 
 COARSE_SIDE_PX = 320
 """Longest side of the pictures that are correlated, and aligned first."""

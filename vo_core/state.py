@@ -6,11 +6,11 @@ from dataclasses import astuple, dataclass
 
 import numpy as np
 
-from vo_core.align import Prior
-from vo_core.motion import POSE, RATES
+from vo_core.geometry.motion import POSE, RATES
+from vo_core.geometry.wall import Pose
+from vo_core.matching.align import Prior
 from vo_core.rig import Rig
 from vo_core.types import Matrix
-from vo_core.wall import Pose
 
 START_SIGMA = {
     "circular": (1e-3, 4.0, np.radians(1), 1e-3, 1e-5, 1e-5),

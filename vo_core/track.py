@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vo_core.errors import InvalidTrack
-from vo_core.wall import Pose
+from vo_core.geometry.wall import Pose
 
 Status = Literal["ok", "weak", "lost"]
 """ok: measured; weak: measured with low confidence; lost: bridged from the motion before."""

@@ -1,4 +1,6 @@
-"""Reads the report in JSON (`app.reports.json_report`) back: everything that distances follow from.
+"""Reads the report in JSON back: everything that distances follow from.
+
+`app.reports.exchange.chainage_json` writes it.
 
 What is derived (`observations`, results) is not read: it is worked out anew.  Photos and video are
 not in the file.
@@ -27,15 +29,15 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails
 
-from app.catalogue.header import LONGEST_TEXT, faults
 from app.errors import InvalidImport
 from app.imports.survey import LONGEST_REMARK
-from app.services.adjustment import Stated
+from app.survey.adjustment import Stated
+from app.survey.catalogue.header import LONGEST_TEXT, faults
 from vo_core import Rig, Track
 from vo_core.errors import InvalidRig, RigVideoMismatch
-from vo_core.health import Health
-from vo_core.joints import Sighting
-from vo_core.tilt import MountTilt
+from vo_core.geometry.tilt import MountTilt
+from vo_core.image.health import Health
+from vo_core.joints.finder import Sighting
 
 FAMILY, VERSION = "chainage-report", 2
 
@@ -183,7 +185,7 @@ class _Whole(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
 
 
-# The bounds are those of the API: `ObservationIn` and `StatedIn` of `app.schemas` say the same.
+# The bounds are those of the API: `ObservationIn` and `StatedIn` of `app.web.schemas` say the same.
 _LINE = r"^[^\x00-\x1f\x7f-\x9f]*$"
 _TEXT = r"^[^\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]*$"
 _Frame = Annotated[int, Field(ge=0, le=2**31)]

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from datetime import date
 from typing import Any
 
-from app.catalogue.header import FIELDS, LONGEST_TEXT, faults
+from app.survey.catalogue.header import FIELDS, LONGEST_TEXT, faults
 
 MOST_SURVEYS = 200
 MOST_OBSERVATIONS = 10_000
@@ -99,7 +99,7 @@ class ImportedSurvey:
 
     name: str
     header: Mapping[str, Any]
-    """By the names of `app.catalogue.header.FIELDS` and others; every known field fits."""
+    """By the names of `app.survey.catalogue.header.FIELDS` and others; every known field fits."""
     observations: tuple[ImportedObservation, ...]
     """In the order of the file."""
     warnings: tuple[Caveat, ...] = ()

@@ -13,7 +13,6 @@ from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
 
-from app.catalogue.header import LONGEST_TEXT
 from app.errors import InvalidImport
 from app.imports.survey import (
     MOST_OBSERVATIONS,
@@ -35,6 +34,7 @@ from app.imports.survey import (
     too_many,
     video_time_s,
 )
+from app.survey.catalogue.header import LONGEST_TEXT
 
 _MAGIC = b"SQLite format 3\0"
 _MOST_ROWS = 50_000

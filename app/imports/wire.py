@@ -15,7 +15,7 @@ import numpy as np
 from app.imports.chainage_json import WholeInspection
 from app.imports.survey import ImportedFile
 from vo_core import Rig, Track
-from vo_core.health import Health
+from vo_core.image.health import Health
 
 _HEALTH = tuple(field.name for field in fields(Health))
 _STATUS = np.dtype("S4")

@@ -13,16 +13,16 @@ import msgspec
 from app.jobs.gaps import between, place_after
 from app.jobs.messages import Batch, Gauged, Row, Seen, Tilted, WallTile
 from vo_core import Odometry, Rig
-from vo_core.joints import JointFinder
-from vo_core.mosaic import Mosaic
+from vo_core.joints.finder import JointFinder
+from vo_core.mosaic.mosaic import Mosaic
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.jobs.parts import Between
-    from vo_core.health import Health
-    from vo_core.joints import Sighting
-    from vo_core.mosaic import Tile
+    from vo_core.image.health import Health
+    from vo_core.joints.finder import Sighting
+    from vo_core.mosaic.mosaic import Tile
     from vo_core.sources import Frame
     from vo_core.track import Estimate
 

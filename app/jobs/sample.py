@@ -29,8 +29,8 @@ def main() -> None:
 
 def _render(request: SampleRequest, connection: Connection) -> None:
     # Imported here so that the encoder is loaded under the limits.
-    from app.simulation import simulate
-    from app.simulation.sample import SAMPLE
+    from app.lab.simulation import simulate
+    from app.lab.simulation.sample import SAMPLE
 
     def tell(done: int, total: int) -> None:
         connection.send_bytes(encode(Rendered(done, total)))

@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from app.reports import bundle, document, json_report, spreadsheet, table, web_page
-from app.reports.document import emergency
+from app.reports import pdf as document
+from app.reports.bundle import bundle
+from app.reports.exchange import chainage_json as json_report
 from app.reports.exchange import en13508, geojson, isybau, m150, ribx
+from app.reports.html import web_page
+from app.reports.pdf import emergency
 from app.reports.report import Report, Written
+from app.reports.tables import spreadsheet, table
 
 
 @dataclass(frozen=True)

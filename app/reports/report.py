@@ -9,17 +9,17 @@ from datetime import datetime
 from pathlib import Path
 from typing import IO, Any, Literal
 
-from app.catalogue.table import Code
-from app.reports.signing import Signer
-from app.services.adjustment import Adjusted, ExpectedJoint, FittedJoint
-from app.services.checks import Issue
-from app.services.corrections import Corrected
-from app.services.tracks import is_unmeasured
+from app.inspections.corrections import Corrected
+from app.reports.bundle.signing import Signer
 from app.storage.tables import Event
+from app.survey.adjustment import Adjusted, ExpectedJoint, FittedJoint
+from app.survey.catalogue.table import Code
+from app.survey.checks import Issue
+from app.tracking.tracks import is_unmeasured
 from vo_core import Rig, Track
-from vo_core.health import Health
-from vo_core.joints import Sighting
-from vo_core.mosaic import Layout
+from vo_core.image.health import Health
+from vo_core.joints.finder import Sighting
+from vo_core.mosaic.mosaic import Layout
 
 Language = Literal["en", "ms"]
 Units = Literal["m", "ft"]
@@ -153,7 +153,7 @@ class Report:
     revision: int
     """Rises whenever a distance that was published has changed."""
     header: Mapping[str, Any]
-    """By the names of `app.catalogue.header.FIELDS`; other names may be there, too."""
+    """By the names of `app.survey.catalogue.header.FIELDS`; other names may be there, too."""
     pack: str
     """Name of the table of codes."""
     rig: Rig

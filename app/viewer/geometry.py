@@ -1,7 +1,7 @@
 """Shapes of the scene in metres: the wall and its meshes, the camera's frustum, rays.
 
-World as in `vo_core.wall`: X along the axis, Y right, Z down; the axis of a circular pipe at
-Y = Z = 0, a flat floor at Z = 0.  Wall angle phi: 0 at the invert, rising to the right.
+World as in `vo_core.geometry.wall`: X along the axis, Y right, Z down; the axis of a circular pipe
+at Y = Z = 0, a flat floor at Z = 0.  Wall angle phi: 0 at the invert, rising to the right.
 """
 
 from __future__ import annotations
@@ -14,8 +14,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vo_core.geometry.wall import (
+    Pose,
+    camera_position,
+    cast,
+    clock_of,
+    pixel_rays,
+    rotation_robot_camera,
+)
 from vo_core.rig import Rig
-from vo_core.wall import Pose, camera_position, cast, clock_of, pixel_rays, rotation_robot_camera
 
 Vector = NDArray[np.float64]
 """(3,)"""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import viser
 
-from app.interval import half_width_m
+from app.survey.interval import half_width_m
 from app.viewer.geometry import Mesh, Section, dashed, strip, torus
 from app.viewer.views import CameraMode
 from vo_core.track import Estimate, Status

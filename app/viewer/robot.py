@@ -6,8 +6,8 @@ import numpy as np
 import viser
 from viser.transforms import SO3
 
-from app.interval import half_width_m
-from app.rounding import metres
+from app.survey.interval import half_width_m
+from app.survey.rounding import metres
 from app.viewer.geometry import Frustum, Section, camera_xyz_m, yaw_wxyz
 from app.viewer.views import CameraMode
 from app.viewer.wording import Wording

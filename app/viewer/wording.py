@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from app.interval import half_width_text
-from app.rounding import decimals
+from app.survey.interval import half_width_text
+from app.survey.rounding import decimals
 
 Language = Literal["en", "ms"]
 Units = Literal["m", "ft"]

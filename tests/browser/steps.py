@@ -67,7 +67,7 @@ class Server:
 
     def make_token(self, name: str, role: str) -> str:
         """A named token, made by the command while the server runs."""
-        program = "from app.cli import main; main()"
+        program = "from app.cli.main import main; main()"
         words = ["token", "create", name, "--role", role, "--data", str(self._data)]
         made = subprocess.run(
             [sys.executable, "-c", program, *words], check=True, capture_output=True, text=True

@@ -15,7 +15,7 @@ from playwright.sync_api import APIResponse, Page, Route, expect
 from steps import Server, log_in
 from test_accessible import expect_no_fault
 
-from app.simulation import SCENARIOS, SimulatedRun, simulate
+from app.lab.simulation import SCENARIOS, SimulatedRun, simulate
 from vo_core.rig import Rig
 
 LENGTH_M = 0.9

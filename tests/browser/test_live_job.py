@@ -19,7 +19,7 @@ from playwright.sync_api import Locator, Page, expect
 from steps import Server, export, log_in
 from test_frames_are_exact import READ
 
-from app.simulation import SCENARIOS, render
+from app.lab.simulation import SCENARIOS, render
 from vo_core.rig import Rig
 
 RATE_HZ = 7

@@ -15,7 +15,7 @@ from builders import half_size
 from playwright.sync_api import Locator, Page, expect
 from steps import Server, export, log_in, start_inspection, wait_until_done
 
-from app.simulation import SCENARIOS, SimulatedRun, simulate
+from app.lab.simulation import SCENARIOS, SimulatedRun, simulate
 from vo_core.rig import Rig
 
 pytestmark = pytest.mark.webgl

@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import Locator, Page, Route, expect
 from steps import Server, log_in
 
-from app.simulation import SCENARIOS, simulate
+from app.lab.simulation import SCENARIOS, simulate
 
 LENGTH_MM = 1600.0
 RADIUS_MM = 150.0

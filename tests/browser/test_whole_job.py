@@ -13,7 +13,7 @@ import pytest
 from playwright.sync_api import Page, expect
 from steps import Server, export, export_track, log_in, start_inspection, wait_until_done
 
-from app.simulation import SCENARIOS, SimulatedRun, simulate
+from app.lab.simulation import SCENARIOS, SimulatedRun, simulate
 
 pytestmark = pytest.mark.webgl
 

@@ -14,7 +14,7 @@ from vo_core.advice import (
     displacement_px,
     total_derivative_px,
 )
-from vo_core.wall import enclose
+from vo_core.geometry.wall import enclose
 
 MOVE = Pose(15.0, 5.0)
 """The paper's: 15 mm along x, 5 mm along y."""

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from textures import make_rig
 
-from app.simulation import SCENARIOS, simulate
+from app.lab.simulation import SCENARIOS, simulate
 from vo_core import Odometry, Pose, Track
-from vo_core.blocks import BlockGrid
-from vo_core.motion import CodedMotion, WallMotion
-from vo_core.rectify import Rectifier
+from vo_core.geometry.motion import CodedMotion, WallMotion
+from vo_core.geometry.rectify import Rectifier
+from vo_core.geometry.sway import STEERED, UNSTEADY, Sway
+from vo_core.matching.blocks import BlockGrid
 from vo_core.sources import VideoFile
-from vo_core.sway import STEERED, UNSTEADY, Sway
 
 VARIANCE = np.full(6, 1e-6)
 

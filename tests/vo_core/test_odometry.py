@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from textures import make_rig
 
-from app.simulation import SCENARIOS, render
+from app.lab.simulation import SCENARIOS, render
 from vo_core import InvalidRig, Odometry, ShapeMismatch, Track
 from vo_core.errors import InvalidTime
 from vo_core.paper import PaperOdometry

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from textures import make_rig
 from worlds import World, follow, small_rig, speckle, stored
 
-from app.simulation import SCENARIOS, Scenario, render
-from app.simulation.scenario import Shaking
+from app.lab.simulation import SCENARIOS, Scenario, render
+from app.lab.simulation.scenario import Shaking
 from vo_core import Odometry, Rig
-from vo_core.blocks import BlockGrid
 from vo_core.clock import Clock
-from vo_core.motion import PARAMETERS, RATES, RollingMotion, WallMotion
-from vo_core.rectify import Rectifier
+from vo_core.geometry.motion import PARAMETERS, RATES, RollingMotion, WallMotion
+from vo_core.geometry.rectify import Rectifier
+from vo_core.matching.blocks import BlockGrid
 
 FRAME_S = 1 / 30
 WORLD = World(small_rig(), speckle(0))

@@ -6,7 +6,7 @@ import pytest
 from textures import make_rig, rig_fields
 
 from vo_core import InvalidRig, Rig
-from vo_core.rectify import require_wall_in_view
+from vo_core.geometry.rectify import require_wall_in_view
 
 
 def test_the_rig_of_the_design_document_is_read(tmp_path):

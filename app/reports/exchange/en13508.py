@@ -33,7 +33,7 @@ from app.reports.exchange.survey import (
     unit_length_m,
 )
 from app.reports.report import Loss, Report, Written
-from app.rounding import decimals
+from app.survey.rounding import decimals
 
 STANDARD = "EN 13508-2:2003+A1:2011"
 

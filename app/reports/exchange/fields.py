@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from datetime import date
 from typing import Any
 
-from app.catalogue.header import FIELDS, is_empty, number_of
 from app.reports.exchange.ascii import one_line
 from app.reports.report import Loss
+from app.survey.catalogue.header import FIELDS, is_empty, number_of
 
 _DATE = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
 _TIME = re.compile(r"([01][0-9]|2[0-3]):([0-5][0-9])(:([0-5][0-9]))?")

@@ -9,15 +9,15 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from app.errors import ExportNotAvailable
-from app.reports import table
 from app.reports.exchange.ascii import one_line
 from app.reports.exchange.coordinates import ends_of, missing_of
 from app.reports.exchange.fields import Fields
 from app.reports.exchange.losses import ONE_LINE
 from app.reports.exchange.survey import length_m
 from app.reports.report import Entry, Loss, Report, Stretch, Written
-from app.reports.table import Cell
-from app.rounding import rounded
+from app.reports.tables import table
+from app.reports.tables.table import Cell
+from app.survey.rounding import rounded
 
 _KILOMETRES = re.compile(r"([0-9]+)\+([0-9]{1,3}(?:\.[0-9]+)?)")
 """12+340 is the road's kilometre 12 and 340 m."""

@@ -36,7 +36,7 @@ from app.reports.exchange.survey import (
 )
 from app.reports.exchange.tree import child, children, to_bytes
 from app.reports.report import Loss, Report, Written
-from app.rounding import decimals
+from app.survey.rounding import decimals
 
 _FORMAT = "ISYBAU"
 _NAMESPACES = {

@@ -9,8 +9,8 @@ from collections.abc import Iterable
 
 from app.reports.exchange.ascii import one_line
 from app.reports.report import Loss, Report
-from app.rounding import decimals
-from app.services.adjustment import Stated
+from app.survey.adjustment import Stated
+from app.survey.rounding import decimals
 
 ONE_LINE = (
     "Texts stand on one line: line ends and runs of blanks become one, control characters go."

@@ -35,7 +35,7 @@ from app.reports.exchange.survey import (
 )
 from app.reports.exchange.tree import child, children, to_bytes
 from app.reports.report import Loss, Report, Written
-from app.rounding import decimals
+from app.survey.rounding import decimals
 
 _FORMAT = "DWA-M 150"
 _LONGEST_NODE, _LONGEST_ASSET = 16, 33

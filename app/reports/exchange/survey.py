@@ -14,13 +14,13 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import PurePath
 
-from app.interval import half_width_text
+from app.reports.content.naming import ascii_file_name
 from app.reports.exchange.ascii import one_line
 from app.reports.exchange.fields import Fields
 from app.reports.exchange.losses import coarser
-from app.reports.naming import ascii_file_name
 from app.reports.report import Entry, Loss, Report
-from app.rounding import decimals
+from app.survey.interval import half_width_text
+from app.survey.rounding import decimals
 
 START = "BCD"
 END = "BCE"

@@ -13,14 +13,14 @@ from reports import AT, report, track_of
 
 from app.errors import InvalidImport
 from app.imports.chainage_json import _Entered, _Stated, is_chainage_json, read
-from app.reports.json_report import write
-from app.schemas.corrections import StatedIn
-from app.schemas.observations import ObservationIn
-from app.services.adjustment import Joints, Length, Mark, Stated, Zero, adjust
-from app.services.corrections import Corrected
+from app.inspections.corrections import Corrected
+from app.reports.exchange.chainage_json import write
 from app.storage.tables import Event
-from vo_core.health import Health
-from vo_core.joints import Sighting
+from app.survey.adjustment import Joints, Length, Mark, Stated, Zero, adjust
+from app.web.schemas.corrections import StatedIn
+from app.web.schemas.observations import ObservationIn
+from vo_core.image.health import Health
+from vo_core.joints.finder import Sighting
 from vo_core.rig import Tolerance
 from vo_core.track import COLUMNS
 

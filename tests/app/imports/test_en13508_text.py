@@ -14,9 +14,9 @@ from reports import ENTERED, HEADER, OBSERVATIONS, entry, report
 from app.errors import InvalidImport
 from app.imports.en13508_text import looks_like, read
 from app.imports.survey import ImportedSurvey
+from app.inspections.imports import _track, in_order, rig_of
 from app.reports.exchange import en13508
 from app.reports.report import Photo, Report, Source
-from app.services.imports import _track, in_order, rig_of
 
 FOREIGN = """#A1=ISO-8859-1
 #A2=de

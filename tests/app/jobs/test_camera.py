@@ -31,7 +31,7 @@ from app.jobs.messages import (
     StopCapture,
 )
 from app.jobs.process import Child
-from app.services.sources import Sources
+from app.tracking.cameras import Sources
 from vo_core.sources import VideoFile
 
 LOOPBACK = Sources([ip_network("127.0.0.0/8")], None)

@@ -36,9 +36,9 @@ from app.jobs.messages import (
 )
 from app.jobs.parts import read
 from app.jobs.process import Child, describe_exit
-from app.services import media
-from app.services.sources import Sources
 from app.settings import Settings
+from app.tracking import media
+from app.tracking.cameras import Sources
 
 MIB = 2**20
 LIMITS = Limits(768 * MIB, 600)

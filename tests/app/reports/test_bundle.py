@@ -16,9 +16,9 @@ from random_reports import reports
 from reports import entry, report
 
 from app.errors import ExportNotAvailable, UnusableBundle
+from app.reports.bundle.signing import fingerprint, read_fingerprint
+from app.reports.bundle.verify import verify
 from app.reports.formats import FORMATS
-from app.reports.signing import fingerprint, read_fingerprint
-from app.reports.verify import verify
 from vo_core import Track
 
 KEY = Key()

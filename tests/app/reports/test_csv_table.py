@@ -6,7 +6,7 @@ import io
 import pytest
 from reports import OBSERVATIONS, report
 
-from app.reports.table import COLUMNS, write
+from app.reports.tables.table import COLUMNS, write
 
 
 def rows_of(made):

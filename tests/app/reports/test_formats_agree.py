@@ -23,7 +23,7 @@ from reports import report
 from app.errors import ExportNotAvailable
 from app.reports.formats import FORMATS
 from app.reports.report import Photo
-from app.rounding import decimals, metres
+from app.survey.rounding import decimals, metres
 
 MADE = replace(report(), signer=Key())
 DISTANCES_M = [entry.distance_m for entry in MADE.entries]

@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from random_reports import reports
 from reports import AT, OBSERVATIONS, report, track_of
 
-from app.interval import half_width_m
-from app.reports.spreadsheet import write
-from app.reports.table import COLUMNS, DICTIONARY, rows
-from app.services.adjustment import Joints, Mark, Stated, adjust
-from app.services.corrections import Corrected
+from app.inspections.corrections import Corrected
+from app.reports.tables.spreadsheet import write
+from app.reports.tables.table import COLUMNS, DICTIONARY, rows
 from app.storage.tables import Event
+from app.survey.adjustment import Joints, Mark, Stated, adjust
+from app.survey.interval import half_width_m
 from vo_core import Rig
 
 

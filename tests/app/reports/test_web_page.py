@@ -11,10 +11,10 @@ from random_reports import reports
 from reports import OBSERVATIONS, report
 
 from app.errors import NoScene
-from app.reports.web_page import write
-from app.services.checks import Issue
-from app.services.still import scene_page
+from app.reports.html.web_page import write
 from app.storage.tables import Event
+from app.survey.checks import Issue
+from app.viewer.still import scene_page
 
 ISSUES = (Issue("block", "no_start", "There is none.", params={"needed": "BCD"}),)
 

@@ -16,12 +16,12 @@ from pyproj import Geod, Transformer
 from random_reports import reports
 from reports import HEADER, LENGTH_M, OBSERVATIONS, report
 
-from app.catalogue.header import FIELDS
 from app.errors import ExportNotAvailable
 from app.imports import en13508_text
 from app.reports.exchange import geojson
 from app.reports.formats import FORMATS
 from app.reports.report import Report, Source, Written
+from app.survey.catalogue.header import FIELDS
 
 READERS: dict[str, Callable[[bytes], Read]] = {
     "en13508": read_en13508, "ribx": read_ribx, "isybau": read_isybau, "m150": read_m150,

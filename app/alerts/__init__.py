@@ -1,0 +1,1 @@
+"""Notifications that must not wait."""

@@ -1,0 +1,353 @@
+"""Notifies the client at once of what must not wait: a signed POST for each severity 5.
+
+The alert is written with the observation, in one transaction; a thread of its own sends it, so that
+a client that is slow, away or hostile never keeps anybody from tagging.  What is sent shows the
+observation as it is then; one that was deleted or lowered before anybody was told is not sent.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import http.client
+import json
+import logging
+import socket
+import ssl
+import threading
+import time
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+from typing import Any
+from urllib.parse import urlsplit
+
+from app.errors import Busy, DiskFull, InspectionNotFound, ObservationNotFound
+from app.inspections.inspections import Inspections
+from app.inspections.observations import Observations, ObservationView
+from app.inspections.packs import Packs
+from app.logs import about
+from app.storage.alerts import EMERGENCY, AlertStore
+from app.storage.tables import Alert, Inspection
+from app.survey.rounding import metres
+from app.tracking.live import Event, ObservationsChanged
+
+logger = logging.getLogger(__name__)
+
+EVENT = "observation.severity_5"
+SIGNATURE = "X-Chainage-Signature"
+
+_TRY_S = 5.0
+"""For one try, from the look-up of the name to the status of the answer."""
+_FIRST_PAUSE_S = 2.0
+_LONGEST_PAUSE_S = 3600.0
+_GIVE_UP_AFTER = timedelta(days=1)
+_PAUSE_AFTER_FAULT_S = 5.0
+_STOP_TIMEOUT_S = 3.0
+
+
+@dataclass(frozen=True)
+class Client:
+    """Who is to be notified, and with what secret."""
+
+    url: str = field(repr=False)
+    """http or https; it may hold a secret itself, so it stands in no log."""
+    secret: str = field(repr=False)
+    page_root: str = ""
+    """In front of the path of a page, such as https://culverts.example; empty: the path alone."""
+    trust: ssl.SSLContext | None = None
+    """Certificates that are trusted; None: those of the system."""
+
+
+class Unsent(Exception):
+    """A try failed; the text says why, without the address."""
+
+
+class Webhook:
+    """Sends what the outbox holds."""
+
+    def __init__(
+        self,
+        client: Client | None,
+        store: AlertStore,
+        inspections: Inspections,
+        observations: Observations,
+        packs: Packs,
+    ) -> None:
+        self._client = client
+        self._store = store
+        self._inspections = inspections
+        self._observations = observations
+        self._packs = packs
+        self._changed = threading.Condition()
+        """Guards the next three; notified when one changes."""
+        self._is_woken = False
+        self._stopping = False
+        self._stop_try: Callable[[], None] | None = None
+        """Ends the try in hand."""
+        self._thread = threading.Thread(target=self._work, name="webhook", daemon=True)
+
+    @property
+    def is_configured(self) -> bool:
+        """Whether there is a client to be notified."""
+        return self._client is not None
+
+    def start(self) -> None:
+        """Begin with what the last run of the server left undone."""
+        if self.is_configured:
+            self._thread.start()
+
+    def stop(self) -> None:
+        """Give up the try in hand; it is done again after the next start."""
+        with self._changed:
+            self._stopping = True
+            self._changed.notify_all()
+            if self._stop_try is not None:
+                self._stop_try()
+        if self._thread.is_alive():
+            self._thread.join(_STOP_TIMEOUT_S)
+
+    def on_event(self, event: Event) -> None:
+        """A listener of all events: a tag may be one that the client is to be notified of."""
+        if isinstance(event, ObservationsChanged):
+            with self._changed:
+                self._is_woken = True
+                self._changed.notify_all()
+
+    def alerts(self, inspection_id: str) -> list[Alert]:
+        """Whether the client was notified of each severe observation, the oldest first.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        self._inspections.row(inspection_id)
+        return self._store.of(inspection_id)
+
+    def _work(self) -> None:
+        while True:
+            try:
+                alert = self._store.next_waiting()
+                pause_s = None if alert is None else _seconds_until(alert.next_at)
+                if alert is not None and pause_s is not None and pause_s <= 0:
+                    with about(alert.inspection_id):
+                        self._deliver(alert)
+                    pause_s = 0.0
+            except (Busy, DiskFull) as fault:
+                logger.warning("The outbox of the webhook waits: %s", fault)
+                pause_s = _PAUSE_AFTER_FAULT_S
+            except Exception:
+                logger.exception("The outbox of the webhook could not be worked off.")
+                pause_s = _PAUSE_AFTER_FAULT_S
+            if not self._wait(pause_s):
+                return
+
+    def _wait(self, pause_s: float | None) -> bool:
+        """Until something was tagged or the time is over; whether to go on."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._is_woken or self._stopping, pause_s)
+            self._is_woken = False
+            return not self._stopping
+
+    def _deliver(self, alert: Alert) -> None:
+        """One try."""
+        client = self._client
+        assert client is not None  # noqa: S101  (the thread runs only with one)
+        body = self._body(alert, client.page_root)
+        if body is None:
+            self._store.withdraw(alert.id)
+        else:
+            try:
+                self._post(client, body)
+            except Unsent as failure:
+                if self._stopping:
+                    return
+                next_at = next_try(alert, datetime.now(UTC))
+                logger.warning(
+                    "The client could not be notified of observation %s, %s: %s",
+                    alert.observation_id,
+                    "another try follows" if next_at else "and no other try follows",
+                    failure,
+                )
+                self._store.record_failure(alert.id, str(failure), next_at)
+            else:
+                logger.info("The client was notified of observation %s.", alert.observation_id)
+                self._store.record_told(alert.id)
+
+    def _body(self, alert: Alert, page_root: str) -> bytes | None:
+        """What is sent now; None where nothing severe is left to report."""
+        try:
+            inspection = self._inspections.row(alert.inspection_id)
+            view = self._observations.get(alert.inspection_id, alert.observation_id)
+        except (InspectionNotFound, ObservationNotFound):
+            return None
+        if view.row.fields.get("severity") != EMERGENCY:
+            return None
+        label = self._label(inspection, view)
+        return json.dumps(message(alert, inspection, view, label, page_root)).encode()
+
+    def _label(self, inspection: Inspection, view: ObservationView) -> str | None:
+        fields = view.row.fields
+        kind = self._packs.table_of(inspection.header).named(
+            fields.get("code"), fields.get("char1"), fields.get("char2")
+        )
+        return kind.label if kind else None
+
+    def _post(self, client: Client, body: bytes) -> None:
+        """Raises Unsent unless the client has taken it."""
+        with closing(_Post(client.url, client.trust)) as post:
+            with self._changed:
+                if self._stopping:
+                    raise Unsent("The server stops.")
+                self._stop_try = post.give_up
+            try:
+                status = post.send(body, signature(client.secret, body, int(time.time())))
+            finally:
+                with self._changed:
+                    self._stop_try = None
+        if 300 <= status < 400:
+            raise Unsent(f"It answered {status}, and redirects are not followed.")
+        if not 200 <= status < 300:
+            raise Unsent(f"It answered {status}.")
+
+
+def message(
+    alert: Alert,
+    inspection: Inspection,
+    view: ObservationView,
+    label: str | None,
+    page_root: str,
+) -> dict[str, Any]:
+    """The body of the POST; the README shows its form."""
+    row, place = view.row, view.place
+    return {
+        "event": EVENT,
+        "id": alert.id,
+        "sent_at": datetime.now(UTC).isoformat(timespec="seconds"),
+        "url": f"{page_root}/inspections/{inspection.id}",
+        "inspection": {
+            "id": inspection.id,
+            "name": inspection.name,
+            "asset": inspection.header.get("asset_id"),
+        },
+        "observation": {
+            "id": row.id,
+            "distance_m": metres(place.distance_mm) if place else None,
+            "distance_u95_m": place.u95_m if place else None,
+            "code": row.fields.get("code"),
+            "label": label,
+            "clock": view.clock,
+            "remark": row.fields.get("remark"),
+            "severity": EMERGENCY,
+            "tagged_by": row.created_by,
+            "tagged_at": row.created_at.isoformat(timespec="seconds"),
+        },
+    }
+
+
+def signature(secret: str, body: bytes, at: int) -> str:
+    """Value of the header: `t=<unix time>,v1=<hex HMAC-SHA256 of "t.body">`."""
+    digest = hmac.new(secret.encode(), f"{at}.".encode() + body, hashlib.sha256)
+    return f"t={at},v1={digest.hexdigest()}"
+
+
+class _Post:
+    """One try; all of it together ends in time, however slowly the other side answers."""
+
+    def __init__(self, url: str, trust: ssl.SSLContext | None) -> None:
+        parts = urlsplit(url)
+        self._host = parts.hostname or ""
+        self._trust = trust or ssl.create_default_context() if parts.scheme == "https" else None
+        self._port = parts.port or (80 if self._trust is None else 443)
+        self._target = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
+        self._ends_s = time.monotonic() + _TRY_S
+        self._lock = threading.Lock()
+        self._socket: socket.socket | None = None
+        self._is_over = False
+        self._watch = threading.Timer(_TRY_S, self.give_up)
+        self._watch.daemon = True
+
+    def give_up(self) -> None:
+        """Let whatever waits for the other side fail."""
+        with self._lock:
+            self._is_over = True
+            if self._socket is not None:
+                try:
+                    self._socket.shutdown(socket.SHUT_RDWR)
+                except OSError:
+                    logger.debug("The connection was closed already.")
+
+    def send(self, body: bytes, signed: str) -> int:
+        """Status of the answer.
+
+        Raises:
+            Unsent: There was none.
+        """
+        self._watch.start()
+        try:
+            # By its class it knows whether the port belongs into the Host header.
+            kind = http.client.HTTPSConnection if self._trust else http.client.HTTPConnection
+            connection = kind(self._host, self._port, timeout=_TRY_S)
+            connection.sock = self._connected()
+            headers = {
+                "Content-Type": "application/json",
+                "User-Agent": "Chainage",
+                SIGNATURE: signed,
+                "Connection": "close",
+            }
+            connection.request("POST", self._target, body, headers)
+            return connection.getresponse().status
+        except (OSError, http.client.HTTPException, ValueError) as failure:
+            raise Unsent(self._reason(failure)) from failure
+
+    def close(self) -> None:
+        """The answer's body is not of interest."""
+        self._watch.cancel()
+        if self._socket is not None:
+            self._socket.close()
+
+    def _connected(self) -> socket.socket:
+        left_s = max(self._ends_s - time.monotonic(), 0.1)
+        plain = socket.create_connection((self._host, self._port), left_s)
+        if self._trust is None:
+            return self._watched(plain)
+        wrapped = self._trust.wrap_socket(
+            plain, server_hostname=self._host, do_handshake_on_connect=False
+        )
+        self._watched(wrapped)
+        wrapped.do_handshake()
+        return wrapped
+
+    def _watched(self, opened: socket.socket) -> socket.socket:
+        """From here on `give_up` ends it."""
+        with self._lock:
+            self._socket = opened
+            if self._is_over:
+                raise TimeoutError
+        return opened
+
+    def _reason(self, failure: Exception) -> str:
+        if self._is_over or isinstance(failure, TimeoutError):
+            return f"It did not answer within {_TRY_S:.0f} s."
+        if isinstance(failure, ssl.SSLCertVerificationError):
+            return f"Its certificate is not trusted: {failure.verify_message}."
+        if isinstance(failure, ssl.SSLError):
+            return f"TLS failed: {failure.reason or 'the connection broke off'}."
+        if isinstance(failure, socket.gaierror):
+            return "Its name is not known."
+        if isinstance(failure, http.client.RemoteDisconnected | ConnectionResetError):
+            return "It has broken off."
+        if isinstance(failure, OSError) and failure.strerror:
+            return f"It cannot be reached: {failure.strerror}."
+        return "It does not answer as a web server does."
+
+
+def _seconds_until(instant: datetime) -> float:
+    return (instant - datetime.now(UTC)).total_seconds()
+
+
+def next_try(alert: Alert, now: datetime) -> datetime | None:
+    """After a pause that doubles; None when a day is over."""
+    pause_s = min(_FIRST_PAUSE_S * 2.0 ** min(alert.tries, 30), _LONGEST_PAUSE_S)
+    next_at = now + timedelta(seconds=pause_s)
+    return next_at if next_at < alert.created_at + _GIVE_UP_AFTER else None

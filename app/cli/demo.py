@@ -1,0 +1,56 @@
+"""`chainage demo`: the dashboard with a sample culvert inspection that starts by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from app.container import Services
+from app.errors import SampleFailed
+from app.main import listening, run
+from app.settings import MIB, Settings
+
+DISK_RESERVE_BYTES = 8 * MIB
+"""The demo needs some 30 MiB of a temporary folder, which often lies in memory and is small."""
+
+
+def run_demo(
+    host: str,
+    port: int,
+    *,
+    on_progress: Callable[[int, int], None],
+    on_ready: Callable[[str], None],
+) -> None:
+    """Serve until a signal, with a sample that is rendered first; nothing is left behind.
+
+    Args:
+        host, port: Where to listen.
+        on_progress: Called while the sample is rendered, with frames done and frames in all.
+        on_ready: Called once with the address that logs in and opens the sample.
+    Raises:
+        AddressNotAvailable, InvalidSettings, OpenToTheNetwork: Known before anything is rendered.
+    """
+    with ExitStack() as stack:
+        folder = stack.enter_context(TemporaryDirectory(prefix="chainage-demo-"))
+        settings = Settings.load(
+            data=Path(folder) / "data",
+            disk_reserve_bytes=DISK_RESERVE_BYTES,
+            pace=1.0,  # the speed of the camera: one can watch the robot drive
+        )
+        listener = stack.enter_context(listening(settings, host, port))
+
+        def ready(url: str, services: Services) -> None:
+            services.samples.start()
+            sample = services.samples.wait(on_progress)
+            if sample.fault is not None:
+                raise SampleFailed(sample.fault)
+            if sample.inspection_id is not None:  # else it was stopped by a signal
+                on_ready(_opening(url, sample.inspection_id))
+
+        run(settings, host, listener, ready)
+
+
+def _opening(login_url: str, inspection_id: str) -> str:
+    return f"{login_url}{'&' if '?' in login_url else '?'}next=/inspections/{inspection_id}"

@@ -1,0 +1,183 @@
+"""The commands about reports: `chainage export` and `chainage verify`."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+from rich.table import Column, Table
+
+from app.cli.console import Data, err, out, require_folder
+
+if TYPE_CHECKING:
+    # A second to import, for few commands.
+    from app.reports.report import Loss
+    from app.storage.tables import Inspection
+
+
+def export(
+    inspection: Annotated[
+        str, typer.Argument(help="Id of the inspection, the beginning of it, or its exact name.")
+    ],
+    format: Annotated[  # noqa: A002
+        str,
+        typer.Option(
+            help="pdf, html, emergency, csv, xlsx, json, en13508, ribx, isybau, m150, geojson; or "
+            "zip, the evidence bundle: reports, tables, photos and tracks, signed."
+        ),
+    ],
+    file: Annotated[Path, typer.Option("--out", help="File to write; it is replaced whole.")],
+    data: Data = None,
+    lang: Annotated[
+        Literal["en", "ms"], typer.Option(help="Language of the formats that people read.")
+    ] = "en",
+    units: Annotated[Literal["m", "ft"], typer.Option(help="Units of the same.")] = "m",
+) -> None:
+    """Write the report of an inspection, without a server or beside one.
+
+    What the format cannot hold is reported on standard error.
+    """
+    from app.errors import ExportNotAvailable, UnusableDatabase
+    from app.reports.data_folder import reading
+    from app.reports.formats import FORMATS
+    from app.reports.report import Company
+    from app.settings import Settings
+
+    if format not in FORMATS:
+        raise typer.BadParameter(
+            f"there is no {format!r}; there are {', '.join(FORMATS)}", param_hint="--format"
+        )
+    require_folder(file, "--out")
+    if file.is_dir():
+        raise typer.BadParameter(f"{file} is a folder", param_hint="--out")
+    settings = Settings.load() if data is None else Settings.load(data=data)
+    company = Company(settings.company_name, settings.company_logo)
+    try:
+        with reading(settings.data, company) as reader:
+            row = _the_one(reader.named(inspection), inspection)
+            written = reader.reports.export(row.id, format, language=lang, units=units).written
+            _replace(file, written.blocks())
+    except UnusableDatabase as error:
+        raise typer.BadParameter(str(error), param_hint="--data") from error
+    except ExportNotAvailable as error:
+        raise typer.BadParameter(str(error), param_hint="--format") from error
+    if row.status in ("queued", "running"):
+        err.print(
+            f"warning: {row.name} is {row.status}: its track is not on the disk before it has "
+            "ended, so that distances are missing",
+            style="yellow",
+        )
+    _tell(written.losses)
+    out.print(f"{file}: {row.name} ({row.id})")
+
+
+def verify(
+    file: Annotated[Path, typer.Argument(help="Evidence bundle (ZIP).")],
+    key: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FINGERPRINT|FILE",
+            help="Key that must have signed it: the fingerprint that its server prints, or a file "
+            "with the key (PEM).",
+        ),
+    ] = None,
+    video: Annotated[
+        Path | None, typer.Option(help="The film, to see whether it is the one inspected.")
+    ] = None,
+) -> None:
+    """Check an evidence bundle: every file, the signature, and the film.
+
+    Exit code 0: nothing is wrong; 1: something is; 2: it is no bundle that could be checked.
+    """
+    from app.errors import UnusableBundle
+    from app.reports.bundle import verify as checking
+
+    for path, hint in ((file, "FILE"), (video, "--video")):
+        if path is not None and not path.is_file():
+            raise typer.BadParameter(f"there is no file {path}", param_hint=hint)
+    wanted = None if key is None else _fingerprint(key)
+    try:
+        verdict = checking.verify(file, key=wanted, video=video)
+    except UnusableBundle as error:
+        raise typer.BadParameter(str(error), param_hint="FILE") from error
+    table = Table(
+        "",
+        Column("what", overflow="fold"),  # a fingerprint that is cut can be compared with nothing
+        Column("found", overflow="fold"),
+        box=None,
+    )
+    words = {True: "right", False: "WRONG", None: "open"}
+    for finding in verdict.findings:
+        table.add_row(words[finding.is_right], finding.what, finding.detail)
+    out.print(table)
+    manifest = verdict.manifest
+    out.print(f"key {manifest.fingerprint}")
+    out.print(
+        f"{manifest.name}: report {manifest.report_id}, revision {manifest.revision}, made "
+        f"{manifest.made_at} by {manifest.program}"
+    )
+    wrong = sum(finding.is_right is False for finding in verdict.findings)
+    if wrong:
+        err.print(f"{file}: {wrong} of {len(verdict.findings)} are wrong", style="red")
+        raise typer.Exit(1)
+
+
+def own_fingerprint(data: Path) -> str:
+    """Of the key that a data folder signs with; made if there is none."""
+    from app.reports.bundle.signing import fingerprint
+    from app.storage.signing_key import SigningKey
+
+    return fingerprint(SigningKey(data).public_key)
+
+
+def _fingerprint(key: str) -> str:
+    from app.reports.bundle.signing import fingerprint, public_key_of, read_fingerprint
+
+    found = read_fingerprint(key)
+    if found is not None:
+        return found
+    path = Path(key)
+    if not path.is_file():
+        raise typer.BadParameter(
+            f"{key!r} is no fingerprint (SHA256: and 64 digits) and no file", param_hint="--key"
+        )
+    public_key = public_key_of(path.read_bytes())
+    if public_key is None:
+        raise typer.BadParameter(f"{path} holds no Ed25519 key in PEM", param_hint="--key")
+    return fingerprint(public_key)
+
+
+def _the_one(found: list[Inspection], wanted: str) -> Inspection:
+    if not found:
+        raise typer.BadParameter(
+            f"no inspection has the id or the name {wanted!r}", param_hint="INSPECTION"
+        )
+    if len(found) > 1:
+        listed = ", ".join(f"{row.id} ({row.name})" for row in found[:5])
+        more = f" and {len(found) - 5} more" if len(found) > 5 else ""
+        raise typer.BadParameter(
+            f"{wanted!r} is not clear, it may be {listed}{more}; name the id",
+            param_hint="INSPECTION",
+        )
+    return found[0]
+
+
+def _tell(losses: Iterable[Loss]) -> None:
+    for loss in losses:
+        where = "" if loss.entry is None else f"observation {loss.entry.seq}: "
+        err.print(f"not in this format: {where}{loss.detail}", style="yellow")
+
+
+def _replace(file: Path, blocks: Iterable[bytes]) -> None:
+    """Write the whole file or leave the old one."""
+    part = file.with_name(f".{file.name}.{secrets.token_hex(4)}.part")
+    try:
+        with part.open("xb") as target:
+            for block in blocks:
+                target.write(block)
+        part.replace(file)
+    finally:
+        part.unlink(missing_ok=True)

@@ -1,0 +1,274 @@
+"""Builds the services, starts them in order, stops them in the opposite one."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import AsyncIterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, asynccontextmanager, suppress
+from dataclasses import dataclass
+
+from app.access.access import Access
+from app.alerts.webhook import Client, Webhook
+from app.inspections.corrections import Corrections
+from app.inspections.file_reader import CPU_S, FileReader
+from app.inspections.imports import Imports
+from app.inspections.inspections import Inspections
+from app.inspections.observations import Observations
+from app.inspections.packs import Packs
+from app.inspections.picking import Picking
+from app.inspections.preferences import Preferences
+from app.inspections.samples import Samples
+from app.inspections.scaling import Scaling
+from app.inspections.uploads import Uploads
+from app.jobs.messages import Limits
+from app.meter_counter.line import MeterCounter, Peer
+from app.ops.health import Health
+from app.ops.metrics import Metrics, WatchedServices
+from app.reports.report import Company
+from app.reports.reports import Reports
+from app.settings import Settings
+from app.storage.access import AccessStore
+from app.storage.alerts import AlertStore
+from app.storage.database import Database
+from app.storage.files import DataFolder
+from app.storage.imports import ImportStore
+from app.storage.inspections import InspectionStore
+from app.storage.observations import ObservationStore
+from app.storage.packs import PackStore
+from app.storage.preferences import PreferenceStore
+from app.storage.signing_key import SigningKey
+from app.storage.tokens import TokenFile
+from app.survey.checks import Checks
+from app.tracking.cameras import Sources
+from app.tracking.live import Live
+from app.tracking.media import Media
+from app.tracking.photos import Photos
+from app.tracking.queue import Tracking
+from app.tracking.recorder import Recorder
+from app.tracking.runs import Runs
+from app.tracking.tracks import Tracks
+from app.tracking.unrolled import Unrolled
+from app.viewer.clicks import Clicks
+from app.viewer.scenes import Scenes
+from app.viewer.still import scene_page
+
+logger = logging.getLogger(__name__)
+
+_EXPIRY_SWEEP_S = 600.0
+_THREADS = 32
+
+
+@dataclass(frozen=True)
+class Services:
+    """Everything that routers may call."""
+
+    access: Access
+    uploads: Uploads
+    inspections: Inspections
+    imports: Imports
+    tracking: Tracking
+    sources: Sources
+    tracks: Tracks
+    unrolled: Unrolled
+    observations: Observations
+    corrections: Corrections
+    checks: Checks
+    photos: Photos
+    media: Media
+    packs: Packs
+    preferences: Preferences
+    samples: Samples
+    reports: Reports
+    live: Live
+    scenes: Scenes
+    clicks: Clicks
+    picking: Picking
+    webhook: Webhook
+    meter_counter: MeterCounter
+    health: Health
+    metrics: Metrics
+
+
+@asynccontextmanager
+async def running(settings: Settings) -> AsyncIterator[Services]:
+    """The services of one data folder, until the block ends."""
+    # The default has a few threads only, and each upload occupies one while the disk syncs.
+    asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(_THREADS, "worker"))
+    with ExitStack() as stack:
+        services = await asyncio.to_thread(_start, settings, stack)
+        sweeps = [
+            asyncio.create_task(services.scenes.sweep()),
+            asyncio.create_task(_expire_uploads(services.uploads)),
+        ]
+        try:
+            yield services
+        finally:
+            for sweep in sweeps:
+                sweep.cancel()
+                with suppress(asyncio.CancelledError):
+                    await sweep
+            await services.scenes.close()
+            await asyncio.to_thread(stack.close)
+
+
+def _start(settings: Settings, stack: ExitStack) -> Services:
+    """What is started here is stopped by `stack`, also if a later step fails."""
+    folder = DataFolder(settings.data, reserve_bytes=settings.disk_reserve_bytes)
+    stack.callback(folder.close)
+    metrics = Metrics()
+    database = Database(folder.database, on_write=metrics.count_write)
+    stack.callback(database.close)
+    client = _client(settings)
+    inspection_store = InspectionStore(database)
+    observation_store = ObservationStore(database, has_webhook=client is not None)
+    live = Live()
+    stack.enter_context(live.listening(None, metrics.on_event))
+    tracks = Tracks(folder)
+    unrolled = Unrolled(folder, live)
+    uploads = Uploads(
+        folder, max_bytes=settings.max_upload_bytes, expiry_s=settings.upload_expiry_h * 3600
+    )
+    media = Media(Limits(settings.child_memory_bytes, reads=folder.media))
+    stack.callback(media.close)
+    runs = Runs(tracks, unrolled, live)
+    tracking = Tracking(
+        inspection_store,
+        folder,
+        tracks,
+        unrolled,
+        runs,
+        live,
+        slots=settings.max_jobs,
+        limits=Limits(settings.child_memory_bytes, round(settings.job_cpu_h * 3600)),
+        stall_s=settings.stall_s,
+        pace=settings.pace,
+    )
+    photos = Photos(inspection_store, observation_store, folder, media, tracks, live)
+    stack.enter_context(live.listening(None, photos.on_event))
+    photos.start()
+    stack.callback(photos.stop)
+    tracking.start()
+    stack.callback(tracking.stop)
+    recorder = Recorder(
+        inspection_store,
+        folder,
+        tracks,
+        runs,
+        live,
+        tracking,
+        memory_bytes=settings.child_memory_bytes,
+        reserve_bytes=settings.disk_reserve_bytes,
+    )
+    recorder.start()
+    stack.callback(recorder.stop)
+    sources = Sources(settings.camera_networks, settings.watch_folder)
+    corrections = Corrections(inspection_store, tracks, live)
+    scaling = Scaling(inspection_store, tracks, corrections)
+    stack.enter_context(live.listening(None, scaling.on_event))
+    scaling.start()
+    stack.callback(scaling.stop)
+    inspections = Inspections(
+        inspection_store,
+        folder,
+        media,
+        uploads,
+        tracks,
+        corrections,
+        runs,
+        tracking,
+        sources,
+        recorder,
+        observation_store,
+        live,
+    )
+    observations = Observations(inspection_store, observation_store, tracks, corrections, live)
+    packs = Packs(PackStore(database))
+    checks = Checks(inspection_store, observations, corrections, tracks, packs, folder)
+    samples = Samples(folder, inspections, observations)
+    stack.callback(samples.stop)
+    scenes = Scenes(inspections, corrections, observations, unrolled, live, packs)
+    alert_store = AlertStore(database)
+    webhook = Webhook(client, alert_store, inspections, observations, packs)
+    stack.enter_context(live.listening(None, webhook.on_event))
+    webhook.start()
+    stack.callback(webhook.stop)
+    meter_counter = MeterCounter(_peer(settings), corrections)
+    stack.enter_context(live.listening(None, meter_counter.on_event))
+    meter_counter.start()
+    stack.callback(meter_counter.stop)
+    metrics.observe(
+        WatchedServices(inspection_store, folder, runs, media, recorder, scenes, alert_store)
+    )
+    token = settings.token.get_secret_value() if settings.token else folder.kept_token()
+    return Services(
+        access=Access(AccessStore(database), TokenFile(folder.root), token),
+        uploads=uploads,
+        inspections=inspections,
+        imports=Imports(
+            ImportStore(database),
+            folder,
+            tracks,
+            packs,
+            FileReader(Limits(settings.child_memory_bytes, CPU_S, reads=())),
+        ),
+        tracking=tracking,
+        sources=sources,
+        tracks=tracks,
+        unrolled=unrolled,
+        observations=observations,
+        corrections=corrections,
+        checks=checks,
+        photos=photos,
+        media=media,
+        packs=packs,
+        preferences=Preferences(PreferenceStore(database)),
+        samples=samples,
+        reports=Reports(
+            inspection_store,
+            observations,
+            corrections,
+            checks,
+            packs,
+            tracks,
+            unrolled,
+            folder,
+            Company(settings.company_name, settings.company_logo),
+            SigningKey(folder.root),
+            scene_page,
+        ),
+        live=live,
+        scenes=scenes,
+        clicks=Clicks(),
+        picking=Picking(inspection_store, tracks, corrections),
+        webhook=webhook,
+        meter_counter=meter_counter,
+        health=Health(database, folder, media, tracking, photos),
+        metrics=metrics,
+    )
+
+
+def _client(settings: Settings) -> Client | None:
+    """Who is notified of what must not wait."""
+    if settings.webhook_url is None or settings.webhook_secret is None:
+        return None
+    page_root = (settings.public_url or "").rstrip("/")
+    return Client(settings.webhook_url, settings.webhook_secret.get_secret_value(), page_root)
+
+
+def _peer(settings: Settings) -> Peer | None:
+    """The software that Chainage is the meter counter of; on this machine unless it is named."""
+    if settings.meter_counter is None:
+        return None
+    host, _, port = settings.meter_counter.rpartition(":")
+    return Peer(host.strip("[]") or "127.0.0.1", int(port))
+
+
+async def _expire_uploads(uploads: Uploads) -> None:
+    while True:
+        try:
+            await asyncio.to_thread(uploads.expire)
+        except OSError:
+            logger.exception("Old uploads could not be deleted; another try in ten minutes.")
+        await asyncio.sleep(_EXPIRY_SWEEP_S)

@@ -1,0 +1,1 @@
+"""Inspections and what people state about them: observations, corrections, imports, uploads."""

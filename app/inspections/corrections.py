@@ -1,0 +1,436 @@
+"""Corrected distances: what was stated is kept, the track that follows from it is worked out.
+
+The raw track never changes.  A corrected one is kept in memory as long as neither what was stated
+nor the run has changed; while a run goes on, its newest frames are carried on from the last
+solution, and least squares are solved again every few seconds at most.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import OrderedDict
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
+
+from app.errors import DiskFull, body_of
+from app.storage.inspections import InspectionStore, Rescaling
+from app.storage.tables import ENDED, Inspection
+from app.survey.adjustment import Adjusted, Joints, Refusal, Stated, adjust
+from app.survey.interval import half_width_m
+from app.survey.makeup import Makeup, makeup_of
+from app.survey.notices import Notice, notices_of
+from app.survey.rounding import metres, rounded
+from app.tracking.live import Live
+from app.tracking.tracks import Tracks
+from vo_core import Rig, Track
+from vo_core.errors import InvalidCorrection
+from vo_core.geometry.tilt import MountTilt
+from vo_core.track import Estimate
+
+logger = logging.getLogger(__name__)
+
+_SOLVED_KEPT = 8
+_STATED_KEPT = 512
+_SOLVE_EVERY_S = 5.0
+_SOLVE_SHARE = 0.1
+"""While a run goes on it is solved so often at most, and for so much of the time: some 10 ms for a
+minute of video with joints, seconds for an hour with a hundred of them."""
+
+Value = TypeVar("Value")
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """What was stated, what follows, and what is wrong with it."""
+
+    stated: Stated
+    adjusted: Adjusted | None
+    """None if it cannot be applied; by a part of what was stated if it once could."""
+    error: dict[str, str] | None
+    """Code and detail."""
+    refusal: Refusal | None = None
+    """The same for pages in other languages, where it can be said."""
+    tilt: MountTilt | None = None
+    """Of the mount against the rig, as far as the run has gone; None if it was not measured."""
+
+
+@dataclass(frozen=True)
+class _Statement:
+    revision: int
+    stated: Stated
+    rig: Rig
+
+
+@dataclass(frozen=True)
+class _Solution:
+    revision: int
+    run: tuple[int, bool]
+    """Which run of tracking, and whether it went on."""
+    solved_s: float
+    took_s: float
+    corrected: Corrected
+    adjusted: Adjusted
+
+    @property
+    def due_s(self) -> float:
+        """When a run that goes on may be solved again."""
+        return self.solved_s + max(_SOLVE_EVERY_S, self.took_s / _SOLVE_SHARE)
+
+    @property
+    def is_growing(self) -> bool:
+        """Whether the run went on when it was solved."""
+        return self.run[1]
+
+
+class Corrections:
+    """State, preview, and use in place of the raw track."""
+
+    def __init__(self, inspections: InspectionStore, tracks: Tracks, live: Live) -> None:
+        self._inspections = inspections
+        self._tracks = tracks
+        self._live = live
+        self._lock = threading.Lock()
+        """Guards the two below."""
+        self._statements: OrderedDict[str, _Statement] = OrderedDict()
+        self._solutions: OrderedDict[str, _Solution] = OrderedDict()
+
+    def get(self, inspection_id: str) -> Corrected:
+        """What holds now.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        corrected = self._solution(inspection_id).corrected
+        return replace(corrected, tilt=self._tracks.tilt(inspection_id))
+
+    def preview(self, inspection_id: str, stated: Stated) -> Corrected:
+        """What would hold; a known length that would be refused is shown with its closure.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        rig = self._statement(inspection_id).rig
+        try:
+            adjusted = adjust(
+                self._tracks.get(inspection_id), rig, stated, self._tracks.sightings(inspection_id)
+            )
+        except InvalidCorrection as error:
+            return Corrected(stated, None, body_of(error)[1], Refusal.of(error))
+        tilt = self._tracks.tilt(inspection_id)
+        return Corrected(stated, adjusted, _refusal(adjusted), tilt=tilt)
+
+    def put(self, inspection_id: str, stated: Stated, remark: str | None, who: str) -> Corrected:
+        """State it in place of what was stated before; it is committed and synced on return.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+            InvalidCorrection: It cannot be applied to the track as it is; nothing was stored.
+        """
+        statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
+        began_s = time.monotonic()
+        adjusted = adjust(
+            self._tracks.get(inspection_id),
+            statement.rig,
+            stated,
+            self._tracks.sightings(inspection_id),
+        )
+        if adjusted.refused is not None:
+            raise InvalidCorrection(adjusted.refused.refusal())
+        revision = self._inspections.correct(
+            inspection_id, who, stated.to_json(), remark, unstated=Stated().to_json()
+        )
+        corrected = Corrected(stated, adjusted, None)
+        self._keep(inspection_id, _Statement(revision, stated, statement.rig))
+        now_s = time.monotonic()
+        self._keep_solution(
+            inspection_id,
+            _Solution(revision, run, now_s, now_s - began_s, corrected, adjusted),
+        )
+        if revision != statement.revision:
+            logger.info("Inspection %s corrected by %s.", inspection_id, who)
+            self._live.corrected(inspection_id)
+        return replace(corrected, tilt=self._tracks.tilt(inspection_id))
+
+    def rescaled(self, inspection_id: str, change: Rescaling) -> None:
+        """Record that the newest solution has another scale than was published; all is read again.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+            DiskFull: It could not be recorded.
+        """
+        statement, solution = self._statement(inspection_id), self._last_solution(inspection_id)
+        revision = self._inspections.rescale(inspection_id, change)
+        self._keep(inspection_id, replace(statement, revision=revision))
+        self._keep_solution(inspection_id, replace(solution, revision=revision))
+        self._live.corrected(inspection_id)
+
+    def newest(self, inspection_id: str) -> Adjusted:
+        """The last solution of any age; cheap."""
+        return self._last_solution(inspection_id).adjusted
+
+    def adjusted(self, inspection_id: str) -> Adjusted:
+        """The newest solution; the last frames of a run that goes on may not be in it."""
+        return self._solution(inspection_id).adjusted
+
+    def notices(self, inspection_id: str) -> list[Notice]:
+        """Where picture and rig disagree, by the last solution of any age; cheap."""
+        return notices_of(self.newest(inspection_id), self._tracks.tilt(inspection_id))
+
+    def makeup(self, inspection_id: str, frame: int | None) -> Makeup | None:
+        """What the interval of a frame is made of, of the furthest one without; see `makeup_of`.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        adjusted, raw = self.adjusted(inspection_id), self._tracks.get(inspection_id)
+        if not len(raw):
+            return None
+        far = int(adjusted.extended(raw).distance_mm.argmax())
+        return makeup_of(adjusted, raw, far if frame is None else frame)
+
+    def forget(self, inspection_id: str) -> None:
+        """Drop what is held in memory."""
+        with self._lock:
+            self._statements.pop(inspection_id, None)
+            self._solutions.pop(inspection_id, None)
+
+    def track(self, inspection_id: str) -> Track:
+        """The corrected track as far as it is, perhaps empty."""
+        adjusted = self.adjusted(inspection_id)
+        _, is_growing = self._tracks.run(inspection_id)
+        return adjusted.extended(self._tracks.get(inspection_id)) if is_growing else adjusted.track
+
+    def estimate(self, inspection_id: str, raw: Estimate) -> Estimate:
+        """The corrected estimate of a frame that was just tracked; cheap."""
+        return self._last_solution(inspection_id).adjusted.estimate(raw)
+
+    def chainage_mm(self, inspection_id: str, raw_mm: float) -> float:
+        """The corrected distance of a raw one; cheap."""
+        return self._last_solution(inspection_id).adjusted.chainage_mm(raw_mm)
+
+    def revision(self, inspection_id: str) -> int:
+        """Rises with every correction.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        return self._statement(inspection_id).revision
+
+    def is_stated(self, inspection: Inspection) -> bool:
+        """Whether anything is stated that moves distances."""
+        stated = Stated.from_json(inspection.corrections)
+        return stated not in (Stated(), Stated(joints=Joints(use=False)))
+
+    def end(self, inspection: Inspection) -> tuple[float, float | None] | None:
+        """Distance and its sigma, mm, in the last frame of an ended inspection; None without.
+
+        Nobody knows the sigma of a survey that another program has measured.
+        """
+        if inspection.distance_mm is None:
+            return None
+        if inspection.sigma_distance_mm is None and not self.is_stated(inspection):
+            return inspection.distance_mm, None
+        if inspection.corrected_mm is not None and inspection.sigma_corrected_mm is not None:
+            return inspection.corrected_mm, inspection.sigma_corrected_mm
+        track = self.track(inspection.id)
+        if not len(track):
+            return None
+        distance_mm = float(track.distance_mm[-1])
+        if inspection.sigma_distance_mm is None:
+            return distance_mm, None
+        sigma_mm = float(track.sigma_distance_mm[-1])
+        if inspection.status in ENDED:
+            self._keep_end(inspection, distance_mm, sigma_mm)
+        return distance_mm, sigma_mm
+
+    def _keep_end(self, inspection: Inspection, distance_mm: float, sigma_mm: float) -> None:
+        try:
+            self._inspections.record_corrected_end(
+                inspection.id, inspection.revision, distance_mm, sigma_mm
+            )
+        except DiskFull as full:  # it is worked out again the next time
+            logger.warning("The corrected end of %s could not be kept: %s", inspection.id, full)
+
+    def _last_solution(self, inspection_id: str) -> _Solution:
+        """Of this revision and run, of any age."""
+        statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
+        with self._lock:
+            known = self._solutions.get(inspection_id)
+        if known is not None and (known.revision, known.run) == (statement.revision, run):
+            return known
+        return self._solve(inspection_id)
+
+    def _solution(self, inspection_id: str) -> _Solution:
+        """Not older than some seconds while the run goes on."""
+        known = self._last_solution(inspection_id)
+        is_settled = not known.is_growing or not known.adjusted.can_change
+        if is_settled or time.monotonic() < known.due_s:
+            return known
+        return self._solve(inspection_id)
+
+    def _solve(self, inspection_id: str) -> _Solution:
+        """What was stated could be applied once; what cannot be now is left out and reported."""
+        statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
+        raw = self._tracks.get(inspection_id)
+        stated = statement.stated.within(len(raw)) if run[1] else statement.stated
+        sightings, began_s = self._tracks.sightings(inspection_id), time.monotonic()
+        refusal = None
+        try:
+            adjusted = adjust(raw, statement.rig, stated, sightings)
+            error = _refusal(adjusted)
+        except InvalidCorrection as failure:
+            unadjusted = stated.within(len(raw)).unadjusted()
+            adjusted = adjust(raw, statement.rig, unadjusted, sightings)
+            error, refusal = body_of(failure)[1], Refusal.of(failure)
+        corrected = Corrected(statement.stated, adjusted, error, refusal)
+        now_s = time.monotonic()
+        solution = _Solution(statement.revision, run, now_s, now_s - began_s, corrected, adjusted)
+        self._keep_solution(inspection_id, solution)
+        return solution
+
+    def _statement(self, inspection_id: str) -> _Statement:
+        with self._lock:
+            known = self._statements.get(inspection_id)
+        if known is not None:
+            return known
+        row = self._inspections.get(inspection_id)
+        stated = Stated.from_json(row.corrections)
+        statement = _Statement(row.revision, stated, Rig.model_validate(row.rig))
+        return self._keep(inspection_id, statement)
+
+    def _keep(self, inspection_id: str, statement: _Statement) -> _Statement:
+        """The newest of two threads' statements holds."""
+        with self._lock:
+            known = self._statements.get(inspection_id)
+            if known is None or known.revision <= statement.revision:
+                _remember(self._statements, inspection_id, statement, _STATED_KEPT)
+            return self._statements[inspection_id]
+
+    def _keep_solution(self, inspection_id: str, solution: _Solution) -> None:
+        with self._lock:
+            known = self._solutions.get(inspection_id)
+            if known is None or known.revision <= solution.revision:
+                _remember(self._solutions, inspection_id, solution, _SOLVED_KEPT)
+
+
+def reason_of(refusal: Refusal) -> dict[str, Any] | None:
+    """The name of a refusal and what changes in its sentence; None where it has none."""
+    if refusal.reason is None:
+        return None
+    return {"code": refusal.reason, "params": dict(refusal.values)}
+
+
+def result_of(corrected: Corrected) -> dict[str, Any] | None:
+    """What came out, in figures for people: metres of distance, mm of what is left."""
+    adjusted = corrected.adjusted
+    if adjusted is None:
+        return None
+    met = adjusted.distance_class()
+    if met is None:
+        return None
+    done, closure, height = adjusted.correction, adjusted.closure, adjusted.height
+    refusal = adjusted.joints_refusal
+    return {
+        "scale": _rounded(adjusted.scale, 6),
+        "scale_sigma": _rounded(adjusted.scale_sigma, 6),
+        "findings": [
+            {
+                "evidence": str(found.evidence),
+                "scale": _rounded(found.scale, 6),
+                "sigma": _rounded(found.sigma, 6),
+            }
+            for found in (done.findings if done else ())
+        ],
+        "residuals": [
+            {
+                "name": left.name,
+                "measured_m": _metres(left.measured_mm),
+                "residual_mm": _rounded(left.residual_mm, 2),
+            }
+            for left in adjusted.residuals()
+        ],
+        "joints": [
+            {
+                "number": joint.number,
+                "distance_m": _metres(joint.distance_mm),
+                "u95_m": half_width_m(joint.sigma_mm),
+                "residual_mm": _rounded(joint.residual_mm, 2),
+                "frame": joint.frame,
+                "is_marked": joint.is_marked,
+                "other_frames": list(joint.others),
+            }
+            for joint in adjusted.evidence
+        ],
+        "uncounted_marks": [
+            {"frame": mark.frame, "distance_m": _metres(mark.distance_mm)}
+            for mark in adjusted.uncounted_marks
+        ],
+        "expected_joints": [
+            {"number": joint.number, "distance_m": _metres(joint.distance_mm)}
+            for joint in adjusted.expected_joints
+        ],
+        "joints_refusal": None if refusal is None else refusal.sentence,
+        "joints_reason": None if refusal is None else reason_of(refusal),
+        "by_joints": _by_joints(adjusted),
+        "notices": [
+            {"code": notice.code, "params": notice.params}
+            for notice in notices_of(adjusted, corrected.tilt)
+        ],
+        "closure": None
+        if closure is None
+        else {
+            "known_length_m": _metres(closure.known_mm),
+            "measured_m": _metres(closure.measured_mm),
+            "residual_mm": _rounded(closure.residual_mm, 1),
+            "residual_percent": _rounded(closure.residual_percent, 3),
+            "sigma_mm": _rounded(closure.sigma_mm, 1),
+        },
+        "height": None
+        if height is None
+        else {
+            "height_mm": _rounded(height.height_mm, 2),
+            "sigma_mm": _rounded(height.sigma_mm, 2),
+        },
+        "distance_class": {
+            "percent": met.percent,
+            "half_width_m": met.half_width_m,
+            "residual_m": _metres(met.residual_mm),
+            "length_m": _metres(met.length_mm),
+        },
+    }
+
+
+def _by_joints(adjusted: Adjusted) -> dict[str, Any] | None:
+    """What the joints have done to the scale; None if they do not count."""
+    found = adjusted.by_joints
+    if found is None:
+        return None
+    return {
+        "joints": found.joints,
+        "scale": _rounded(found.scale, 4),
+        "sigma": _rounded(found.sigma, 4),
+        "lower_mm": _rounded(found.lower_mm, 3),
+    }
+
+
+def _metres(mm: float | None) -> float | None:
+    return None if mm is None else metres(mm)
+
+
+def _rounded(value: float | None, digits: int) -> float | None:
+    return None if value is None else rounded(float(value), digits)
+
+
+def _refusal(adjusted: Adjusted) -> dict[str, str] | None:
+    if adjusted.refused is None:
+        return None
+    return body_of(InvalidCorrection(adjusted.refused.refusal()))[1]
+
+
+def _remember(kept: OrderedDict[str, Value], inspection_id: str, value: Value, most: int) -> None:
+    kept[inspection_id] = value
+    kept.move_to_end(inspection_id)
+    while len(kept) > most:
+        kept.popitem(last=False)

@@ -1,0 +1,382 @@
+"""Surveys of other programs, and exported inspections, made inspections of this server.
+
+There is no film: an imported survey is `done` at once, and the track of a survey that another
+program measured has one row for each observation, so that a tag stays anchored to a frame and its
+distance is derived as anywhere else.  Such a track has neither sigma nor quality, as nobody knows
+them (`app.inspections.observations.is_unmeasured`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import logging
+import secrets
+import shutil
+import threading
+import uuid
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+from app.errors import PackNotFound
+from app.imports.chainage_json import Happening, Tag, WholeInspection
+from app.imports.survey import ImportedObservation, ImportedSurvey, clean
+from app.inspections.file_reader import FileReader
+from app.inspections.packs import Packs
+from app.storage.files import DataFolder, sync_folder, write_durably
+from app.storage.imports import ImportStore
+from app.storage.tables import BROUGHT_IN, ENDED, IMPORTED, Event, Inspection, Observation
+from app.survey.adjustment import Stated
+from app.tracking.queue import track_metadata
+from app.tracking.tracks import Tracks, estimate_at, is_unmeasured
+from app.tracking.videos import NO_FILM, unfilmed_columns
+from vo_core import Rig, Track
+from vo_core.geometry.tilt import MountTilt
+from vo_core.image.health import Health
+from vo_core.joints.finder import Sighting
+from vo_core.track import Estimate
+
+logger = logging.getLogger(__name__)
+
+_LONGEST_NAME, _LONGEST_FILENAME = 200, 255
+_BYTES_A_ROW = 200
+"""Of a track on the disk, for the room that is asked for."""
+_PICTURE_WH = (1280, 720)
+_LEAST_DIAMETER_MM, _MOST_DIAMETER_MM, _ANY_DIAMETER_MM = 100.0, 5000.0, 900.0
+_LEAST_UNIT_MM, _MOST_UNIT_MM = 100.0, 20_000.0
+_BETWEEN_ROWS_S = 1.0
+"""Of a survey without video times, from row to row; of others, where two are at the same time."""
+_TICK_S = 0.001
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What has become of a file."""
+
+    inspection_ids: tuple[str, ...]
+    """In the order of the file."""
+    warnings: tuple[str, ...]
+    """What is odd or left out, in sentences."""
+
+
+class Imports:
+    """Has files read and keeps what they say."""
+
+    def __init__(
+        self,
+        store: ImportStore,
+        folder: DataFolder,
+        tracks: Tracks,
+        packs: Packs,
+        reader: FileReader,
+    ) -> None:
+        self._store = store
+        self._folder = folder
+        self._tracks = tracks
+        self._packs = packs
+        self._reader = reader
+        self._taking_over = threading.Lock()
+        """Of two imports of one file at the same time, one keeps its id."""
+
+    def add(self, content: bytes, filename: str, who: str) -> Imported:
+        """Make an inspection of every survey in the file; which kind it is, its content says.
+
+        A report in JSON comes back as it was, with its id if this server never had it.
+
+        Args:
+            content: EN 13508-2 text, a WinCan .db3, or a report in JSON of this program.
+            filename: What the user calls it.
+            who: Name of the token.
+
+        Raises:
+            InvalidImport: It is none of these, damaged, or takes more memory or time than a
+                survey; the text says what is wrong where.
+            Busy: Other files are being read.
+            DiskFull: There is no room for it.
+        """
+        name = clean(filename, _LONGEST_FILENAME) or "file"
+        found = self._reader.read(content)
+        if isinstance(found, WholeInspection):
+            with self._taking_over:
+                return self._add_whole(found, name, content, who)
+        warnings = [str(caveat) for caveat in found.warnings]
+        ids = []
+        for survey in found.surveys:
+            ids.append(self._add_survey(survey, name, content, who))
+            several = f"{survey.name}: " if len(found.surveys) > 1 else ""
+            warnings += [f"{several}{caveat}" for caveat in survey.warnings]
+        return Imported(tuple(ids), tuple(warnings))
+
+    def _add_survey(self, survey: ImportedSurvey, filename: str, content: bytes, who: str) -> str:
+        rows = in_order(survey.observations)
+        run = Run(_track(rows))
+        has_times = any(row.time_s is not None for row in rows)
+        inspection = _inspection(filename, content)
+        inspection.name, inspection.header = _name(survey.name), dict(survey.header)
+        inspection.rig = rig_of(survey.header).model_dump(mode="json")
+        inspection.video = unfilmed_columns(
+            _PICTURE_WH, float(run.track.time_s[-1]) if has_times else None
+        )
+        observations = [
+            _observation(inspection.id, seq, {"frame": seq - 1, **row.fields()}, who)
+            for seq, row in enumerate(rows, 1)
+        ]
+        events = [_created(inspection, filename, who), *(_tagged(it, who) for it in observations)]
+        if rows:
+            inspection.distance_mm = float(run.track.distance_mm[-1])
+        self._keep(inspection, run, observations, events)
+        return inspection.id
+
+    def _add_whole(
+        self, whole: WholeInspection, filename: str, content: bytes, who: str
+    ) -> Imported:
+        warnings = [
+            "The film, the photos and the picture of the wall are not in such a file; everything "
+            "that was stated and measured is here."
+        ]
+        header = dict(whole.header)
+        try:
+            self._packs.require(header)
+        except PackNotFound:
+            warnings.append(
+                f"This server has no code pack {header.pop('code_pack')}; the built-in one is "
+                "used. Import the pack, then choose it in the header."
+            )
+        run = Run(whole.track, whole.health, whole.sightings, whole.tilt)
+        inspection = _inspection(filename, content)
+        if self._is_free(whole.id):
+            inspection.id = whole.id
+        inspection.name, inspection.header = whole.name, header
+        inspection.rig = whole.rig.model_dump(mode="json")
+        inspection.video = dict(whole.video)
+        inspection.created_at, inspection.finished_at = whole.created_at, whole.finished_at
+        inspection.status = whole.status
+        if whole.status not in ENDED:
+            inspection.status, inspection.finished_at = "cancelled", inspection.queued_at
+            warnings.append("It was exported before it had ended; it ends here where it was then.")
+        # What the distances rest on, though it is not here.
+        inspection.source_kind = whole.source_kind
+        inspection.source_filename = whole.source_filename
+        inspection.source_size = whole.source_size
+        inspection.source_sha256 = whole.source_sha256
+        inspection.warning = whole.warning
+        inspection.error_code, inspection.error_detail = whole.error_code, whole.error
+        inspection.corrections = whole.stated.to_json() if whole.stated != Stated() else {}
+        inspection.revision = whole.revision
+        if len(run.track):
+            inspection.distance_mm = float(run.track.distance_mm[-1])
+            sigma_mm = float(run.track.sigma_distance_mm[-1])
+            inspection.sigma_distance_mm = None if is_unmeasured(run.track) else sigma_mm
+        observations = [_restored(inspection.id, tag) for tag in whole.tags]
+        events = [
+            *(_happened(inspection.id, it) for it in whole.events),
+            _brought_in(inspection, filename, who),
+        ]
+        self._keep(inspection, run, observations, events)
+        return Imported((inspection.id,), tuple(warnings))
+
+    def _is_free(self, inspection_id: str) -> bool:
+        """Whether this server never had an inspection of this id."""
+        is_known = self._store.has_known(inspection_id)
+        return not is_known and not self._folder.inspection(inspection_id).exists()
+
+    def _keep(
+        self,
+        inspection: Inspection,
+        run: Run,
+        observations: Sequence[Observation],
+        events: Sequence[Event],
+    ) -> None:
+        """Write the files, then commit; nothing stays if that fails."""
+        rows = len(run.track)
+        self._folder.require_room(_BYTES_A_ROW * rows)
+        inspection.frames_done = rows
+        place = self._folder.inspection(inspection.id)
+        place.mkdir()
+        try:
+            sync_folder(place.parent)
+            write_durably(place / "rig.json", json.dumps(inspection.rig, indent=2).encode())
+            self._tracks.begin(inspection.id)
+            self._tracks.append(inspection.id, run.estimates())
+            self._tracks.note(inspection.id, enumerate(run.health), run.sightings, run.tilt)
+            self._tracks.finish(inspection.id, track_metadata(inspection))
+            self._store.add(inspection, observations, events)
+        except BaseException:
+            self._tracks.forget(inspection.id)
+            shutil.rmtree(place, ignore_errors=True)
+            raise
+        logger.info("Inspection %s (%s) imported.", inspection.id, inspection.name)
+
+
+@dataclass(frozen=True)
+class Run:
+    """What is kept of the way of the camera."""
+
+    track: Track
+    health: Sequence[Health] = ()
+    sightings: Sequence[Sighting] = ()
+    tilt: MountTilt | None = None
+
+    def estimates(self) -> Iterator[Estimate]:
+        """Row by row."""
+        for frame in range(len(self.track)):
+            estimate = estimate_at(self.track, frame)
+            assert estimate is not None  # noqa: S101  (within its length)
+            yield estimate
+
+
+def in_order(observations: Sequence[ImportedObservation]) -> list[ImportedObservation]:
+    """As they were met: by the time in the film if every row has it, else by distance."""
+    if all(row.time_s is not None for row in observations):
+        return sorted(observations, key=lambda row: (row.time_s or 0.0, row.distance_m))
+    return sorted(observations, key=lambda row: row.distance_m)
+
+
+def rig_of(header: Mapping[str, Any]) -> Rig:
+    """A stand-in, as nobody knows the camera: the pipe is that of the header, as far as it says."""
+    width, height = _PICTURE_WH
+    diameter_mm = _within(
+        header.get("height_mm"), _LEAST_DIAMETER_MM, _MOST_DIAMETER_MM, _ANY_DIAMETER_MM
+    )
+    pipe: dict[str, Any] = {"shape": "flat"}
+    if header.get("shape", "circular") == "circular":
+        pipe = {"shape": "circular", "diameter_mm": diameter_mm}
+    unit_m = header.get("unit_length_m")
+    if isinstance(unit_m, int | float) and _LEAST_UNIT_MM <= 1000 * unit_m <= _MOST_UNIT_MM:
+        pipe["segment_length_mm"] = 1000.0 * unit_m
+    return Rig.parse(
+        {
+            "camera": {
+                "model": "pinhole", "width": width, "height": height, "fx": 1100.0, "fy": 1100.0,
+                "cx": (width - 1) / 2, "cy": (height - 1) / 2,
+            },
+            "mount": {"view": "down", "height_mm": 0.6 * diameter_mm, "rotation_deg": 0.0},
+            "pipe": pipe,
+        }
+    )  # fmt: skip
+
+
+def _within(value: object, least: float, most: float, otherwise: float) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return otherwise
+    return float(value) if least <= value <= most else otherwise
+
+
+def _track(rows: Sequence[ImportedObservation]) -> Track:
+    """Row i is the i-th observation; times rise, so that each row has a moment of its own."""
+    times_s: list[float] = []
+    has_times = any(row.time_s is not None for row in rows)
+    for row in rows:
+        least_s = times_s[-1] + (_TICK_S if has_times else _BETWEEN_ROWS_S) if times_s else 0.0
+        times_s.append(max(least_s, row.time_s or 0.0))
+    return Track.from_estimates(
+        Estimate(
+            frame=frame, time_s=time_s, x_mm=1000 * row.distance_m, y_mm=0.0, yaw_deg=0.0,
+            distance_mm=1000 * row.distance_m, sigma_distance_mm=0.0, quality=0.0, status="ok",
+            sigma_registration_mm=0.0,
+        )
+        for frame, (row, time_s) in enumerate(zip(rows, times_s, strict=True))
+    )  # fmt: skip
+
+
+def _inspection(filename: str, content: bytes) -> Inspection:
+    now = datetime.now(UTC)
+    return Inspection(
+        id=secrets.token_hex(16),
+        status="done",
+        source_kind=IMPORTED,
+        source_filename=filename,
+        source_size=len(content),
+        source_sha256=hashlib.sha256(content).hexdigest(),
+        video_file="",
+        corrections={},
+        revision=0,
+        created_at=now,
+        queued_at=now,
+        finished_at=now,
+    )
+
+
+def _name(text: str) -> str:
+    return clean(text, _LONGEST_NAME) or "Imported survey"
+
+
+def _observation(inspection_id: str, seq: int, fields: Mapping[str, Any], who: str) -> Observation:
+    return Observation(
+        inspection_id=inspection_id,
+        id=str(uuid.uuid4()),
+        seq=seq,
+        frame=fields["frame"],
+        fields=dict(fields),
+        photo_error=NO_FILM,
+        created_at=datetime.now(UTC),
+        created_by=who,
+    )
+
+
+def _restored(inspection_id: str, tag: Tag) -> Observation:
+    return Observation(
+        inspection_id=inspection_id,
+        id=tag.id,
+        seq=tag.seq,
+        frame=tag.fields["frame"],
+        fields=dict(tag.fields),
+        photo_frame=tag.fields["frame"] if tag.photo_sha256 else None,
+        photo_sha256=tag.photo_sha256,
+        photo_error=NO_FILM,
+        created_at=tag.created_at,
+        created_by=tag.created_by,
+        edited_at=tag.edited_at,
+        edited_by=tag.edited_by,
+    )
+
+
+def _created(inspection: Inspection, filename: str, who: str) -> Event:
+    return Event(
+        inspection_id=inspection.id,
+        action="created",
+        who=who,
+        at=inspection.created_at,
+        before=None,
+        after={"name": inspection.name, "header": inspection.header},
+        remark=f"Imported from {filename}.",
+    )
+
+
+def _brought_in(inspection: Inspection, filename: str, who: str) -> Event:
+    return Event(
+        inspection_id=inspection.id,
+        action=BROUGHT_IN,
+        who=who,
+        at=inspection.queued_at,
+        before=None,
+        after=None,
+        remark=f"Imported from {filename}.",
+    )
+
+
+def _tagged(observation: Observation, who: str) -> Event:
+    return Event(
+        inspection_id=observation.inspection_id,
+        observation_id=observation.id,
+        action="created",
+        who=who,
+        at=observation.created_at,
+        before=None,
+        after=observation.fields,
+    )
+
+
+def _happened(inspection_id: str, event: Happening) -> Event:
+    return Event(
+        inspection_id=inspection_id,
+        observation_id=event.observation_id,
+        action=event.action,
+        who=event.who,
+        at=event.at,
+        before=None if event.before is None else dict(event.before),
+        after=None if event.after is None else dict(event.after),
+        remark=event.remark,
+    )

@@ -1,0 +1,485 @@
+"""Inspections: made from an upload or a file, listed, renamed, deleted."""
+
+from __future__ import annotations
+
+import json
+import logging
+import secrets
+import shutil
+import threading
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.errors import (
+    DiskFull,
+    FrameNotFound,
+    LiveSourceRefused,
+    NotAllTracked,
+    NothingRecorded,
+    OpenStretches,
+    StillRunning,
+)
+from app.inspections.corrections import Corrections
+from app.inspections.uploads import Uploads
+from app.jobs import parts
+from app.jobs.parts import NOT_RECORDED, Between, Mark
+from app.settings import MIB
+from app.storage.files import (
+    RECORDING,
+    DataFolder,
+    copy_durably,
+    move_durably,
+    sha256_of,
+    sync_folder,
+    write_durably,
+)
+from app.storage.inspections import InspectionStore, Summary
+from app.storage.observations import ObservationStore
+from app.storage.tables import ENDED, Inspection
+from app.survey.stretches import open_stretches
+from app.tracking.cameras import Sources
+from app.tracking.live import CameraStatus, Live, Progress
+from app.tracking.media import Media
+from app.tracking.queue import Tracking, track_metadata
+from app.tracking.recorder import Recorder
+from app.tracking.runs import Runs
+from app.tracking.tracks import Tracks, estimate_at, since
+from app.tracking.videos import NO_FILM, file_name, unrecorded_columns, video_columns
+from vo_core import Estimate, Rig, Track
+from vo_core.geometry.rectify import require_wall_in_view
+
+logger = logging.getLogger(__name__)
+
+_FRAME_JPEG_QUALITY = 80
+_LEAST_ROOM_TO_RECORD = 64 * MIB
+
+
+@dataclass(frozen=True)
+class InspectionView:
+    """An inspection with what is counted and measured about it."""
+
+    row: Inspection
+    progress: Progress
+    distance_mm: float | None
+    """Of the last frame, corrected, with its standard deviation."""
+    sigma_distance_mm: float | None
+    raw_distance_mm: float | None
+    is_corrected: bool
+    defects: int
+    worst_severity: int | None
+    camera: CameraStatus | None
+    """While it is recorded."""
+    warning: str | None
+    """What was wrong with the video or the run, or why its end waits, in a sentence."""
+
+
+class Inspections:
+    """The list of inspections and what may be done with one, besides tracking it."""
+
+    def __init__(
+        self,
+        store: InspectionStore,
+        folder: DataFolder,
+        media: Media,
+        uploads: Uploads,
+        tracks: Tracks,
+        corrections: Corrections,
+        runs: Runs,
+        tracking: Tracking,
+        sources: Sources,
+        recorder: Recorder,
+        observations: ObservationStore,
+        live: Live,
+    ) -> None:
+        self._store = store
+        self._folder = folder
+        self._media = media
+        self._uploads = uploads
+        self._tracks = tracks
+        self._corrections = corrections
+        self._runs = runs
+        self._tracking = tracking
+        self._sources = sources
+        self._recorder = recorder
+        self._observations = observations
+        self._live = live
+        self._recording_on = threading.Lock()
+
+    def create_from_upload(
+        self,
+        name: str,
+        upload_id: str,
+        rig: Mapping[str, Any],
+        header: Mapping[str, Any],
+        who: str,
+    ) -> str:
+        """Make an inspection of a complete upload and queue it; its id.
+
+        If it cannot be made, the upload stays for another try.
+
+        Raises:
+            UploadNotFound, UploadIncomplete, UploadBusy: There is no file to work on.
+            InvalidRig: The text names field, value and what is allowed.
+            UnreadableVideo: The file is not a video that can be tracked.
+            RigVideoMismatch: The rig's camera has pictures of another size.
+        """
+        checked = Rig.parse(dict(rig))
+        require_wall_in_view(checked)
+        with self._uploads.take(upload_id) as (path, info):
+            return self._create(name, path, info.filename, checked, header, who)
+
+    def create_live(
+        self,
+        name: str,
+        url: str,
+        rig: Mapping[str, Any],
+        header: Mapping[str, Any],
+        who: str,
+    ) -> str:
+        """Make an inspection of a live source; it is recorded and tracked at once; its id.
+
+        Raises:
+            InvalidRig: The text names field, value and what is allowed.
+            LiveSourceRefused: The source is none that the server opens.
+            DiskFull: There is no room for a recording.
+        """
+        checked = Rig.parse(dict(rig))
+        require_wall_in_view(checked)
+        width, height = checked.camera.width, checked.camera.height
+        source = self._sources.resolve(url, (width, height))
+        self._folder.require_room(_LEAST_ROOM_TO_RECORD)
+        inspection = _new_inspection(
+            name,
+            checked,
+            header,
+            status="running",
+            source_kind="live",
+            source_filename=source.shown,
+            source_size=0,
+            source_sha256="",
+            video_file=RECORDING,
+            video=unrecorded_columns(width, height),
+        )
+        try:
+            self._make_place(inspection)
+            self._store.add(inspection, who)
+        except (OSError, DiskFull):
+            shutil.rmtree(self._folder.inspection(inspection.id), ignore_errors=True)
+            raise
+        logger.info("Inspection %s (%s) made from %s.", inspection.id, name, source.shown)
+        self._recorder.begin(inspection, source)
+        return inspection.id
+
+    def finish(
+        self,
+        inspection_id: str,
+        who: str,
+        end_condition: str,
+        abandon_reason: str | None,
+        known_length_m: float | None,
+    ) -> InspectionView:
+        """State how the run ended; a live one is ended with it and then fit for review.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+            OpenStretches: A continuous defect has no end; the text names it.
+        """
+        self._store.get(inspection_id)
+        still_open = open_stretches(self._observations.listed(inspection_id))
+        if still_open:
+            raise OpenStretches(
+                f"Started and not finished: {', '.join(still_open)}. Finish them first."
+            )
+        stated: dict[str, Any] = {"end_condition": end_condition}
+        if abandon_reason is not None:
+            stated["abandon_reason"] = abandon_reason
+        if known_length_m is not None:
+            stated["known_length_m"] = known_length_m
+        self._store.finish(inspection_id, who, stated)
+        self._recorder.finish(inspection_id)
+        return self.get(inspection_id)
+
+    def track_with(self, inspection_id: str, rig: Mapping[str, Any], who: str) -> InspectionView:
+        """Track all frames again with another rig, or with the same; what is tagged stays.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+            StillRunning: It is queued or running.
+            NothingRecorded: There is no film.
+            InvalidRig: The text names field, value and what is allowed.
+            RigVideoMismatch: The rig's camera has pictures of another size.
+        """
+        row = self.row(inspection_id)
+        checked = Rig.parse(dict(rig))
+        require_wall_in_view(checked)
+        checked.require_picture_size(row.video["width"], row.video["height"])
+        self._tracking.require_film(row)
+        stated = checked.model_dump(mode="json")
+        self._store.change_rig(inspection_id, who, stated)
+        write_durably(
+            self._folder.inspection(inspection_id) / "rig.json",
+            json.dumps(stated, indent=2).encode(),
+        )
+        self._corrections.forget(inspection_id)
+        self._tracking.queued(inspection_id)
+        logger.info("Inspection %s is tracked again for %s.", inspection_id, who)
+        return self.get(inspection_id)
+
+    def record_on(self, inspection_id: str, url: str, between: Between, who: str) -> InspectionView:
+        """Go on with the recording of a camera as its next part; every frame keeps its number.
+
+        Args:
+            inspection_id: One that was live and has ended.
+            url: The camera; it may be at another address by now.
+            between: What the robot has done since.
+            who: For the record.
+        Raises:
+            InspectionNotFound: There is none of this id.
+            StillRunning: It is queued or running.
+            NothingRecorded: It never was live, or has no film.
+            NotAllTracked: The track ends before the film.
+            LiveSourceRefused: The source is none that the server opens, or one that has an end.
+            DiskFull: There is no room for more.
+            MediaFailed: The film cannot be recorded on.
+        """
+        with self._recording_on:  # the film is made a recording once only
+            return self._record_on(self.row(inspection_id), url, between, who)
+
+    def _record_on(self, row: Inspection, url: str, between: Between, who: str) -> InspectionView:
+        inspection_id = row.id
+        if row.status not in ENDED:
+            raise StillRunning(f"The inspection is {row.status}; stop it first.")
+        if row.source_kind != "live":
+            raise NothingRecorded("Only what was recorded from a camera can be recorded on.")
+        self._tracking.require_film(row)
+        track = self._tracks.get(inspection_id)
+        if not len(track) or len(track) != row.video.get("frames"):
+            raise NotAllTracked("The film is not tracked to its end; track it again first.")
+        size_wh = row.video["width"], row.video["height"]
+        source = self._sources.resolve(url, size_wh)
+        if source.camera.kind == "file":
+            raise LiveSourceRefused("A recorder's file is a film of its own, and no next part.")
+        self._folder.require_room(_LEAST_ROOM_TO_RECORD)
+        video, recording = self.video_path(row), self._folder.recording(inspection_id)
+        if video != recording:
+            self._recorder.reopen(video, recording)
+        parts.append(
+            self._folder.marks(inspection_id), [Mark(len(track), float(track.time_s[-1]), between)]
+        )
+        values = {
+            "source_filename": source.shown,
+            "video_file": RECORDING,
+            "video": unrecorded_columns(*size_wh),
+        }
+        try:
+            row = self._store.record_on(inspection_id, who, between, values)
+        except DiskFull:
+            if video != recording:
+                recording.unlink()
+            raise
+        if video != recording:
+            video.unlink()
+        logger.info("Inspection %s is recorded on by %s.", inspection_id, who)
+        self._recorder.begin(row, source, between)
+        return self.get(inspection_id)
+
+    def import_video(
+        self, path: Path, rig: Rig, name: str, header: Mapping[str, Any] | None = None
+    ) -> str:
+        """Copy a video file of this machine into a new inspection and queue it; its id.
+
+        Raises:
+            UnreadableVideo: The file is not a video that can be tracked.
+            RigVideoMismatch: The rig's camera has pictures of another size.
+        """
+        self._folder.require_room(path.stat().st_size)
+        copy = self._folder.inspections / f"{secrets.token_hex(16)}.import"
+        try:
+            copy_durably(path, copy)  # the media process reads nothing outside the data folder
+            return self._create(name, copy, path.name, rig, header or {}, "chainage")
+        finally:
+            copy.unlink(missing_ok=True)
+
+    def _create(
+        self,
+        name: str,
+        source: Path,
+        filename: str,
+        rig: Rig,
+        header: Mapping[str, Any],
+        who: str,
+    ) -> str:
+        probed = self._media.probe(source, filename)
+        rig.require_picture_size(probed.width, probed.height)
+        inspection = _new_inspection(
+            name,
+            rig,
+            header,
+            status="queued",
+            source_kind="upload",
+            source_filename=filename,
+            source_size=source.stat().st_size,
+            source_sha256=sha256_of(source),
+            video_file=file_name(probed),
+            video=video_columns(probed),
+        )
+        video = self._folder.inspection(inspection.id) / inspection.video_file
+        try:
+            self._make_place(inspection)
+            move_durably(source, video)
+            self._store.add(inspection, who)
+        except (OSError, DiskFull):
+            if not source.exists():
+                move_durably(video, source)
+            shutil.rmtree(video.parent, ignore_errors=True)
+            raise
+        logger.info("Inspection %s (%s) made from %s.", inspection.id, name, filename)
+        self._tracking.wake()
+        return inspection.id
+
+    def _make_place(self, inspection: Inspection) -> None:
+        """Its folder, with the rig."""
+        place = self._folder.inspection(inspection.id)
+        place.mkdir()
+        sync_folder(place.parent)
+        write_durably(place / "rig.json", json.dumps(inspection.rig, indent=2).encode())
+
+    def all(self) -> list[InspectionView]:
+        """All, the newest first."""
+        return [self._view(summary) for summary in self._store.summaries()]
+
+    def get(self, inspection_id: str) -> InspectionView:
+        """One.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        return self._view(self._store.summary(inspection_id))
+
+    def row(self, inspection_id: str) -> Inspection:
+        """Only what is stored.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        return self._store.get(inspection_id)
+
+    def video_path(self, inspection: Inspection) -> Path:
+        """The original file; of a camera, what is recorded so far.
+
+        Raises:
+            NothingRecorded: The camera has given no picture, or the survey was imported.
+        """
+        if not inspection.has_film:
+            raise NothingRecorded(NO_FILM)
+        path = self._folder.inspection(inspection.id) / inspection.video_file
+        if not path.exists():
+            raise NothingRecorded("The camera has given no picture, so there is no video.")
+        return path
+
+    def track_as(self, inspection_id: str, kind: str, first: int) -> tuple[str, str]:
+        """The corrected track from frame `first` on as csv, tum or json, with its media type."""
+        metadata = dict(track_metadata(self.row(inspection_id)))
+        metadata |= self._corrections.adjusted(inspection_id).metadata()
+        track = since(self._corrections.track(inspection_id), first)
+        raw_mm = since(self._tracks.get(inspection_id), first).distance_mm[: len(track)]
+        return _written(track, kind, metadata, distance_raw_mm=raw_mm)
+
+    def raw_track_as(self, inspection_id: str, kind: str, first: int) -> tuple[str, str]:
+        """The same as it was measured."""
+        metadata = track_metadata(self.row(inspection_id))
+        return _written(since(self._tracks.get(inspection_id), first), kind, metadata)
+
+    def last_estimate(self, inspection_id: str) -> Estimate | None:
+        """Of the newest tracked frame."""
+        track = self._tracks.get(inspection_id)
+        return estimate_at(track, len(track) - 1)
+
+    def picture(self, inspection_id: str, frame: int) -> bytes:
+        """A tracked frame as JPEG.
+
+        Raises:
+            FrameNotFound: It is not tracked, so the time of its picture is not known.
+        """
+        row = self.row(inspection_id)
+        estimate = estimate_at(self._tracks.get(inspection_id), frame)
+        if estimate is None:
+            raise FrameNotFound(f"Frame {frame} is not tracked, so its picture cannot be found.")
+        if not self._tracks.is_recorded(inspection_id, frame):
+            raise FrameNotFound(NOT_RECORDED)
+        return self._media.picture(self.video_path(row), estimate.time_s, _FRAME_JPEG_QUALITY)
+
+    def change(
+        self, inspection_id: str, who: str, name: str | None, header: Mapping[str, Any] | None
+    ) -> InspectionView:
+        """Give another name or another header; None leaves it as it is."""
+        self._store.change(inspection_id, who, name, header)
+        return self.get(inspection_id)
+
+    def delete(self, inspection_id: str, who: str) -> None:
+        """Stop it and remove it with all its files; the record of events stays."""
+        if self.row(inspection_id).status not in ENDED:
+            self._tracking.cancel(inspection_id)
+        self._store.delete(inspection_id, who)
+        self._tracks.forget(inspection_id)
+        self._corrections.forget(inspection_id)
+        self._live.publish(inspection_id, "cancelled", Progress(0, None, None, None))
+        with suppress(FileNotFoundError):
+            shutil.rmtree(self._folder.inspection(inspection_id))
+        logger.info("Inspection %s deleted by %s.", inspection_id, who)
+
+    def _view(self, summary: Summary) -> InspectionView:
+        row = summary.row
+        progress = self._runs.progress(row.id)
+        last = self._runs.last_estimate(row.id)
+        end: tuple[float | None, float | None]
+        if last is not None:
+            told = self._corrections.estimate(row.id, last)
+            end = (told.distance_mm, told.sigma_distance_mm)
+        else:
+            end = self._corrections.end(row) or (None, None)
+        is_running = row.status == "running"
+        total = row.frames_done if row.status == "done" else row.video.get("frames")
+        return InspectionView(
+            row=row,
+            progress=progress or Progress(row.frames_done, total, row.fps, None),
+            distance_mm=end[0],
+            sigma_distance_mm=end[1],
+            is_corrected=self._corrections.is_stated(row),
+            raw_distance_mm=last.distance_mm if last else row.distance_mm,
+            defects=summary.defects,
+            worst_severity=summary.worst_severity,
+            camera=self._runs.camera(row.id) if is_running else None,
+            warning=(self._runs.hindrance(row.id) if is_running else None) or row.warning,
+        )
+
+
+def _new_inspection(name: str, rig: Rig, header: Mapping[str, Any], **source: Any) -> Inspection:
+    return Inspection(
+        id=secrets.token_hex(16),
+        name=name,
+        rig=rig.model_dump(mode="json"),
+        header=dict(header),
+        frames_done=0,
+        created_at=datetime.now(UTC),
+        queued_at=datetime.now(UTC),
+        **source,
+    )
+
+
+def _written(
+    track: Track, kind: str, metadata: Mapping[str, object], **lengths_mm: NDArray[np.float64]
+) -> tuple[str, str]:
+    """A track as csv, tum or json, with its media type; only json takes further columns."""
+    if kind == "tum":
+        return track.to_tum(), "text/plain; charset=utf-8"
+    if kind == "json":
+        return track.to_json(metadata, lengths_mm=lengths_mm), "application/json"
+    return track.to_csv(metadata), "text/csv; charset=utf-8"

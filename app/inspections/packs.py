@@ -1,0 +1,97 @@
+"""Code packs: the built-in one, and those that people import as CSV."""
+
+from __future__ import annotations
+
+import logging
+import secrets
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import lru_cache
+from typing import Any
+
+from app.errors import PackNotFound
+from app.storage.packs import PackStore
+from app.storage.tables import CodePack
+from app.survey.catalogue import built_in
+from app.survey.catalogue.table import CodeTable, read_table
+
+logger = logging.getLogger(__name__)
+
+_TABLES_KEPT = 16
+"""Read tables that are kept in memory; one has 1 MiB of text at most."""
+
+
+@dataclass(frozen=True)
+class PackView:
+    """A pack and how many codes it has."""
+
+    row: CodePack
+    codes: int
+
+
+class Packs:
+    """Import, list, delete; and the codes of one."""
+
+    def __init__(self, store: PackStore) -> None:
+        self._store = store
+        self._imported = lru_cache(_TABLES_KEPT)(self._read)
+
+    def add(self, name: str, content: bytes, who: str) -> PackView:
+        """Import a pack from a CSV file.
+
+        Raises:
+            InvalidPack: What is wrong with it, line by line.
+            PackNameTaken: Another pack has this name.
+        """
+        table = read_table(name, content)
+        pack = CodePack(
+            id=secrets.token_hex(16),
+            name=name,
+            table=content.decode("utf-8-sig"),
+            created_at=datetime.now(UTC),
+            created_by=who,
+        )
+        self._store.add(pack)
+        logger.info("Code pack %s (%s) with %d codes by %s.", pack.id, name, len(table.rows), who)
+        return PackView(pack, len(table.rows))
+
+    def all(self) -> list[PackView]:
+        """The imported ones, by name."""
+        return [PackView(pack, len(self.table(pack.id).rows)) for pack in self._store.all()]
+
+    def delete(self, pack_id: str) -> None:
+        """Remove an imported pack.
+
+        Raises:
+            PackNotFound: There is none of this id.
+            PackInUse: An inspection is coded with it.
+        """
+        self._store.delete(pack_id)
+        self._imported.cache_clear()
+
+    def table(self, pack_id: str | None) -> CodeTable:
+        """The codes of a pack; those of the built-in one for None.
+
+        Raises:
+            PackNotFound: There is none of this id.
+        """
+        return built_in() if pack_id is None else self._imported(pack_id)
+
+    def require(self, header: Mapping[str, Any]) -> None:
+        """Raise PackNotFound if the header names a pack that is not there."""
+        self.table(header.get("code_pack") or None)
+
+    def table_of(self, header: Mapping[str, Any]) -> CodeTable:
+        """The codes that an inspection with this header is coded with.
+
+        A header of before there were packs may name anything; it means the built-in one.
+        """
+        try:
+            return self.table(header.get("code_pack") or None)
+        except PackNotFound:
+            return built_in()
+
+    def _read(self, pack_id: str) -> CodeTable:
+        pack = self._store.get(pack_id)
+        return read_table(pack.name, pack.table.encode())

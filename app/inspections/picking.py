@@ -1,0 +1,163 @@
+"""From a point of the wall back to the frame that shows it: what a click on a map of it means."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.errors import IncompleteWallPoint, WallNotSeen
+from app.inspections.corrections import Corrections
+from app.inspections.observations import Course
+from app.storage.inspections import InspectionStore
+from app.tracking.tracks import Tracks
+from vo_core import Rig, Track
+from vo_core.geometry.rectify import Rectifier
+from vo_core.geometry.wall import Poses, enclose, robot_pixels, sight
+
+_STATUS_RANK = {"ok": 0, "weak": 1, "lost": 2}
+_MARGIN = 0.25
+"""Of what a picture shows well: a robot that has turned sees a little further."""
+
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class WallPlace:
+    """A point of the wall as people name it."""
+
+    distance_mm: float
+    """Chainage."""
+    clock_h: float | None
+    """Of a pipe."""
+    lateral_mm: float | None
+    """To the right of the axis, of a floor."""
+
+
+@dataclass(frozen=True)
+class SeenAt:
+    """The picture that shows a point of the wall best."""
+
+    frame: int
+    pixel: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Picking:
+    """Finds frames by the wall that they show."""
+
+    inspections: InspectionStore
+    tracks: Tracks
+    corrections: Corrections
+
+    def frame_at(self, inspection_id: str, place: WallPlace, near_frame: int | None) -> SeenAt:
+        """The tracked frame that shows the place best, of several passes the one at `near_frame`.
+
+        Raises:
+            InspectionNotFound: There is no such inspection.
+            IncompleteWallPoint: A pipe needs a clock position, a floor a lateral one.
+            WallNotSeen: No frame shows it.
+        """
+        self.inspections.get(inspection_id)
+        course = Course(self.corrections.adjusted(inspection_id), self.tracks.get(inspection_id))
+        seen = seen_best(course, place, near_frame)
+        if seen is None:
+            where = (
+                f"{place.lateral_mm:g} mm beside the axis"
+                if place.clock_h is None
+                else f"{place.clock_h:.1f} o'clock"
+            )
+            raise WallNotSeen(
+                f"No frame shows the wall at {place.distance_mm / 1000:.3f} m, {where}; choose a "
+                "place that the camera has passed and looked at."
+            )
+        return seen
+
+
+def seen_best(course: Course, place: WallPlace, near_frame: int | None) -> SeenAt | None:
+    """The frame and pixel that show the place best; None if none does.
+
+    Frames that were measured come before weak ones, and those before lost ones.  Then the pass
+    nearest `near_frame` counts, a pass being a run of frames that show the place.  In it, a camera
+    that looks down shows it best nearest to the middle of the picture; one that looks along the
+    pipe shows far wall there, so that for it the middle of what it shows well counts.
+
+    Raises:
+        IncompleteWallPoint: A pipe needs a clock position, a floor a lateral one.
+    """
+    # `observations.wall_under`, the other way round: rays belong to the raw track and its scale.
+    rig, raw, scale = course.adjusted.rig, course.raw, course.adjusted.scale
+    corrected = course.adjusted.extended(raw)
+    ahead_mm = (place.distance_mm - corrected.distance_mm) / scale
+    low_mm, high_mm = _well_seen_mm(rig)
+    margin_mm = _MARGIN * (high_mm - low_mm)
+    near = np.flatnonzero((ahead_mm > low_mm - margin_mm) & (ahead_mm < high_mm + margin_mm))
+    pixels = _pixels(rig, raw, near, ahead_mm[near], _raw_arc_mm(rig, place, scale))
+    camera = rig.camera
+    with np.errstate(invalid="ignore"):
+        inside = ((pixels > -0.5) & (pixels < [camera.width - 0.5, camera.height - 0.5])).all(1)
+    frames, pixels = near[inside], pixels[inside]
+    if not len(frames):
+        return None
+    ranks = np.array([_STATUS_RANK[status] for status in raw.status[frames]])
+    wanted = ranks == ranks.min()
+    if near_frame is not None:
+        wanted &= _of_nearest_pass(frames, wanted, near_frame)
+    if rig.mount.view == "forward":
+        misses = np.abs(ahead_mm[frames] - (low_mm + high_mm) / 2)
+    else:
+        middle = np.array([camera.width - 1, camera.height - 1]) / 2
+        misses = np.linalg.norm(pixels - middle, axis=1)
+    best = int(np.where(wanted, misses, np.inf).argmin())
+    u, v = pixels[best]
+    return SeenAt(int(frames[best]), (float(u), float(v)))
+
+
+def _pixels(
+    rig: Rig,
+    raw: Track,
+    frames: NDArray[np.intp],
+    ahead_mm: NDArray[np.float64],
+    arc_mm: float,
+) -> NDArray[np.float64]:
+    """(N, 2) pixels in which the frames would show the place, inside the picture or not."""
+    poses = Poses(
+        x_mm=np.zeros(len(frames)),
+        y_mm=raw.y_mm[frames],
+        yaw_rad=np.radians(raw.yaw_deg[frames]),
+        z_mm=raw.z_mm[frames],
+        pitch_rad=np.radians(raw.pitch_deg[frames]),
+        roll_rad=np.radians(raw.roll_deg[frames]),
+    )
+    wall = enclose(rig, np.column_stack([ahead_mm, np.full(len(frames), arc_mm)]))
+    return np.asarray(robot_pixels(rig, sight(rig, poses, wall)))
+
+
+def _raw_arc_mm(rig: Rig, place: WallPlace, scale: float) -> float:
+    if rig.pipe.diameter_mm is None:
+        if place.lateral_mm is None:
+            raise IncompleteWallPoint("A place on a floor needs y_mm, its distance from the axis.")
+        return place.lateral_mm / scale
+    if place.clock_h is None:
+        raise IncompleteWallPoint("A place in a pipe needs a clock position, clock.")
+    return float(rig.pipe.diameter_mm / 2 * np.radians(180 - 30 * place.clock_h))
+
+
+def _of_nearest_pass(frames: NDArray[np.intp], wanted: Flags, near_frame: int) -> Flags:
+    """Which frames belong to the pass that holds the wanted frame nearest `near_frame`."""
+    passes = np.cumsum(np.diff(frames, prepend=frames[0]) > 1)
+    nearest = np.where(wanted, np.abs(frames - near_frame), np.inf).argmin()
+    return np.asarray(passes == passes[nearest])
+
+
+def _well_seen_mm(rig: Rig) -> tuple[float, float]:
+    """First and last mm of the wall before the camera that its picture shows well."""
+    return _well_seen_of(rig.model_dump_json())
+
+
+@lru_cache(maxsize=32)
+def _well_seen_of(rig: str) -> tuple[float, float]:
+    grid = Rectifier(Rig.model_validate_json(rig)).grid
+    return grid.axial_mm, grid.axial_mm + (grid.shape[1] - 1) * grid.mm_per_px

@@ -1,0 +1,252 @@
+"""The sample inspection: rendered once by a child process, then imported like an uploaded video."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import shutil
+import threading
+import uuid
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
+
+from app.errors import InspectionNotFound, SampleBeingMade, SampleFailed
+from app.inspections.inspections import Inspections
+from app.inspections.observations import Observations
+from app.jobs.messages import Done, Failed, FromSample, Limits, Rendered, SampleRequest
+from app.jobs.process import Child, describe_exit
+from app.lab.simulation.sample import SAMPLE, tags
+from app.storage.files import DataFolder, write_durably
+from vo_core import Rig
+from vo_core.errors import ChainageError
+
+logger = logging.getLogger(__name__)
+
+LENGTH_MM = SAMPLE.length_mm
+NAME = "Sample culvert"
+WHO = "chainage"
+
+_LIMITS = Limits(memory_bytes=1536 * 2**20, cpu_s=600, file_bytes=32 * 2**20)
+"""Drawing the wall takes some 400 MiB and 20 s, the video some 8 MiB."""
+_ROOM_BYTES = 20 * 2**20
+"""The video, and its copy in the inspection."""
+_STALL_S = 60.0
+"""Drawing the wall, before the first frame, takes the longest: 2 s on two cores."""
+_STOP_S = 10.0
+
+
+@dataclass(frozen=True)
+class SampleState:
+    """How far the sample is."""
+
+    state: Literal["none", "rendering", "ready", "failed"]
+    frames_done: int = 0
+    frames_total: int | None = None
+    """Known from the first frame on."""
+    inspection_id: str | None = None
+    """When it is ready."""
+    fault: str | None = None
+    """Why it failed, in a sentence."""
+
+    @property
+    def progress(self) -> float:
+        """0 to 1."""
+        if self.state == "ready":
+            return 1.0
+        return self.frames_done / self.frames_total if self.frames_total else 0.0
+
+
+class Samples:
+    """Makes one at a time, in a thread of its own."""
+
+    def __init__(
+        self, folder: DataFolder, inspections: Inspections, observations: Observations
+    ) -> None:
+        self._folder = folder
+        self._inspections = inspections
+        self._observations = observations
+        self._messages: msgspec.msgpack.Decoder[FromSample] = msgspec.msgpack.Decoder(FromSample)
+        self._changed = threading.Condition()
+        """Guards what follows; notified at each step."""
+        self._making: SampleState | None = None
+        """While it is made, and after it has failed."""
+        self._child: Child | None = None
+        self._thread: threading.Thread | None = None
+        self._stopping = False
+
+    def state(self) -> SampleState:
+        """How far it is."""
+        with self._changed:
+            if self._making is not None:
+                return self._making
+        inspection_id = self._existing()
+        if inspection_id is None:
+            return SampleState("none")
+        return SampleState("ready", inspection_id=inspection_id)
+
+    def start(self) -> SampleState:
+        """Begin to make it; without effect if the sample inspection is there.
+
+        Raises:
+            SampleBeingMade: It is not ready yet.
+        """
+        before = self.state()
+        with self._changed:
+            if self._making is not None and self._making.state == "rendering":
+                raise SampleBeingMade("The sample inspection is being made; it is ready soon.")
+            if before.state == "ready":
+                return before
+            self._making = SampleState("rendering")
+            self._thread = threading.Thread(target=self._make, name="sample", daemon=True)
+            self._thread.start()
+            return self._making
+
+    def wait(self, on_progress: Callable[[int, int], None]) -> SampleState:
+        """Until it is ready, has failed or was stopped; its child has limits, so it ends.
+
+        Args:
+            on_progress: Called with frames done and frames in all.
+        """
+        while (state := self.state()).state == "rendering":
+            if state.frames_total is not None:
+                on_progress(state.frames_done, state.frames_total)
+            with self._changed:
+                if self._making is state:
+                    self._changed.wait(_STALL_S)
+        return state
+
+    def stop(self) -> None:
+        """End the child and the thread."""
+        with self._changed:
+            self._stopping = True
+            thread = self._thread
+            if self._child is not None:
+                self._child.terminate()
+        if thread is not None:
+            thread.join(_STOP_S)
+
+    def _make(self) -> None:
+        try:
+            self._add(self._rendered())
+        except ChainageError as error:
+            # When the server ends, that the child was ended too is no failure.
+            self._tell(None if self._stopping else SampleState("failed", fault=str(error)))
+        except Exception:
+            logger.exception("The sample inspection could not be made.")
+            fault = "Making the sample met an unexpected fault. It is in the server's log."
+            self._tell(SampleState("failed", fault=fault))
+        else:
+            self._tell(None)
+
+    def _tell(self, state: SampleState | None) -> None:
+        with self._changed:
+            self._making = state
+            self._changed.notify_all()
+
+    def _existing(self) -> str | None:
+        """Id of the inspection that the sample became, unless it was deleted."""
+        try:
+            inspection_id = self._note.read_text("ascii")
+            self._inspections.row(inspection_id)
+        except (FileNotFoundError, InspectionNotFound):
+            return None
+        return inspection_id
+
+    @property
+    def _note(self) -> Path:
+        return self._folder.sample / "inspection"
+
+    def _add(self, files: Path) -> None:
+        """Import the video, with three tags to begin with."""
+        rig = Rig.load(files / "rig.json")
+        inspection_id = self._inspections.import_video(
+            files / "video.mp4", rig, NAME, header(rig, datetime.now().astimezone())
+        )
+        for tag in tags(SAMPLE.shortened(LENGTH_MM)):
+            fields = {"frame": tag.frame, "pixel": list(tag.pixel), **tag.fields}
+            self._observations.put(inspection_id, str(uuid.uuid4()), fields, WHO)
+        write_durably(self._note, inspection_id.encode())
+
+    def _rendered(self) -> Path:
+        """Folder of the rendered sample; what an earlier version has left is removed."""
+        target = self._folder.sample / _version()
+        if target.is_dir():
+            return target
+        shutil.rmtree(self._folder.sample, ignore_errors=True)
+        self._folder.require_room(_ROOM_BYTES)
+        part = target.with_suffix(".part")
+        part.mkdir(parents=True)
+        self._render(part)
+        part.rename(target)
+        return target
+
+    def _render(self, folder: Path) -> None:
+        child = Child("app.jobs.sample")
+        try:
+            with self._changed:
+                self._child = child
+                if self._stopping:
+                    child.terminate()
+            self._drain(child, folder)
+        except TimeoutError as error:
+            child.kill()
+            raise SampleFailed(
+                f"Rendering the sample made no progress for {_STALL_S:g} s and was stopped."
+            ) from error
+        except (EOFError, BrokenPipeError) as error:
+            raise SampleFailed(
+                f"The process that renders the sample died: {describe_exit(child.end())}."
+            ) from error
+        finally:
+            with self._changed:
+                self._child = None
+            child.end()
+
+    def _drain(self, child: Child, folder: Path) -> None:
+        child.send(SampleRequest(str(folder), LENGTH_MM, _LIMITS))
+        while True:
+            match self._messages.decode(child.receive(_STALL_S)):
+                case Rendered(done, total):
+                    self._tell(SampleState("rendering", done, total))
+                case Done():
+                    return
+                case Failed(_, detail, trace):
+                    logger.error("Rendering the sample: %s", trace)
+                    raise SampleFailed(f"The sample could not be rendered: {detail}.")
+
+
+def header(rig: Rig, now: datetime) -> dict[str, Any]:
+    """All that is known of the sample; how the drive ended is for the user to say."""
+    segment_mm = rig.pipe.segment_length_mm
+    return {
+        "asset_id": "CUL-0001",
+        "start_node": "Inlet headwall",
+        "end_node": "Outlet headwall",
+        "direction": "with_flow",
+        "date": now.date().isoformat(),
+        "time": now.strftime("%H:%M"),
+        "operator": "Chainage",
+        "client": "Sample",
+        "asset_type": "culvert",
+        "shape": "circular",
+        "height_mm": rig.pipe.diameter_mm,
+        "material": "Concrete",
+        "unit_length_m": None if segment_mm is None else segment_mm / 1000,
+        "reference_point": "Inner face of the headwall at the start",
+        "standard": "EN 13508-2",
+        "edition": "2003+A1:2011",
+        "method": "camera",
+        "remarks": "A rendered culvert, to try Chainage with.",
+    }
+
+
+def _version() -> str:
+    """Of what is rendered: another one is rendered anew."""
+    described = f"{version('chainage')} {SAMPLE.shortened(LENGTH_MM)!r}"
+    return hashlib.sha256(described.encode()).hexdigest()[:16]

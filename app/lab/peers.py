@@ -1,0 +1,169 @@
+"""What a practitioner would write instead: the peers of the bench.
+
+Each measures the shift, and where it can the rotation, from frame to frame, turns it into mm by the
+pinhole equation and chains it.  None knows lens distortion, the cylinder or dirt on the glass, and
+none can look along the pipe.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+
+import cv2
+import numpy as np
+
+from vo_core.errors import InvalidRig
+from vo_core.image.resample import to_grey
+from vo_core.rig import Rig
+from vo_core.track import Estimate
+from vo_core.types import Image, Matrix
+
+Motion = tuple[float, float, float]
+"""Of the content about the centre: dx px, dy px, rotation rad from x to y."""
+
+LEAST_MATCHES = 8
+
+
+class FrameToFrame(ABC):
+    """Chains the motion between consecutive frames to [X, Y, theta].
+
+    Raises:
+        InvalidRig: The camera does not look down: there is no height for the pinhole equation.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        if rig.mount.view != "down":
+            raise InvalidRig("mount.view: this method needs a camera that looks down.")
+        self._mm_per_px = rig.mount.height_mm / np.array([rig.camera.fx, rig.camera.fy])
+        self._mount_rad = float(np.radians(rig.mount.rotation_deg))
+        self._before: Image | None = None
+        self._position_mm = np.zeros(2)
+        self._yaw_rad = 0.0
+        self._frame = 0
+
+    @abstractmethod
+    def motion(self, before: Image, now: Image) -> Motion | None:
+        """Motion of the content between two (H, W) pictures; None if the method gives none."""
+
+    def step(self, image: Image, t_s: float) -> Estimate:
+        """Take the next frame; a frame without a motion is `lost` and leaves the pose as it is."""
+        now = to_grey(image)
+        moved = (0.0, 0.0, 0.0) if self._before is None else self.motion(self._before, now)
+        if moved is not None:
+            self._chain(*moved)
+        self._before = now
+        self._frame += 1
+        x_mm, y_mm = self._position_mm.tolist()
+        return Estimate(
+            frame=self._frame - 1,
+            time_s=t_s,
+            x_mm=x_mm,
+            y_mm=y_mm,
+            yaw_deg=float(np.degrees(self._yaw_rad)),
+            distance_mm=x_mm,
+            sigma_distance_mm=0.0,
+            quality=0.0 if moved is None else 1.0,
+            status="lost" if moved is None else "ok",
+            sigma_registration_mm=0.0,
+        )
+
+    def _chain(self, dx_px: float, dy_px: float, rotation_rad: float) -> None:
+        """The camera moves and turns against the content, in the axes of the frame before."""
+        heading_rad = self._yaw_rad + self._mount_rad
+        forward_mm, right_mm = -_rotation(-rotation_rad) @ (dx_px, dy_px) * self._mm_per_px
+        self._position_mm += _rotation(heading_rad) @ (forward_mm, right_mm)
+        self._yaw_rad -= rotation_rad
+
+
+class PhaseCorrelate(FrameToFrame):
+    """`cv2.phaseCorrelate` under a Hann window."""
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__(rig)
+        self._window = cv2.createHanningWindow((rig.camera.width, rig.camera.height), cv2.CV_32F)
+
+    def motion(self, before: Image, now: Image) -> Motion | None:
+        """Shift only; it always has an answer."""
+        # phaseCorrelate multiplies its inputs by the window in place; astype makes copies.
+        (dx, dy), _ = cv2.phaseCorrelate(
+            before.astype(np.float32), now.astype(np.float32), self._window
+        )
+        return dx, dy, 0.0
+
+
+class SkimageCorrelation(FrameToFrame):
+    """`skimage.registration.phase_cross_correlation`, to a fiftieth of a pixel."""
+
+    def motion(self, before: Image, now: Image) -> Motion | None:
+        """Shift only; it always has an answer."""
+        from skimage.registration import phase_cross_correlation
+
+        (dy, dx), _, _ = phase_cross_correlation(now, before, upsample_factor=50)
+        return float(dx), float(dy), 0.0
+
+
+class Klt(FrameToFrame):
+    """Corners followed by pyramidal Lucas-Kanade, a similarity by RANSAC."""
+
+    def motion(self, before: Image, now: Image) -> Motion | None:
+        """Shift and rotation; None with too few corners."""
+        corners = cv2.goodFeaturesToTrack(before, 400, 0.01, 8)
+        if corners is None or len(corners) < LEAST_MATCHES:
+            return None
+        found, status, _ = cv2.calcOpticalFlowPyrLK(
+            before, now, corners, corners.copy(), winSize=(21, 21), maxLevel=4
+        )
+        good = status.ravel() == 1
+        return _similarity(corners.reshape(-1, 2)[good], found.reshape(-1, 2)[good], now.shape)
+
+
+class Orb(FrameToFrame):
+    """ORB features matched across, a similarity by RANSAC."""
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__(rig)
+        self._orb = cv2.ORB.create(1000)
+        self._matcher = cv2.BFMatcher(cv2.NORM_HAMMING, crossCheck=True)
+
+    def motion(self, before: Image, now: Image) -> Motion | None:
+        """Shift and rotation; None with too few matches."""
+        (points, bits), (points_now, bits_now) = (
+            self._orb.detectAndCompute(image, None) for image in (before, now)
+        )
+        if bits is None or bits_now is None:
+            return None
+        matches = self._matcher.match(bits, bits_now)
+        return _similarity(
+            np.array([points[m.queryIdx].pt for m in matches]).reshape(-1, 2),
+            np.array([points_now[m.trainIdx].pt for m in matches]).reshape(-1, 2),
+            now.shape,
+        )
+
+
+def _similarity(before: Matrix, now: Matrix, shape: tuple[int, ...]) -> Motion | None:
+    if len(before) < LEAST_MATCHES:
+        return None
+    matrix, inliers = cv2.estimateAffinePartial2D(
+        before, now, method=cv2.RANSAC, ransacReprojThreshold=1.5
+    )
+    if matrix is None or int(np.sum(inliers)) < LEAST_MATCHES:
+        return None
+    centre = (np.array(shape[1::-1]) - 1) / 2
+    dx, dy = matrix[:, :2] @ centre + matrix[:, 2] - centre
+    return float(dx), float(dy), float(np.arctan2(matrix[1, 0], matrix[0, 0]))
+
+
+def _rotation(angle_rad: float) -> Matrix:
+    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
+    return np.array([[cos, -sin], [sin, cos]])
+
+
+PEERS: Mapping[str, Callable[[Rig], FrameToFrame]] = {
+    "phaseCorrelate": PhaseCorrelate,
+    "KLT": Klt,
+    "ORB": Orb,
+    **({"skimage": SkimageCorrelation} if importlib.util.find_spec("skimage") else {}),
+}
+"""By name; skimage only where it is installed."""

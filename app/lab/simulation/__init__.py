@@ -1,0 +1,17 @@
+"""Rendered culvert inspections of exactly known motion: samples, test truth, rig planning."""
+
+from app.lab.simulation.render import RenderedFrame, render
+from app.lab.simulation.rigs import drawn_rigs
+from app.lab.simulation.scenario import Scenario
+from app.lab.simulation.scenarios import SCENARIOS
+from app.lab.simulation.write import SimulatedRun, simulate
+
+__all__ = [
+    "SCENARIOS",
+    "RenderedFrame",
+    "Scenario",
+    "SimulatedRun",
+    "drawn_rigs",
+    "render",
+    "simulate",
+]

@@ -1,0 +1,224 @@
+"""Where the robot is at every moment of a scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass
+from itertools import product
+from math import cos, floor, pi, radians, sin, sqrt
+
+from app.lab.simulation.scenario import Scenario, Shaking
+
+# Two waves each, as (share of the amplitude, wavelength in mm); no common period.
+_SWAY_WAVES = ((0.75, 1700.0), (0.25, 610.0))
+_YAW_WAVES = ((0.75, 1300.0), (0.25, 470.0))
+_CLIMB_WAVES = ((0.75, 1500.0), (0.25, 530.0))
+
+_SHAKING_SHARES = (0.6, 0.4)
+"""Of the amplitude, in the two waves of a shaking robot."""
+
+
+_PHASE_STEP_RAD = 2.4
+"""Between two movements of a shaking robot, so that none goes with another."""
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Six degrees of freedom of the camera, from where the robot stands nominally at x = 0.
+
+    The turns are those of `app.lab.simulation.camera`: roll first, then pitch, then yaw.
+    """
+
+    x_mm: float
+    y_mm: float
+    yaw_rad: float
+    z_mm: float = 0.0
+    """Down."""
+    pitch_rad: float = 0.0
+    """Nose up."""
+    roll_rad: float = 0.0
+    """Right side down."""
+
+    def since(self, start: Pose) -> Pose:
+        """What has changed since `start`, each number for itself, in the axes of the pipe."""
+        pairs = zip(astuple(self), astuple(start), strict=True)
+        return Pose(*(now - before for now, before in pairs))
+
+
+@dataclass(frozen=True)
+class _Leg:
+    """One drive from stop to stop with constant acceleration, speed and deceleration."""
+
+    start_s: float
+    start_mm: float
+    travelled_mm: float
+    """Length of the path before this leg."""
+    direction: float
+    length_mm: float
+    speed_mm_s: float
+    acceleration_mm_s2: float
+
+    @property
+    def duration_s(self) -> float:
+        return self.length_mm / self.speed_mm_s + self._ramp_s
+
+    @property
+    def _ramp_s(self) -> float:
+        return self.speed_mm_s / self.acceleration_mm_s2
+
+    def driven_mm(self, t_s: float) -> float:
+        """Path of this leg after `t_s` since its start."""
+        t_s = min(max(t_s, 0.0), self.duration_s)
+        if t_s < self._ramp_s:
+            return self.acceleration_mm_s2 * t_s**2 / 2
+        left_s = self.duration_s - t_s
+        if left_s < self._ramp_s:
+            return self.length_mm - self.acceleration_mm_s2 * left_s**2 / 2
+        return self.speed_mm_s * (t_s - self._ramp_s / 2)
+
+    def speed_share(self, t_s: float) -> float:
+        """Speed after `t_s` since the start of this leg over its full speed."""
+        left_s = self.duration_s - t_s
+        if min(t_s, left_s) <= 0:
+            return 0.0
+        return 1.0 if self._ramp_s == 0 else min(t_s / self._ramp_s, left_s / self._ramp_s, 1.0)
+
+
+class Trajectory:
+    """The drive of a scenario: standstill, its legs with rests between them, standstill.
+
+    Sway, yaw and climb are waves over the length of the path, so that a robot that stands is still
+    and one that comes back does so on another line.  It shakes in time, as strongly as it is fast.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._scenario = scenario
+        self._legs: list[_Leg] = []
+        start_s = start_mm = travelled_mm = 0.0
+        for share in scenario.legs:
+            length_mm = abs(share) * scenario.length_mm
+            leg = _Leg(
+                start_s=start_s,
+                start_mm=start_mm,
+                travelled_mm=travelled_mm,
+                direction=1.0 if share > 0 else -1.0,
+                length_mm=length_mm,
+                # A leg too short to reach the full speed brakes half-way.
+                speed_mm_s=min(scenario.speed_mm_s, sqrt(scenario.acceleration_mm_s2 * length_mm)),
+                acceleration_mm_s2=scenario.acceleration_mm_s2,
+            )
+            self._legs.append(leg)
+            start_s += leg.duration_s + scenario.rest_s
+            start_mm += leg.direction * length_mm
+            travelled_mm += length_mm
+        self.duration_s = start_s - scenario.rest_s
+        self._cut_s = scenario.cut_frames / scenario.frames_per_s
+        self._start = self.pose(0.0)
+
+    @property
+    def frames(self) -> int:
+        """Frames from the first one that is not cut off to the final stop."""
+        rate, cut = self._scenario.frames_per_s, self._scenario.cut_frames
+        # A film that ends with a frame does so whatever the rounding of its times.
+        return floor(self.duration_s * rate + 1e-6) + 1 - cut
+
+    @property
+    def x_range_mm(self) -> tuple[float, float]:
+        """Smallest and largest axial position."""
+        stops = [0.0, *(leg.start_mm + leg.direction * leg.length_mm for leg in self._legs)]
+        return min(stops), max(stops)
+
+    def pose(self, t_s: float) -> Pose:
+        """Pose in the pipe at `t_s` seconds after the first frame."""
+        t_s += self._cut_s
+        leg = next((leg for leg in reversed(self._legs) if t_s >= leg.start_s), self._legs[0])
+        driven_mm = leg.driven_mm(t_s - leg.start_s)
+        path_mm = leg.travelled_mm + driven_mm
+        scenario = self._scenario
+        shaken = _shaken(scenario.shaking, t_s)
+        strength = leg.speed_share(t_s - leg.start_s) * leg.speed_mm_s / scenario.speed_mm_s
+        return self._pose(
+            x_mm=leg.start_mm + leg.direction * driven_mm,
+            sway_mm=scenario.sway_mm * _wave(path_mm, _SWAY_WAVES),
+            yaw_deg=scenario.yaw_deg * _wave(path_mm, _YAW_WAVES),
+            climb_deg=scenario.climb_deg * _wave(path_mm, _CLIMB_WAVES),
+            shaken=[strength * value for value in shaken],
+        )
+
+    def truth(self, t_s: float) -> Pose:
+        """Change of the pose since the first frame."""
+        return self.pose(t_s).since(self._start)
+
+    def extremes(self) -> list[Pose]:
+        """Poses at x = 0 between which all others lie, about."""
+        scenario = self._scenario
+        largest = list(astuple(scenario.shaking)[1:])
+        return [
+            self._pose(
+                x_mm=0.0,
+                sway_mm=sway * scenario.sway_mm,
+                yaw_deg=yaw * scenario.yaw_deg,
+                climb_deg=climb * scenario.climb_deg,
+                shaken=[share * value for value in largest],
+            )
+            for sway, yaw in product((-1, 0, 1), repeat=2)
+            for climb in ((-1, 1) if scenario.climb_deg else (0,))
+            for share in ((-1, 1) if any(largest) else (0,))
+        ]
+
+    def _pose(
+        self,
+        *,
+        x_mm: float,
+        sway_mm: float,
+        yaw_deg: float,
+        climb_deg: float,
+        shaken: Sequence[float],
+    ) -> Pose:
+        """A pose of its parts; `shaken` holds y, z in mm and yaw, pitch, roll in degrees."""
+        shaken_y_mm, shaken_z_mm, shaken_yaw_deg, pitch_deg, roll_deg = shaken
+        lateral_mm, below_axis_mm = self._camera_from_axis_mm
+        y_mm, z_mm = _turned(
+            lateral_mm + sway_mm + shaken_y_mm, below_axis_mm + shaken_z_mm, radians(climb_deg)
+        )
+        return Pose(
+            x_mm=x_mm,
+            y_mm=y_mm - lateral_mm,
+            yaw_rad=(yaw_deg + shaken_yaw_deg) * pi / 180,
+            z_mm=z_mm - below_axis_mm,
+            pitch_rad=radians(pitch_deg),
+            roll_rad=radians(roll_deg + climb_deg),
+        )
+
+    @property
+    def _camera_from_axis_mm(self) -> tuple[float, float]:
+        """Place of the camera to the right of the pipe's axis and below it."""
+        rig = self._scenario.rendered_rig
+        diameter_mm = rig.pipe.diameter_mm
+        below_mm = 0.0 if diameter_mm is None else diameter_mm / 2 - rig.mount.height_mm
+        return rig.mount.lateral_mm, below_mm
+
+
+def _turned(y_mm: float, z_mm: float, angle_rad: float) -> tuple[float, float]:
+    """A place beside the pipe's axis, turned about it, right-handed about x."""
+    if angle_rad == 0:
+        return y_mm, z_mm
+    c, s = cos(angle_rad), sin(angle_rad)
+    return c * y_mm - s * z_mm, s * y_mm + c * z_mm
+
+
+def _wave(path_mm: float, waves: tuple[tuple[float, float], ...]) -> float:
+    return sum(share * sin(2 * pi * path_mm / length_mm) for share, length_mm in waves)
+
+
+def _shaken(shaking: Shaking, t_s: float) -> list[float]:
+    """How far a robot at full speed is shaken: y, z in mm, yaw, pitch, roll in degrees."""
+    frequencies_hz, *largest = astuple(shaking)
+    return [
+        value
+        * sum(
+            share * sin(2 * pi * hz * t_s + _PHASE_STEP_RAD * number)
+            for share, hz in zip(_SHAKING_SHARES, frequencies_hz, strict=True)
+        )
+        for number, value in enumerate(largest)
+    ]

@@ -1,0 +1,363 @@
+"""The pictures of a scenario, one by one: wall, light, lens, sensor, recorder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import ceil, degrees
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.lab.simulation.camera import REACH_MM, FloatImage, WallCaster
+from app.lab.simulation.motion import Pose, Trajectory
+from app.lab.simulation.scenario import Scenario
+from app.lab.simulation.time_stamps import time_stamps
+from app.lab.simulation.wall import Wall, make_wall
+
+_FULL_LIGHT_GREY = 235.0
+"""Grey level of a perfect reflector in the lamp's centre."""
+_BLACK_GREY = 4.0
+_MIN_TEXEL_MM = 0.2
+_WATER_HALF_MM = 16.0
+_WATER_CENTRE_MM = 5.0
+_WATER_SPEED_MM_S = 420.0
+
+
+@dataclass(frozen=True)
+class RenderedFrame:
+    """One picture and the true pose of its camera relative to the first one."""
+
+    index: int
+    t_s: float
+    """Time stamp, which a network may have made late; the picture is that of index / rate."""
+    image: NDArray[np.uint8]
+    """(H, W) grey."""
+    x_mm: float
+    y_mm: float
+    yaw_deg: float
+    z_mm: float
+    pitch_deg: float
+    roll_deg: float
+
+
+def render(scenario: Scenario) -> Iterator[RenderedFrame]:
+    """Render a scenario; equal scenarios give equal pictures."""
+    trajectory = Trajectory(scenario)
+    scene = _Scene(scenario, trajectory)
+    recorder = _Recorder(scenario, trajectory.frames)
+    for index, stamp_s in enumerate(time_stamps(scenario, trajectory.frames)):
+        t_s = index / scenario.frames_per_s
+        pose = trajectory.truth(t_s)
+        yield RenderedFrame(
+            index=index,
+            t_s=stamp_s,
+            image=recorder.record(index, scene.light_at(t_s)),
+            x_mm=pose.x_mm,
+            y_mm=pose.y_mm,
+            yaw_deg=degrees(pose.yaw_rad),
+            z_mm=pose.z_mm,
+            pitch_deg=degrees(pose.pitch_rad),
+            roll_deg=degrees(pose.roll_rad),
+        )
+
+
+class _Scene:
+    """What falls on the sensor: the wall, seen from the robot's pose and lit by its lamp."""
+
+    def __init__(self, scenario: Scenario, trajectory: Trajectory) -> None:
+        self._scenario = scenario
+        self._trajectory = trajectory
+        self._caster = WallCaster(scenario.rendered_rig, scenario.silt)
+        ahead_mm, arc_mm, range_mm = self._caster.cast(Pose(0.0, 0.0, 0.0))
+        pixel_mm = _pixel_size_mm(ahead_mm, arc_mm, self._caster.radius_mm)
+        lit = range_mm < REACH_MM
+        finest_mm = float(np.percentile(pixel_mm[lit], 2))
+        texel_mm = max(_MIN_TEXEL_MM, 0.8 * finest_mm)
+        self._wall = self._visible_wall(texel_mm)
+        self._light = _lamp(scenario, range_mm) * (_FULL_LIGHT_GREY * scenario.brightness)
+        self._level_weights = _level_weights(pixel_mm / texel_mm, len(self._wall.levels))
+        self._ripples = _ripples(scenario) if scenario.water else None
+        # Sub-exposures lie at most about 1.2 px apart.
+        swept_px = scenario.speed_mm_s * scenario.exposure_s / finest_mm
+        self._sub_exposures = max(1, ceil(swept_px / 1.2))
+        self._row_delays_s = _row_delays_s(scenario)
+
+    def light_at(self, t_s: float) -> FloatImage:
+        """The picture without noise, exposed around `t_s`, in grey levels."""
+        count = self._sub_exposures
+        offsets = (np.arange(count) + 0.5) / count - 0.5
+        sum_ = self._sample(t_s + offsets[0] * self._scenario.exposure_s)
+        for offset in offsets[1:]:
+            sum_ += self._sample(t_s + offset * self._scenario.exposure_s)
+        sum_ *= self._light / np.float32(count) if count > 1 else self._light
+        return sum_
+
+    def _sample(self, t_s: float) -> FloatImage:
+        """Reflectance under each pixel at one moment."""
+        at = {delay_s: self._trajectory.pose(t_s + delay_s) for delay_s in set(self._row_delays_s)}
+        poses = [at[delay_s] for delay_s in self._row_delays_s]
+        ahead_mm, arc_mm, _ = self._caster.cast(*poses)
+        x_mm = np.array([[pose.x_mm] for pose in poses])
+        if self._ripples is None:
+            return self._look_up(x_mm, ahead_mm, arc_mm)
+        return self._through_water(self._ripples, t_s, x_mm, ahead_mm, arc_mm)
+
+    def _look_up(
+        self, x_mm: NDArray[np.float64], ahead_mm: FloatImage, arc_mm: FloatImage
+    ) -> FloatImage:
+        """The wall's reflectance, each pixel from the level that matches its size."""
+        wall = self._wall
+        # Large numbers meet in double precision before they meet the float32 pictures.
+        first = int((float(x_mm.min()) + float(ahead_mm.min()) - wall.x0_mm) / wall.texel_x_mm)
+        coarsest = 1 << (len(wall.levels) - 1)
+        first = max(0, first // coarsest - 1) * coarsest
+        columns = ahead_mm * np.float32(1 / wall.texel_x_mm)
+        columns += np.float32((x_mm - wall.x0_mm) / wall.texel_x_mm - first)
+        rows = arc_mm * np.float32(1 / wall.texel_arc_mm)
+        rows -= np.float32(wall.arc0_mm / wall.texel_arc_mm)
+        width = int(columns.max()) + 2 * coarsest
+        total = np.zeros_like(columns)
+        for level, weight in self._level_weights:
+            scale = np.float32(0.5**level)
+            window = wall.levels[level][:, first >> level : (first + width) >> level]
+            seen = cv2.remap(
+                window,
+                columns * scale if level else columns,
+                rows * scale if level else rows,
+                cv2.INTER_LINEAR,
+                borderMode=cv2.BORDER_REPLICATE,
+            )
+            total += seen if weight is None else seen * weight
+        return total
+
+    def _through_water(
+        self,
+        ripples: FloatImage,
+        t_s: float,
+        x_mm: NDArray[np.float64],
+        ahead_mm: FloatImage,
+        arc_mm: FloatImage,
+    ) -> FloatImage:
+        """The wall under a rippled stream that bends the view, dims it and glitters."""
+        away_mm = np.abs(arc_mm - np.float32(_WATER_CENTRE_MM))
+        cover = np.clip((np.float32(_WATER_HALF_MM + 1.5) - away_mm) / np.float32(3.0), 0, 1)
+        size = ripples.shape[0]
+
+        def ripple(speed_mm_s: float, texel_mm: float) -> FloatImage:
+            along = (ahead_mm + np.float32((x_mm - speed_mm_s * t_s) % (size * texel_mm))) / (
+                np.float32(texel_mm)
+            )
+            across = arc_mm / np.float32(texel_mm) + np.float32(size // 2)
+            return np.asarray(
+                cv2.remap(ripples, along, across, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP),
+                np.float32,
+            )
+
+        waves = ripple(_WATER_SPEED_MM_S, 0.7)
+        waves += ripple(0.6 * _WATER_SPEED_MM_S, 0.45)
+        bend = waves * cover
+        bend *= np.float32(0.35)
+        seen = self._look_up(x_mm, ahead_mm + bend, arc_mm + bend)
+        glitter = np.clip(waves - np.float32(1.8), 0, 0.6)
+        glitter *= np.float32(0.9)
+        glitter += waves * np.float32(0.035)
+        glitter -= np.float32(0.12)
+        glitter *= cover
+        seen += glitter
+        return np.maximum(seen, np.float32(0.0), out=seen)
+
+    def _visible_wall(self, texel_mm: float) -> Wall:
+        """The wall over all that the camera can see on its way."""
+        ahead: list[float] = []
+        arc: list[float] = []
+        for pose in self._trajectory.extremes():
+            ahead_mm, arc_mm, range_mm = self._caster.cast(pose)
+            seen = range_mm < REACH_MM
+            ahead += [float(ahead_mm[seen].min()), float(ahead_mm[seen].max())]
+            arc += [float(arc_mm[seen].min()), float(arc_mm[seen].max())]
+        first_mm, last_mm = self._trajectory.x_range_mm
+        return make_wall(
+            self._scenario,
+            x_range_mm=(first_mm + min(ahead) - 5, last_mm + max(ahead) + 5),
+            arc_range_mm=(min(arc) - 5, max(arc) + 5),
+            texel_mm=texel_mm,
+        )
+
+
+def _row_delays_s(scenario: Scenario) -> list[float]:
+    """When each row is exposed, against the time of the frame; one number where all are alike.
+
+    An interlaced frame has the time of its upper field, which holds the even rows; a rolling
+    shutter that of its middle row.
+    """
+    camera = scenario.rendered_rig.camera
+    rows = np.arange(camera.height)
+    delays_s = camera.readout_ms / 1000 * (rows / camera.height - 0.5)
+    if scenario.interlaced:
+        delays_s = delays_s + rows % 2 / (2 * scenario.frames_per_s)
+    return delays_s.tolist() if delays_s.any() else [0.0]
+
+
+def _pixel_size_mm(ahead_mm: FloatImage, arc_mm: FloatImage, radius_mm: float | None) -> FloatImage:
+    """Larger side of each pixel's footprint on the wall."""
+
+    def steepness(values: FloatImage) -> FloatImage:
+        rows, columns = np.gradient(values)
+        return np.asarray(np.hypot(rows, columns), np.float32)
+
+    if radius_mm is None:
+        across = steepness(arc_mm)
+    else:  # over the chord: the arc itself jumps at the crown
+        phi = arc_mm / np.float32(radius_mm)
+        across = np.hypot(steepness(np.sin(phi)), steepness(np.cos(phi))) * np.float32(radius_mm)
+    return np.maximum(np.maximum(steepness(ahead_mm), across), np.float32(1e-3))
+
+
+def _level_weights(pixel_texels: FloatImage, levels: int) -> list[tuple[int, FloatImage | None]]:
+    """How much each level of the wall counts in each pixel; None where it alone counts fully."""
+    level = np.clip(np.log2(pixel_texels), 0, levels - 1).astype(np.float32)
+    weights: list[tuple[int, FloatImage | None]] = []
+    for number in range(levels):
+        weight = np.clip(1 - np.abs(level - number), 0, 1)
+        if float(weight.min()) == 1:
+            weights.append((number, None))
+        elif float(weight.max()) > 0:
+            weights.append((number, weight))
+    return weights
+
+
+def _lamp(scenario: Scenario, range_mm: FloatImage) -> FloatImage:
+    """Light on the wall, times the lens's own fall-off, fixed to the picture, at most 1."""
+    camera = scenario.rendered_rig.camera
+    half_diagonal = np.hypot(camera.width, camera.height) / 2
+    u, v = np.meshgrid(
+        np.arange(camera.width, dtype=np.float32) - np.float32((camera.width - 1) / 2),
+        np.arange(camera.height, dtype=np.float32) - np.float32((camera.height - 1) / 2),
+    )
+    u /= np.float32(half_diagonal)
+    v /= np.float32(half_diagonal)
+    beam = np.exp(-0.5 * ((u - 0.08) ** 2 + (v + 0.05) ** 2) / scenario.lamp_width**2)
+    vignette = 1 - 0.22 * (u**2 + v**2)
+    nearest = np.float32(np.percentile(range_mm, 5))
+    fall_off = np.minimum(1, nearest / range_mm) ** np.float32(1.5)
+    fall_off *= np.clip((REACH_MM - range_mm) / (0.2 * REACH_MM), 0, 1)
+    light: FloatImage = ((0.05 + 0.95 * beam) * vignette * fall_off).astype(np.float32)
+    return light
+
+
+def _ripples(scenario: Scenario) -> FloatImage:
+    """A square of waves of unit variance that repeats without a seam."""
+    rng = np.random.default_rng([scenario.seed, 3])
+    size = 512
+    fy, fx = np.meshgrid(np.fft.fftfreq(size), np.fft.rfftfreq(size), indexing="ij")
+    # Waves of about 14 texels, longer along the stream than across it.
+    r = np.hypot(fy, 1.8 * fx)
+    band = np.exp(-0.5 * ((r - 0.07) / 0.03) ** 2)
+    waves = np.fft.irfft2(np.fft.rfft2(rng.standard_normal((size, size))) * band)
+    return np.asarray(waves / waves.std(), np.float32)
+
+
+class _Recorder:
+    """Glass, sensor and recorder: what happens to the light until a picture is stored."""
+
+    def __init__(self, scenario: Scenario, frames: int) -> None:
+        self._scenario = scenario
+        self._rng = np.random.default_rng([scenario.seed, 1])
+        camera = scenario.rendered_rig.camera
+        self._noise = np.empty((camera.height, camera.width), np.float32)
+        self._dirt = _dirt(scenario) if scenario.dirt_share else None
+        self._faults = _drop_outs(scenario, frames)
+        self._last: NDArray[np.uint8] | None = None
+
+    def record(self, index: int, light: FloatImage) -> NDArray[np.uint8]:
+        """The stored picture of one frame."""
+        gain = float(np.clip(1 + self._scenario.flicker * self._rng.standard_normal(), 0.45, 1.7))
+        self._rng.standard_normal(out=self._noise, dtype=np.float32)
+        fault = self._faults.get(index)
+        if fault == "frozen" and self._last is not None:
+            return self._last
+        if fault == "black":
+            light = np.zeros_like(light)
+        elif self._dirt is not None:
+            clear, veil = self._dirt
+            haze = cv2.blur(cv2.resize(light, None, fx=0.125, fy=0.125), (15, 15))
+            light = light * clear
+            light += veil * cv2.resize(haze, light.shape[::-1])
+        grey = self._noise * np.float32(self._scenario.noise_grey)
+        grey += light * np.float32(gain)
+        grey += np.float32(_BLACK_GREY + 0.5)
+        image = np.clip(grey, 0, 255, out=grey).astype(np.uint8)
+        if self._scenario.text:
+            _burn_in(image, index / self._scenario.frames_per_s)
+        self._last = image
+        return image
+
+
+def _dirt(scenario: Scenario) -> tuple[FloatImage, FloatImage]:
+    """Transmission of the glass, and how much of the mean light around it scatters, (H, W)."""
+    rng = np.random.default_rng([scenario.seed, 2])
+    camera = scenario.rendered_rig.camera
+    shape = (camera.height, camera.width)
+    cover = np.zeros(shape, np.float32)
+    while float((cover > 0.5).mean()) < scenario.dirt_share:
+        blob = np.zeros(shape, np.float32)
+        centre = rng.uniform((0, 0), (camera.width, camera.height))
+        radius = min(float(rng.lognormal(np.log(0.02), 0.8)), 0.09) * camera.width
+        axes = (max(2, round(radius)), max(2, round(radius * rng.uniform(0.5, 1))))
+        cv2.ellipse(
+            blob,
+            (round(centre[0]), round(centre[1])),
+            axes,
+            float(rng.uniform(0, 180)),
+            0,
+            360,
+            float(rng.uniform(0.6, 0.95)),
+            -1,
+        )
+        cover = np.maximum(cover, cv2.GaussianBlur(blob, (0, 0), 1.0 + radius * 0.12))
+    streaks = rng.standard_normal((camera.height // 40 + 2, camera.width // 40 + 2))
+    haze = cv2.resize(streaks.astype(np.float32), shape[::-1], interpolation=cv2.INTER_CUBIC)
+    haze = np.clip(0.1 + 0.04 * haze, 0, 0.3)
+    grain = cv2.GaussianBlur(rng.standard_normal(shape).astype(np.float32), (0, 0), 1.2)
+    veil = haze + cover * np.clip(0.3 + 0.4 * grain, 0, 0.6)
+    return (1 - cover) * (1 - haze), veil.astype(np.float32)
+
+
+def _drop_outs(scenario: Scenario, frames: int) -> dict[int, str]:
+    """Which frames come out "black" or "frozen"."""
+    faults: dict[int, str] = {}
+    if not scenario.drop_out_frames:
+        return faults
+    rng = np.random.default_rng([scenario.seed, 4])
+    index = 20
+    kinds = ("black", "frozen")
+    while index < frames:
+        length = int(rng.integers(2, scenario.drop_out_frames + 1))
+        kind = kinds[int(rng.integers(2))]
+        faults |= {index + step: kind for step in range(length)}
+        index += length + int(rng.integers(25, 70))
+    return faults
+
+
+def _burn_in(image: NDArray[np.uint8], t_s: float) -> None:
+    """Write a name above and date and running time below onto the picture."""
+    height, width = image.shape
+    scale = width / 640
+    clock = f"2024-05-17  14:{int(t_s) // 60:02d}:{int(t_s) % 60:02d}.{int(t_s * 100) % 100:02d}"
+    for text, x, y in (
+        ("CULVERT 12  DN300  DOWNSTREAM", 14 * scale, 28 * scale),
+        (clock, width - 330 * scale, height - 14 * scale),
+    ):
+        for grey, thickness in ((0, 5), (245, 2)):
+            cv2.putText(
+                image,
+                text,
+                (round(x), round(y)),
+                cv2.FONT_HERSHEY_SIMPLEX,
+                0.75 * scale,
+                grey,
+                max(1, round(thickness * scale)),
+                cv2.LINE_AA,
+            )

@@ -1,0 +1,1 @@
+"""Chainage as the meter counter of other software."""

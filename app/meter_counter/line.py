@@ -1,0 +1,285 @@
+"""Chainage as the meter counter of other software: the distance of the running live inspection.
+
+One thread holds the connection.  It reads the newest distance when it has time, so that tracking
+never waits for it, and nothing that the other side sends, or does not take, can grow in memory.
+"""
+
+from __future__ import annotations
+
+import logging
+import select
+import socket
+import threading
+import time
+from dataclasses import dataclass
+from itertools import count
+
+import msgspec
+
+from app.errors import AppError, InspectionNotFound
+from app.inspections.corrections import Corrections
+from app.logs import about
+from app.meter_counter.protocol import (
+    ChangeRequest,
+    Listener,
+    MessageId,
+    changed,
+    choose_version,
+    refused,
+    status,
+)
+from app.survey.adjustment import Zero
+from app.survey.rounding import metres, rounded
+from app.tracking.live import Event, Update
+from vo_core.errors import ChainageError
+from vo_core.track import Estimate
+
+logger = logging.getLogger(__name__)
+
+NAME = "Meter counter"
+"""Who is named in the history."""
+
+_TELL_EVERY_S = 0.2
+_CONNECT_S = 5.0
+_SEND_S = 5.0
+"""A peer that takes nothing for so long is left."""
+_FIRST_PAUSE_S = 1.0
+_LONGEST_PAUSE_S = 30.0
+_READ_BYTES = 4096
+_NOTED_AT_MOST = 50
+_STOP_TIMEOUT_S = 8.0
+_FARTHEST_M = 10_000.0
+"""As far as an offset of the zero may be."""
+
+
+@dataclass(frozen=True)
+class Peer:
+    """Where the other software listens."""
+
+    host: str
+    port: int
+
+    def __str__(self) -> str:
+        return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
+
+
+@dataclass(frozen=True)
+class Connection:
+    """How it is with the other software."""
+
+    peer: str | None
+    """None where none is configured."""
+    is_connected: bool
+    detail: str | None
+    """Why not, in a sentence."""
+
+
+class MeterCounter:
+    """Reports the distance, and lets the other side set it."""
+
+    def __init__(self, peer: Peer | None, corrections: Corrections) -> None:
+        self._peer = peer
+        self._corrections = corrections
+        self._lock = threading.Lock()
+        """Guards the next four."""
+        self._running: dict[str, Estimate | None] = {}
+        """The live inspections, the newest last, each with its last frame."""
+        self._is_connected = False
+        self._detail: str | None = None
+        self._socket: socket.socket | None = None
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._work, name="meter-counter", daemon=True)
+
+    def start(self) -> None:
+        """Connect, and go on trying."""
+        if self._peer is not None:
+            self._thread.start()
+
+    def stop(self) -> None:
+        """Hang up."""
+        self._stopping.set()
+        with self._lock:
+            if self._socket is not None:
+                _hang_up(self._socket)
+        if self._thread.is_alive():
+            self._thread.join(_STOP_TIMEOUT_S)
+
+    def connection(self) -> Connection:
+        """As it is now."""
+        with self._lock:
+            peer = None if self._peer is None else str(self._peer)
+            return Connection(peer, self._is_connected, self._detail)
+
+    def on_event(self, event: Event) -> None:
+        """A listener of all events: which live inspections run, and how far they are."""
+        if not isinstance(event, Update):
+            return
+        with self._lock:
+            if event.state != "running":
+                self._running.pop(event.inspection_id, None)
+            elif event.camera is not None:
+                before = self._running.get(event.inspection_id)
+                last = event.estimates[-1] if event.estimates else before
+                self._running[event.inspection_id] = last
+
+    def _newest(self) -> tuple[str, Estimate] | None:
+        """The live inspection that was begun last, if it has a frame."""
+        with self._lock:
+            for inspection_id, estimate in reversed(self._running.items()):
+                return None if estimate is None else (inspection_id, estimate)
+        return None
+
+    def _work(self) -> None:
+        pause_s = _FIRST_PAUSE_S
+        while not self._stopping.is_set():
+            began_s = time.monotonic()
+            try:
+                self._talk()
+            except OSError as error:
+                self._lost(_reason(error))
+            except Exception:
+                logger.exception("The connection of the meter counter has failed.")
+                self._lost("The connection has failed; the server's log says why.")
+            if time.monotonic() > began_s + _LONGEST_PAUSE_S:  # it did hold
+                pause_s = _FIRST_PAUSE_S
+            self._stopping.wait(pause_s)
+            pause_s = min(2 * pause_s, _LONGEST_PAUSE_S)
+
+    def _talk(self) -> None:
+        """As long as the connection holds."""
+        assert self._peer is not None  # noqa: S101  (the thread runs only with one)
+        with socket.create_connection((self._peer.host, self._peer.port), _CONNECT_S) as opened:
+            opened.settimeout(_SEND_S)
+            with self._lock:
+                self._socket = opened
+            try:
+                if not self._stopping.is_set():
+                    _Conversation(self, opened).hold()
+            finally:
+                with self._lock:
+                    self._socket = None
+
+    def found(self) -> None:
+        """The other side has answered the connection."""
+        with self._lock:
+            self._is_connected, self._detail = True, None
+        logger.info("The meter counter is connected to %s.", self._peer)
+
+    def _lost(self, detail: str) -> None:
+        with self._lock:
+            is_news = self._is_connected or self._detail != detail
+            self._is_connected, self._detail = False, detail
+        if is_news and not self._stopping.is_set():
+            logger.warning("The meter counter is not connected to %s: %s", self._peer, detail)
+
+    def distance_m(self) -> float | None:
+        """Corrected, to the centimetre, of the running live inspection; None while none runs."""
+        newest = self._newest()
+        if newest is None:
+            return None
+        try:
+            estimate = self._corrections.estimate(*newest)
+        except InspectionNotFound:  # deleted at this moment
+            return None
+        return rounded(metres(estimate.distance_mm), 2)
+
+    def set_distance(self, value_m: float | None) -> str | None:
+        """Count from where the camera is at `value_m`; why not, in a sentence."""
+        if value_m is None or abs(value_m) > _FARTHEST_M:
+            return "The value is no length in m or ft within 10 km."
+        newest = self._newest()
+        if newest is None:
+            return "No live inspection runs."
+        inspection_id, estimate = newest
+        try:
+            with about(inspection_id):
+                stated = self._corrections.get(inspection_id).stated
+                zero = Zero(estimate.frame, rounded(value_m, 3))
+                restated = msgspec.structs.replace(stated, zero=zero)
+                self._corrections.put(inspection_id, restated, None, NAME)
+        except (AppError, ChainageError) as refusal:
+            return str(refusal)
+        return None
+
+
+class _Conversation:
+    """One connection, from the first message on."""
+
+    def __init__(self, counter: MeterCounter, connected: socket.socket) -> None:
+        self._counter = counter
+        self._socket = connected
+        self._ids = count(1)
+        self._listener = Listener()
+        self._told_m: float | None = None
+        self._tell_from_s = 0.0
+        self._change_from_s = 0.0
+        self._noted: set[str] = set()
+
+    def hold(self) -> None:
+        """Until the other side ends it.
+
+        Raises:
+            OSError: It did, or does not take what it is sent.
+        """
+        self._socket.sendall(choose_version(next(self._ids)))
+        self._counter.found()
+        while True:
+            self._tell()
+            readable, _, _ = select.select([self._socket], [], [], _TELL_EVERY_S)
+            if not readable:
+                continue
+            received = self._socket.recv(_READ_BYTES)
+            if not received:
+                raise ConnectionResetError
+            for message in self._listener.hear(received):
+                if isinstance(message, ChangeRequest):
+                    self._answer(message.message_id, self._change(message.value_m))
+                else:
+                    self._note(message.name)
+
+    def _tell(self) -> None:
+        """The distance if it is another one, not more often than is asked for."""
+        now = time.monotonic()
+        if now < self._tell_from_s:
+            return
+        distance_m = self._counter.distance_m()
+        if distance_m is not None and distance_m != self._told_m:
+            self._socket.sendall(status(next(self._ids), distance_m))
+            self._told_m, self._tell_from_s = distance_m, now + _TELL_EVERY_S
+
+    def _change(self, value_m: float | None) -> str | None:
+        """A peer that asks without end does not fill the history."""
+        now = time.monotonic()
+        if now < self._change_from_s:
+            return "Too fast: one change a moment."
+        self._change_from_s = now + _TELL_EVERY_S
+        return self._counter.set_distance(value_m)
+
+    def _note(self, name: str) -> None:
+        """Once for each name, and not for any number of them."""
+        if name not in self._noted and len(self._noted) < _NOTED_AT_MOST:
+            self._noted.add(name)
+            logger.info("The meter counter does not answer %r.", name)
+
+    def _answer(self, message_id: MessageId, reason: str | None) -> None:
+        answer = changed(message_id) if reason is None else refused(message_id, reason)
+        self._socket.sendall(answer)
+
+
+def _hang_up(connected: socket.socket) -> None:
+    try:
+        connected.shutdown(socket.SHUT_RDWR)
+    except OSError:
+        logger.debug("The connection was closed already.")
+
+
+def _reason(error: OSError) -> str:
+    if isinstance(error, TimeoutError):
+        return "It does not answer."
+    if isinstance(error, socket.gaierror):
+        return "Its name is not known."
+    if isinstance(error, ConnectionRefusedError):
+        return "No program listens there."
+    if isinstance(error, ConnectionError):
+        return "It has ended the connection."
+    return f"It cannot be reached: {error.strerror or 'the network has failed'}."

@@ -1,0 +1,115 @@
+"""Whether every part works, with reasons."""
+
+from __future__ import annotations
+
+import sqlite3
+import threading
+import time
+from dataclasses import dataclass
+
+from app.errors import NotReady
+from app.storage.database import Database
+from app.storage.files import DataFolder
+from app.tracking.media import Media
+from app.tracking.photos import Photos
+from app.tracking.queue import Tracking
+from vo_core.errors import ChainageError
+
+_CACHED_S = 2.0
+_GOOD_SQLITE = (3, 51, 3)
+
+
+@dataclass(frozen=True)
+class Check:
+    """One part."""
+
+    name: str
+    ok: bool
+    detail: str
+
+
+class Health:
+    """Asks the parts; the answer is kept for 2 s, as anyone may ask."""
+
+    def __init__(
+        self,
+        database: Database,
+        folder: DataFolder,
+        media: Media,
+        tracking: Tracking,
+        photos: Photos,
+    ) -> None:
+        self._database = database
+        self._folder = folder
+        self._media = media
+        self._tracking = tracking
+        self._photos = photos
+        self._stopping = False
+        self._lock = threading.Lock()
+        self._checked_at = 0.0
+        self._checks: list[Check] = []
+
+    def ready(self) -> list[Check]:
+        """All checks.
+
+        Raises:
+            NotReady: One failed; the text says which and why.
+        """
+        if self._stopping:
+            raise NotReady("server: It is shutting down.")
+        # Whoever asks meanwhile does not wait with a thread each for a database that hangs.
+        if not self._lock.acquire(timeout=_CACHED_S):
+            raise NotReady("server: The last check has not ended yet.")
+        try:
+            if time.monotonic() - self._checked_at > _CACHED_S:
+                self._checks = [self._writes(), self._room(), self._workers(), _sqlite()]
+                self._checked_at = time.monotonic()
+            checks = self._checks
+        finally:
+            self._lock.release()
+        failed = [f"{check.name}: {check.detail}" for check in checks if not check.ok]
+        if failed:
+            raise NotReady(" ".join(failed))
+        return checks
+
+    def stop(self) -> None:
+        """Not ready from now on; what is being answered still is."""
+        self._stopping = True
+
+    def _writes(self) -> Check:
+        try:
+            self._database.beat()
+        except (ChainageError, OSError) as error:
+            return Check("database", False, str(error))
+        except Exception as error:  # the driver's errors have no common base with ours
+            return Check("database", False, f"It takes no writes ({type(error).__name__}).")
+        return Check("database", True, "It takes writes.")
+
+    def _room(self) -> Check:
+        free = self._folder.free_bytes()
+        detail = f"{free / 2**30:.1f} GiB may still be filled."
+        return Check("disk", free > 0, detail if free > 0 else "The disk is nearly full.")
+
+    def _workers(self) -> Check:
+        parts = {
+            "tracking": self._tracking.is_alive(),
+            "photos": self._photos.is_alive(),
+            "database": self._database.writer_is_alive(),
+        }
+        dead = [name for name, alive in parts.items() if not alive]
+        if dead:
+            return Check("workers", False, f"Not running: {', '.join(dead)}. Restart the server.")
+        media = "ready" if self._media.is_alive() else "ended, another starts when it is needed"
+        return Check("workers", True, f"Tracking and photos run; the media process is {media}.")
+
+
+def _sqlite() -> Check:
+    version = sqlite3.sqlite_version
+    if sqlite3.sqlite_version_info < _GOOD_SQLITE:
+        return Check(
+            "sqlite",
+            True,
+            f"Version {version}; before 3.51.3 two writers could corrupt a database, "
+            "so the server has only one.",
+        )
+    return Check("sqlite", True, f"Version {version}.")

@@ -1,0 +1,199 @@
+"""What a monitoring system asks the server, in the text format of Prometheus.
+
+Every label has few values: routes stand with names in place of their values, and no inspection,
+token or address is one.
+"""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+import threading
+from collections.abc import Iterator
+from contextlib import suppress
+from importlib.metadata import version
+from pathlib import Path
+
+from prometheus_client import (
+    CollectorRegistry,
+    Counter,
+    Gauge,
+    Histogram,
+    Info,
+    ProcessCollector,
+    generate_latest,
+)
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
+from prometheus_client.registry import Collector
+
+from app.storage.alerts import AlertStore
+from app.storage.files import DataFolder
+from app.storage.inspections import InspectionStore
+from app.storage.tables import ENDED, STATES
+from app.tracking.live import Event, Update
+from app.tracking.media import Media
+from app.tracking.recorder import Recorder
+from app.tracking.runs import Runs
+from app.viewer.scenes import Scenes
+
+_SECONDS = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0)
+
+
+class Metrics:
+    """Counts what happens, and looks at the services when it is asked."""
+
+    def __init__(self) -> None:
+        self._registry = CollectorRegistry()
+        ProcessCollector(registry=self._registry)
+        Info("chainage_build", "Versions.", registry=self._registry).info(
+            {"version": version("chainage"), "sqlite": sqlite3.sqlite_version}
+        )
+        self._requests = Counter(
+            "chainage_http_requests",
+            "Requests that were answered; 499 where the client went away before.",
+            ("method", "route", "status"),
+            registry=self._registry,
+        )
+        self._request_seconds = Histogram(
+            "chainage_http_request_duration_seconds",
+            "Time from the request to the end of its answer.",
+            ("method", "route"),
+            buckets=_SECONDS,
+            registry=self._registry,
+        )
+        self._write_seconds = Histogram(
+            "chainage_database_write_duration_seconds",
+            "Time of a transaction, with the sync of the disk.",
+            buckets=_SECONDS,
+            registry=self._registry,
+        )
+        self._websockets = Gauge(
+            "chainage_websocket_clients",
+            "Open web sockets.",
+            ("kind",),
+            registry=self._registry,
+        )
+        for kind in ("live", "viewer"):
+            self._websockets.labels(kind)
+        self._frames = Counter(
+            "chainage_tracked_frames", "Frames that were tracked.", registry=self._registry
+        )
+        self._dropped = Counter(
+            "chainage_live_frames_dropped",
+            "Frames that cameras sent too fast to be tracked; they are recorded.",
+            registry=self._registry,
+        )
+        self._lock = threading.Lock()
+        self._dropped_before: dict[str, int] = {}
+        """By live inspection that runs."""
+
+    def observe(self, services: WatchedServices) -> None:
+        """Look at them whenever somebody asks."""
+        self._registry.register(services)
+
+    def text(self) -> bytes:
+        """Everything, as it is now."""
+        return generate_latest(self._registry)
+
+    def count_request(self, method: str, route: str, status: int, duration_s: float) -> None:
+        """A request has ended."""
+        self._requests.labels(method, route, str(status)).inc()
+        self._request_seconds.labels(method, route).observe(duration_s)
+
+    def websocket_clients(self, kind: str) -> Gauge:
+        """The open web sockets of a kind, "live" or "viewer", to be raised and lowered."""
+        return self._websockets.labels(kind)
+
+    def count_write(self, duration_s: float) -> None:
+        """The database has done a transaction."""
+        self._write_seconds.observe(duration_s)
+
+    def on_event(self, event: Event) -> None:
+        """A listener of all events."""
+        if not isinstance(event, Update):
+            return
+        self._frames.inc(len(event.estimates))
+        if event.camera is not None:
+            with self._lock:
+                before = self._dropped_before.get(event.inspection_id, 0)
+                self._dropped.inc(max(event.camera.dropped - before, 0))
+                self._dropped_before[event.inspection_id] = event.camera.dropped
+        if event.state in ENDED:
+            with self._lock:
+                self._dropped_before.pop(event.inspection_id, None)
+
+
+class WatchedServices(Collector):
+    """What is looked up when it is asked for."""
+
+    def __init__(
+        self,
+        inspections: InspectionStore,
+        folder: DataFolder,
+        runs: Runs,
+        media: Media,
+        recorder: Recorder,
+        scenes: Scenes,
+        alerts: AlertStore,
+    ) -> None:
+        self._inspections = inspections
+        self._folder = folder
+        self._runs = runs
+        self._media = media
+        self._recorder = recorder
+        self._scenes = scenes
+        self._alerts = alerts
+
+    def describe(self) -> Iterator[Metric]:
+        """Nothing beforehand: the registry would else ask the services while they start."""
+        return iter(())
+
+    def collect(self) -> Iterator[Metric]:
+        """One after the other."""
+        counts = self._inspections.counts()
+        by_status = GaugeMetricFamily(
+            "chainage_inspections", "Inspections by status.", labels=["status"]
+        )
+        for status in STATES:
+            by_status.add_metric([status], counts.get(status, 0))
+        yield by_status
+        yield _gauge("queue_length", "Videos that wait to be tracked.", counts.get("queued", 0))
+        speeds = self._runs.speeds_fps()
+        yield _gauge("tracked_frames_per_second", "Of all runs together.", sum(speeds))
+        yield _gauge("live_recordings", "Cameras that are recorded.", self._runs.cameras())
+        yield _gauge("viewer_servers", "3D views that are open.", self._scenes.count())
+        yield _gauge("child_processes", "Processes that the server has started.", _children())
+        yield _gauge(
+            "disk_free_bytes",
+            "Room on the disk of the data folder, with the reserve.",
+            self._folder.disk_free_bytes(),
+        )
+        restarts = CounterMetricFamily(
+            "chainage_child_restarts",
+            "Processes that had died or hung and were replaced.",
+            labels=["kind"],
+        )
+        restarts.add_metric(["media"], self._media.restarts)
+        restarts.add_metric(["camera"], self._recorder.restarts)
+        yield restarts
+        told = GaugeMetricFamily(
+            "chainage_webhook_alerts",
+            "Severe observations that the client is notified of, by what has become of it.",
+            labels=["state"],
+        )
+        for state, number in self._alerts.counts().items():
+            told.add_metric([state], number)
+        yield told
+
+
+def _gauge(name: str, text: str, value: float) -> GaugeMetricFamily:
+    return GaugeMetricFamily(f"chainage_{name}", text, value=value)
+
+
+def _children() -> int:
+    """Each stands under the thread that started it, and moves when that thread ends."""
+    found: set[str] = set()
+    for task in Path(f"/proc/{os.getpid()}/task").glob("*"):
+        with suppress(OSError):  # a thread that has just ended
+            found.update((task / "children").read_text("ascii").split())
+    return len(found)

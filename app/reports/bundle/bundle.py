@@ -1,0 +1,214 @@
+"""The evidence bundle: every form of the report, photos and tracks, with a signed list of them.
+
+`manifest.json` names every file with its size and SHA-256, and the video that all rests on;
+`manifest.json.sig` is the Ed25519 signature of its bytes (RFC 8032), in base64.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import stat
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from datetime import UTC
+from importlib.metadata import version
+from typing import IO, Protocol, cast
+
+import msgspec
+
+from app.errors import ExportNotAvailable
+from app.reports.bundle.signing import fingerprint
+from app.reports.report import Loss, Report, Written
+from app.reports.tables.table import iso
+from vo_core import Track
+
+SCHEMA = "chainage-bundle/1"
+MANIFEST = "manifest.json"
+SIGNATURE = "manifest.json.sig"
+PHOTOS = "photos/"
+
+_STORED = (".jpg", ".pdf", ".xlsx")
+"""Hardly shrink."""
+_BLOCK = 2**20
+
+
+class Form(Protocol):
+    """A format of the report."""
+
+    @property
+    def stem(self) -> str:
+        """Of the file's name."""
+
+    @property
+    def suffix(self) -> str:
+        """Of the file's name, with the dot."""
+
+    def write(self, report: Report, /) -> Written:
+        """The report in this form."""
+
+
+class Listed(msgspec.Struct, frozen=True):
+    """One file of a bundle."""
+
+    size: int
+    sha256: str
+
+
+class Video(msgspec.Struct, frozen=True):
+    """The film, which is not in the bundle."""
+
+    filename: str
+    size: int
+    sha256: str
+    """Empty while it is recorded."""
+
+
+class Manifest(msgspec.Struct, frozen=True):
+    """What a bundle holds, and what it is about."""
+
+    schema: str
+    program: str
+    report_id: str
+    name: str
+    revision: int
+    made_at: str
+    video: Video
+    public_key: str
+    """32 bytes in base64; only who knows its fingerprint knows whose it is."""
+    fingerprint: str
+    files: dict[str, Listed]
+    missing: list[str]
+    """Photos that are named and were gone."""
+
+
+def write(report: Report, forms: Mapping[str, Form]) -> Written:
+    """A ZIP in a temporary file, so that many photos need no memory.
+
+    Raises:
+        ExportNotAvailable: There is no key to sign it with, or a form lacks what it needs.
+    """
+    if report.signer is None:
+        raise ExportNotAvailable("There is no key with which the bundle could be signed.")
+    file = cast(IO[bytes], tempfile.TemporaryFile())  # noqa: SIM115  (handed on open)
+    try:
+        with zipfile.ZipFile(file, "w") as archive:
+            bundle = _Bundle(archive, report)
+            for kind, form in forms.items():
+                bundle.add_form(kind, form)
+            bundle.add_track("track.csv", report.track, raw=False)
+            bundle.add_track("track-raw.csv", report.raw_track, raw=True)
+            bundle.add_photos()
+            manifest = msgspec.json.format(msgspec.json.encode(bundle.manifest()), indent=1)
+            bundle.add(MANIFEST, manifest)
+            bundle.add(SIGNATURE, base64.b64encode(report.signer.sign(manifest)) + b"\n")
+    except BaseException:
+        file.close()
+        raise
+    file.seek(0)
+    return Written(b"", tuple(bundle.losses), file)
+
+
+class _Bundle:
+    """An archive that is being written; notes what goes in."""
+
+    def __init__(self, archive: zipfile.ZipFile, report: Report) -> None:
+        self._archive = archive
+        self._report = report
+        self._files: dict[str, Listed] = {}
+        self._missing: list[str] = []
+        self.losses: list[Loss] = []
+
+    def add_form(self, kind: str, form: Form) -> None:
+        """The report in one of its forms."""
+        written = form.write(self._report)
+        self._note(f"{form.stem}{form.suffix}", b"".join(written.blocks()))
+        self.losses += [Loss(f"{kind}: {loss.detail}", loss.entry) for loss in written.losses]
+
+    def add_track(self, name: str, track: Track, *, raw: bool) -> None:
+        """As the API gives it, with where it comes from."""
+        report = self._report
+        metadata: dict[str, object] = {
+            "inspection": report.id,
+            "name": report.name,
+            "video": report.source.filename,
+            "video_sha256": report.source.sha256,
+        }
+        if report.adjusted and not raw:
+            metadata |= report.adjusted.metadata()
+        self._note(name, track.to_csv(metadata).encode("utf-8", "replace"))
+
+    def add_photos(self) -> None:
+        """Under the names that the tables tell."""
+        for entry in self._report.entries:
+            photo = entry.photo
+            if photo is None:
+                continue
+            if photo.path is None:
+                self.losses.append(Loss(f"The photo {photo.name} is not on this server.", entry))
+                continue
+            name = PHOTOS + photo.name
+            try:
+                source = photo.path.open("rb")
+            except FileNotFoundError:
+                self._missing.append(name)
+                self.losses.append(Loss(f"The photo {photo.name} is gone.", entry))
+                continue
+            with source, self._archive.open(self._info(name), "w") as target:
+                size, sha256 = _copied(source, target)
+            self._files[name] = Listed(size, sha256)
+            if photo.sha256 is not None and sha256 != photo.sha256:
+                self.losses.append(
+                    Loss(f"The photo {photo.name} is not what it was when it was taken.", entry)
+                )
+
+    def manifest(self) -> Manifest:
+        """Of what is in it by now."""
+        report, source = self._report, self._report.source
+        key = report.signer.public_key if report.signer else b""
+        return Manifest(
+            schema=SCHEMA,
+            program=f"chainage {version('chainage')}",
+            report_id=report.id,
+            name=_encodable(report.name),
+            revision=report.revision,
+            made_at=iso(report.made_at) or "",
+            video=Video(_encodable(source.filename), source.size, source.sha256),
+            public_key=base64.b64encode(key).decode(),
+            fingerprint=fingerprint(key),
+            files=self._files,
+            missing=self._missing,
+        )
+
+    def add(self, name: str, content: bytes) -> None:
+        """A file that is not listed."""
+        self._archive.writestr(self._info(name), content)
+
+    def _note(self, name: str, content: bytes) -> None:
+        self.add(name, content)
+        self._files[name] = Listed(len(content), hashlib.sha256(content).hexdigest())
+
+    def _info(self, name: str) -> zipfile.ZipInfo:
+        """A plain file of the time of the report: the same report gives the same archive."""
+        made_at = self._report.made_at.astimezone(UTC)
+        info = zipfile.ZipInfo(name, (max(made_at.year, 1980), *made_at.timetuple()[1:6]))
+        info.create_system = 3
+        info.external_attr = (stat.S_IFREG | 0o644) << 16
+        is_stored = name.endswith(_STORED)
+        info.compress_type = zipfile.ZIP_STORED if is_stored else zipfile.ZIP_DEFLATED
+        return info
+
+
+def _copied(source: IO[bytes], target: IO[bytes]) -> tuple[int, str]:
+    """Size and SHA-256 of what was copied."""
+    digest, size = hashlib.sha256(), 0
+    while block := source.read(_BLOCK):
+        digest.update(block)
+        size += len(block)
+        target.write(block)
+    return size, digest.hexdigest()
+
+
+def _encodable(text: str) -> str:
+    return text.encode("utf-8", "replace").decode()

@@ -1,0 +1,236 @@
+"""Checks an evidence bundle that came from anywhere: what is right in it, and what is wrong.
+
+Nothing is unpacked to the disk, and no more is read than the bundle's manifest names.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import hashlib
+import re
+import stat
+import zipfile
+import zlib
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from app.errors import UnusableBundle
+from app.reports.bundle.bundle import MANIFEST, SCHEMA, SIGNATURE, Manifest
+from app.reports.bundle.signing import fingerprint, is_signed_by
+
+_MOST_MANIFEST_BYTES = 16 * 2**20
+_MOST_BYTES = 64 * 2**30
+"""Of all files together, unpacked."""
+_MOST_FILES = 100_000
+_NAME = re.compile(r"(?:photos/)?[A-Za-z0-9_-][A-Za-z0-9._-]*")
+_BLOCK = 2**20
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked at."""
+
+    what: str
+    is_right: bool | None
+    """None if it could not be, or was not to be, checked."""
+    detail: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """All that was found."""
+
+    manifest: Manifest
+    findings: tuple[Finding, ...]
+
+    @property
+    def is_right(self) -> bool:
+        """Whether nothing is wrong."""
+        return all(finding.is_right is not False for finding in self.findings)
+
+
+def verify(bundle: Path, *, key: str | None = None, video: Path | None = None) -> Verdict:
+    """Look at everything.
+
+    Args:
+        bundle: The ZIP.
+        key: Fingerprint of the key that must have signed it; without it any key will do.
+        video: The film, to be compared with the one that the manifest names.
+
+    Raises:
+        UnusableBundle: It is no bundle, so that there is nothing to check.
+    """
+    try:
+        with zipfile.ZipFile(bundle) as archive:
+            if sum(info.compress_size for info in archive.infolist()) > bundle.stat().st_size:
+                raise UnusableBundle(f"{bundle} is no evidence bundle: its files overlap.")
+            _require_own_methods(archive)
+            content = _manifest_content(archive)
+            manifest = _manifest_of(content)
+            findings = (
+                *_signature(archive, manifest, content, key),
+                *_names(archive, manifest),
+                *_files(archive, manifest),
+                *_missing(manifest),
+                _video(manifest, video),
+            )
+    except _MALFORMED as error:
+        raise UnusableBundle(f"{bundle} is damaged or no evidence bundle: {error}.") from error
+    return Verdict(manifest, findings)
+
+
+_MALFORMED = (
+    zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError, zlib.error,
+)  # fmt: skip
+"""What damaged, encrypted and foreign archives lead to, which has no common base."""
+
+
+def _require_own_methods(archive: zipfile.ZipFile) -> None:
+    """Others are not in a bundle, fail with errors of their own, and LZMA takes any memory."""
+    for info in archive.infolist():
+        if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            raise UnusableBundle(
+                f"It is no evidence bundle: {_shown(info.filename)} is compressed with another "
+                "method than those of bundles."
+            )
+
+
+def _manifest_content(archive: zipfile.ZipFile) -> bytes:
+    infos = [info for info in archive.infolist() if info.filename == MANIFEST]
+    if len(infos) != 1 or infos[0].file_size > _MOST_MANIFEST_BYTES:
+        raise UnusableBundle(f"It is no evidence bundle: it has not one {MANIFEST}.")
+    return archive.read(infos[0])
+
+
+def _manifest_of(content: bytes) -> Manifest:
+    try:
+        manifest = msgspec.json.decode(content, type=Manifest)
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+        raise UnusableBundle(f"Its {MANIFEST} cannot be read: {error}.") from error
+    if manifest.schema != SCHEMA:
+        raise UnusableBundle(
+            f"It is a {manifest.schema!r:.60}, and this Chainage knows {SCHEMA}. Check it with a "
+            "newer version."
+        )
+    if len(manifest.files) > _MOST_FILES:
+        raise UnusableBundle(f"Its {MANIFEST} names more than {_MOST_FILES} files.")
+    return manifest
+
+
+def _signature(
+    archive: zipfile.ZipFile, manifest: Manifest, content: bytes, wanted: str | None
+) -> Iterator[Finding]:
+    public_key = _decoded(manifest.public_key)
+    signature = _decoded(_small(archive, SIGNATURE))
+    own = fingerprint(public_key)
+    if not is_signed_by(public_key, signature, content):
+        yield Finding("signature", False, f"{MANIFEST} is not what its key has signed")
+        return
+    yield Finding("signature", True, f"{MANIFEST} is as it was signed")
+    if manifest.fingerprint != own:
+        yield Finding("key", False, f"{MANIFEST} names another fingerprint than its key has")
+    if wanted is None:
+        yield Finding("key", None, "whose it is was not checked: compare it, or name it (--key)")
+    else:
+        told = "it is the key that was named" if own == wanted else f"it is not {wanted}"
+        yield Finding("key", own == wanted, told)
+
+
+def _names(archive: zipfile.ZipFile, manifest: Manifest) -> Iterator[Finding]:
+    """What is in the archive and should not be."""
+    counts = Counter(info.filename for info in archive.infolist())
+    listed = {*manifest.files, MANIFEST, SIGNATURE}
+    for name, count in counts.items():
+        if not _NAME.fullmatch(name):
+            yield Finding(_shown(name), False, "its name could lead out of a folder, or is odd")
+        elif name not in listed:
+            yield Finding(name, False, f"is in the archive, but not in {MANIFEST}")
+        if count > 1:
+            yield Finding(_shown(name), False, f"is {count} times in the archive")
+
+
+def _files(archive: zipfile.ZipFile, manifest: Manifest) -> Iterator[Finding]:
+    """Every file that is listed."""
+    infos = {info.filename: info for info in archive.infolist()}
+    room = _MOST_BYTES
+    for name, listed in manifest.files.items():
+        info = infos.get(name)
+        if not _NAME.fullmatch(name):
+            yield Finding(_shown(name), False, "its name could lead out of a folder, or is odd")
+        elif info is None:
+            yield Finding(name, False, "is missing in the archive")
+        elif (fault := _fault_of(info)) is not None:
+            yield Finding(name, False, fault)
+        elif info.file_size != listed.size:
+            yield Finding(name, False, f"has {info.file_size} bytes, and should have {listed.size}")
+        elif listed.size > room:
+            yield Finding(name, False, "is not read: all files together are too large")
+        else:
+            room -= listed.size
+            yield _read(archive, info, listed.sha256)
+
+
+def _fault_of(info: zipfile.ZipInfo) -> str | None:
+    kind = stat.S_IFMT(info.external_attr >> 16)
+    if kind not in (0, stat.S_IFREG) or info.is_dir():
+        return "is a link or a folder, not a file"
+    if info.flag_bits & 1:
+        return "is encrypted"
+    return None
+
+
+def _read(archive: zipfile.ZipFile, info: zipfile.ZipInfo, sha256: str) -> Finding:
+    digest, size = hashlib.sha256(), 0
+    try:
+        with archive.open(info) as file:
+            while block := file.read(_BLOCK):
+                digest.update(block)
+                size += len(block)
+    except _MALFORMED as error:
+        return Finding(info.filename, False, f"is damaged: {error}")
+    if digest.hexdigest() != sha256 or size != info.file_size:
+        return Finding(info.filename, False, "is not what it was: its SHA-256 differs")
+    return Finding(info.filename, True, f"{size} bytes, as listed")
+
+
+def _missing(manifest: Manifest) -> Iterator[Finding]:
+    for name in manifest.missing:
+        yield Finding(_shown(name), None, "was gone when the bundle was made")
+
+
+def _video(manifest: Manifest, video: Path | None) -> Finding:
+    told = manifest.video
+    what = f"video {_shown(told.filename)}"
+    if not told.sha256:
+        return Finding(what, None if video is None else False, "its SHA-256 was not known yet")
+    if video is None:
+        return Finding(what, None, "was not checked; name the film (--video)")
+    with video.open("rb") as file:
+        found = hashlib.file_digest(file, "sha256").hexdigest()
+    if found == told.sha256:
+        return Finding(what, True, f"{video.name} is the film that was inspected")
+    return Finding(what, False, f"{video.name} is another film: its SHA-256 differs")
+
+
+def _small(archive: zipfile.ZipFile, name: str) -> str:
+    """A short text; empty if there is none."""
+    infos = [info for info in archive.infolist() if info.filename == name]
+    if len(infos) != 1 or infos[0].file_size > 1000:
+        return ""
+    return archive.read(infos[0]).decode("ascii", "replace")
+
+
+def _decoded(text: str) -> bytes:
+    try:
+        return base64.b64decode(text.strip(), validate=True)
+    except (binascii.Error, ValueError):
+        return b""
+
+
+def _shown(name: str) -> str:
+    return name[:80] if name.isprintable() else repr(name[:80])

@@ -1,0 +1,202 @@
+"""Says figures, places and fields in the language and the units of the report."""
+
+from __future__ import annotations
+
+import math
+from datetime import UTC, datetime
+from typing import Any
+
+from app.reports.content.words import words_of
+from app.reports.pdf.text import one_line
+from app.reports.report import Entry, Language, Report, Units
+from app.survey.adjustment import Refusal
+from app.survey.checks import Issue
+from app.survey.interval import half_width_text
+from app.survey.rounding import decimals
+
+FOOT_M = 0.3048
+NOTHING = "–"
+_ALL_ROUND = "12–12"
+
+
+class Teller:
+    """Called with the key of a sentence it says it."""
+
+    def __init__(self, language: Language, units: Units) -> None:
+        self.language = language
+        self.units = units
+        self._words = words_of(language)
+
+    @classmethod
+    def of(cls, report: Report) -> Teller:
+        """In the language and units of a report."""
+        return cls(report.language, report.units)
+
+    def __call__(self, key: str, /, **values: object) -> str:
+        """The sentence of this key with its values."""
+        return self._words[key].format_map(values)
+
+    def one_of(self, area: str, name: object, otherwise: str | None = None) -> str:
+        """The word for a value if there is one, else the value as it is."""
+        return self._words.get(f"{area}.{name}", str(name) if otherwise is None else otherwise)
+
+    def refusal(self, refusal: Refusal) -> str:
+        """Why joints do not count."""
+        key = f"refusal.{refusal.reason}"
+        if key not in self._words:
+            return refusal.sentence
+        figures = refusal.values.items()
+        return self(key, **{k: v if isinstance(v, str) else f"{v:g}" for k, v in figures})
+
+    @property
+    def per_unit_m(self) -> float:
+        """Metres in the unit of distances."""
+        return FOOT_M if self.units == "ft" else 1.0
+
+    def number(self, metres: float) -> str:
+        """A distance without its unit: metres with two decimals, feet with one."""
+        return decimals(metres, self._digits, unit=self.per_unit_m)
+
+    def length(self, metres: float | None) -> str:
+        """A distance with its unit."""
+        return NOTHING if metres is None else f"{self.number(metres)} {self.units}"
+
+    def half_width(self, metres: float) -> str:
+        """Of a 95 % interval, without its unit."""
+        return half_width_text(metres, unit_m=self.per_unit_m, digits=self._digits)
+
+    @property
+    def _digits(self) -> int:
+        """Of distances and their intervals, behind the point."""
+        return 1 if self.units == "ft" else 2
+
+    def place(self, entry: Entry) -> str:
+        """Where an entry is: `12.40 m ± 0.05 m`."""
+        if entry.distance_m is None:
+            return self("entry.not_tracked")
+        if entry.u95_m is None:
+            return self.length(entry.distance_m)
+        return f"{self.length(entry.distance_m)} ± {self.half_width(entry.u95_m)} {self.units}"
+
+    def short_place(self, entry: Entry) -> str:
+        """The same with the unit once, for tables: `12.40 ± 0.05 m`."""
+        return self.place(entry).replace(f" {self.units} ±", " ±")
+
+    def number_of(self, entry: Entry) -> str:
+        """What the entry is called."""
+        return self("check.number", seq=entry.seq)
+
+    def code(self, entry: Entry) -> str:
+        """The code with its characters."""
+        parts = (entry.code, entry.char1, entry.char2)
+        return " ".join(one_line(str(part)) for part in parts if part) or self("entry.no_code")
+
+    def label(self, entry: Entry) -> str:
+        """What the code means."""
+        return entry.label(self.language) or (
+            self("entry.unknown_code") if entry.code else self("entry.to_complete")
+        )
+
+    def clock(self, entry: Entry) -> str:
+        """Position on the wall, seen in the direction of travel."""
+        if entry.clock_from is None:
+            return ""
+        if entry.clock_to is None:
+            return f"{entry.clock_from:g}"
+        return f"{entry.clock_from:g}–{entry.clock_to:g}"
+
+    def clock_in_words(self, entry: Entry) -> str:
+        """The same as a sentence has it."""
+        if not (clock := self.clock(entry)):
+            return ""
+        return self("entry.all_round" if clock == _ALL_ROUND else "entry.clock", clock=clock)
+
+    def quantities(self, entry: Entry) -> list[str]:
+        """What was measured, with units."""
+        both = ((entry.quant1, entry.unit1), (entry.quant2, entry.unit2))
+        return [_with_unit(value, unit) for value, unit in both if value is not None]
+
+    def stretch(self, entry: Entry) -> str:
+        """`A1` for the start of stretch 1, C for a change, B for its finish."""
+        if entry.cont_id is None or entry.cont_role is None:
+            return ""
+        letter = {"start": "A", "change": "C", "finish": "B"}[entry.cont_role]
+        return f"{letter}{entry.cont_id}"
+
+    def time(self, seconds: float | None) -> str:
+        """In the video: m:ss or h:mm:ss."""
+        if seconds is None:
+            return ""
+        minutes, second = divmod(int(seconds), 60)
+        hours, minute = divmod(minutes, 60)
+        return f"{hours}:{minute:02}:{second:02}" if hours else f"{minute}:{second:02}"
+
+    def instant(self, at: datetime) -> str:
+        """Day and time in UTC."""
+        return f"{at.astimezone(UTC):%Y-%m-%d %H:%M} UTC"
+
+    def severity(self, severity: int | None) -> str:
+        """The word for a severity."""
+        return self("severity.none") if severity is None else self.one_of("severity", severity)
+
+    def field(self, name: str) -> str:
+        """The name of a header field."""
+        return self.one_of("field", name, one_line(name.replace("_", " ").capitalize()))
+
+    def value(self, name: str, value: Any) -> str:
+        """The value of a header field."""
+        if isinstance(value, bool):
+            return self("choice.yes" if value else "choice.no")
+        if isinstance(value, int | float):
+            return self._quantity(name, value)
+        return self.one_of("choice", value) if isinstance(value, str) else str(value)
+
+    def issue(self, issue: Issue, numbers: dict[str, Entry]) -> str:
+        """What stands against the report; its English sentence if its words are not known.
+
+        Args:
+            issue: Found by the checks.
+            numbers: Entries by their id.
+        """
+        key = f"check.{issue.code}"
+        if key not in self._words:
+            return issue.detail
+        values: dict[str, object] = dict(issue.params)
+        entry = numbers.get(issue.observation_id or "")
+        values["name"] = self._name(entry) if entry else self("check.an_observation")
+        if "field" in values:
+            values["field"] = self.one_of("attribute", values["field"], "") or self.field(
+                str(values["field"])
+            )
+        if "complaint" in values:
+            values["complaint"] = self.one_of("complaint", values["complaint"])
+        for name in ("short_m", "known_length_m"):
+            if isinstance(length := values.get(name), int | float):
+                values[name] = self.length(length)
+        try:
+            return self(key, **values)
+        except KeyError:  # numbers that the check no longer has
+            return issue.detail
+
+    def _name(self, entry: Entry) -> str:
+        if entry.distance_m is None:
+            return self.number_of(entry)
+        return self("check.number_at", seq=entry.seq, place=self.length(entry.distance_m))
+
+    def _quantity(self, name: str, value: float) -> str:
+        if not math.isfinite(value):
+            return str(value)
+        if name.endswith("_m"):
+            return self.length(value)
+        for ending, unit in (("_mm", "mm"), ("_pct", "%"), ("_c", "°C")):
+            if name.endswith(ending):
+                return f"{value:g} {unit}"
+        if name.endswith(("_lat", "_lon")):
+            return f"{value:.7f}".rstrip("0").rstrip(".") + "°"
+        return f"{value:g}"
+
+
+def _with_unit(value: float, unit: str | None) -> str:
+    if unit == "deg":
+        return f"{value:g}°"
+    return f"{value:g}" if unit in (None, "count") else f"{value:g} {unit}"

@@ -1,0 +1,90 @@
+"""Reports of a data folder without a server, beside one that may be using it."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from app.errors import UnusableDatabase
+from app.inspections.corrections import Corrections
+from app.inspections.observations import Observations
+from app.inspections.packs import Packs
+from app.reports.report import Company, Report
+from app.reports.reports import Reports
+from app.storage.database import Database, copy_database, revision_of
+from app.storage.files import Places
+from app.storage.inspections import InspectionStore
+from app.storage.observations import ObservationStore
+from app.storage.packs import PackStore
+from app.storage.signing_key import SigningKey
+from app.storage.tables import Inspection
+from app.survey.checks import Checks
+from app.tracking.live import Live
+from app.tracking.tracks import Tracks
+from app.tracking.unrolled import Unrolled
+
+
+class Reader:
+    """What is stored, and reports of it."""
+
+    def __init__(self, database: Database, places: Places, company: Company) -> None:
+        store, live = InspectionStore(database), Live()
+        tracks, unrolled = Tracks(places), Unrolled(places, live)
+        corrections = Corrections(store, tracks, live)
+        observations = Observations(store, ObservationStore(database), tracks, corrections, live)
+        packs = Packs(PackStore(database))
+        checks = Checks(store, observations, corrections, tracks, packs, places)
+        self._store = store
+        self.reports = Reports(
+            store,
+            observations,
+            corrections,
+            checks,
+            packs,
+            tracks,
+            unrolled,
+            places,
+            company,
+            SigningKey(places.root),
+            _draw_scene,
+        )
+
+    def named(self, wanted: str) -> list[Inspection]:
+        """Those of exactly this id or name, else those whose id begins so."""
+        rows = [summary.row for summary in self._store.summaries()]
+        exact = [row for row in rows if wanted in (row.id, row.name)]
+        return exact or [row for row in rows if wanted and row.id.startswith(wanted.lower())]
+
+
+def _draw_scene(report: Report) -> str:
+    from app.viewer.still import scene_page  # a second to import, for few formats
+
+    return scene_page(report)
+
+
+@contextmanager
+def reading(data: Path, company: Company) -> Iterator[Reader]:
+    """Read a data folder as it is at this moment.
+
+    Nothing in it is changed, but the first bundle makes the key that it is signed with.
+
+    The database is a copy, so that one of an older version can be brought forward and a server
+    that writes is not in the way.
+
+    Raises:
+        UnusableDatabase: There is none, or it is damaged or of a newer version.
+    """
+    places = Places(data)
+    if not places.database.is_file():
+        raise UnusableDatabase(f"There is no database in the folder {data}; name it with --data.")
+    revision_of(places.database)
+    with tempfile.TemporaryDirectory(prefix="chainage-") as folder:
+        snapshot = Path(folder) / places.database.name
+        copy_database(places.database, snapshot)
+        database = Database(snapshot)
+        try:
+            yield Reader(database, places, company)
+        finally:
+            database.close()

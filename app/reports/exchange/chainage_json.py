@@ -1,0 +1,129 @@
+"""The whole report as JSON, in a schema with a version; `app.imports.chainage_json` reads it again.
+
+`observations` holds what is derived, as the tables do.  What an import starts from is what it is
+derived from: `tags` (what people stated), the raw `track`, its `health`, the joint `sightings` and
+the `mount_tilt` against the rig, the rig and the stated corrections.
+
+What was imported is exported as it came: an import changes nothing of an inspection, so `events`
+leaves it out.  That it came by a file is in the history of the page, in PDF and HTML.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import asdict, fields
+from typing import Any
+
+from app.inspections.corrections import result_of
+from app.reports.report import Report, Written
+from app.reports.tables import table
+from app.reports.tables.table import iso
+from app.storage.tables import BROUGHT_IN
+from vo_core import Track
+from vo_core.image.health import Health
+
+SCHEMA = "chainage-report/2"
+"""Of version 1 everything is where it was; `tags`, `track`, `health`, `sightings` came with 2."""
+
+_HEALTH_DECIMALS = 4
+_HALF = re.compile("[\ud800-\udfff]")
+"""Of a character: a text of another program may hold it, UTF-8 cannot."""
+
+
+def write(report: Report) -> Written:
+    """Everything, with the version of the schema; a line for each part of it."""
+    parts = {
+        "schema": SCHEMA,
+        "exported_at": iso(report.made_at),
+        "inspection": _inspection(report),
+        "corrections": {
+            "stated": report.corrected.stated.to_json(),
+            "result": result_of(report.corrected),
+            "error": report.corrected.error,
+        },
+        "observations": table.rows(report),
+        "events": _events(report),
+        "tags": _tags(report),
+        "track": {"columns": _columns(report.raw_track)},
+        "health": {
+            "columns": {
+                name: [round(getattr(health, name), _HEALTH_DECIMALS) for health in report.health]
+                for name in (field.name for field in fields(Health))
+            }
+        },
+        "sightings": [asdict(sighting) for sighting in report.sightings],
+        "mount_tilt": asdict(tilt) if (tilt := report.corrected.tilt) else None,
+    }
+    lines = ",\n".join(f"{_text(name)}: {_text(part)}" for name, part in parts.items())
+    return Written(f"{{\n{lines}\n}}\n".encode())
+
+
+def _inspection(report: Report) -> Mapping[str, Any]:
+    source = report.source
+    return {
+        "id": report.id,
+        "name": report.name,
+        "status": report.status,
+        "header": report.header,
+        "rig": report.rig.model_dump(mode="json"),
+        "source": {
+            "kind": source.kind,
+            "filename": source.filename,
+            "size": source.size,
+            "sha256": source.sha256,
+        },
+        "video": source.video,
+        "frames": len(report.track),
+        "distance_m": report.distance_m,
+        "distance_u95_m": report.u95_m,
+        "distance_raw_m": report.raw_distance_m,
+        "revision": report.revision,
+        "warning": report.warning,
+        "error": report.error,
+        "error_code": report.error_code,
+        "created_at": iso(report.created_at),
+        "finished_at": iso(report.finished_at),
+    }
+
+
+def _events(report: Report) -> list[Mapping[str, Any]]:
+    return [
+        {
+            "at": iso(event.at),
+            "who": event.who,
+            "action": event.action,
+            "observation_id": event.observation_id,
+            "before": event.before,
+            "after": event.after,
+            "remark": event.remark,
+        }
+        for event in report.events
+        if event.action != BROUGHT_IN
+    ]
+
+
+def _tags(report: Report) -> list[Mapping[str, Any]]:
+    return [
+        {
+            "id": entry.id,
+            "seq": entry.seq,
+            "fields": entry.entered,
+            "photo_sha256": entry.photo.sha256 if entry.photo else None,
+            "created_by": entry.tagged_by,
+            "created_at": iso(entry.tagged_at),
+            "edited_by": entry.edited_by,
+            "edited_at": iso(entry.edited_at),
+        }
+        for entry in sorted(report.entries, key=lambda entry: entry.seq)
+    ]
+
+
+def _columns(track: Track) -> Any:
+    """As in track.json, rounded as in track.csv."""
+    return json.loads(track.to_json())["columns"]
+
+
+def _text(part: object) -> str:
+    return _HALF.sub("\ufffd", json.dumps(part, ensure_ascii=False, allow_nan=False))

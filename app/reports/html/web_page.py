@@ -1,0 +1,395 @@
+"""The report as one HTML file that opens from the disk, without a network.
+
+Photos stand in it as data URIs, the 3D view as a page within the page that is drawn when somebody
+asks for it.  The policy in its head forbids every request; whatever came in as text is escaped.
+"""
+
+from __future__ import annotations
+
+import base64
+import html
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+from app.reports.content.condition import ACT_NOW, CLEANED_AWAY, condition_of
+from app.reports.content.telling import NOTHING, Teller
+from app.reports.content.text import legible
+from app.reports.html.pipe_strip import pipe_strip
+from app.reports.pdf.cover import cover_rows, warnings_of
+from app.reports.pdf.header_sheet import GROUPS, header_row
+from app.reports.pdf.measurement import (
+    correction_rows,
+    joint_table,
+    result_rows,
+    rig_rows,
+    video_rows,
+)
+from app.reports.pdf.observations import reference_of
+from app.reports.pdf.pictures import jpeg_of
+from app.reports.pdf.sign_off import action_of
+from app.reports.pdf.summary import opening
+from app.reports.report import Entry, Loss, Report, Written
+from app.reports.tables.table import iso
+from app.survey.catalogue.header import FIELDS, is_empty, required_to_issue
+from vo_core.errors import ChainageError
+
+ENOUGH_PX = 1280
+"""Of the longer side of a photo; one that is twice as large is reduced."""
+
+_POLICY = (
+    "default-src 'none'",
+    "style-src 'unsafe-inline'",
+    "img-src data: blob:",
+    "base-uri 'none'",
+    "form-action 'none'",
+)
+_SCENE_POLICY = (
+    # A page within the page has the policy of the outer one, too; viser's own is unpacked by
+    # inline scripts, so that hashes cannot name them.
+    "script-src 'unsafe-inline' 'wasm-unsafe-eval' blob: data:",
+    "font-src data:",
+    "worker-src blob: data:",
+    "connect-src data: blob:",
+    "frame-src 'self'",
+)
+
+Rows = Sequence[tuple[str, str]]
+
+
+@dataclass(frozen=True)
+class _Section:
+    id: str
+    title: str
+    body: str
+
+
+def write(report: Report) -> Written:
+    """In the language and units of the report."""
+    tell = Teller.of(report)
+    scene, losses = _scene(report)
+    sections = [
+        _Section("summary", tell("summary.title"), _summary(report, tell)),
+        _Section("graphic", tell("graphic.title"), pipe_strip(report, tell)),
+        _Section("observations", tell("observations.title"), _observations(report, tell)),
+        _Section("photos", tell("photos.title"), _photos(report, tell)),
+        _Section("scene", tell("web.scene"), _scene_body(scene, tell)),
+        _Section("header", tell("header.title"), _header(report, tell)),
+        _Section("condition", tell("condition.title"), _condition(report, tell)),
+        _Section("measurement", tell("measurement.title"), _measurement(report, tell)),
+        _Section("checks", tell("sign.title"), _checks(report, tell)),
+    ]
+    policy = "; ".join(_POLICY if scene is None else (*_POLICY, *_SCENE_POLICY))
+    title = f"{tell('cover.title')}: {report.asset}"
+    links = "".join(f'<li><a href="#{s.id}">{_e(s.title)}</a></li>' for s in sections)
+    parts = "\n".join(
+        f'<section id="{s.id}" aria-labelledby="{s.id}-title">'
+        f'<h2 id="{s.id}-title">{_e(s.title)}</h2>\n{s.body}\n</section>'
+        for s in sections
+    )
+    page = f"""<!doctype html>
+<html lang="{report.language}">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{_e(policy)}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="generator" content="Chainage">
+<title>{_e(title)}</title>
+<style>
+{_asset("web_page.css")}</style>
+</head>
+<body>
+<a class="skip" href="#observations">{_e(tell("web.skip"))}</a>
+<header>
+<p class="kicker">{_e(tell("cover.title"))}</p>
+<h1>{_e(report.asset)}</h1>
+{_bands(report, tell)}
+{_pairs(cover_rows(report, tell))}
+</header>
+<nav aria-label="{_e(tell("web.contents"))}"><ul>{links}</ul></nav>
+<main>
+{parts}
+</main>
+<footer><p>{_e(_foot(report, tell))}</p></footer>
+{_scene_script(scene)}</body>
+</html>
+"""
+    return Written(page.encode(), losses)
+
+
+def _e(text: object) -> str:
+    """Text as markup and as the value of an attribute."""
+    return html.escape(legible(str(text)))
+
+
+def _asset(name: str) -> str:
+    return resources.files("app.reports.html").joinpath(name).read_text("utf-8")
+
+
+def _foot(report: Report, tell: Teller) -> str:
+    return tell(
+        "page.foot",
+        asset=report.asset,
+        date=str(report.header.get("date") or NOTHING),
+        report=report.id,
+        revision=report.revision,
+    )
+
+
+def _pairs(rows: Rows) -> str:
+    items = "".join(f"<div><dt>{_e(name)}</dt><dd>{_e(value)}</dd></div>" for name, value in rows)
+    return f'<dl class="pairs">{items}</dl>'
+
+
+def _table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], kind: str) -> str:
+    """A table with a caption, in a box of its own where it is too wide.
+
+    Args:
+        caption: Text.
+        heads: Texts.
+        rows: Cells as markup; the first one of each is its head.
+        kind: Class.
+    """
+    head = "".join(f'<th scope="col">{_e(name)}</th>' for name in heads)
+    body = "\n".join(
+        f'<tr><th scope="row">{first}</th>' + "".join(f"<td>{c}</td>" for c in cells) + "</tr>"
+        for first, *cells in rows
+    )
+    return (
+        f'<div class="wide" role="group" tabindex="0" aria-label="{_e(caption)}">'
+        f'<table class="{kind}"><caption>{_e(caption)}</caption>'
+        f"<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>"
+    )
+
+
+def _bands(report: Report, tell: Teller) -> str:
+    return "\n".join(
+        f'<p class="{"band alarm" if warned.is_alarm else "band"}">{_e(warned.text)}</p>'
+        for warned in warnings_of(report, tell)
+    )
+
+
+def _summary(report: Report, tell: Teller) -> str:
+    found = condition_of(report)
+    met = report.adjusted.distance_class() if report.adjusted else None
+    share = found.stretch_percent
+    percent = NOTHING
+    if met is not None:
+        percent = tell("summary.not_met") if met.percent is None else f"{met.percent:g} %"
+    figures = [
+        (tell("summary.surveyed"), tell.length(report.distance_m)),
+        (tell("summary.observations"), str(len(report.defects))),
+        (tell("summary.act_now"), str(found.counts[ACT_NOW])),
+        (tell("summary.overall"), tell(f"overall.{int(found.overall)}")),
+        (tell("summary.distance_class"), percent),
+        (tell("summary.stretches"), NOTHING if share is None else f"{share:.0f} %"),
+    ]
+    items = "".join(
+        f"<div><dt>{_e(name)}</dt><dd>{_e(value)}</dd></div>" for name, value in figures
+    )
+    lead = "".join(f'<p class="lead">{_e(text)}</p>' for text in opening(report, tell))
+    return f'{lead}<dl class="figures">{items}</dl>'
+
+
+def _observations(report: Report, tell: Teller) -> str:
+    if not report.entries:
+        return f"<p>{_e(tell('observations.none'))}</p>"
+    heads = [
+        tell(f"entry.{name}")
+        for name in ("no", "distance", "joint", "code", "what_and_remark", "clock_long",
+                     "quantity", "stretch_short", "severity_short", "time")
+    ]  # fmt: skip
+    text = tell("observations.help", reference=reference_of(report, tell), pack=report.pack)
+    return f"<p>{_e(text)}</p>" + _table(
+        tell("observations.title"),
+        heads,
+        (_observation(entry, tell) for entry in report.entries),
+        "observations",
+    )
+
+
+def _observation(entry: Entry, tell: Teller) -> Sequence[str]:
+    number = f'<span id="no-{entry.seq}">{entry.seq}</span>'
+    if entry.photo and entry.photo.path:
+        number = f'<a id="no-{entry.seq}" href="#photo-{entry.seq}">{entry.seq}</a>'
+    remark = "" if not entry.remark else f'<p class="remark">{_e(entry.remark)}</p>'
+    return (
+        number,
+        _e(tell.short_place(entry)),
+        "" if entry.joint_no is None else str(entry.joint_no),
+        _e(tell.code(entry)),
+        f"{_e(tell.label(entry))}{remark}",
+        _e(tell.clock(entry)),
+        "<br>".join(map(_e, tell.quantities(entry))),
+        _e(tell.stretch(entry)),
+        _severity(entry, tell),
+        _e(tell.time(entry.time_s)),
+    )
+
+
+def _severity(entry: Entry, tell: Teller) -> str:
+    """Figure and word: colour is never the only sign."""
+    if entry.severity is None:
+        return f'<span class="unrated">{_e(tell.severity(None))}</span>'
+    return (
+        f'<span class="severity s{entry.severity}">{entry.severity}</span> '
+        f"{_e(tell.severity(entry.severity))}"
+    )
+
+
+def _photos(report: Report, tell: Teller) -> str:
+    shown = [
+        _photo(entry, entry.photo.name, entry.photo.path, tell)
+        for entry in report.entries
+        if entry.photo and entry.photo.path
+    ]
+    if not shown:
+        return f"<p>{_e(tell('photos.none'))}</p>"
+    return '<div class="photos">' + "\n".join(shown) + "</div>"
+
+
+def _photo(entry: Entry, name: str, path: Path, tell: Teller) -> str:
+    caption = tell("photos.caption", seq=entry.seq, place=tell.place(entry), code=tell.code(entry))
+    jpeg = jpeg_of(path, ENOUGH_PX)
+    if jpeg is None:
+        picture = f"<p>{_e(tell('photos.missing', name=name))}</p>"
+    else:
+        data = base64.b64encode(jpeg.content).decode()
+        alt = tell("web.photo", seq=entry.seq, label=tell.label(entry), place=tell.place(entry))
+        picture = f'<img src="data:image/jpeg;base64,{data}" alt="{_e(alt)}">'
+    return (
+        f'<figure id="photo-{entry.seq}">{picture}<figcaption>'
+        f'<a href="#no-{entry.seq}">{_e(caption)}</a> {_e(tell.label(entry))}</figcaption></figure>'
+    )
+
+
+def _header(report: Report, tell: Teller) -> str:
+    missing = set(required_to_issue(dict(report.header)))
+    known = {field.name for field in FIELDS}
+    parts = []
+    for group, names in GROUPS:
+        rows = [row for name in names if (row := header_row(report, tell, name, name in missing))]
+        if rows:
+            parts.append(f"<h3>{_e(tell(f'header.{group}'))}</h3>{_pairs(rows)}")
+    others = [
+        (tell.field(name), tell.value(name, value))
+        for name, value in report.header.items()
+        if name not in known and not is_empty(value)
+    ]
+    if others:
+        parts.append(f"<h3>{_e(tell('header.others'))}</h3>{_pairs(others)}")
+    return "\n".join(parts) or f"<p>{_e(tell('header.empty'))}</p>"
+
+
+def _condition(report: Report, tell: Teller) -> str:
+    found = condition_of(report)
+    deciding = NOTHING
+    if found.deciding is not None:
+        entry = found.deciding
+        deciding = f"{tell.number_of(entry)}, {tell.label(entry)}, {tell.place(entry)}"
+    rows = [
+        (tell("condition.overall"), tell(f"overall.{int(found.overall)}")),
+        (tell("condition.deciding"), deciding),
+    ]
+    counts = [
+        (f'<span class="severity s{n}">{n}</span> {_e(tell.severity(n))}', str(found.counts[n]))
+        for n in sorted(found.counts, reverse=True)
+    ]
+    counts.append((_e(tell.severity(None)), str(found.unrated)))
+    texts = [
+        tell("condition.rule", codes=", ".join(CLEANED_AWAY)),
+        tell("condition.not_a_grade"),
+        tell("condition.who"),
+    ]
+    if found.stretch_percent is not None:
+        texts.append(tell("condition.stretches", percent=f"{found.stretch_percent:.0f}"))
+    if report.header.get("end_condition") == "abandoned":
+        texts.append(tell("condition.abandoned"))
+    return (
+        _pairs(rows)
+        + _table(
+            tell("condition.title"),
+            [tell("web.severity"), tell("summary.observations")],
+            counts,
+            "counts",
+        )
+        + "".join(f"<p>{_e(text)}</p>" for text in texts)
+    )
+
+
+def _measurement(report: Report, tell: Teller) -> str:
+    parts = [f"<p>{_e(tell('measurement.method'))}</p>"]
+    for name, rows in (
+        ("result", result_rows(report, tell)),
+        ("corrections", correction_rows(report, tell)),
+        ("rig", rig_rows(report, tell)),
+        ("video", video_rows(report, tell)),
+    ):
+        parts.append(f"<h3>{_e(tell(f'measurement.{name}'))}</h3>{_pairs(rows)}")
+    if report.joint_evidence:
+        heads, told = joint_table(report.joint_evidence, tell)
+        joints = [[_e(cell) for cell in row] for row in told]
+        parts.append(_table(tell("measurement.joints"), heads, joints, "joints"))
+    return "\n".join(parts)
+
+
+def _checks(report: Report, tell: Teller) -> str:
+    parts = [f"<h3>{_e(tell('sign.checks'))}</h3>"]
+    entries = {entry.id: entry for entry in report.entries}
+    if report.issues:
+        rows = [
+            (_e(tell(f"sign.{issue.level}")), _e(tell.issue(issue, entries)))
+            for issue in report.issues
+        ]
+        heads = [tell("sign.level"), tell("sign.issue")]
+        parts.append(_table(tell("sign.checks"), heads, rows, "checks"))
+    else:
+        parts.append(f"<p>{_e(tell('sign.nothing'))}</p>")
+    parts.append(f"<h3>{_e(tell('sign.history'))}</h3>")
+    if report.events:
+        log = [
+            (
+                f'<time datetime="{iso(event.at)}">{_e(tell.instant(event.at))}</time>',
+                _e(event.who),
+                _e(tell.one_of("action", action_of(event))),
+                _e(event.remark or ""),
+            )
+            for event in report.events
+        ]
+        heads = [tell("web.when"), tell("sign.who"), tell("sign.what"), tell("web.why")]
+        parts.append(_table(tell("sign.history"), heads, log, "history"))
+    else:
+        parts.append(f"<p>{_e(tell('sign.no_history'))}</p>")
+    return "\n".join(parts)
+
+
+def _scene(report: Report) -> tuple[str | None, tuple[Loss, ...]]:
+    """The page of the 3D view; without one, why."""
+    if report.draw_scene is None:
+        return None, ()
+    try:
+        return report.draw_scene(report), ()
+    except ChainageError as error:
+        return None, (Loss(f"The 3D view is not in it: {error}"),)
+
+
+def _scene_body(scene: str | None, tell: Teller) -> str:
+    if scene is None:
+        return f"<p>{_e(tell('web.no_scene'))}</p>"
+    return (
+        f"<p>{_e(tell('web.scene_help'))}</p>"
+        f'<p><button type="button" id="scene-open">{_e(tell("web.scene_open"))}</button></p>'
+        f'<div id="scene-place" data-title="{_e(tell("web.scene"))}"></div>'
+    )
+
+
+def _scene_script(scene: str | None) -> str:
+    """In base64 nothing can end the element that it stands in."""
+    if scene is None:
+        return ""
+    page = base64.b64encode(scene.encode()).decode()
+    return (
+        f'<script type="text/plain" id="scene-page">{page}</script>\n'
+        f"<script>\n{_asset('web_page.js')}</script>\n"
+    )

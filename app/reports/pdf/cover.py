@@ -1,0 +1,147 @@
+"""First page: whose report of what, and whether it can be relied on yet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from reportlab.lib.units import mm
+from reportlab.pdfgen.canvas import Canvas
+from reportlab.platypus import Flowable, NextPageTemplate, PageBreak, Spacer
+
+from app.reports.content.condition import urgent
+from app.reports.content.telling import NOTHING, Teller
+from app.reports.pdf.flow import Figure, Prose, pairs
+from app.reports.pdf.pictures import jpeg_of
+from app.reports.pdf.styles import (
+    ACCENT,
+    ALARM,
+    BODY,
+    INK,
+    RULE,
+    SUBHEADING,
+    TITLE,
+    WASH,
+    WIDTH,
+)
+from app.reports.pdf.text import draw, one_line, shortened
+from app.reports.report import Report
+
+
+def cover(report: Report, tell: Teller) -> list[Flowable]:
+    """The cover."""
+    return [
+        Figure(26 * mm, lambda canvas: _letterhead(canvas, report)),
+        Spacer(0, 42 * mm),
+        Prose([(tell("cover.title"), TITLE)], after=1 * mm),
+        Prose([(report.asset[:200], TITLE.on(INK))], after=3 * mm),
+        Prose([(_where(report), BODY.soft())], after=10 * mm),
+        *(_band(warned) for warned in warnings_of(report, tell)),
+        Spacer(0, 6 * mm),
+        pairs(cover_rows(report, tell)),
+        NextPageTemplate("page"),
+        PageBreak(),
+    ]
+
+
+def _letterhead(canvas: Canvas, report: Report) -> None:
+    y = 6 * mm
+    logo = jpeg_of(report.company.logo, 700)
+    if logo is not None:
+        width, height = logo.getSize()
+        scale = min(60 * mm / width, 20 * mm / height)
+        canvas.drawImage(logo, 0, y, width * scale, height * scale)
+    if report.company.name:
+        style = SUBHEADING
+        draw(canvas, WIDTH, y + 2 * mm, shortened(report.company.name, style, 105 * mm), style,
+             "right")  # fmt: skip
+    canvas.setStrokeColor(ACCENT)
+    canvas.setLineWidth(1.2)
+    canvas.line(0, 0, WIDTH, 0)
+
+
+def _where(report: Report) -> str:
+    names = ("road", "road_chainage", "location_text")
+    parts = (str(report.header.get(name) or "").strip() for name in names)
+    return " · ".join(one_line(part)[:300] for part in parts if part)
+
+
+@dataclass(frozen=True)
+class Warned:
+    """What must not be overlooked."""
+
+    text: str
+    is_alarm: bool
+
+
+def warnings_of(report: Report, tell: Teller) -> list[Warned]:
+    """That somebody has to act now, that it does not reach the end, and that it is a draft."""
+    warnings = []
+    if entries := urgent(report):
+        place, label = tell.place(entries[0]), tell.label(entries[0])
+        more = tell("cover.more", n=len(entries) - 1) if len(entries) > 1 else ""
+        text = tell("cover.act_now", label=label, place=place) + more
+        warnings.append(Warned(text, is_alarm=True))
+    if abandoned := abandoned_sentence(report, tell):
+        warnings.append(Warned(abandoned, is_alarm=False))
+    blocking = sum(issue.level == "block" for issue in report.issues)
+    if blocking:
+        warnings.append(Warned(tell("cover.draft", n=blocking), is_alarm=False))
+    return warnings
+
+
+def abandoned_sentence(report: Report, tell: Teller) -> str:
+    """That the survey was abandoned and, if the header says so, why; empty if it was not."""
+    if report.header.get("end_condition") != "abandoned":
+        return ""
+    reason = one_line(str(report.header.get("abandon_reason") or ""))
+    return tell("cover.abandoned_for", reason=reason) if reason else tell("cover.abandoned")
+
+
+def _band(warned: Warned) -> Flowable:
+    def paint(canvas: Canvas) -> None:
+        canvas.setFillColor(ALARM if warned.is_alarm else WASH)
+        canvas.setStrokeColor(ALARM if warned.is_alarm else RULE)
+        canvas.rect(0, 2 * mm, WIDTH, 9 * mm, 1, 1)
+        style = BODY.bold().on(WASH if warned.is_alarm else INK)
+        draw(canvas, 4 * mm, 5.3 * mm, shortened(warned.text, style, WIDTH - 8 * mm), style)
+
+    return Figure(12 * mm, paint)
+
+
+def cover_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
+    """What is on the cover."""
+    header = report.header
+    operator = " · ".join(
+        str(header[name]) for name in ("operator", "operator_certificate") if header.get(name)
+    )
+    dates = " ".join(str(header[name]) for name in ("date", "time") if header.get(name))
+    standard = " ".join(str(header[name]) for name in ("standard", "edition") if header.get(name))
+    nodes = [str(header.get(name) or NOTHING) for name in ("start_node", "end_node")]
+    return [
+        (tell("cover.client"), str(header.get("client") or NOTHING)),
+        (tell("cover.contractor"), str(header.get("contractor") or NOTHING)),
+        (tell("cover.job"), str(header.get("job_ref") or NOTHING)),
+        (tell("cover.nodes"), tell("cover.from_to", start=nodes[0], end=nodes[1])),
+        (tell("cover.inspected"), dates or NOTHING),
+        (tell("cover.operator"), operator or NOTHING),
+        (tell("cover.length"), _length(report, tell)),
+        (tell("cover.standard"), standard or NOTHING),
+        (tell("cover.pack"), report.pack),
+        (
+            tell("cover.report"),
+            tell("cover.version", report=report.id, revision=report.revision),
+        ),
+        (tell("cover.made"), tell.instant(report.made_at)),
+    ]
+
+
+def _length(report: Report, tell: Teller) -> str:
+    if report.distance_m is None:
+        return tell("entry.not_tracked")
+    surveyed = tell.length(report.distance_m)
+    if report.u95_m is not None:
+        surveyed += f" ± {tell.half_width(report.u95_m)} {report.units}"
+    known = report.header.get("known_length_m")
+    if isinstance(known, int | float) and not isinstance(known, bool):
+        return tell("cover.of_length", surveyed=surveyed, known=tell.length(known))
+    return surveyed

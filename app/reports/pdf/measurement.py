@@ -1,0 +1,453 @@
+"""How the distances were measured, what corrected them, and how far they can be relied on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from reportlab.lib.units import mm
+from reportlab.pdfgen.canvas import Canvas
+from reportlab.platypus import CondPageBreak, Flowable, PageBreak
+
+from app.reports.content.axis import Axis, tick_step_m
+from app.reports.content.telling import NOTHING, Teller
+from app.reports.pdf.flow import Column, Figure, Grid, Heading, note, pairs
+from app.reports.pdf.styles import INK, RULE, SOFT, TINY, WASH, WIDTH
+from app.reports.pdf.text import draw
+from app.reports.report import Report
+from app.survey.adjustment import CLASS_FLOOR_MM, Adjusted, FittedJoint
+from app.survey.catalogue.header import number_of
+from app.survey.interval import LEAST_M, U95, half_width_m
+from app.survey.makeup import makeup_of
+from app.survey.rounding import metres, signed
+from vo_core.image.health import complaints
+
+COMPLAINTS = ("too_fast", "too_dark", "too_bright", "blurred", "lens_dirty")
+
+_BINS = 300
+_LEFT = 26 * mm
+
+
+def measurement(report: Report, tell: Teller) -> list[Flowable]:
+    """The page that answers how one knows."""
+    if report.is_unmeasured:
+        filename = report.source.filename
+        said = note(tell("measurement.imported", filename=filename))
+        return [Heading(tell("measurement.title")), said, PageBreak()]
+    adjusted = report.adjusted
+    return [
+        Heading(tell("measurement.title")),
+        note(tell("measurement.method")),
+        Heading(tell("measurement.result"), level=1, bookmark=False),
+        pairs(result_rows(report, tell)),
+        *_along(report, tell),
+        Heading(tell("measurement.corrections"), level=1, bookmark=False),
+        pairs(correction_rows(report, tell)),
+        *(_residuals(adjusted, tell) if adjusted else ()),
+        CondPageBreak(45 * mm),
+        Heading(tell("measurement.rig"), level=1, bookmark=False),
+        pairs(rig_rows(report, tell)),
+        CondPageBreak(45 * mm),
+        Heading(tell("measurement.video"), level=1, bookmark=False),
+        pairs(video_rows(report, tell)),
+        PageBreak(),
+    ]
+
+
+def result_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
+    """How far and how surely."""
+    met = report.adjusted.distance_class() if report.adjusted else None
+    if report.distance_m is None or met is None:
+        return [(tell("measurement.far_end"), tell("entry.not_tracked"))]
+    half = "" if report.u95_m is None else f" ± {tell.half_width(report.u95_m)} {tell.units}"
+    if met.percent is None:
+        text = tell("measurement.class_not_met")
+    else:
+        floor = tell.length(CLASS_FLOOR_MM / 1000)
+        text = tell("measurement.class_met", percent=f"{met.percent:g}", floor=floor)
+    text += " " + tell(
+        "measurement.class_half", half=f"{tell.half_width(met.half_width_m)} {tell.units}"
+    )
+    if met.residual_mm is None:
+        text += " " + tell("measurement.class_open")
+    rows = [
+        (tell("measurement.far_end"), f"{tell.length(report.distance_m)}{half}"),
+        *makeup_rows(report, tell),
+        (tell("measurement.raw"), tell.length(report.raw_distance_m)),
+        (tell("measurement.class"), text),
+        (tell("measurement.closure"), _closure(report, tell)),
+    ]
+    if len(report.track):
+        counts = {name: int((report.track.status == name).sum()) for name in ("ok", "weak", "lost")}
+        total = len(report.track)
+        rows.append(
+            (
+                tell("measurement.frames"),
+                tell(
+                    "measurement.frames_of",
+                    total=total,
+                    weak=f"{100 * counts['weak'] / total:.1f}",
+                    lost=f"{100 * counts['lost'] / total:.1f}",
+                ),
+            )
+        )
+    return rows
+
+
+def makeup_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
+    """What the interval at the far end is made of, and what would shrink it most."""
+    track = report.track
+    makeup = (
+        makeup_of(report.adjusted, report.raw_track, int(track.distance_mm.argmax()))
+        if report.adjusted and len(track)
+        else None
+    )
+    if makeup is None or not makeup.parts:
+        return []
+
+    def half(half_m: float) -> str:
+        return f"± {tell.half_width(half_m)} {tell.units}"
+
+    causes = [tell(f"cause.{part.name}") for part in makeup.parts]
+    widths = [half(part.half_width_m) for part in makeup.parts]
+    if makeup.taped is not None:
+        advice = tell(
+            "measurement.shrink_tape",
+            length=tell.length(makeup.taped.length_m),
+            now=half(makeup.half_width_m),
+            then=half(makeup.taped.half_width_m),
+        )
+    elif makeup.half_width_m <= LEAST_M:
+        advice = tell("measurement.shrink_nothing")
+    else:
+        advice = tell("measurement.shrink_part", part=causes[0])
+    return [
+        (tell("measurement.made_of"), ", ".join(map(" ".join, zip(causes, widths, strict=True)))),
+        (tell("measurement.shrink"), advice),
+    ]
+
+
+def _closure(report: Report, tell: Teller) -> str:
+    closure = report.adjusted.closure if report.adjusted else None
+    if closure is None:
+        known_m = number_of(report.header.get("known_length_m"))
+        if known_m is None:
+            return tell("measurement.no_closure")
+        return tell("measurement.not_compared", known=tell.length(known_m))
+    return tell(
+        "measurement.closure_of",
+        measured=tell.length(metres(closure.measured_mm)),
+        known=tell.length(metres(closure.known_mm)),
+        residual=signed(closure.residual_mm, 0),
+        percent=signed(closure.residual_percent, 2),
+    )
+
+
+def correction_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
+    """What was stated about distances, and what follows."""
+    stated, adjusted = report.corrected.stated, report.adjusted
+    zero = (
+        tell("measurement.zero_first")
+        if stated.zero is None
+        else tell(
+            "measurement.zero_at",
+            frame=stated.zero.frame,
+            offset=tell.length(stated.zero.offset_m),
+        )
+    )
+    rows = [(tell("measurement.zero"), zero)]
+    for length in stated.lengths:
+        rows.append(
+            (
+                tell(f"measurement.length_{length.kind}"),
+                tell(
+                    "measurement.length_of",
+                    length=tell.length(length.length_m),
+                    sigma=f"{length.sigma_mm:g}",
+                    first=length.first_frame,
+                    last=length.last_frame,
+                ),
+            )
+        )
+    by_joints = adjusted.by_joints if adjusted else None
+    if by_joints is not None:
+        segment_mm = report.rig.pipe.segment_length_mm
+        rows.append(
+            (
+                tell("measurement.joints"),
+                tell(
+                    "measurement.joints_of",
+                    n=by_joints.joints,
+                    segment=tell.length(None if segment_mm is None else segment_mm / 1000),
+                ),
+            )
+        )
+    elif stated.joints.use is False:
+        rows.append((tell("measurement.joints"), tell("measurement.joints_off")))
+    elif adjusted is not None and adjusted.joints_refusal is not None:
+        rows.append((tell("measurement.joints"), tell.refusal(adjusted.joints_refusal)))
+    if adjusted is not None and adjusted.uncounted_marks:
+        places = (tell.length(metres(mark.distance_mm)) for mark in adjusted.uncounted_marks)
+        text = tell("measurement.marks_off_at", places=", ".join(places))
+        rows.append((tell("measurement.marks_off"), text))
+    if stated.rig_sigma is not None:
+        rows.append(
+            (
+                tell("measurement.rig_sigma"),
+                tell(
+                    "measurement.rig_sigma_of",
+                    height=f"{stated.rig_sigma.height_mm:g}",
+                    focal=f"{stated.rig_sigma.focal_px:g}",
+                ),
+            )
+        )
+    if stated.forced:
+        rows.append((tell("measurement.forced"), stated.forced))
+    if adjusted is not None:
+        if adjusted.correction is not None and adjusted.correction.doubts_rig:
+            rows.append((tell("measurement.rig"), tell("measurement.rig_doubted")))
+        sigma = "" if adjusted.scale_sigma is None else f" ± {adjusted.scale_sigma:.6f}"
+        rows.append((tell("measurement.scale"), f"{adjusted.scale:.6f}{sigma}"))
+        if adjusted.height is not None:
+            rows.append(
+                (
+                    tell("measurement.height"),
+                    tell(
+                        "measurement.height_of",
+                        implied=f"{adjusted.height.height_mm:.1f}",
+                        u95=f"{U95 * adjusted.height.sigma_mm:.1f}",
+                        stated=f"{report.rig.mount.height_mm:g}",
+                    ),
+                )
+            )
+    if report.corrected.error is not None:
+        rows.append((tell("measurement.error"), report.corrected.error["detail"]))
+    return rows
+
+
+def _residuals(adjusted: Adjusted, tell: Teller) -> list[Flowable]:
+    """What is left at every joint that was used."""
+    if not adjusted.evidence:
+        return []
+    heads, rows = joint_table(adjusted.evidence, tell)
+    columns = [
+        Column(head, width * mm, "right" if n else "left")
+        for n, (head, width) in enumerate(zip(heads, (18, 40, 34, 28, 54), strict=True))
+    ]
+    return [Grid(columns, rows)]
+
+
+def joint_table(
+    joints: Iterable[FittedJoint], tell: Teller
+) -> tuple[list[str], Sequence[Sequence[str]]]:
+    """Heads and rows: number, place, what is left, frame, how it was seen."""
+    names = (
+        "entry.joint", "entry.distance", "measurement.left_over", "measurement.frame",
+        "measurement.seen",
+    )  # fmt: skip
+    rows = [
+        (
+            NOTHING if joint.number is None else str(joint.number),
+            f"{tell.number(metres(joint.distance_mm))} ± "
+            f"{tell.half_width(half_width_m(joint.sigma_mm))} {tell.units}",
+            NOTHING if joint.residual_mm is None else f"{signed(joint.residual_mm, 1)} mm",
+            str(joint.frame),
+            tell("measurement.by_hand" if joint.is_marked else "measurement.found"),
+        )
+        for joint in joints
+    ]
+    return [tell(name) for name in names], rows
+
+
+def rig_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
+    """Camera, mount and wall."""
+    camera, mount, pipe = report.rig.camera, report.rig.mount, report.rig.pipe
+    lens = tell(
+        "measurement.lens",
+        model=tell(f"lens.{camera.model}"),
+        width=camera.width,
+        height=camera.height,
+        fx=f"{camera.fx:.1f}",
+        fy=f"{camera.fy:.1f}",
+        cx=f"{camera.cx:.1f}",
+        cy=f"{camera.cy:.1f}",
+    )
+    if camera.distortion:
+        numbers = ", ".join(f"{value:.5g}" for value in camera.distortion)
+        lens += " " + tell("measurement.distortion", numbers=numbers)
+    place = tell(
+        "measurement.mount",
+        view=tell(f"view.{mount.view}"),
+        height=f"{mount.height_mm:g}",
+        lateral=f"{mount.lateral_mm:g}",
+        rotation=f"{mount.rotation_deg:g}",
+        pitch=f"{mount.pitch_deg:g}",
+        roll=f"{mount.roll_deg:g}",
+    )
+    wall = (
+        tell("measurement.flat")
+        if pipe.diameter_mm is None
+        else tell("measurement.circular", diameter=f"{pipe.diameter_mm:g}")
+    )
+    if pipe.segment_length_mm is not None:
+        wall += " " + tell("measurement.segment", length=tell.length(pipe.segment_length_mm / 1000))
+    calibration = report.header.get("calibration_id")
+    return [
+        (tell("measurement.camera"), lens),
+        (tell("measurement.place"), place),
+        (tell("measurement.wall"), wall),
+        (
+            tell("measurement.calibration"),
+            str(calibration) if calibration else tell("measurement.no_calibration"),
+        ),
+    ]
+
+
+def video_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
+    """The film, and what went wrong with it."""
+    source, video = report.source, report.source.video
+    picture = f"{video['width']} × {video['height']} px" if "width" in video else NOTHING
+    facts = [picture, str(video.get("codec") or "")]
+    frames, duration_s = video.get("frames"), video.get("duration_s")
+    if frames and duration_s:
+        rate = tell("measurement.rate", frames=frames, rate=f"{frames / duration_s:.3g}")
+        facts += [rate, tell.time(duration_s)]
+    rows = [
+        (tell("measurement.file"), source.filename or NOTHING),
+        (
+            tell("measurement.size"),
+            tell("measurement.bytes", n=f"{source.size:,}".replace(",", " ")),
+        ),
+        (tell("measurement.pictures"), " · ".join(fact for fact in facts if fact)),
+        ("SHA-256", source.sha256 or tell("measurement.no_hash")),
+    ]
+    if report.warning:
+        rows.append((tell("measurement.warning"), report.warning))
+    if report.error:
+        rows.append((tell("measurement.failure"), report.error))
+    return rows
+
+
+def _along(report: Report, tell: Teller) -> list[Flowable]:
+    """Charts over the distance, where there is a track."""
+    if not len(report.track):
+        return []
+    heard = _complained(report)
+    height = (46 + 4.4 * len(heard)) * mm
+    return [
+        Heading(tell("measurement.along"), level=1, bookmark=False),
+        Figure(height, lambda canvas: _Chart(report, tell, heard).paint(canvas, height)),
+        note(tell("measurement.along_help")),
+    ]
+
+
+def _complained(report: Report) -> dict[str, NDArray[np.bool_]]:
+    """For each complaint that occurs, the frames it is about."""
+    rows = len(report.track)
+    found = {name: np.zeros(rows, bool) for name in COMPLAINTS}
+    for frame, health in enumerate(report.health[:rows]):
+        for name in complaints(health):
+            found[name][frame] = True
+    return {name: frames for name, frames in found.items() if frames.any()}
+
+
+class _Chart:
+    """Quality, half-width and complaints over the distance: the worst of each place."""
+
+    def __init__(self, report: Report, tell: Teller, heard: dict[str, NDArray[np.bool_]]) -> None:
+        track = report.track
+        self.tell = tell
+        self.axis = Axis.of(report)
+        self.heard = heard
+        share = (track.distance_mm / 1000 - self.axis.first_m) / self.axis.length_m
+        self.bins = np.clip((share * _BINS).astype(int), 0, _BINS - 1)
+        self.quality = self._binned(track.quality, np.minimum, np.inf)
+        half_m = U95 * track.sigma_distance_mm / 1000
+        self.half_m = self._binned(half_m, np.maximum, -np.inf)
+        self.weak = self._seen(track.status == "weak")
+        self.lost = self._seen(track.status == "lost")
+        self.scale = (WIDTH - _LEFT) / self.axis.length_m
+
+    def _binned(
+        self, values: NDArray[np.float64], take: np.ufunc, empty: float
+    ) -> NDArray[np.float64]:
+        found = np.full(_BINS, empty)
+        take.at(found, self.bins, values)
+        return np.where(np.isfinite(found), found, np.nan)
+
+    def _seen(self, frames: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        found = np.zeros(_BINS, bool)
+        found[self.bins[frames]] = True
+        return found
+
+    def paint(self, canvas: Canvas, height: float) -> None:
+        """From the top down."""
+        y = height - 16 * mm
+        self._curve(canvas, y, 12 * mm, self.quality, 1.0, "1", self.tell("measurement.quality"))
+        y -= 16 * mm
+        most_m = float(np.nanmax(self.half_m)) or 0.01
+        top = f"{self.tell.half_width(most_m)} {self.tell.units}"
+        self._curve(canvas, y, 12 * mm, self.half_m, most_m, top, self.tell("measurement.half"))
+        y -= 4.4 * mm
+        lanes = [(self.tell("measurement.weak"), self.weak, SOFT),
+                 (self.tell("measurement.lost"), self.lost, INK)]  # fmt: skip
+        lanes += [
+            (self.tell(f"complaint.{name}"), self._seen(frames), SOFT)
+            for name, frames in self.heard.items()
+        ]
+        for name, seen, colour in lanes:
+            canvas.setFillColor(WASH)
+            canvas.rect(_LEFT, y, WIDTH - _LEFT, 2.6 * mm, 0, 1)
+            draw(canvas, 0, y + 0.4 * mm, name, TINY.soft())
+            canvas.setFillColor(colour)
+            for start, end in _spans(seen):
+                x = _LEFT + (WIDTH - _LEFT) * start / _BINS
+                canvas.rect(x, y, (WIDTH - _LEFT) * (end - start) / _BINS, 2.6 * mm, 0, 1)
+            y -= 4.4 * mm if name != lanes[-1][0] else 0
+        self._distances(canvas, y)
+
+    def _curve(
+        self,
+        canvas: Canvas,
+        y: float,
+        height: float,
+        values: NDArray[np.float64],
+        most: float,
+        top: str,
+        name: str,
+    ) -> None:
+        canvas.setFillColor(WASH)
+        canvas.rect(_LEFT, y, WIDTH - _LEFT, height, 0, 1)
+        draw(canvas, 0, y + height / 2 - 0.7 * mm, name, TINY.soft())
+        draw(canvas, _LEFT - 1 * mm, y + height - 1.5 * mm, top, TINY.soft(), "right")
+        draw(canvas, _LEFT - 1 * mm, y, "0", TINY.soft(), "right")
+        canvas.setStrokeColor(INK)
+        canvas.setLineWidth(0.7)
+        path = canvas.beginPath()
+        is_down = False
+        for n, value in enumerate(values):
+            if np.isnan(value):
+                continue
+            x = _LEFT + (WIDTH - _LEFT) * (n + 0.5) / _BINS
+            point = x, y + height * min(1.0, float(value) / most)
+            (path.lineTo if is_down else path.moveTo)(*point)
+            is_down = True
+        canvas.drawPath(path, 1, 0)
+
+    def _distances(self, canvas: Canvas, y: float) -> None:
+        step_m = tick_step_m(self.tell, self.scale, 14 * mm)
+        for distance_m in self.axis.ticks(step_m):
+            x = _LEFT + (distance_m - self.axis.first_m) * self.scale
+            canvas.setStrokeColor(RULE)
+            canvas.setLineWidth(0.4)
+            canvas.line(x, y - 0.5 * mm, x, y - 1.6 * mm)
+            text = f"{distance_m / self.tell.per_unit_m:g} {self.tell.units}"
+            is_edge = x > WIDTH - 3 * mm
+            draw(canvas, x, y - 4 * mm, text, TINY.soft(), "right" if is_edge else "centre")
+
+
+def _spans(seen: NDArray[np.bool_]) -> Sequence[tuple[int, int]]:
+    """First and last but one of each unbroken row of true ones."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], seen, [False]]).astype(int)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]

@@ -1,0 +1,99 @@
+"""Six photos a page with what they show and where."""
+
+from __future__ import annotations
+
+from reportlab.lib.units import mm
+from reportlab.pdfgen.canvas import Canvas
+from reportlab.platypus import Flowable, PageBreak
+
+from app.reports.content.telling import Teller
+from app.reports.pdf.flow import BADGE, Figure, Heading, batches, draw_badge, note
+from app.reports.pdf.pictures import jpeg_of
+from app.reports.pdf.styles import CELL, RULE, SMALL, WASH, WIDTH
+from app.reports.pdf.text import draw, lines_of, shortened
+from app.reports.report import Entry, Photo, Report
+
+ENOUGH_PX = 800
+"""250 dpi in print."""
+
+_GAP = 8 * mm
+_WIDTH = (WIDTH - _GAP) / 2
+_PICTURE = 56 * mm
+_CAPTION = 17 * mm
+
+
+def photos(report: Report, tell: Teller) -> list[Flowable]:
+    """Pages of photos in the order of the table."""
+    shown = [(entry, entry.photo) for entry in report.entries if entry.photo and entry.photo.path]
+    if not shown:
+        return [Heading(tell("photos.title")), note(tell("photos.none")), PageBreak()]
+    parts: list[Flowable] = []
+    for number, page in enumerate(batches(shown, 6)):
+        title = tell("photos.title")
+        if number:
+            title = tell("graphic.continued", title=title)
+        parts.append(Heading(title, bookmark=number == 0))
+        parts += [_pair(pair, tell) for pair in batches(page, 2)]
+        parts.append(PageBreak())
+    return parts
+
+
+def _pair(pair: tuple[tuple[Entry, Photo], ...], tell: Teller) -> Figure:
+    def paint(canvas: Canvas) -> None:
+        for n, (entry, photo) in enumerate(pair):
+            x = n * (_WIDTH + _GAP)
+            draw_photo(canvas, photo, x, _CAPTION, _WIDTH, _PICTURE, tell)
+            _caption(canvas, entry, photo, x, tell)
+
+    return Figure(_PICTURE + _CAPTION + 1.5 * mm, paint)
+
+
+def draw_photo(
+    canvas: Canvas,
+    photo: Photo | None,
+    x: float,
+    y: float,
+    width: float,
+    height: float,
+    tell: Teller,
+) -> None:
+    """The picture as large as the field holds it; where there is none, the field says so."""
+    canvas.setFillColor(WASH)
+    canvas.rect(x, y, width, height, 0, 1)
+    path = photo.path if photo else None
+    picture = jpeg_of(path, ENOUGH_PX) if path else None
+    if picture is not None:
+        px_wide, px_high = picture.getSize()
+        scale = min(width / px_wide, height / px_high)
+        shown_w, shown_h = px_wide * scale, px_high * scale
+        canvas.drawImage(
+            picture, x + (width - shown_w) / 2, y + (height - shown_h) / 2, shown_w, shown_h
+        )
+        return
+    canvas.setStrokeColor(RULE)
+    canvas.setLineWidth(0.6)
+    canvas.rect(x, y, width, height, 1, 0)
+    if photo is None:
+        reason = tell("photos.no_photo")
+    else:
+        is_there = path is not None and path.exists()
+        reason = tell("photos.broken" if is_there else "photos.missing", name=photo.name)
+    lines = lines_of(reason, CELL.bold(), width - 10 * mm)
+    top = y + height / 2 + (len(lines) / 2 - 1) * CELL.leading + 2
+    for n, line in enumerate(lines):
+        draw(canvas, x + width / 2, top - n * CELL.leading, line.text, line.style, "centre")
+
+
+def _caption(canvas: Canvas, entry: Entry, photo: Photo, x: float, tell: Teller) -> None:
+    y = _CAPTION - 4.6 * mm
+    draw_badge(canvas, x, y - 0.8 * mm, entry.severity)
+    indent = BADGE + 1.6 * mm if entry.severity is not None else 0
+    first = tell("photos.caption", seq=entry.seq, place=tell.place(entry), code=tell.code(entry))
+    style = CELL.bold()
+    draw(canvas, x + indent, y, shortened(first, style, _WIDTH - indent), style)
+    label = tell.label(entry)
+    draw(canvas, x, y - 3.7 * mm, shortened(label, CELL, _WIDTH), CELL)
+    clock = tell.clock_in_words(entry)
+    details = [clock, tell.time(entry.time_s), photo.name]
+    line = " · ".join(part for part in details if part)
+    draw(canvas, x, y - 7.1 * mm, shortened(line, SMALL, _WIDTH), SMALL.soft())

@@ -1,0 +1,352 @@
+"""Text of any script: cleaned, given fonts, broken into lines, put in visual order and drawn.
+
+ReportLab's paragraphs know one font a run and stop at what they cannot place.  Here every character
+finds a font, right-to-left text is ordered by the bidirectional algorithm and shaped by HarfBuzz,
+and a line always ends somewhere, however long its word.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import groupby
+from typing import Any
+
+import uharfbuzz as hb
+from bidi import algorithm as bidi
+from reportlab.pdfbase.ttfonts import TTFont
+from reportlab.pdfgen.canvas import Canvas
+
+from app.reports.pdf.fonts import LATIN, LOCK, Face, Weight, face_of, font_of, has
+from app.reports.pdf.styles import Style
+
+ELLIPSIS = "…"
+
+_PRIVATE = 0xF0000
+"""Plane 15 of Unicode: no font has characters there."""
+_JOINERS = "\u200c\u200d"
+_RIGHT_TO_LEFT = ("R", "AL", "AN")
+_WORD = re.compile(r"\S+\s*|\s+")
+_SELECTORS = (range(0xFE00, 0xFE10), range(0xE0100, 0xE01F0))
+
+
+@dataclass(frozen=True)
+class Glyph:
+    """A drawn sign, in thousandths of the font size."""
+
+    char: str
+    """Under which ReportLab has it; not what was written."""
+    x: float
+    """From the start of the run; so is `y` from its baseline."""
+    y: float
+
+
+@dataclass(frozen=True)
+class Run:
+    """Text of one font and one direction."""
+
+    text: str
+    """As it was written."""
+    font: TTFont
+    width: float
+    """Thousandths of the font size."""
+    glyphs: tuple[Glyph, ...] | None
+    """None where each character is its own sign."""
+    is_outlined: bool
+    """Made heavier by a line around its signs, as the font has no such weight."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line, ready to be drawn."""
+
+    text: str
+    style: Style
+
+    @property
+    def width(self) -> float:
+        """In points."""
+        return width_of(self.text, self.style)
+
+
+def clean(text: str) -> str:
+    """What can be shown of a text.
+
+    Control characters and lone surrogates go; for what no font has stands its code point.
+    """
+    text = text.replace("\r\n", "\n").replace("\r", "\n").replace("\t", " ")
+    kept = "".join(map(_shown, text))
+    return "".join(_in_a_font(char) for char in unicodedata.normalize("NFC", kept))
+
+
+def one_line(text: str) -> str:
+    """The same, with blanks for line breaks."""
+    return " ".join(clean(text).split())
+
+
+def width_of(text: str, style: Style) -> float:
+    """Of cleaned text in one line, in points."""
+    return sum(_word_width(word, style.weight) for word in _WORD.findall(text)) * style.size / 1000
+
+
+def lines_of(text: str, style: Style, width: float) -> list[Line]:
+    """Any text in lines of at most so many points; a single sign may be wider.
+
+    Args:
+        text: Not yet cleaned; its line breaks are kept.
+        style: Of every line.
+        width: In points.
+    """
+    room = 1000 * width / style.size
+    return [
+        Line(line, style)
+        for part in clean(text).split("\n")
+        for line in _filled(part, style.weight, room)
+    ]
+
+
+def shortened(text: str, style: Style, width: float) -> str:
+    """As much of a text as fits in one line, with an ellipsis where something is left out."""
+    text = one_line(text)
+    if width_of(text, style) <= width:
+        return text
+    room = max(0.0, 1000 * width / style.size - _word_width(ELLIPSIS, style.weight))
+    return _filled(text, style.weight, room)[0] + ELLIPSIS
+
+
+def draw(canvas: Canvas, x: float, y: float, text: str, style: Style, align: str = "left") -> None:
+    """Draw one line of cleaned text.
+
+    Args:
+        canvas: To draw on.
+        x: Of its left end, middle or right end, by `align`.
+        y: Of the baseline.
+        text: Cleaned.
+        style: Size, weight and colour.
+        align: left, centre or right.
+    """
+    runs = visual_runs(text, style.weight)
+    scale = style.size / 1000
+    width = sum(run.width for run in runs) * scale
+    x -= {"left": 0.0, "centre": width / 2, "right": width}[align]
+    canvas.setFillColor(style.colour)
+    for run in runs:
+        if run.glyphs is None:
+            canvas.setFont(run.font.fontName, style.size)
+            if run.is_outlined:  # text rendering mode 2: fill, then stroke
+                canvas.setStrokeColor(style.colour)
+                canvas.setLineWidth(0.03 * style.size)
+            canvas.drawString(x, y, run.text, mode=2 if run.is_outlined else None)
+        else:
+            _draw_glyphs(canvas, x, y, run, style)
+        x += run.width * scale
+
+
+def visual_runs(text: str, weight: Weight) -> list[Run]:
+    """The runs of a line of cleaned text, from left to right."""
+    if not any(map(_is_right_to_left, text)):
+        return [_run(piece, face, weight, False) for face, piece in _by_face(text)]
+    levels = _levels(text)
+    pieces: list[tuple[int, Run]] = []
+    at = 0
+    for level, same in groupby(levels):
+        end = at + len(list(same))
+        pieces += [
+            (level, _run(piece, face, weight, level % 2 == 1))
+            for face, piece in _by_face(text[at:end])
+        ]
+        at = end
+    return [run for _, run in _reordered(pieces)]
+
+
+def _shown(char: str) -> str:
+    category = unicodedata.category(char)
+    if char == "\n" or char in _JOINERS:
+        return char
+    if category in ("Zl", "Zp"):
+        return "\n"
+    if category == "Zs":
+        return " "
+    if category in ("Cc", "Cf", "Cs") or any(ord(char) in block for block in _SELECTORS):
+        return ""
+    return char
+
+
+def _in_a_font(char: str) -> str:
+    return char if char in f"\n{_JOINERS}" or face_of(char) else f"[U+{ord(char):04X}]"
+
+
+def _filled(text: str, weight: Weight, room: float) -> list[str]:
+    """Lines of a paragraph, each within `room` thousandths of the font size."""
+    lines: list[str] = []
+    line, used = "", 0.0
+    for word in _words(text):
+        width = _word_width(word.rstrip(), weight)
+        if used + width > room and line:
+            lines.append(line)
+            line, used = "", 0.0
+        if width > room:
+            *whole, word = _cut(word, weight, room)
+            lines += whole
+        line, used = line + word, used + _word_width(word, weight)
+    return [line.rstrip() for line in (*lines, line)]
+
+
+def _words(text: str) -> Iterator[str]:
+    """Pieces between which a line may end, with the blanks behind them."""
+    for word in _WORD.findall(text):
+        piece = ""
+        for char in word:
+            if piece and (_stands_alone(char) or _stands_alone(piece[-1])) and not _is_tied(char):
+                yield piece
+                piece = ""
+            piece += char
+        yield piece
+
+
+def _stands_alone(char: str) -> bool:
+    """Scripts that are written without blanks: lines end between any two characters."""
+    return unicodedata.east_asian_width(char) == "W" and unicodedata.category(char) == "Lo"
+
+
+def _is_tied(char: str) -> bool:
+    """Belongs to what stands before it."""
+    return char.isspace() or char in _JOINERS or unicodedata.category(char)[0] in "MP"
+
+
+def _cut(word: str, weight: Weight, room: float) -> list[str]:
+    """A word that is too long for a line, in pieces that are not."""
+    pieces, piece = [], ""
+    for cluster in _clusters(word):
+        if piece and _word_width(piece + cluster.rstrip(), weight) > room:
+            pieces.append(piece)
+            piece = ""
+        piece += cluster
+    return [*pieces, piece]
+
+
+def _clusters(word: str) -> Iterator[str]:
+    cluster = ""
+    for char in word:
+        is_mark = unicodedata.category(char)[0] == "M" or char in _JOINERS
+        if cluster and not is_mark and cluster[-1] not in _JOINERS:
+            yield cluster
+            cluster = ""
+        cluster += char
+    yield cluster
+
+
+@lru_cache(8192)
+def _word_width(word: str, weight: Weight) -> float:
+    return sum(run.width for run in visual_runs(word, weight))
+
+
+def _by_face(text: str) -> Iterator[tuple[Face, str]]:
+    """Pieces of one font each; marks, joiners and blanks stay with what they follow."""
+    face, piece = LATIN, ""
+    for char in text:
+        follows = char in _JOINERS or char == " " or unicodedata.category(char)[0] == "M"
+        wanted = face if follows and (char in _JOINERS or has(face, char)) else face_of(char)
+        if wanted is not None and wanted is not face:
+            if piece:
+                yield face, piece
+            face, piece = wanted, ""
+        piece += char
+    if piece:
+        yield face, piece
+
+
+@lru_cache(8192)
+def _run(text: str, face: Face, weight: Weight, is_rtl: bool) -> Run:
+    font = font_of(face, weight)
+    has_marks = any(unicodedata.category(char)[0] == "M" for char in text)
+    if face.is_shaped or is_rtl or has_marks:
+        return _shaped(text, font, is_rtl)
+    is_outlined = face.is_large and weight > 400
+    return Run(text, font, font.stringWidth(text, 1000), None, is_outlined)
+
+
+def _shaped(text: str, font: TTFont, is_rtl: bool) -> Run:
+    with LOCK:
+        shaper = font.hbFont()
+        buffer = hb.Buffer()
+        buffer.add_str(text)
+        buffer.guess_segment_properties()
+        buffer.direction = "rtl" if is_rtl else "ltr"
+        hb.shape(shaper, buffer)
+        scale, x = 1000 / shaper.face.upem, 0.0
+        glyphs = []
+        for info, place in zip(buffer.glyph_infos, buffer.glyph_positions, strict=True):
+            char = _char_of(info.codepoint, font, place.x_advance)
+            glyphs.append(Glyph(char, x + scale * place.x_offset, scale * place.y_offset))
+            x += scale * place.x_advance
+    return Run(text, font, x, tuple(glyphs), is_outlined=False)
+
+
+def _char_of(glyph: int, font: Any, advance: int) -> str:
+    """The character under which ReportLab draws a glyph; one for private use if it has no other.
+
+    It follows from the glyph alone, so that the same report makes the same file.
+
+    Args:
+        glyph: Its number in the font.
+        font: A TTFont; its types do not show what it knows about glyphs.
+        advance: Of the glyph, in units of the font.
+    """
+    face = font.face
+    known = face.glyphToChar.get(glyph)
+    if known:
+        return chr(known[0])
+    code = _PRIVATE + glyph
+    face.charToGlyph[code] = glyph
+    face.charWidths[code] = font.pdfScale(advance)
+    return chr(code)
+
+
+def _draw_glyphs(canvas: Canvas, x: float, y: float, run: Run, style: Style) -> None:
+    """Sign by sign; the text itself goes along for who searches or copies."""
+    scale = style.size / 1000
+    actual = run.text.encode("utf-16-be").hex().upper()
+    canvas.addLiteral(f"/Span <</ActualText <FEFF{actual}>>> BDC")
+    for glyph in run.glyphs or ():
+        canvas.setFont(run.font.fontName, style.size)
+        canvas.drawString(x + glyph.x * scale, y + glyph.y * scale, glyph.char)
+    canvas.addLiteral("EMC")
+
+
+def _is_right_to_left(char: str) -> bool:
+    return unicodedata.bidirectional(char) in _RIGHT_TO_LEFT
+
+
+def _levels(text: str) -> list[int]:
+    """Embedding level of each character (UAX 9); odd ones run from right to left."""
+    storage = bidi.get_empty_storage()
+    level = bidi.get_base_level(text)
+    storage["base_level"], storage["base_dir"] = level, "LR"[level]
+    # The algorithm drops joiners; a mark in their place takes the level of its neighbour.
+    bidi.get_embedding_levels(re.sub(f"[{_JOINERS}]", "\u0300", text), storage)
+    bidi.explicit_embed_and_overrides(storage)
+    bidi.resolve_weak_types(storage)
+    bidi.resolve_neutral_types(storage, False)
+    bidi.resolve_implicit_levels(storage, False)
+    return [int(char["level"]) for char in storage["chars"]]
+
+
+def _reordered(pieces: Sequence[tuple[int, Run]]) -> list[tuple[int, Run]]:
+    """From left to right: rule L2, whole runs at a time.
+
+    Runs of one level that stand side by side are reversed with their level, too.
+    """
+    order = list(pieces)
+    highest = max(level for level, _ in order)
+    for threshold in range(highest, 0, -1):
+        at = 0
+        for is_deep, same in groupby([level >= threshold for level, _ in order]):
+            end = at + len(list(same))
+            if is_deep:
+                order[at:end] = order[at:end][::-1]
+            at = end
+    return order

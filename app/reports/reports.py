@@ -1,0 +1,312 @@
+"""Works out the report of an inspection as it stands, and writes it in any format."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.errors import ExportNotAvailable
+from app.inspections.corrections import Corrections
+from app.inspections.observations import Observations, ObservationView, rig_of
+from app.inspections.packs import Packs
+from app.reports.bundle.signing import Signer
+from app.reports.content.naming import ascii_file_name, safe_file_name
+from app.reports.formats import FORMATS
+from app.reports.report import Company, Entry, Language, Photo, Report, Role, Source, Units, Written
+from app.storage.files import Places
+from app.storage.inspections import InspectionStore
+from app.storage.tables import IMPORTED
+from app.survey.catalogue.header import number_of
+from app.survey.catalogue.table import CodeTable
+from app.survey.checks import Checks
+from app.survey.interval import half_width_m
+from app.survey.rounding import metres, rounded
+from app.survey.stretches import role_and_number, stretches
+from app.tracking.tracks import Tracks, is_unmeasured
+from app.tracking.unrolled import Unrolled
+from vo_core import Rig
+from vo_core.errors import InvalidRig
+
+_ROLES: Mapping[str, Role] = {"A": "start", "C": "change", "B": "finish"}
+_LONGEST_PHOTO_STEM = 100
+"""Of an asset in the name of a photo: file systems and exchange formats hold 255 characters."""
+
+
+@dataclass(frozen=True)
+class Export:
+    """A report as a file."""
+
+    filename: str
+    media_type: str
+    written: Written
+
+
+class Reports:
+    """Reports of inspections."""
+
+    def __init__(
+        self,
+        inspections: InspectionStore,
+        observations: Observations,
+        corrections: Corrections,
+        checks: Checks,
+        packs: Packs,
+        tracks: Tracks,
+        unrolled: Unrolled,
+        folder: Places,
+        company: Company,
+        signer: Signer,
+        draw_scene: Callable[[Report], str],
+    ) -> None:
+        self._inspections = inspections
+        self._observations = observations
+        self._corrections = corrections
+        self._checks = checks
+        self._packs = packs
+        self._tracks = tracks
+        self._unrolled = unrolled
+        self._folder = folder
+        self._company = company
+        self._signer = signer
+        self._draw_scene = draw_scene
+
+    def export(
+        self, inspection_id: str, kind: str, *, language: Language = "en", units: Units = "m"
+    ) -> Export:
+        """The report as a file.
+
+        Args:
+            inspection_id: Of any state.
+            kind: One of FORMATS.
+            language: Of the formats that people read.
+            units: Of the same.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+            ExportNotAvailable: A format that does not exist, or that lacks what it needs.
+        """
+        if kind not in FORMATS:
+            raise ExportNotAvailable(
+                f"There is no export as {kind}; there are {', '.join(FORMATS)}."
+            )
+        form = FORMATS[kind]
+        report = self.report(inspection_id, language=language, units=units)
+        name = safe_file_name(f"{report.name}-{form.stem}{form.suffix}")
+        return Export(name, form.media_type, form.write(report))
+
+    def report(
+        self, inspection_id: str, *, language: Language = "en", units: Units = "m"
+    ) -> Report:
+        """Everything that it says.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        row = self._inspections.get(inspection_id)
+        rig, table = rig_of(row), self._packs.table_of(row.header)
+        track, raw = self._corrections.track(inspection_id), self._tracks.get(inspection_id)
+        observations = self._observations.all(inspection_id)
+        asset = _photo_stem(str(row.header.get("asset_id") or row.name))
+        lengths_m = _stretch_lengths_m(observations)
+        end_mm, sigma_mm = _last(track.distance_mm), _last(track.sigma_distance_mm)
+        line = _line(row.header, end_mm)
+        entries = [
+            _entry(item, rig, table, self._photo(item, asset), row.header, line, lengths_m)
+            for item in observations
+        ]
+        if row.source_kind == IMPORTED and row.video.get("duration_s") is None:
+            # Its rows have moments in an order only: there are no times in a film.
+            entries = [replace(entry, time_s=None) for entry in entries]
+        try:
+            layout = self._unrolled.layout(rig)
+        except InvalidRig:  # a camera that sees no wall
+            layout = None
+        folder = self._folder.wall(inspection_id)
+        return Report(
+            id=row.id,
+            name=row.name,
+            status=row.status,
+            made_at=datetime.now(UTC),
+            created_at=row.created_at,
+            finished_at=row.finished_at,
+            revision=row.revision,
+            header=row.header,
+            pack=table.name,
+            rig=rig,
+            source=Source(
+                row.source_kind, row.source_filename, row.source_size, row.source_sha256, row.video
+            ),
+            entries=tuple(sorted(entries, key=_along_the_pipe)),
+            distance_m=_metres(end_mm),
+            u95_m=None if is_unmeasured(raw) or sigma_mm is None else half_width_m(sigma_mm),
+            raw_distance_m=_metres(_last(raw.distance_mm)),
+            corrected=self._corrections.get(inspection_id),
+            issues=tuple(self._checks.run(inspection_id)),
+            events=tuple(self._observations.events(inspection_id)),
+            track=track,
+            raw_track=raw,
+            health=tuple(self._tracks.health(inspection_id).since(0)),
+            sightings=tuple(self._tracks.sightings(inspection_id)),
+            wall={
+                tile.index: folder / f"{tile.index}.jpg"
+                for tile in self._unrolled.tiles(inspection_id)
+            },
+            layout=layout,
+            warning=row.warning,
+            error=row.error_detail,
+            error_code=row.error_code,
+            company=self._company,
+            signer=self._signer,
+            draw_scene=self._draw_scene,
+            language=language,
+            units=units,
+        )
+
+    def _photo(self, view: ObservationView, asset: str) -> Photo | None:
+        row = view.row
+        if stated := row.fields.get("photo_name"):
+            return Photo(stated, None, None)
+        if not row.is_photographed:
+            return None
+        path = None
+        if row.has_photo:
+            path = self._folder.photo(row.inspection_id, row.id, row.frame)
+        return Photo(f"{asset}-{row.seq:03d}.jpg", path, row.photo_sha256)
+
+
+def _photo_stem(asset: str) -> str:
+    """One name for every format, so in ASCII: the EN 13508-2 text and RIBX hold nothing else."""
+    stem = ascii_file_name(asset)
+    return stem if len(stem) <= _LONGEST_PHOTO_STEM else stem[-_LONGEST_PHOTO_STEM:].lstrip("._-")
+
+
+@dataclass(frozen=True)
+class _Line:
+    """The way from one end of the culvert to the other on the map."""
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    length_mm: float
+
+    def at(self, distance_mm: float) -> tuple[float, float]:
+        """Longitude and latitude to a centimetre."""
+        share = distance_mm / self.length_mm
+        lon, lat = (a + share * (b - a) for a, b in zip(self.start, self.end, strict=True))
+        return round(lon, 7), round(lat, 7)
+
+
+def _line(header: Mapping[str, Any], surveyed_mm: float | None) -> _Line | None:
+    """None unless both ends and the length between them are known."""
+    names = ("start_lon", "start_lat", "end_lon", "end_lat")
+    ends = [number_of(header.get(name)) for name in names]
+    known_m = number_of(header.get("known_length_m"))
+    length_mm = known_m * 1000 if known_m else surveyed_mm
+    if None in ends or not length_mm or length_mm <= 0:
+        return None
+    start_lon, start_lat, end_lon, end_lat = (float(end) for end in ends if end is not None)
+    return _Line((start_lon, start_lat), (end_lon, end_lat), length_mm)
+
+
+def _entry(
+    view: ObservationView,
+    rig: Rig,
+    table: CodeTable,
+    photo: Photo | None,
+    header: Mapping[str, Any],
+    line: _Line | None,
+    lengths_m: Mapping[str, float],
+) -> Entry:
+    row, place, fields = view.row, view.place, view.row.fields
+    role, number = (
+        role_and_number(fields["continuous"]) if fields.get("continuous") else (None, None)
+    )
+    x_m, y_m, z_m = _wall_point_m(view, rig)
+    lon, lat = line.at(place.distance_mm) if line and place else (None, None)
+    return Entry(
+        id=row.id,
+        seq=row.seq,
+        frame=row.frame,
+        time_s=rounded(place.time_s, 3) if place else None,
+        distance_m=_metres(place.distance_mm) if place else None,
+        u95_m=place.u95_m if place else None,
+        raw_m=_metres(place.raw_mm) if place else None,
+        source=place.source if place else None,
+        to_go_m=_to_go_m(header, place.distance_mm) if place else None,
+        joint_no=place.joint_no if place else None,
+        at_joint=place is not None and view.at_joint,
+        code=fields.get("code"),
+        char1=fields.get("char1"),
+        char2=fields.get("char2"),
+        kind=table.named(fields.get("code"), fields.get("char1"), fields.get("char2")),
+        quant1=fields.get("quant1"),
+        quant2=fields.get("quant2"),
+        clock_from=view.clock,
+        clock_to=fields.get("clock_to"),
+        cont_id=number,
+        cont_role=_ROLES[role] if role else None,
+        cont_length_m=lengths_m.get(row.id),
+        severity=fields.get("severity"),
+        remark=fields.get("remark"),
+        photo=photo,
+        x_m=x_m,
+        y_m=y_m,
+        z_m=z_m,
+        lon=lon,
+        lat=lat,
+        tagged_by=row.created_by,
+        tagged_at=row.created_at,
+        edited_at=row.edited_at,
+        edited_by=row.edited_by,
+        entered=fields,
+    )
+
+
+def _along_the_pipe(entry: Entry) -> tuple[float, float, int]:
+    """Key of the order in which a report lists its entries."""
+    distance_m = math.inf if entry.distance_m is None else entry.distance_m
+    return distance_m, math.inf if entry.time_s is None else entry.time_s, entry.seq
+
+
+def _stretch_lengths_m(observations: Sequence[ObservationView]) -> dict[str, float]:
+    """Length of the stretch that an observation starts, if it is finished and tracked."""
+    place_m = {view.row.id: metres(view.place.distance_mm) for view in observations if view.place}
+    tracked = [view.row for view in observations if view.place]
+    return {
+        start.id: rounded(place_m[stretch.finishes[-1].id] - place_m[start.id], 3)
+        for stretch in stretches(tracked)
+        if stretch.finishes
+        for start in stretch.starts
+    }
+
+
+def _wall_point_m(
+    view: ObservationView, rig: Rig
+) -> tuple[float | None, float | None, float | None]:
+    """X along the axis, Y right, Z down from the axis, or from the floor."""
+    wall = view.place.wall if view.place else None
+    if wall is None:
+        return None, None, None
+    z_mm = 0.0
+    if wall.clock_h is not None and rig.pipe.diameter_mm is not None:
+        z_mm = -rig.pipe.diameter_mm / 2 * math.cos(math.radians(30 * wall.clock_h))
+    return _metres(wall.distance_mm), _metres(wall.lateral_mm), _metres(z_mm)
+
+
+def _to_go_m(header: Mapping[str, Any], distance_mm: float) -> float | None:
+    """To the far end, if its distance was entered as a number."""
+    known_m = number_of(header.get("known_length_m"))
+    return None if known_m is None else rounded(known_m - metres(distance_mm), 3)
+
+
+def _last(values: NDArray[np.float64]) -> float | None:
+    return float(values[-1]) if len(values) else None
+
+
+def _metres(mm: float | None) -> float | None:
+    return None if mm is None else metres(mm)

@@ -1,0 +1,277 @@
+"""The report as an XLSX workbook: observations, header, joints, corrections, data dictionary.
+
+No cell is a formula, no cells are merged, the first row of each sheet stays in view.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import msgspec
+import xlsxwriter
+from xlsxwriter.format import Format
+from xlsxwriter.worksheet import Worksheet
+
+from app.reports.content.text import legible
+from app.reports.report import Loss, Report, Written
+from app.reports.tables import table
+from app.reports.tables.table import DICTIONARY, Cell, Column, iso
+from app.storage.tables import RESCALED, RIG_CHANGED
+from app.survey.adjustment import Joints, Stated
+from app.survey.catalogue.header import FIELDS
+from app.survey.interval import half_width_m
+from app.survey.rounding import decimals, metres, rounded
+
+_LONGEST_TEXT = 32_767
+"""Characters that a cell may hold, by the programs that read it."""
+_NARROWEST, _WIDEST = 8, 60
+"""Of a column, in characters."""
+
+JOINTS = (
+    Column("joint_no", "Number of the joint from the zero point; the first after it is 1"),
+    Column("distance_m", "Where it was seen, corrected", "m"),
+    Column("distance_u95_m", "Half-width of the 95 % interval of the distance", "m"),
+    Column("residual_mm", "Known less measured distance when the track is only scaled", "mm"),
+    Column("frame", "Number of the frame that showed it best"),
+    Column("is_marked", "1 if a person clicked on it, 0 if it was found by the program"),
+)
+CORRECTIONS = (
+    Column("at", "When, ISO 8601"),
+    Column("who", "Who did it"),
+    Column("what", "corrected: of the whole run; moved: an observation to another frame or pixel"),
+    Column("seq", "Number of the observation that was moved"),
+    Column("before", "What was stated before"),
+    Column("after", "What has been stated since"),
+    Column("why", "In the words of who did it"),
+)
+_HEADER = (
+    Column("field", "Name of a fact about the report or of a field of the header"),
+    Column("value", "Its value"),
+    Column("unit", "Unit of the value"),
+)
+_ABOUT = (
+    Column("sheet", "Name of the sheet"),
+    Column("column", "Name of the column"),
+    Column("meaning", "What it says"),
+    Column("unit", "Unit of its numbers"),
+)
+
+Row = Sequence[Cell]
+
+_JSON_ONLY = Loss("The rig, the track and the whole history are in the JSON report only.")
+
+
+def write(report: Report) -> Written:
+    """Numbers as numbers, instants as ISO 8601, true and false as 1 and 0."""
+    sheets: Sequence[tuple[str, Sequence[Column], Sequence[Row]]] = (
+        ("observations", DICTIONARY, [tuple(row.values()) for row in table.rows(report)]),
+        ("header", _HEADER, [*_header(report)]),
+        ("joints", JOINTS, [*_joints(report)]),
+        ("corrections", CORRECTIONS, [*_corrections(report)]),
+        ("dictionary", _ABOUT, [*_dictionary()]),
+    )
+    out = io.BytesIO()
+    book = _Book(out)
+    book.book.set_properties({"title": legible(report.name)[:255], "created": report.made_at})
+    for name, columns, rows in sheets:
+        book.add_sheet(name, columns, rows)
+    book.book.close()
+    cells = [value for _, _, rows in sheets for row in rows for value in row]
+    texts = [value for value in cells if isinstance(value, str)]
+    losses = [_JSON_ONLY, *table.illegible(texts)]
+    if any("\r" in text for text in texts):
+        losses.append(Loss("Line ends in texts are LF."))
+    return Written(out.getvalue(), (*losses, *book.losses))
+
+
+class _Book:
+    """A workbook to which sheets are added."""
+
+    def __init__(self, out: io.BytesIO) -> None:
+        self.book = xlsxwriter.Workbook(out, {"in_memory": True})
+        self.losses: list[Loss] = []
+        self._head = self.book.add_format({"bold": True, "bottom": 1})
+        self._text = self.book.add_format({"valign": "top", "text_wrap": True})
+        # As if typed with an apostrophe before it: it stays text when somebody edits the cell.
+        self._quoted = self.book.add_format(
+            {"valign": "top", "text_wrap": True, "quote_prefix": True}
+        )
+        self._plain = self.book.add_format({"valign": "top"})
+        self._metres = self.book.add_format({"valign": "top", "num_format": "0.000"})
+
+    def add_sheet(self, name: str, columns: Sequence[Column], rows: Iterable[Row]) -> None:
+        """One with the names of the columns in its first row, which is frozen."""
+        sheet = self.book.add_worksheet(name)
+        sheet.freeze_panes(1, 0)
+        widths = [len(column.name) for column in columns]
+        for number, column in enumerate(columns):
+            sheet.write_string(0, number, column.name, self._head)
+        count = 0
+        for count, row in enumerate(rows, 1):
+            for number, (column, value) in enumerate(zip(columns, row, strict=True)):
+                shown = self._write(sheet, count, number, column, value)
+                widths[number] = max(widths[number], shown)
+        for number, width in enumerate(widths):
+            sheet.set_column(number, number, min(max(width + 2, _NARROWEST), _WIDEST))
+        sheet.autofilter(0, 0, count, len(columns) - 1)
+
+    def _write(self, sheet: Worksheet, row: int, number: int, column: Column, value: Cell) -> int:
+        """Fill a cell; how many characters wide it is."""
+        if value is None:
+            return 0
+        if isinstance(value, str):
+            text = self._cut(_one_line_end(legible(value)), sheet, column)
+            sheet.write_string(row, number, text, self._form_of(text))
+            return max(map(len, text.splitlines()), default=0)
+        if not math.isfinite(value):
+            return 0
+        is_metres = column.unit in ("m", "s") and isinstance(value, float)
+        sheet.write_number(row, number, value, self._metres if is_metres else self._plain)
+        return len(decimals(value, 3) if is_metres else str(value))
+
+    def _form_of(self, text: str) -> Format:
+        return self._quoted if text.startswith(table.FORMULA_STARTS) else self._text
+
+    def _cut(self, text: str, sheet: Worksheet, column: Column) -> str:
+        if len(text) <= _LONGEST_TEXT:
+            return text
+        self.losses.append(
+            Loss(
+                f"A text of {len(text)} characters in column {column.name} of sheet {sheet.name} "
+                f"was cut to the {_LONGEST_TEXT} that a cell holds."
+            )
+        )
+        return text[:_LONGEST_TEXT]
+
+
+def _one_line_end(text: str) -> str:
+    """Lines end in LF alone: in a workbook a CR is written as _x000D_, which some programs show."""
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _header(report: Report) -> Iterable[Row]:
+    source = report.source
+    facts: Sequence[tuple[str, Any, str | None]] = (
+        ("report_id", report.id, None),
+        ("name", report.name, None),
+        ("status", report.status, None),
+        ("revision", report.revision, None),
+        ("made_at", iso(report.made_at), None),
+        ("inspected_at", iso(report.created_at), None),
+        ("distance_m", report.distance_m, "m"),
+        ("distance_u95_m", report.u95_m, "m"),
+        ("distance_raw_m", report.raw_distance_m, "m"),
+        ("code_pack_name", report.pack, None),
+        ("video_file", source.filename, None),
+        ("video_size", source.size, "bytes"),
+        ("video_sha256", source.sha256, None),
+    )
+    units = {field.name: field.unit for field in FIELDS}
+    known = [field.name for field in FIELDS if field.name in report.header]
+    others = [name for name in report.header if name not in units]
+    fields = ((name, report.header[name], units.get(name)) for name in (*known, *others))
+    for name, value, unit in (*facts, *fields):
+        if value is not None:
+            yield name, _cell(value), unit
+
+
+def _cell(value: Any) -> Cell:
+    """A value of the header, which may come from another program."""
+    if isinstance(value, bool):
+        return int(value)
+    return value if isinstance(value, str | int | float) else str(value)
+
+
+def _joints(report: Report) -> Iterable[Row]:
+    for joint in report.joint_evidence:
+        yield (
+            joint.number,
+            metres(joint.distance_mm),
+            half_width_m(joint.sigma_mm),
+            None if joint.residual_mm is None else rounded(joint.residual_mm, 1),
+            joint.frame,
+            int(joint.is_marked),
+        )
+
+
+def _corrections(report: Report) -> Iterable[Row]:
+    """Everything that has changed a distance that was published."""
+    numbers = {entry.id: entry.seq for entry in report.entries}
+    for event in report.events:
+        at, before, after = iso(event.at), event.before, event.after
+        if event.action == "corrected":
+            yield at, event.who, "corrected", None, _stated(before), _stated(after), event.remark
+        elif event.action == RESCALED:
+            yield at, event.who, "rescaled", None, _scale(before), _scale(after), event.remark
+        elif event.action == RIG_CHANGED:
+            yield at, event.who, "rig changed", None, _values(before), _values(after), event.remark
+        elif event.observation_id and before and after and _anchor(before) != _anchor(after):
+            seq = numbers.get(event.observation_id)
+            yield at, event.who, "moved", seq, _anchored(before), _anchored(after), event.remark
+
+
+def _values(fields: Mapping[str, Any] | None) -> str:
+    """What was changed of the rig."""
+    return ", ".join(f"{name} {value}" for name, value in (fields or {}).items())
+
+
+def _scale(fields: Mapping[str, Any] | None) -> str:
+    """What the joints had made of the scale."""
+    scale = None if fields is None else fields.get("scale")
+    return "nothing" if scale is None else f"scale {scale} by the joints"
+
+
+def _stated(fields: Mapping[str, Any] | None) -> str:
+    """What was stated about distances, in words."""
+    try:
+        stated = Stated.from_json(fields or {})
+    except msgspec.ValidationError:  # the record of another version
+        return json.dumps(fields)
+    parts = []
+    if stated.zero is not None:
+        parts.append(f"zero: frame {stated.zero.frame} at {decimals(stated.zero.offset_m, 3)} m")
+    parts += [
+        f"{length.kind} length: frames {length.first_frame} to {length.last_frame} are "
+        f"{decimals(length.length_m, 3)} m apart, +/- {length.sigma_mm:g} mm"
+        for length in stated.lengths
+    ]
+    if stated.joints.use is False:
+        parts.append("joints: not used")
+    elif stated.joints != Joints():
+        parts.append(
+            f"joints: {len(stated.joints.marked)} marked, {len(stated.joints.left_out)} left out"
+        )
+    if stated.rig_sigma is not None:
+        parts.append(
+            f"rig: height +/- {stated.rig_sigma.height_mm:g} mm, "
+            f"focal length +/- {stated.rig_sigma.focal_px:g} px"
+        )
+    if stated.forced:
+        parts.append(f"forced: {stated.forced}")
+    return "; ".join(parts) or "nothing"
+
+
+def _anchor(fields: Mapping[str, Any]) -> tuple[Any, Any]:
+    return fields.get("frame"), fields.get("pixel")
+
+
+def _anchored(fields: Mapping[str, Any]) -> str:
+    pixel = fields.get("pixel")
+    at = f", pixel {pixel[0]:g} {pixel[1]:g}" if pixel else ""
+    return f"frame {fields.get('frame')}{at}"
+
+
+def _dictionary() -> Iterable[Row]:
+    for name, columns in (
+        ("observations", DICTIONARY),
+        ("header", _HEADER),
+        ("joints", JOINTS),
+        ("corrections", CORRECTIONS),
+        ("dictionary", _ABOUT),
+    ):
+        for column in columns:
+            yield name, column.name, column.meaning, column.unit

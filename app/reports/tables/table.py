@@ -1,0 +1,176 @@
+"""The observations as one table: the columns of the CSV and of the first sheet of the XLSX."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import datetime
+
+from app.reports.content.text import legible
+from app.reports.report import Entry, Loss, Report, Written
+from app.survey.rounding import decimals
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table."""
+
+    name: str
+    meaning: str
+    unit: str | None = None
+
+
+DICTIONARY = (
+    Column("report_id", "Of the inspection, and so of its report"),
+    Column("asset_id", "Name of the culvert, of the header"),
+    Column("seq", "Number of the observation; never used twice in an inspection"),
+    Column("distance_m", "From the zero point along the axis, corrected", "m"),
+    Column("distance_u95_m", "Half-width of the 95 % interval of the distance", "m"),
+    Column("distance_source", "What the distance rests on: odometry, joint, closure or typed"),
+    Column("distance_raw_m", "The same distance as it was measured, before corrections", "m"),
+    Column("calibration_id", "Calibration of the camera, of the header"),
+    Column("distance_to_go_m", "From here to the far end, where its distance is known", "m"),
+    Column("joint_no", "Number of the joint beside it; the first after the zero point is 1"),
+    Column("at_joint", "1 within 200 mm of a joint that was seen, else 0"),
+    Column("code", "Main code; empty for a tag whose details are still to come"),
+    Column("char1", "First characterisation of the code"),
+    Column("char2", "Second characterisation of the code"),
+    Column("label", "The code in words, of the code pack"),
+    Column("quant1", "First quantity", "unit1"),
+    Column("unit1", "Unit of quant1: mm, %, deg, ppm or count"),
+    Column("quant2", "Second quantity", "unit2"),
+    Column("unit2", "Unit of quant2"),
+    Column("clock_from", "Clock position, or where its sector begins: 12 crown, 6 invert", "h"),
+    Column("clock_to", "Where the sector ends, clockwise seen in the direction of travel", "h"),
+    Column("cont_id", "Number of the stretch (continuous defect) that it belongs to"),
+    Column("cont_role", "Its part in the stretch: start, change or finish"),
+    Column("cont_length_m", "Length of the stretch, given at its start", "m"),
+    Column("severity", "0 note, 1 as new, 2 slight, 3 watch, 4 plan repair, 5 act now"),
+    Column("code_pack", "Name of the table of codes"),
+    Column("video_file", "Name of the video"),
+    Column("video_time_s", "Time of the frame in the video", "s"),
+    Column("frame", "Number of the frame; the first one is 0"),
+    Column("photo_file", "Name of the photo, as in the evidence bundle of who took it"),
+    Column("photo_sha256", "SHA-256 of the photo, hexadecimal"),
+    Column("x_m", "Wall point along the axis", "m"),
+    Column("y_m", "Wall point to the right of the axis", "m"),
+    Column("z_m", "Wall point below the axis of a pipe, or below a floor", "m"),
+    Column("lon", "Longitude between the ends of the header, WGS 84", "deg"),
+    Column("lat", "Latitude between the ends of the header, WGS 84", "deg"),
+    Column("remark", "In the words of who tagged it"),
+    Column("tagged_by", "Who tagged it"),
+    Column("tagged_at", "When, ISO 8601"),
+    Column("edited_at", "When it was changed last, ISO 8601; empty if never"),
+)
+
+COLUMNS = tuple(column.name for column in DICTIONARY)
+"""One row an observation, in this order."""
+
+
+Cell = str | int | float | None
+
+FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
+"""Of text that a spreadsheet would run."""
+
+
+def write(report: Report) -> Written:
+    """UTF-8 with BOM, CRLF, comma, decimal point; text that a spreadsheet would run is quoted."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\r\n")
+    writer.writerow(COLUMNS)
+    losses = [
+        Loss(
+            "The table holds the observations only: the header, the joints and the corrections "
+            "are in the XLSX and the JSON report, rig, track and history in the JSON report."
+        )
+    ]
+    found = rows(report)
+    for row in found:
+        writer.writerow([_csv_cell(name, row[name]) for name in COLUMNS])
+    texts = [value for row in found for value in row.values() if isinstance(value, str)]
+    if any(plain(text) != text for text in texts):
+        losses.append(
+            Loss(
+                "A text that a spreadsheet would take for a formula has an apostrophe before it; "
+                "the XLSX and the JSON report have it as it is."
+            )
+        )
+    return Written(out.getvalue().encode("utf-8-sig"), (*losses, *illegible(texts)))
+
+
+def illegible(texts: Iterable[str]) -> list[Loss]:
+    """Where a file has marks in place of control characters."""
+    if all(legible(text) == text for text in texts):
+        return []
+    return [Loss("Control characters and halves of characters are replaced by a mark.")]
+
+
+def rows(report: Report) -> list[dict[str, Cell]]:
+    """One mapping of COLUMNS an entry; None where nothing is known."""
+    return [_row(report, entry) for entry in report.entries]
+
+
+def iso(instant: datetime | None) -> str | None:
+    """To the second, with its zone."""
+    return None if instant is None else instant.isoformat(timespec="seconds")
+
+
+def plain(text: str) -> str:
+    """Text that no spreadsheet takes for a formula."""
+    return f"'{text}" if text.startswith(FORMULA_STARTS) else text
+
+
+def _row(report: Report, entry: Entry) -> dict[str, Cell]:
+    photo = entry.photo
+    return {
+        "report_id": report.id,
+        "asset_id": report.header.get("asset_id"),
+        "seq": entry.seq,
+        "distance_m": entry.distance_m,
+        "distance_u95_m": entry.u95_m,
+        "distance_source": entry.source,
+        "distance_raw_m": entry.raw_m,
+        "calibration_id": report.header.get("calibration_id"),
+        "distance_to_go_m": entry.to_go_m,
+        "joint_no": entry.joint_no,
+        "at_joint": int(entry.at_joint),
+        "code": entry.code,
+        "char1": entry.char1,
+        "char2": entry.char2,
+        "label": entry.label("en"),
+        "quant1": entry.quant1,
+        "unit1": entry.unit1,
+        "quant2": entry.quant2,
+        "unit2": entry.unit2,
+        "clock_from": entry.clock_from,
+        "clock_to": entry.clock_to,
+        "cont_id": entry.cont_id,
+        "cont_role": entry.cont_role,
+        "cont_length_m": entry.cont_length_m,
+        "severity": entry.severity,
+        "code_pack": report.pack,
+        "video_file": report.source.filename,
+        "video_time_s": entry.time_s,
+        "frame": entry.frame,
+        "photo_file": photo.name if photo else None,
+        "photo_sha256": photo.sha256 if photo else None,
+        "x_m": entry.x_m,
+        "y_m": entry.y_m,
+        "z_m": entry.z_m,
+        "lon": entry.lon,
+        "lat": entry.lat,
+        "remark": entry.remark,
+        "tagged_by": entry.tagged_by,
+        "tagged_at": iso(entry.tagged_at),
+        "edited_at": iso(entry.edited_at),
+    }
+
+
+def _csv_cell(name: str, value: Cell) -> Cell:
+    if isinstance(value, str):
+        return plain(legible(value))
+    if isinstance(value, float) and name.endswith(("_m", "_s")):
+        return decimals(value, 3)
+    return value

@@ -1,0 +1,42 @@
+"""The built-in code pack: EN 13508-2:2003+A1:2011 pipe codes BAA..BDG with labels of our own.
+
+The letters are facts from KWB-R/kwb.en13508.2 (MIT); no sentence of the standard is copied.  The
+flags guide a form; none of them may stop an import.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import replace
+from functools import cache
+from importlib import resources
+
+from app.survey.catalogue.table import CodeTable, read_table
+
+CODE_PACK = "EN 13508-2:2003+A1:2011"
+
+_BETWEEN_PHRASES = re.compile(r"((?:: |, )(?![^()]*\)))")
+"""A label is a title, a colon and details; what stands within brackets belongs to its phrase."""
+
+
+@cache
+def built_in() -> CodeTable:
+    """The codes of the standard, in its order."""
+    folder = resources.files(__name__)
+    table = read_table(CODE_PACK, folder.joinpath("en13508_2_2003.csv").read_bytes())
+    text = folder.joinpath("labels_ms.csv").read_text("utf-8")
+    malay = {row["english"]: row["malay"] for row in csv.DictReader(text.splitlines())}
+    rows = (replace(row, label_ms=translated(row.label, malay)) for row in table.rows)
+    return CodeTable(CODE_PACK, tuple(rows))
+
+
+def translated(label: str, phrases: dict[str, str]) -> str:
+    """A label in another language, phrase by phrase.
+
+    Raises:
+        KeyError: A phrase has no translation.
+    """
+    parts = _BETWEEN_PHRASES.split(label)
+    parts[::2] = [phrases[phrase] for phrase in parts[::2]]
+    return "".join(parts)

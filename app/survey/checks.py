@@ -1,0 +1,466 @@
+"""What stands against a report: what blocks it, and what a reviewer would ask about.
+
+Every rule is a function that yields issues.  Each issue has a code and numbers, so that a page can
+say it in its own language, and a sentence.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import combinations
+from typing import Any, Literal
+
+from app.inspections.corrections import Corrected, Corrections
+from app.inspections.observations import Observations, ObservationView
+from app.inspections.packs import Packs
+from app.storage.files import Places
+from app.storage.inspections import InspectionStore
+from app.survey.catalogue.header import required_to_issue
+from app.survey.catalogue.table import Code, CodeTable
+from app.survey.interval import half_width_m
+from app.survey.rounding import decimals, metres
+from app.survey.stretches import Stretch, stretches
+from app.tracking.tracks import Tracks
+from vo_core import Track
+from vo_core.image.health import Health, complaints
+
+Param = str | int | float
+
+SAME_PLACE_MM = 10.0
+"""Distances are shown to a centimetre."""
+SEVERE = 4
+LOST_PERCENT, POOR_PERCENT = 1.0, 5.0
+"""Of the frames, that may be lost or poor."""
+SHORT_PERCENT, SHORT_FLOOR_MM = 1.0, 300.0
+"""An end that is short by more than that was not reached."""
+START_CODE, END_CODES = "BCD", ("BCE", "BDC")
+"""The start, the end or a survey that was stopped: of EN 13508-2."""
+JOINT_CODES = ("BAI", "BAJ")
+"""A seal that intrudes, a displaced joint: of EN 13508-2."""
+
+
+@dataclass(frozen=True)
+class Issue:
+    """One thing that stands against a report."""
+
+    level: Literal["block", "warn"]
+    code: str
+    detail: str
+    """A sentence for a person."""
+    observation_id: str | None = None
+    params: Mapping[str, Param] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Case:
+    """All that the rules look at."""
+
+    header: Mapping[str, Any]
+    views: list[ObservationView]
+    table: CodeTable
+    corrected: Corrected
+    track: Track
+    health: list[Health]
+    """Of each frame."""
+    photo_is_there: Callable[[ObservationView], bool]
+
+    @property
+    def known_mm(self) -> float | None:
+        """Length of the asset: of the header, else of the corrections."""
+        value = self.header.get("known_length_m")
+        if isinstance(value, int | float) and not isinstance(value, bool) and value > 0:
+            return 1000 * float(value)
+        closure = self.corrected.adjusted.closure if self.corrected.adjusted else None
+        return closure.known_mm if closure else None
+
+    @property
+    def reached_mm(self) -> float | None:
+        """The greatest distance of the run."""
+        return float(self.track.distance_mm.max()) if len(self.track) else None
+
+    def view_of(self, observation_id: str) -> ObservationView:
+        """By its id."""
+        return next(view for view in self.views if view.row.id == observation_id)
+
+
+class Checks:
+    """Runs all rules over an inspection as it stands."""
+
+    def __init__(
+        self,
+        inspections: InspectionStore,
+        observations: Observations,
+        corrections: Corrections,
+        tracks: Tracks,
+        packs: Packs,
+        folder: Places,
+    ) -> None:
+        self._inspections = inspections
+        self._observations = observations
+        self._corrections = corrections
+        self._tracks = tracks
+        self._packs = packs
+        self._folder = folder
+
+    def run(self, inspection_id: str) -> list[Issue]:
+        """What blocks first, each kind in the order of the rules.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        row = self._inspections.get(inspection_id)
+
+        def photo_is_there(view: ObservationView) -> bool:
+            return self._folder.photo(row.id, view.row.id, view.row.frame).exists()
+
+        case = Case(
+            header=row.header,
+            views=self._observations.all(inspection_id),
+            table=self._packs.table_of(row.header),
+            corrected=self._corrections.get(inspection_id),
+            track=self._corrections.track(inspection_id),
+            health=self._tracks.health(inspection_id).since(0),
+            photo_is_there=photo_is_there,
+        )
+        issues = [issue for rule in RULES for issue in rule(case)]
+        return sorted(issues, key=lambda issue: issue.level)  # "block" is before "warn"
+
+
+def header_fields(case: Case) -> Iterator[Issue]:
+    """Required fields that are empty."""
+    for name in required_to_issue(case.header):
+        if name == "abandon_reason":
+            yield Issue("block", "abandoned_without_reason", "The survey was abandoned: say why.")
+        else:
+            text = f"The header field {name} is required and empty."
+            yield Issue("block", "header_field_empty", text, params={"field": name})
+
+
+def start_and_finish(case: Case) -> Iterator[Issue]:
+    """The first and the last observation; packs of other families have other codes for them."""
+    there = {view.row.fields.get("code") for view in case.views}
+    in_pack = {row.code for row in case.table.rows}
+    if START_CODE in in_pack and START_CODE not in there:
+        yield Issue(
+            "block",
+            "no_start",
+            f"There is no observation of the start ({START_CODE}).",
+            params={"needed": START_CODE},
+        )
+    if in_pack.issuperset(END_CODES) and there.isdisjoint(END_CODES):
+        needed = " or ".join(END_CODES)
+        text = f"There is no observation of the finish ({needed})."
+        yield Issue("block", "no_finish", text, params={"needed": needed})
+
+
+def distances(case: Case) -> Iterator[Issue]:
+    """Where an observation cannot be."""
+    for view in case.views:
+        place = view.place
+        if place is None:
+            yield _about(view, "block", "not_tracked", "is in a frame that was not tracked")
+            continue
+        u95_m = place.u95_m or 0.0
+        u95_mm = 1000 * u95_m
+        distance = {"distance_m": metres(place.distance_mm), "u95_m": u95_m}
+        if place.distance_mm + u95_mm < 0:
+            yield _about(view, "block", "before_zero", "lies before the zero point", **distance)
+        known_mm = case.known_mm
+        if known_mm is not None and place.distance_mm - u95_mm > known_mm:
+            yield _about(
+                view,
+                "block",
+                "beyond_end",
+                f"lies beyond the known length of {decimals(metres(known_mm), 2)} m",
+                known_length_m=metres(known_mm),
+                **distance,
+            )
+
+
+def codes(case: Case) -> Iterator[Issue]:
+    """A code, of the pack, with all that it needs."""
+    known: dict[str, list[Code]] = {}
+    for row in case.table.rows:
+        known.setdefault(row.code, []).append(row)
+    for view in case.views:
+        code = view.row.fields.get("code")
+        if code is None:
+            yield _about(view, "block", "no_code", "has no code yet")
+        elif code not in known:
+            text = f"has the code {code}, which is not in {case.table.name}"
+            yield _about(view, "block", "unknown_code", text, code=code)
+        else:
+            yield from _characters(view, known[code])
+            yield from _needs(view, case.table)
+
+
+def _characters(view: ObservationView, rows: list[Code]) -> Iterator[Issue]:
+    fields = view.row.fields
+    char1, char2 = fields.get("char1") or "", fields.get("char2") or ""
+    firsts = {row.char1 for row in rows}
+    seconds = {row.char2 for row in rows if row.char1 == char1}
+    for name, value, allowed in (("char1", char1, firsts), ("char2", char2, seconds)):
+        if value in allowed:
+            continue
+        if not value:
+            yield _missing(view, name)
+        else:
+            code = fields["code"]
+            text = f"has {name} {value}, which {code} does not know"
+            yield _about(
+                view, "block", "unknown_character", text, code=code, field=name, value=value
+            )
+        return
+
+
+def _needs(view: ObservationView, table: CodeTable) -> Iterator[Issue]:
+    fields = view.row.fields
+    row = table.find(fields["code"], fields.get("char1"), fields.get("char2"))
+    if row is None or str(fields.get("continuous", "")).startswith("B"):
+        return  # the finish of a stretch has what its start has
+    if row.needs_clock == "yes" and view.clock is None:
+        yield _missing(view, "clock_from")
+    for name, need in (("quant1", row.needs_q1), ("quant2", row.needs_q2)):
+        if need == "yes" and fields.get(name) is None:
+            yield _missing(view, name)
+
+
+def _missing(view: ObservationView, name: str) -> Issue:
+    code = view.row.fields["code"]
+    text = f"is coded {code} and needs {name}"
+    return _about(view, "block", "attribute_missing", text, code=code, field=name)
+
+
+def photos(case: Case) -> Iterator[Issue]:
+    """A photo that is named must be there; what is severe should have one."""
+    for view in case.views:
+        if view.row.has_photo and not case.photo_is_there(view):
+            yield _about(view, "block", "photo_missing", "has lost the file of its photo")
+        severity = view.row.fields.get("severity")
+        if not view.row.is_photographed and severity is not None and severity >= SEVERE:
+            text = f"has severity {severity} and no photo"
+            yield _about(view, "warn", "severe_without_photo", text, severity=severity)
+
+
+def stretch_rules(case: Case) -> Iterator[Issue]:
+    """One start, one finish, one code, and a length."""
+    for stretch in stretches(view.row for view in case.views):
+        number = {"stretch": stretch.number}
+        if stretch.is_open:
+            yield Issue(
+                "block",
+                "open_stretch",
+                f"The stretch A{stretch.number} is not finished.",
+                stretch.starts[0].id,
+                number,
+            )
+            continue
+        if not stretch.starts:
+            yield Issue(
+                "block",
+                "stretch_without_start",
+                f"The stretch {stretch.number} has no start.",
+                (stretch.finishes + stretch.changes)[0].id,
+                number,
+            )
+            continue
+        if len(stretch.starts) > 1 or len(stretch.finishes) > 1:
+            yield Issue(
+                "block",
+                "stretch_number_twice",
+                f"The number {stretch.number} is used for more than one stretch.",
+                (stretch.starts + stretch.finishes)[-1].id,
+                number,
+            )
+            continue
+        yield from _one_stretch(case, stretch)
+
+
+def _one_stretch(case: Case, stretch: Stretch) -> Iterator[Issue]:
+    start = stretch.starts[0]
+    number = {"stretch": stretch.number}
+    names = ("code", "char1", "char2")
+    for row in (*stretch.changes, *stretch.finishes):
+        if any(row.fields.get(name) != start.fields.get(name) for name in names):
+            yield Issue(
+                "block",
+                "stretch_codes_differ",
+                f"The stretch {stretch.number} does not have the same code and characters "
+                "throughout.",
+                row.id,
+                number,
+            )
+    length_mm = _length_mm(case, stretch)
+    if length_mm is None:
+        return
+    told = number | {"length_m": metres(length_mm)}
+    if length_mm < -SAME_PLACE_MM:
+        text = f"The stretch {stretch.number} finishes before it starts."
+        yield Issue("block", "stretch_falls", text, stretch.finishes[0].id, told)
+    elif length_mm < SAME_PLACE_MM:
+        text = f"The stretch {stretch.number} has no length: is it a point?"
+        yield Issue("warn", "stretch_is_point", text, start.id, told)
+    asset_mm = case.known_mm or case.reached_mm
+    if asset_mm and length_mm > asset_mm / 2:
+        percent = round(100 * length_mm / asset_mm, 1)
+        text = f"The stretch {stretch.number} is longer than half the asset ({percent:g} %)."
+        yield Issue("warn", "stretch_long", text, start.id, told | {"percent": percent})
+
+
+def _length_mm(case: Case, stretch: Stretch) -> float | None:
+    ends = [case.view_of(rows[0].id).place for rows in (stretch.starts, stretch.finishes)]
+    if ends[0] is None or ends[1] is None:
+        return None
+    return ends[1].distance_mm - ends[0].distance_mm
+
+
+def overlapping_stretches(case: Case) -> Iterator[Issue]:
+    """The same code at the same clock, twice over the same length."""
+    found = [
+        (stretch, start, case.view_of(stretch.starts[0].id), case.view_of(stretch.finishes[0].id))
+        for stretch in stretches(view.row for view in case.views)
+        if stretch.starts and stretch.finishes
+        for start in stretch.starts[:1]
+    ]
+    for (one, first, *ends), (other, second, *others) in combinations(found, 2):
+        if _kind(case.view_of(first.id)) != _kind(case.view_of(second.id)):
+            continue
+        places = [view.place for view in (*ends, *others)]
+        if any(place is None for place in places):
+            continue
+        low, high, begin, end = (place.distance_mm for place in places if place is not None)
+        if min(high, end) - max(low, begin) > SAME_PLACE_MM:
+            yield Issue(
+                "warn",
+                "stretches_overlap",
+                f"The stretches {one.number} and {other.number} are the same defect over the same "
+                "length.",
+                second.id,
+                {"stretch": one.number, "other": other.number},
+            )
+
+
+def duplicates(case: Case) -> Iterator[Issue]:
+    """The same code, distance and clock twice."""
+    placed = [view for view in case.views if view.place and view.row.fields.get("code")]
+    for one, other in combinations(placed, 2):
+        both = (one.row.fields.get("continuous"), other.row.fields.get("continuous"))
+        if _kind(one) != _kind(other) or any(both):
+            continue
+        if one.place and other.place and _are_near(one.place.distance_mm, other.place.distance_mm):
+            text = f"is the same as no. {one.row.seq}: code, distance and clock"
+            yield _about(other, "warn", "duplicate", text, other=one.row.seq)
+
+
+def _kind(view: ObservationView) -> tuple[Any, ...]:
+    fields = view.row.fields
+    return (*(fields.get(name) for name in ("code", "char1", "char2")), view.clock)
+
+
+def _are_near(one_mm: float, other_mm: float) -> bool:
+    return abs(one_mm - other_mm) < SAME_PLACE_MM
+
+
+def remarks(case: Case) -> Iterator[Issue]:
+    """Z stands for "other": only a remark says what."""
+    for view in case.views:
+        fields = view.row.fields
+        if "Z" in (fields.get("char1"), fields.get("char2")) and not fields.get("remark"):
+            yield _about(view, "warn", "other_without_remark", "is coded Z, other, without remark")
+
+
+def joints(case: Case) -> Iterator[Issue]:
+    """What can only be at a joint."""
+    adjusted = case.corrected.adjusted
+    if adjusted is None or not adjusted.joints:
+        return
+    for view in case.views:
+        code = view.row.fields.get("code")
+        if code in JOINT_CODES and view.place is not None and view.place.joint is None:
+            text = f"is coded {code}, but no joint is near"
+            yield _about(view, "warn", "no_joint_near", text, code=code)
+
+
+def pictures(case: Case) -> Iterator[Issue]:
+    """What clients reject videos for: light, blur, speed, a dirty lens."""
+    complained = Counter(name for health in case.health for name in complaints(health))
+    for name, frames in complained.items():
+        percent = round(100 * frames / len(case.health), 1)
+        if percent > POOR_PERCENT:
+            text = f"{percent:g} % of the pictures are {name.replace('_', ' ')}."
+            yield Issue(
+                "warn", "poor_pictures", text, params={"complaint": name, "percent": percent}
+            )
+
+
+def the_run(case: Case) -> Iterator[Issue]:
+    """Lost frames, the length, and what was corrected."""
+    lost = Counter(case.track.status.tolist())["lost"]
+    percent = round(100 * lost / len(case.track), 1) if lost else 0.0
+    if percent > LOST_PERCENT:
+        text = f"The wall was lost in {percent:g} % of the frames."
+        yield Issue("warn", "lost", text, params={"percent": percent, "frames": lost})
+    known_mm, reached_mm = case.known_mm, case.reached_mm
+    if known_mm is None:
+        text = "The length of the asset is not known, so there is no closure."
+        yield Issue("warn", "length_unknown", text)
+    elif case.header.get("end_condition") == "complete" and reached_mm is not None:
+        yield from _end(case, known_mm, reached_mm)
+    if case.corrected.error is not None:
+        text = f"A correction cannot be applied: {case.corrected.error['detail']}"
+        yield Issue("block", "correction_failed", text)
+    adjusted = case.corrected.adjusted
+    for closure in adjusted.closures if adjusted else ():
+        if not closure.is_plausible and case.corrected.stated.forced:
+            residual = {
+                "residual_mm": round(closure.residual_mm, 1),
+                "residual_percent": round(closure.residual_percent, 2),
+            }
+            text = f"The known length was forced over {residual['residual_mm']:+.0f} mm."
+            yield Issue("warn", "length_forced", text, params=residual)
+
+
+def _end(case: Case, known_mm: float, reached_mm: float) -> Iterator[Issue]:
+    far = case.track.distance_mm.argmax()
+    half_width_mm = 1000 * half_width_m(float(case.track.sigma_distance_mm[far]))
+    short_mm = known_mm - reached_mm
+    if short_mm > max(half_width_mm, SHORT_PERCENT / 100 * known_mm, SHORT_FLOOR_MM):
+        yield Issue(
+            "warn",
+            "end_not_reached",
+            f"The survey is called complete but ends {decimals(metres(short_mm), 2)} m before the "
+            "known length.",
+            params={"short_m": metres(short_mm), "known_length_m": metres(known_mm)},
+        )
+
+
+def _about(
+    view: ObservationView,
+    level: Literal["block", "warn"],
+    code: str,
+    what: str,
+    /,
+    **params: Param,
+) -> Issue:
+    at = f" at {decimals(metres(view.place.distance_mm), 2)} m" if view.place else ""
+    detail = f"Observation {view.row.seq}{at} {what}."
+    return Issue(level, code, detail, view.row.id, {"seq": view.row.seq, **params})
+
+
+Rule = Callable[[Case], Iterator[Issue]]
+RULES: tuple[Rule, ...] = (
+    header_fields,
+    start_and_finish,
+    codes,
+    distances,
+    stretch_rules,
+    photos,
+    the_run,
+    pictures,
+    duplicates,
+    overlapping_stretches,
+    remarks,
+    joints,
+)

@@ -1,0 +1,112 @@
+"""Where picture and rig disagree: what people are to be shown at once, with what to check."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Literal
+
+from app.survey.adjustment import Adjusted
+from vo_core import Rig
+from vo_core.geometry.tilt import MountTilt
+
+Turn = Literal[
+    "looks_ahead", "looks_back", "looks_left", "looks_right", "looks_up", "looks_down",
+    "turned_clockwise", "turned_anticlockwise",
+]  # fmt: skip
+"""How a camera differs from its rig, as seen in the direction of travel."""
+
+NoticeCode = (
+    Literal["scale_changes", "rig_doubted", "height_doubted", "joints_doubted", "rings_uncounted"]
+    | Turn
+)
+
+
+UNEXPLAINED = ("unexplained_scale", "undecided_scale")
+"""Reasons to refuse joints that ask for a scale which the rig does not explain."""
+
+MANY_RINGS = 4
+"""Of fewer nobody can say yet that they lie elsewhere than joints do."""
+
+
+CERTAIN = 2.0
+"""Standard deviations, of what is stated and of what is seen together, beyond which a tilt counts.
+
+Below that a tolerance explains it, and the tracker has allowed for it."""
+
+_TURNS: dict[str, tuple[tuple[Turn, Turn], tuple[Turn, Turn]]] = {
+    "down": (("looks_ahead", "looks_back"), ("looks_left", "looks_right")),
+    "forward": (("looks_up", "looks_down"), ("turned_clockwise", "turned_anticlockwise")),
+}
+"""By the view of a rig: what a pitch above 0 and below 0 means, then what a roll does."""
+
+
+@dataclass(frozen=True)
+class Notice:
+    """Something to look into."""
+
+    code: NoticeCode
+    params: dict[str, float] = field(default_factory=dict)
+
+
+def notices_of(adjusted: Adjusted, tilt: MountTilt | None = None) -> list[Notice]:
+    """The most serious first.
+
+    Args:
+        adjusted: The track with its rig.
+        tilt: Of the mount against that rig, if it was measured.
+    """
+    turned = [] if tilt is None else _turns(adjusted.rig, tilt)
+    return [*_notices(adjusted), *turned]
+
+
+def _turns(rig: Rig, tilt: MountTilt) -> Iterator[Notice]:
+    pitch, roll = _TURNS[rig.mount.view]
+    turns = (
+        (pitch, tilt.pitch_deg, tilt.pitch_sigma_deg, rig.mount.pitch_deg),
+        (roll, tilt.roll_deg, tilt.roll_sigma_deg, rig.mount.roll_deg),
+    )
+    tolerance_deg = rig.tolerance.tilt_deg
+    for (above, below), turned_deg, sigma_deg, stated_deg in turns:
+        if abs(turned_deg) > CERTAIN * math.hypot(tolerance_deg, sigma_deg):
+            yield Notice(
+                above if turned_deg > 0 else below,
+                {
+                    "turned_deg": round(abs(turned_deg), 1),
+                    "tolerance_deg": tolerance_deg,
+                    "seen_deg": round(stated_deg + turned_deg, 1),
+                },
+            )
+
+
+def _notices(adjusted: Adjusted) -> Iterator[Notice]:
+    done, segment_mm = adjusted.correction, adjusted.rig.pipe.segment_length_mm
+    refusal = adjusted.joints_refusal
+    asked = refusal.values.get("scale") if refusal and refusal.reason in UNEXPLAINED else None
+    if isinstance(asked, float) and segment_mm is not None:
+        yield Notice(
+            "joints_doubted",
+            {"scale": asked, "segment_mm": segment_mm},
+        )
+    elif refusal is not None and adjusted.rings >= MANY_RINGS:
+        yield Notice("rings_uncounted", {"n": adjusted.rings, "segment_mm": segment_mm or 0.0})
+    if done is not None and done.stretches:
+        scales = [stretch.scale for stretch in done.stretches]
+        yield Notice("scale_changes", {"first": round(scales[0], 3), "last": round(scales[-1], 3)})
+    elif done is not None and done.doubts_rig:
+        height = adjusted.height
+        scale = {"scale": round(done.scale, 3)}
+        if height is None:
+            yield Notice("rig_doubted", scale)
+        else:
+            stated_mm = adjusted.rig.mount.height_mm
+            yield Notice(
+                "height_doubted",
+                {
+                    **scale,
+                    "height_mm": round(height.height_mm, 1),
+                    "stated_mm": stated_mm,
+                    "tolerance_mm": adjusted.rig.tolerance.height_mm,
+                },
+            )

@@ -1,0 +1,137 @@
+"""What the tracking of a video has found, on the disk as far as its last checkpoint.
+
+A crash, of the server or of the tracking process, then costs what came after the checkpoint and not
+the whole run.  The journal only grows; a checkpoint is replaced whole and says how much of the
+journal belongs to it, so that both always fit each other.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import logging
+import sys
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import version
+from pathlib import Path
+
+import msgspec
+
+import app.jobs
+import vo_core
+from app.errors import DiskFull
+from app.jobs.messages import Batch, Checkpoint, KeptCheckpoint, encode
+from app.storage.files import DataFolder, append_durably, write_durably
+from app.storage.tables import Inspection
+from app.tracking.unrolled import Unrolled
+
+logger = logging.getLogger(__name__)
+
+_PACKAGES = ("chainage", "av", "numpy", "opencv-python-headless")
+_LENGTH_BYTES = 8
+"""In front of each entry."""
+
+
+@dataclass(frozen=True)
+class Resumption:
+    """Where to go on."""
+
+    checkpoint: Path
+    """File for the tracker."""
+    frames: int
+    cpu_s: float
+    """Processor time that they took."""
+    found: list[Batch]
+    """Of these frames, without pictures."""
+
+
+class Journal:
+    """Of one inspection; used by the thread that follows its tracking."""
+
+    def __init__(self, folder: DataFolder, unrolled: Unrolled, inspection: Inspection) -> None:
+        self._id = inspection.id
+        self._unrolled = unrolled
+        self._journal = folder.journal(inspection.id)
+        self._checkpoint = folder.checkpoint(inspection.id)
+        self._stamp = _stamp(inspection)
+        self._bytes = 0
+        """Of the journal, that a checkpoint vouches for."""
+        self._unsaved = bytearray()
+        self._tiles: set[int] = set()
+        """That were painted since the last checkpoint."""
+
+    def read(self) -> Resumption | None:
+        """Forget what came after the last checkpoint; None where there is none that fits."""
+        self._unsaved, self._tiles, self._bytes = bytearray(), set(), 0
+        try:
+            kept = msgspec.msgpack.decode(self._checkpoint.read_bytes(), type=KeptCheckpoint)
+            if kept.stamp != self._stamp:
+                logger.info("The checkpoint of %s is of another program or rig.", self._id)
+                return None
+            found = _decoded(self._journal.read_bytes()[: kept.journal_bytes])
+        except FileNotFoundError:
+            return None
+        except msgspec.MsgspecError:
+            logger.exception("The checkpoint of %s cannot be read.", self._id)
+            return None
+        at = kept.checkpoint
+        if sum(len(batch.rows) for batch in found) != at.frames:
+            logger.error("The journal of %s does not hold what its checkpoint says.", self._id)
+            return None
+        self._bytes = kept.journal_bytes
+        return Resumption(self._checkpoint, at.frames, at.cpu_s, found)
+
+    def note(self, batch: Batch) -> None:
+        """Take in what was found; it is on the disk with the next checkpoint."""
+        self._tiles.update(tile.index for tile in batch.tiles)
+        entry = encode(msgspec.structs.replace(batch, jpeg=b"", tiles=[]))
+        self._unsaved += len(entry).to_bytes(_LENGTH_BYTES, "big") + entry
+
+    def keep(self, checkpoint: Checkpoint) -> None:
+        """Bring all that was noted to the disk, then the checkpoint; without room, neither."""
+        try:
+            self._unrolled.sync(self._id, self._tiles)
+            end = append_durably(self._journal, self._bytes, self._unsaved)
+            kept = KeptCheckpoint(self._stamp, end, checkpoint)
+            write_durably(self._checkpoint, encode(kept))
+        except (DiskFull, OSError):
+            # Tracking itself needs no room, and the checkpoint before still holds.
+            logger.warning("A checkpoint of %s could not be written.", self._id, exc_info=True)
+            return
+        self._bytes = end
+        self._unsaved, self._tiles = bytearray(), set()
+
+    def drop(self) -> None:
+        """The run has ended, or begins anew."""
+        self._checkpoint.unlink(missing_ok=True)
+        self._journal.unlink(missing_ok=True)
+
+
+def _decoded(journal: bytes) -> list[Batch]:
+    decoder = msgspec.msgpack.Decoder(Batch)
+    found: list[Batch] = []
+    at = 0
+    while at < len(journal):
+        begin = at + _LENGTH_BYTES
+        at = begin + int.from_bytes(journal[at:begin], "big")
+        found.append(decoder.decode(journal[begin:at]))
+    return found
+
+
+def _stamp(inspection: Inspection) -> str:
+    """Digest of all that a checkpoint depends on."""
+    rig = json.dumps(inspection.rig, sort_keys=True)
+    parts = "\n".join((_program(), inspection.source_sha256, rig))
+    return hashlib.sha256(parts.encode()).hexdigest()
+
+
+@lru_cache(maxsize=1)
+def _program() -> str:
+    """Of the tracking: its code, and the libraries that it calls."""
+    digest = hashlib.sha256()
+    for package in (app.jobs, vo_core):
+        for path in sorted(Path(str(package.__file__)).parent.rglob("*.py")):
+            digest.update(path.read_bytes())
+    versions = [f"{name} {version(name)}" for name in _PACKAGES]
+    return "\n".join((sys.version, *versions, digest.hexdigest()))

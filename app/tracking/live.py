@@ -1,0 +1,181 @@
+"""What happens right now, handed to whoever listens: the live socket, the 3D scene, the photos.
+
+Events are published from the tracking threads and from requests.  A listener is called there and
+then, so it must return at once: it keeps the newest event or puts it on a queue of its own.
+"""
+
+from __future__ import annotations
+
+import itertools
+import logging
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from app.storage.tables import ENDED
+from vo_core.image.health import Health
+from vo_core.track import Estimate
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far tracking is."""
+
+    frames_done: int
+    frames_total: int | None
+    """As the container states it; exact only when tracking is done."""
+    fps: float | None
+    """Frames tracked a second."""
+    eta_s: float | None
+
+
+@dataclass(frozen=True)
+class CameraStatus:
+    """How the camera of a live inspection does."""
+
+    connected: bool
+    reconnects: int
+    dropped: int
+    """Frames that are in the recording but came too fast to be tracked."""
+    recorded_s: float
+    detail: str | None
+    """Why there is no picture, in a sentence."""
+    free_bytes: int
+    """Room on the disk for the rest of the recording."""
+    is_recording: bool = True
+    """False while the disk is full; tracking goes on."""
+
+
+@dataclass(frozen=True)
+class Update:
+    """Tracking went on, or the inspection changed its state."""
+
+    inspection_id: str
+    seq: int
+    """Rises with every update of the server, so that a reader knows newer from older."""
+    state: str
+    """queued, running, done, failed or cancelled."""
+    progress: Progress
+    estimates: tuple[Estimate, ...] = ()
+    """Of the frames since the update before; `jpeg` shows the last of them."""
+    jpeg: bytes = b""
+    captured_s: float | None = None
+    """When the frame of `jpeg` came from a camera, by `time.monotonic`."""
+    camera: CameraStatus | None = None
+    """None for files."""
+    health: Health | None = None
+    """Of the last frame."""
+
+
+@dataclass(frozen=True)
+class ObservationsChanged:
+    """An observation was put, deleted or restored, or its photo was made."""
+
+    inspection_id: str
+
+
+@dataclass(frozen=True)
+class DistancesCorrected:
+    """Every distance of the inspection is to be read again."""
+
+    inspection_id: str
+
+
+@dataclass(frozen=True)
+class WallChanged:
+    """Pieces of the unrolled wall have another picture."""
+
+    inspection_id: str
+    indices: tuple[int, ...]
+
+
+Event = Update | ObservationsChanged | DistancesCorrected | WallChanged
+Listener = Callable[[Event], None]
+
+
+class Live:
+    """Publishers and listeners of every inspection."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._seq = itertools.count(1)
+        self._newest: dict[str, Update] = {}
+        self._listeners: dict[str | None, list[Listener]] = {}
+
+    def publish(
+        self,
+        inspection_id: str,
+        state: str,
+        progress: Progress,
+        estimates: tuple[Estimate, ...] = (),
+        jpeg: bytes = b"",
+        *,
+        captured_s: float | None = None,
+        camera: CameraStatus | None = None,
+        health: Health | None = None,
+    ) -> None:
+        """Notify the listeners; while an inspection is active its newest update is kept."""
+        update = Update(
+            inspection_id,
+            next(self._seq),
+            state,
+            progress,
+            estimates,
+            jpeg,
+            captured_s,
+            camera,
+            health,
+        )
+        with self._lock:
+            if state in ENDED:
+                self._newest.pop(inspection_id, None)
+            else:
+                self._newest[inspection_id] = update
+        self._tell(update)
+
+    def observations_changed(self, inspection_id: str) -> None:
+        """Notify the listeners that the list of observations is to be read again."""
+        self._tell(ObservationsChanged(inspection_id))
+
+    def wall_changed(self, inspection_id: str, indices: tuple[int, ...]) -> None:
+        """Notify the listeners that these tiles of the unrolled wall are to be read again."""
+        self._tell(WallChanged(inspection_id, indices))
+
+    def corrected(self, inspection_id: str) -> None:
+        """Notify the listeners that distances which were published have changed."""
+        self._tell(DistancesCorrected(inspection_id))
+
+    def newest(self, inspection_id: str) -> Update | None:
+        """The newest update of an active inspection."""
+        with self._lock:
+            return self._newest.get(inspection_id)
+
+    @contextmanager
+    def listening(self, inspection_id: str | None, listener: Listener) -> Iterator[None]:
+        """Call `listener` for every event of an inspection (None: of all) until the block ends."""
+        with self._lock:
+            self._listeners.setdefault(inspection_id, []).append(listener)
+        try:
+            yield
+        finally:
+            with self._lock:
+                listeners = self._listeners[inspection_id]
+                listeners.remove(listener)
+                if not listeners:
+                    del self._listeners[inspection_id]
+
+    def _tell(self, event: Event) -> None:
+        with self._lock:
+            listeners = [
+                *self._listeners.get(event.inspection_id, ()),
+                *self._listeners.get(None, ()),
+            ]
+        for listener in listeners:
+            try:
+                listener(event)
+            except Exception:
+                # One listener's fault must not end the tracking that publishes.
+                logger.exception("A listener of inspection %s failed.", event.inspection_id)

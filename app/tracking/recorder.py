@@ -1,0 +1,430 @@
+"""Live inspections: each has a thread and a camera process of its own, and ends as a video file.
+
+The camera process writes the recording, which survives whatever happens to it or to the server: a
+process that dies is followed by another that goes on in the same file, and what a server leaves
+behind is finalised at its next start and tracked as a file.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from app.errors import MediaFailed
+from app.jobs.messages import (
+    Batch,
+    CameraState,
+    Done,
+    Failed,
+    Finalised,
+    FinaliseRequest,
+    FromCamera,
+    FromFinaliser,
+    FromReopener,
+    Limits,
+    LiveRequest,
+    ReopenRequest,
+    Row,
+    StopCapture,
+)
+from app.jobs.parts import Between, Mark
+from app.jobs.process import Child, describe_exit
+from app.logs import about
+from app.settings import MIB
+from app.storage.files import DataFolder, sha256_of, sync_folder
+from app.storage.inspections import InspectionStore, Outcome
+from app.storage.tables import Inspection
+from app.tracking.cameras import LiveSource
+from app.tracking.live import CameraStatus, Live, Progress
+from app.tracking.queue import Tracking, track_metadata
+from app.tracking.runs import Run, Runs
+from app.tracking.tracks import Tracks
+from app.tracking.videos import video_columns
+
+logger = logging.getLogger(__name__)
+
+_SILENCE_S = 20.0
+"""A camera process reports twice a second; one that is silent for so long hangs."""
+_FINALISING_S = 1800.0
+_STOP_TIMEOUT_S = 15.0
+_MOST_DEATHS, _DEATHS_WITHIN_S = 5, 60.0
+_HOPELESS = ("camera_unreachable", "rig_video_mismatch", "unreadable_video", "invalid_rig")
+_ROOM_TO_REMUX = 1.05
+"""MP4 takes about what the recording takes."""
+AFTER_A_CRASH = "The server ended during the recording; this is what was recorded until then."
+_UNTRACKED = "The camera process ended before it had tracked all; the recording is tracked anew."
+
+
+_NO_PICTURE = "The camera gave no picture before the end."
+
+
+@dataclass
+class LiveRun(Run):
+    """A run with a camera."""
+
+    source: LiveSource | None = None
+    zero_s: float | None = None
+    """Time 0 of the recording, by `time.monotonic`."""
+    between: Between | None = None
+    """It goes on where an earlier run has ended; what the robot did in between."""
+    first_frame: int = 0
+    dropped_before: int = 0
+    reconnects_before: int = 0
+    """By the processes before this one."""
+    patience_s: float = 60.0
+    """Finalising an hour takes some seconds."""
+
+    def end_child(self, child: Child) -> None:
+        """What was captured is still to be tracked and the file closed, so it is only asked."""
+        try:
+            child.send(StopCapture())
+        except OSError:  # it has died; its thread finds out
+            logger.debug("A camera process had ended before it was asked to.")
+
+
+class _Died(Exception):
+    """The camera process has ended without an answer; the text says how."""
+
+
+class Recorder:
+    """Starts, follows and ends live inspections."""
+
+    def __init__(
+        self,
+        inspections: InspectionStore,
+        folder: DataFolder,
+        tracks: Tracks,
+        runs: Runs,
+        live: Live,
+        tracking: Tracking,
+        *,
+        memory_bytes: int,
+        reserve_bytes: int,
+    ) -> None:
+        self._inspections = inspections
+        self._folder = folder
+        self._tracks = tracks
+        self._runs = runs
+        self._live = live
+        self._tracking = tracking
+        self._memory_bytes = memory_bytes
+        self._reserve_bytes = reserve_bytes
+        self._messages: msgspec.msgpack.Decoder[FromCamera] = msgspec.msgpack.Decoder(FromCamera)
+        self._answers: msgspec.msgpack.Decoder[FromFinaliser] = msgspec.msgpack.Decoder(
+            FromFinaliser
+        )
+        self.restarts = 0
+        """How often a camera process had died."""
+        self._lock = threading.Lock()
+        self._threads: set[threading.Thread] = set()
+
+    def start(self) -> None:
+        """Take up what was being recorded when the server ended."""
+        for inspection in self._inspections.interrupted_recordings():
+            self._in_thread(self._recover, inspection, inspection.id)
+
+    def stop(self) -> None:
+        """End the recordings; they are finalised and tracked at the next start."""
+        self._runs.ask_all_to_stop("shutdown")
+        with self._lock:
+            threads = list(self._threads)
+        deadline = time.monotonic() + _STOP_TIMEOUT_S
+        for thread in threads:
+            thread.join(max(deadline - time.monotonic(), 0.0))
+
+    def begin(
+        self, inspection: Inspection, source: LiveSource, between: Between | None = None
+    ) -> None:
+        """Record and track from now on; behind an earlier run if it is said what was in between."""
+        camera = CameraStatus(False, 0, 0, 0.0, None, self._room_for_more())
+        run = LiveRun(inspection, source=source, camera=camera, between=between)
+        self._runs.add(run)
+        self._in_thread(self._run, run, inspection.id)
+
+    def finish(self, inspection_id: str) -> None:
+        """End a recording and wait until it is fit for review; without effect on any other."""
+        if self._runs.camera(inspection_id) is None:
+            return
+        run = self._runs.ask_to_stop(inspection_id, "finished")
+        if run is not None:
+            run.ended.wait(run.patience_s)
+
+    def reopen(self, video: Path, recording: Path) -> None:
+        """Make a finished film a recording again; the film stays.
+
+        Raises:
+            DiskFull: There is no room for both of them.
+            MediaFailed: It cannot be done.
+        """
+        size = video.stat().st_size
+        self._folder.require_room(round(_ROOM_TO_REMUX * size))
+        limits = Limits(self._memory_bytes, file_bytes=self._folder.disk_bytes())
+        child = Child("app.jobs.reopener")
+        answer: FromReopener
+        try:
+            child.send(ReopenRequest(str(video), str(recording), limits))
+            answer = msgspec.msgpack.decode(child.receive(_FINALISING_S), type=FromReopener)
+        except TimeoutError:
+            child.kill()
+            answer = Failed("media_timeout", "It took too long.")
+        except (EOFError, BrokenPipeError):
+            answer = Failed("media_failed", f"The process died: {describe_exit(child.end())}.")
+        finally:
+            child.end()
+        if isinstance(answer, Failed):
+            recording.unlink(missing_ok=True)
+            logger.warning("%s cannot be recorded on: %s %s", video, answer.detail, answer.trace)
+            raise MediaFailed(f"The film cannot be recorded on. {answer.detail}")
+        sync_folder(recording.parent)
+
+    def _in_thread(self, work: Any, subject: Any, inspection_id: str) -> None:
+        def guarded() -> None:
+            try:
+                with about(inspection_id):
+                    work(subject)
+            except Exception:
+                # Such as a database that takes no writes: the row still says `running`, so that
+                # the next start takes it up.
+                logger.exception("A live inspection met a fault of the server.")
+            finally:
+                with self._lock:
+                    self._threads.discard(thread)
+
+        thread = threading.Thread(target=guarded, name="recorder", daemon=True)
+        with self._lock:
+            self._threads.add(thread)
+        thread.start()
+
+    def _run(self, run: LiveRun) -> None:
+        inspection = run.inspection
+        try:
+            logger.info("Inspection %s (%s): recording starts.", inspection.id, inspection.name)
+            if run.between is None:
+                self._runs.begin(run)
+            else:
+                self._runs.go_on(run)
+                run.first_frame = run.frames_done
+            outcome = self._captured(run)
+            if run.stop == "shutdown" or not self._runs.keep_end(
+                run, partial(self._end, run, outcome)
+            ):
+                self._tracks.forget(inspection.id)
+        finally:
+            self._runs.remove(run)
+
+    def _captured(self, run: LiveRun) -> Outcome:
+        """Follow one camera process after the other until the recording ends."""
+        deaths: deque[float] = deque(maxlen=_MOST_DEATHS)
+        while True:
+            child = Child("app.jobs.camera")
+            try:
+                return self._drained(run, child)
+            except _Died as death:
+                logger.warning("The camera process of %s died: %s", run.inspection.id, death)
+                with self._lock:
+                    self.restarts += 1
+                outcome = self._after_death(run, deaths, str(death))
+                if outcome is not None:
+                    return outcome
+            finally:
+                child.end()
+
+    def _after_death(self, run: LiveRun, deaths: deque[float], how: str) -> Outcome | None:
+        """What to do: None to go on with another process."""
+        if run.stop is not None:
+            return Outcome("queued", warning=_UNTRACKED)
+        now = time.monotonic()
+        is_hopeless = len(deaths) == _MOST_DEATHS and now - deaths[0] < _DEATHS_WITHIN_S
+        deaths.append(now)
+        assert run.source is not None  # noqa: S101  (given by begin)
+        if is_hopeless or run.source.camera.kind == "file":
+            return Outcome(
+                "failed",
+                "tracking_process_died",
+                f"The camera process died: {how}. What it recorded is kept; try again to track it.",
+            )
+        if run.camera is not None:
+            run.dropped_before = run.camera.dropped
+            run.reconnects_before = run.camera.reconnects
+        return None
+
+    def _drained(self, run: LiveRun, child: Child) -> Outcome:
+        """Take what a camera process sends until it says that it is done, or raise _Died."""
+        try:
+            child.send(self._request(run))
+            self._runs.give_child(run, child)
+            while True:
+                match self._messages.decode(child.receive(_SILENCE_S)):
+                    case Batch() as batch:
+                        self._runs.take(run, batch)
+                    case CameraState() as state:
+                        self._note(run, state)
+                    case Done(problem):
+                        return Outcome("done", warning=problem)
+                    case Failed(code, detail, trace):
+                        if code not in _HOPELESS:
+                            raise _Died(f"{detail} {trace}")
+                        return Outcome("failed", code, detail)
+        except TimeoutError as error:
+            child.kill()
+            raise _Died("it said nothing for too long and was ended") from error
+        except (EOFError, BrokenPipeError) as error:
+            raise _Died(describe_exit(child.end())) from error
+        except msgspec.MsgspecError as error:
+            child.kill()
+            raise _Died("it gave no sensible answer") from error
+
+    def _request(self, run: LiveRun) -> LiveRequest:
+        assert run.source is not None  # noqa: S101  (given by begin)
+        # As large as the disk: room may be made while it is recorded.
+        limits = Limits(self._memory_bytes, file_bytes=self._folder.disk_bytes())
+        return LiveRequest(
+            run.source.camera,
+            run.inspection.rig,
+            str(self._folder.recording(run.inspection.id)),
+            str(self._folder.marks(run.inspection.id)),
+            limits,
+            self._reserve_bytes,
+            Row(*(getattr(run.last, name) for name in Row.__struct_fields__)) if run.last else None,
+            run.zero_s,
+            self._left_out(run),
+            run.between if run.frames_done == run.first_frame else None,
+        )
+
+    def _left_out(self, run: LiveRun) -> list[Mark]:
+        """Frames that have a row and are not recorded; any later one was lost with its process."""
+        last = run.last.frame if run.last else -1
+        marks = self._tracks.marks(run.inspection.id)
+        return [mark for mark in marks if mark.kind == "left_out" and mark.frame <= last]
+
+    def _room_for_more(self) -> int:
+        return max(self._folder.free_bytes(), 0)
+
+    def _note(self, run: LiveRun, state: CameraState) -> None:
+        """Keep how the camera does, and notify the listeners if it has gone or come back."""
+        before = run.camera
+        run.zero_s = state.zero_s
+        run.camera = CameraStatus(
+            state.connected,
+            run.reconnects_before + state.reconnects,
+            run.dropped_before + state.dropped,
+            state.recorded_s,
+            state.detail,
+            self._room_for_more(),
+            state.is_recording,
+        )
+        self._tracks.leave_out(run.inspection.id, state.left_out)
+        if before is None or _shown(before) != _shown(run.camera):
+            last = (run.last,) if run.last else ()
+            self._live.publish(
+                run.inspection.id, "running", run.progress(), last, camera=run.camera
+            )
+
+    def _end(self, run: LiveRun, outcome: Outcome) -> None:
+        inspection = run.inspection
+        marks = self._tracks.keep_marks(inspection.id)
+        if any(mark.kind == "left_out" for mark in marks) and outcome.warning is None:
+            outcome = replace(outcome, warning=_partly_recorded(marks))
+        if run.stop == "cancelled" and outcome.status == "done":
+            outcome = Outcome("cancelled", warning=outcome.warning)
+        if outcome.status == "done" and run.frames_done == run.first_frame:
+            outcome = replace(outcome, warning=outcome.warning or _NO_PICTURE)
+        if outcome.status == "done" and not run.frames_done:
+            outcome = Outcome("failed", "nothing_recorded", _NO_PICTURE)
+        old = self._finalised(inspection)
+        if outcome.status == "queued":
+            self._queue(inspection, _UNTRACKED)
+        else:
+            self._tracks.finish(inspection.id, track_metadata(self._inspections.get(inspection.id)))
+            self._inspections.record_outcome(
+                inspection.id, outcome, frames_done=run.frames_done, fps=run.fps, last=run.last
+            )
+            logger.info(
+                "Inspection %s (%s): %s after %d frames. %s",
+                inspection.id, inspection.name, outcome.status, run.frames_done,
+                outcome.error_detail or outcome.warning or "",
+            )  # fmt: skip
+            self._live.publish(inspection.id, outcome.status, run.progress(), camera=run.camera)
+        if old is not None:
+            old.unlink(missing_ok=True)
+
+    def _recover(self, inspection: Inspection) -> None:
+        """Finalise what a server left behind, and queue it."""
+        logger.info("Inspection %s (%s): recording recovered.", inspection.id, inspection.name)
+        old = self._finalised(inspection)
+        if not self._folder.recording(inspection.id).exists():
+            detail = "The server ended before anything was recorded."
+            outcome = Outcome("failed", "nothing_recorded", detail)
+            self._inspections.record_outcome(
+                inspection.id, outcome, frames_done=0, fps=None, last=None
+            )
+        else:
+            self._queue(inspection, AFTER_A_CRASH)
+        if old is not None:
+            old.unlink(missing_ok=True)
+
+    def _queue(self, inspection: Inspection, warning: str) -> None:
+        self._tracks.forget(inspection.id)
+        self._inspections.queue_recording(inspection.id, warning)
+        self._live.publish(inspection.id, "queued", Progress(0, None, None, None))
+        self._tracking.wake()
+
+    def _finalised(self, inspection: Inspection) -> Path | None:
+        """Make the recording the inspection's video; a file to delete when nobody reads it more.
+
+        What cannot be finalised stays as it is.
+        """
+        recording = self._folder.recording(inspection.id)
+        if not recording.exists():
+            return None
+        mp4 = recording.with_name("video.mp4")
+        answer = self._remuxed(recording, mp4)
+        if isinstance(answer, Failed):
+            logger.warning("Recording of %s: %s %s", inspection.id, answer.detail, answer.trace)
+            return None
+        video = mp4 if mp4.exists() else recording
+        columns = video_columns(answer.probed)
+        columns["playable"] = columns["playable"] and video == mp4
+        left_out = [m for m in self._tracks.marks(inspection.id) if m.kind == "left_out"]
+        columns["frames"] += len(left_out)  # they have numbers, too
+        sync_folder(video.parent)
+        self._inspections.record_video(
+            inspection.id, video.name, columns, video.stat().st_size, sha256_of(video)
+        )
+        return recording if video == mp4 else None
+
+    def _remuxed(self, recording: Path, mp4: Path) -> Finalised | Failed:
+        size = recording.stat().st_size
+        has_room = self._folder.free_bytes() > _ROOM_TO_REMUX * size
+        limits = Limits(self._memory_bytes, file_bytes=round(_ROOM_TO_REMUX * size) + MIB)
+        child = Child("app.jobs.finaliser")
+        try:
+            child.send(FinaliseRequest(str(recording), str(mp4) if has_room else None, limits))
+            return self._answers.decode(child.receive(_FINALISING_S))
+        except TimeoutError:
+            child.kill()
+            return Failed("media_timeout", "Finalising took too long.")
+        except (EOFError, BrokenPipeError):
+            how = describe_exit(child.end())
+            return Failed("media_failed", f"The finalising process died: {how}.")
+        finally:
+            child.end()
+
+
+def _shown(camera: CameraStatus) -> tuple[bool, bool, str | None]:
+    """What a page is to show at once."""
+    return camera.connected, camera.is_recording, camera.detail
+
+
+def _partly_recorded(marks: Sequence[Mark]) -> str:
+    left_out = sum(mark.kind == "left_out" for mark in marks)
+    return f"The disk was full for a while: {left_out} frames were tracked but not recorded."

@@ -1,0 +1,243 @@
+"""What is being tracked right now, from files and from cameras."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+import msgspec
+
+from app.errors import DiskFull
+from app.jobs.messages import Batch
+from app.jobs.process import Child
+from app.storage.tables import Inspection
+from app.tracking.live import CameraStatus, Live, Progress
+from app.tracking.tracks import Tracks, estimate_at
+from app.tracking.unrolled import Unrolled
+from vo_core.geometry.tilt import MountTilt
+from vo_core.image.health import Health
+from vo_core.joints.finder import Sighting
+from vo_core.track import Estimate
+
+logger = logging.getLogger(__name__)
+
+_PAUSE_S = 2.0
+_WAITS_FOR_ROOM = (
+    "The server's disk is full. What was tracked is held in memory until there is room for it."
+)
+
+
+@dataclass
+class Run:
+    """One inspection that is being tracked."""
+
+    inspection: Inspection
+    child: Child | None = None
+    stop: str | None = None
+    """Why it is to stop: "cancelled" or "finished" by a person, or "shutdown"."""
+    frames_done: int = 0
+    first_batch: tuple[float, int] | None = None
+    """When it came, and how many frames it held."""
+    fps: float | None = None
+    last: Estimate | None = None
+    camera: CameraStatus | None = None
+    """None for a file."""
+    ended: threading.Event = field(default_factory=threading.Event)
+    patience_s: float = 10.0
+    """How long its end may take."""
+    hindrance: str | None = None
+    """Why its end cannot be kept yet, in a sentence."""
+
+    def progress(self) -> Progress:
+        """How far it is."""
+        total = self.inspection.video.get("frames")
+        eta_s = None
+        if total and self.fps:
+            eta_s = max(total - self.frames_done, 0) / self.fps
+        return Progress(self.frames_done, total, self.fps, eta_s)
+
+    def end_child(self, child: Child) -> None:
+        """Make the child stop."""
+        child.terminate()
+
+
+class Runs:
+    """The runs by inspection, and what their children send."""
+
+    def __init__(self, tracks: Tracks, unrolled: Unrolled, live: Live) -> None:
+        self._tracks = tracks
+        self._unrolled = unrolled
+        self._live = live
+        self.changed = threading.Condition()
+        """Guards the runs; notified when there may be something to do."""
+        self._runs: dict[str, Run] = {}
+
+    def add(self, run: Run) -> None:
+        """It is to begin."""
+        with self.changed:
+            self._runs[run.inspection.id] = run
+
+    def begin(self, run: Run) -> None:
+        """With the first frame: what an earlier run has left goes."""
+        self._unrolled.begin(run.inspection.id)
+        self._set_back(run, ())
+
+    def resume(self, run: Run, found: Iterable[Batch]) -> None:
+        """Behind a checkpoint, until which this was found; what came after it comes again.
+
+        The wall stays: what was painted since the checkpoint is the same when it is painted again.
+        """
+        self._set_back(run, found)
+
+    def go_on(self, run: Run) -> None:
+        """Behind the last frame of a run that has ended, whose track stays."""
+        self._tracks.go_on(run.inspection.id)
+        track = self._tracks.get(run.inspection.id)
+        with self.changed:
+            run.frames_done = len(track)
+            run.last = estimate_at(track, len(track) - 1)
+            progress = run.progress()
+        self._live.publish(run.inspection.id, "running", progress, camera=run.camera)
+
+    def _set_back(self, run: Run, found: Iterable[Batch]) -> None:
+        self._tracks.begin(run.inspection.id)
+        frames_done, last = 0, None
+        for batch in found:
+            estimates, _ = self._keep(run, batch)
+            frames_done += len(estimates)
+            last = estimates[-1] if estimates else last
+        with self.changed:
+            run.frames_done, run.last = frames_done, last
+            run.first_batch = run.fps = None
+            progress = run.progress()
+        self._live.publish(run.inspection.id, "running", progress, camera=run.camera)
+
+    def remove(self, run: Run) -> None:
+        """It has ended."""
+        with self.changed:
+            del self._runs[run.inspection.id]
+            self.changed.notify_all()
+        run.ended.set()
+
+    def progress(self, inspection_id: str) -> Progress | None:
+        """How far a running inspection is."""
+        with self.changed:
+            run = self._runs.get(inspection_id)
+            return run.progress() if run else None
+
+    def last_estimate(self, inspection_id: str) -> Estimate | None:
+        """The newest estimate of a running inspection."""
+        with self.changed:
+            run = self._runs.get(inspection_id)
+            return run.last if run else None
+
+    def camera(self, inspection_id: str) -> CameraStatus | None:
+        """How the camera of a live inspection does; None if it is none that runs."""
+        with self.changed:
+            run = self._runs.get(inspection_id)
+            return run.camera if run else None
+
+    def speeds_fps(self) -> list[float]:
+        """Frames a second of each run whose speed is known."""
+        with self.changed:
+            return [run.fps for run in self._runs.values() if run.fps is not None]
+
+    def cameras(self) -> int:
+        """How many cameras are recorded."""
+        with self.changed:
+            return sum(run.camera is not None for run in self._runs.values())
+
+    def give_child(self, run: Run, child: Child) -> None:
+        """The run has a child from now on; one that is to stop already is stopped at once."""
+        with self.changed:
+            run.child = child
+            if run.stop is not None:
+                run.end_child(child)
+
+    def ask_to_stop(self, inspection_id: str, why: str) -> Run | None:
+        """Ask a run to stop; None if there is none."""
+        with self.changed:
+            run = self._runs.get(inspection_id)
+            if run is not None:
+                _ask_to_stop(run, why)
+            return run
+
+    def ask_all_to_stop(self, why: str) -> None:
+        """Ask all of them."""
+        with self.changed:
+            for run in self._runs.values():
+                _ask_to_stop(run, why)
+            self.changed.notify_all()
+
+    def hindrance(self, inspection_id: str) -> str | None:
+        """Why the end of a running inspection cannot be kept yet; None if nothing hinders."""
+        with self.changed:
+            run = self._runs.get(inspection_id)
+            return run.hindrance if run else None
+
+    def keep_end(self, run: Run, keep: Callable[[], None]) -> bool:
+        """Do `keep`, again and again while the disk is full; False if the server stops before.
+
+        What was tracked stays in memory until then, and is not lost for want of room.
+        """
+        while True:
+            try:
+                keep()
+            except DiskFull as full:
+                logger.warning("The end of inspection %s waits: %s", run.inspection.id, full)
+                with self.changed:
+                    run.hindrance = _WAITS_FOR_ROOM
+                    if self.changed.wait_for(lambda: run.stop == "shutdown", _PAUSE_S):
+                        return False
+            else:
+                return True
+
+    def take(self, run: Run, batch: Batch) -> None:
+        """Keep what a child has found and notify the listeners."""
+        estimates, health = self._keep(run, batch)
+        self._unrolled.take(run.inspection.id, {tile.index: tile.jpeg for tile in batch.tiles})
+        if not estimates:  # what a camera's run held back until its end
+            return
+        now = time.monotonic()
+        with self.changed:
+            run.frames_done += len(estimates)
+            if run.first_batch is None:
+                run.first_batch = (now, run.frames_done)
+            elif now > run.first_batch[0]:
+                run.fps = (run.frames_done - run.first_batch[1]) / (now - run.first_batch[0])
+            run.last = estimates[-1]
+            progress = run.progress()
+        self._live.publish(
+            run.inspection.id,
+            "running",
+            progress,
+            estimates,
+            batch.jpeg,
+            captured_s=batch.captured_s,
+            camera=run.camera,
+            health=health[-1][1] if health else None,
+        )
+
+    def _keep(
+        self, run: Run, batch: Batch
+    ) -> tuple[tuple[Estimate, ...], list[tuple[int, Health]]]:
+        """Add a batch to the track; its estimates, and the health of its frames."""
+        estimates = tuple(Estimate(*msgspec.structs.astuple(row)) for row in batch.rows)
+        health = [(each.frame, Health(*msgspec.structs.astuple(each)[1:])) for each in batch.health]
+        self._tracks.append(run.inspection.id, estimates)
+        self._tracks.note(
+            run.inspection.id,
+            health,
+            [Sighting(*msgspec.structs.astuple(seen)) for seen in batch.sightings],
+            None if batch.tilt is None else MountTilt(*msgspec.structs.astuple(batch.tilt)),
+        )
+        return estimates, health
+
+
+def _ask_to_stop(run: Run, why: str) -> None:
+    run.stop = run.stop or why
+    if run.child is not None:
+        run.end_child(run.child)

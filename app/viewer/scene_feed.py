@@ -1,0 +1,281 @@
+"""One 3D scene and what keeps it up to date: track, wall, joints and tags, as a page sees them."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from app.errors import InspectionNotFound, TileNotFound
+from app.inspections.corrections import Corrections
+from app.inspections.inspections import Inspections
+from app.inspections.observations import Observations, ObservationView, rig_of
+from app.inspections.packs import Packs
+from app.survey.adjustment import Adjusted
+from app.survey.catalogue.table import CodeTable
+from app.survey.rounding import metres
+from app.survey.stretches import stretches
+from app.tracking.live import (
+    DistancesCorrected,
+    Event,
+    Live,
+    ObservationsChanged,
+    Update,
+    WallChanged,
+)
+from app.tracking.tracks import estimate_at
+from app.tracking.unrolled import Unrolled
+from app.viewer.scene import (
+    CameraMode,
+    CulvertScene,
+    JointMark,
+    Pin,
+    WallLayout,
+    WallTile,
+    Wording,
+)
+from app.viewer.wording import Language
+from vo_core import Track
+
+
+@dataclass(frozen=True)
+class Look:
+    """What one page looks at, and how."""
+
+    frame: int | None = None
+    """Where the robot stands; None lets it follow the tracking."""
+    mode: CameraMode = "overview"
+    selected: str | None = None
+    """Id of the observation whose pin stands out."""
+    wording: Wording = field(default_factory=Wording)
+
+
+class SceneFeed:
+    """One scene, and what keeps it up to date."""
+
+    def __init__(
+        self,
+        inspection_id: str,
+        socket_path: Path,
+        inspections: Inspections,
+        corrections: Corrections,
+        observations: Observations,
+        unrolled: Unrolled,
+        live: Live,
+        packs: Packs,
+        look: Callable[[], Look],
+    ) -> None:
+        """Blocks for some milliseconds; make it in a worker thread.
+
+        `look` is asked each time something is drawn, so that the newest wish counts.
+        """
+        self._inspection_id = inspection_id
+        self._look = look
+        self._unrolled = unrolled
+        self._inspections = inspections
+        self._corrections = corrections
+        self._observations = observations
+        self._packs = packs
+        inspection = inspections.row(inspection_id)
+        rig = rig_of(inspection)
+        self._wall_layout = unrolled.layout(rig)
+        self.scene = CulvertScene(rig, socket_path)
+        self._lock = threading.Lock()
+        self._drawn = 0
+        """Frames whose path is drawn."""
+        self._joints_of: Adjusted | None = None
+        """Whose joints are drawn."""
+        self._subscription = ExitStack()
+        self._subscription.enter_context(live.listening(inspection_id, self._on_event))
+        try:
+            self._draw_track()
+            self._draw_wall()
+            self.show_look()
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Stop following, disconnect every browser."""
+        self._subscription.close()
+        self.scene.close()
+
+    def show_look(self) -> None:
+        """Draw all that the page wishes; blocks for some milliseconds."""
+        look = self._look()
+        self.scene.set_camera(look.mode)
+        self.scene.select(look.selected)
+        self.show_robot()
+        self.show_wording()
+
+    def show_robot(self) -> None:
+        """The robot goes where the page wants it; blocks for some milliseconds."""
+        self._show_robot(self._corrections.track(self._inspection_id))
+
+    def show_wording(self) -> None:
+        """Name everything in the language of the page; blocks for some milliseconds."""
+        self.scene.set_wording(self._look().wording)
+        self._draw_pins()
+
+    def _draw_track(self) -> None:
+        track = self._corrections.track(self._inspection_id)
+        with self._lock:
+            self._extend_path(track)
+        self._show_robot(track)
+        self._draw_joints(self._corrections.adjusted(self._inspection_id))
+
+    def _draw_joints(self, adjusted: Adjusted) -> None:
+        if adjusted is not self._joints_of:
+            self._joints_of = adjusted
+            self.scene.set_joints(joint_marks(adjusted))
+
+    def _show_robot(self, track: Track) -> None:
+        wanted = self._look().frame
+        frame = len(track) - 1 if wanted is None else wanted
+        estimate = estimate_at(track, frame)
+        if estimate is not None:
+            self.scene.show_pose(estimate)
+
+    def _extend_path(self, track: Track) -> None:
+        new = slice(self._drawn, None)
+        if len(track) > self._drawn:
+            self.scene.extend_path(
+                track.distance_mm[new].tolist(),
+                track.y_mm[new].tolist(),
+                track.sigma_distance_mm[new].tolist(),
+            )
+            self.scene.set_length(float(track.distance_mm.max()))
+            self._drawn = len(track)
+
+    def _draw_wall(self) -> None:
+        layout = self._wall_layout
+        tiles = [
+            WallTile(
+                tile.index,
+                tile.revision,
+                self._chainage_m(tile.index * layout.tile_mm),
+                self._chainage_m((tile.index + 1) * layout.tile_mm),
+            )
+            for tile in self._unrolled.tiles(self._inspection_id)
+        ]
+        shape = WallLayout(
+            layout.arc_from_mm / 1000, layout.arc_to_mm / 1000, layout.width_px, layout.height_px
+        )
+        self.scene.set_wall(tiles, shape, self._wall_picture)
+
+    def _wall_picture(self, index: int) -> bytes | None:
+        try:
+            return self._unrolled.picture(self._inspection_id, index)
+        except TileNotFound:
+            return None  # tracking has begun anew
+
+    def _chainage_m(self, raw_mm: float) -> float:
+        return self._corrections.chainage_mm(self._inspection_id, raw_mm) / 1000
+
+    def _draw_pins(self) -> None:
+        views = self._observations.all(self._inspection_id)
+        table = self._packs.table_of(self._inspections.row(self._inspection_id).header)
+        self.scene.set_pins(_pins(views, table, self._look().wording.language))
+
+    def _on_event(self, event: Event) -> None:
+        with suppress(InspectionNotFound):  # deleted while somebody looked at it
+            self._draw_after(event)
+
+    def _draw_after(self, event: Event) -> None:
+        match event:
+            case Update(estimates=()):
+                self._on_state(event.state)
+            case Update():
+                self._on_frames(event)
+            case DistancesCorrected():
+                self._on_correction()
+            case WallChanged():
+                self._draw_wall()
+            case ObservationsChanged():
+                self._draw_pins()
+
+    def _on_state(self, state: str) -> None:
+        if state == "running":
+            self._take_path_away()
+            self._draw_wall()
+        self._draw_pins()  # distances appear, or go, with the track
+
+    def _on_correction(self) -> None:
+        self._take_path_away()
+        self._draw_track()
+        self._draw_wall()
+        self._draw_pins()
+
+    def _take_path_away(self) -> None:
+        with self._lock:
+            self._drawn = 0
+            self.scene.reset_path()
+
+    def _on_frames(self, update: Update) -> None:
+        new = [self._corrections.estimate(self._inspection_id, raw) for raw in update.estimates]
+        with self._lock:
+            if new[0].frame == self._drawn:
+                self.scene.extend_path(
+                    [e.distance_mm for e in new],
+                    [e.y_mm for e in new],
+                    [e.sigma_distance_mm for e in new],
+                )
+                self._drawn += len(new)
+            else:  # the scene was made between two batches
+                self._extend_path(self._corrections.track(self._inspection_id))
+        self._draw_joints(self._corrections.newest(self._inspection_id))
+        if self._look().frame is None:
+            self.scene.show_pose(new[-1])
+            if update.jpeg:
+                self.scene.show_preview(update.jpeg)
+
+
+def joint_marks(adjusted: Adjusted) -> list[JointMark]:
+    """Joints that were seen, and where others are expected."""
+    seen = [
+        JointMark(joint.number, metres(joint.distance_mm), is_seen=True)
+        for joint in adjusted.joints
+    ]
+    expected = [
+        JointMark(joint.number, metres(joint.distance_mm), is_seen=False)
+        for joint in adjusted.expected_joints
+    ]
+    return seen + expected
+
+
+def _pins(views: Sequence[ObservationView], table: CodeTable, language: Language) -> list[Pin]:
+    """Of a stretch only the start has a band; its other observations are pins of their own."""
+    placed = {view.row.id: view for view in views if view.place is not None}
+    finishes = {
+        start.id: finish.id
+        for stretch in stretches(view.row for view in placed.values())
+        for start, finish in zip(stretch.starts, stretch.finishes, strict=False)
+    }
+    return [
+        _pin(view, placed.get(finishes.get(id_, "")), table, language)
+        for id_, view in placed.items()
+    ]
+
+
+def _pin(
+    view: ObservationView, finish: ObservationView | None, table: CodeTable, language: Language
+) -> Pin:
+    fields, place = view.row.fields, view.place
+    assert place is not None  # noqa: S101  (only observations with a place become pins)
+    wall = place.wall
+    code = " ".join(fields[name] for name in ("code", "char1", "char2") if fields.get(name))
+    row = table.named(fields.get("code"), fields.get("char1"), fields.get("char2"))
+    label = None if row is None else row.label_ms if language == "ms" else row.label
+    return Pin(
+        id=view.row.id,
+        distance_m=metres(place.distance_mm),
+        clock=fields.get("clock_from", wall.clock_h if wall else None),
+        u95_m=place.u95_m,
+        severity=fields.get("severity"),
+        label=f"{code} {label.partition(':')[0]}" if label else code or "?",
+        lateral_m=wall.lateral_mm / 1000 if wall else 0.0,
+        clock_to=fields.get("clock_to") if "clock_from" in fields else None,
+        finish_m=metres(finish.place.distance_mm) if finish and finish.place else None,
+    )

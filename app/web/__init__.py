@@ -1,0 +1,1 @@
+"""HTTP and WebSocket: routers, schemas, the guard around them, errors as answers."""

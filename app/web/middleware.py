@@ -1,0 +1,320 @@
+"""Around everything: one error body, security headers, and a guard that lets nobody else in."""
+
+from __future__ import annotations
+
+import asyncio
+import ipaddress
+import logging
+import re
+import time
+from collections.abc import Collection
+from urllib.parse import quote, urlsplit
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect, HTTPConnection
+from starlette.responses import RedirectResponse, Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from app.access.access import Access, Principal
+from app.errors import AppError, CrossOrigin, Unauthenticated, UnknownHost, answer, body_of
+
+logger = logging.getLogger(__name__)
+
+CSP = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+    "media-src 'self' blob:; connect-src 'self'; frame-src 'self'; font-src 'self'; "
+    "base-uri 'none'; form-action 'self'; frame-ancestors 'none'; worker-src 'self'; "
+    "manifest-src 'self'"
+)
+SECURITY_HEADERS = {
+    "Content-Security-Policy": CSP,
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Permissions-Policy": "camera=(), geolocation=(), microphone=(), payment=(), usb=()",
+    "Cache-Control": "no-store",
+}
+"""Set where the answer does not say otherwise; the 3D page has a policy of its own."""
+
+MAX_BODY_BYTES = 2**20
+"""Of everything but the pieces of an upload, which are streamed to the disk, and imports."""
+MAX_IMPORT_BYTES = 64 * 2**20
+"""Of a file with old surveys."""
+IMPORTS = "/api/imports"
+BODY_PART_S = 60.0
+"""How long a client may send nothing of a body that it has announced; slow is not silent."""
+BODY_BYTES_PER_S = 1000
+"""What a body has to come with after its first minute: a thirtieth of a poor mobile line."""
+
+COOKIE = "chainage_session"
+SECURE_COOKIE = "__Host-chainage_session"
+
+PUBLIC = frozenset(
+    {
+        "/healthz", "/readyz", "/login", "/api/login", "/favicon.ico",
+        # what the log-in page is made of
+        "/static/icon.svg", "/static/login.css", "/static/login.js", "/static/css/tokens.css",
+        "/static/css/base.css", "/static/core/api.js", "/static/core/store.js",
+        "/static/core/html.js", "/static/core/preferences.js", "/static/core/words.js",
+        "/static/core/rights.js", "/static/components/insecure-banner/insecure-banner.js",
+        "/static/words/en.json", "/static/words/ms.json",
+    }
+)  # fmt: skip
+_SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
+_TICKETED = re.compile(r"/viewer/([0-9a-f]{32})/([^/]+)(?:/[0-9a-f]{32})?/?")
+"""The client of a 3D view: its ticket is in the address, and its cookies are not looked at."""
+
+CLOSE_SIGNED_OUT = 4401
+_LOOK_EVERY_S = 2.0
+"""How soon a web socket ends after its session or token."""
+
+
+class Envelope:
+    """Outermost: security headers on every answer, a 500 with our body, a limit on bodies."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """ASGI."""
+        if scope["type"] == "websocket":
+            await self._app(scope, receive, _with_headers(send))
+            return
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        started = replaced = False
+        is_upload = scope["path"].startswith("/api/uploads")
+
+        async def send_with_headers(message: Message) -> None:
+            nonlocal started, replaced
+            if message["type"] == "http.response.start":
+                started = True
+                headers = MutableHeaders(scope=message)
+                replaced = _is_foreign_failure(message["status"], headers)
+                if replaced:  # such as Starlette's own answer to a range that does not exist
+                    body = answer(HTTPException(message["status"])).body
+                    headers["Content-Type"] = "application/json"
+                    headers["Content-Length"] = str(len(body))
+                _secure(headers)
+                if is_upload:
+                    headers.setdefault("Tus-Resumable", "1.0.0")
+                await send(message)
+                if replaced:
+                    await send({"type": "http.response.body", "body": body})
+            elif not replaced:
+                await send(message)
+
+        is_streamed = is_upload and scope["method"] == "PATCH"
+        try:
+            most = MAX_IMPORT_BYTES if scope["path"] == IMPORTS else MAX_BODY_BYTES
+            limited = _limited(receive, None if is_streamed else most)
+            await self._app(scope, limited, send_with_headers)
+        except (ClientDisconnect, ConnectionError):
+            logger.debug("A client went away during %s %s.", scope["method"], scope["path"])
+        except Exception as error:
+            status, body = body_of(error)
+            if status == 507:
+                logger.warning("%s %s: %s", scope["method"], scope["path"], body["detail"])
+            else:
+                logger.exception("%s %s failed.", scope["method"], scope["path"])
+            if started:
+                raise
+            await answer(error)(scope, receive, send_with_headers)
+
+
+class Guard:
+    """Host, Origin, session or token; what is not public then has a `state.principal`."""
+
+    def __init__(self, app: ASGIApp, allowed_hosts: Collection[str]) -> None:
+        self._app = app
+        self._hosts = {"localhost", *(host.lower() for host in allowed_hosts)}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """ASGI."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        connection = HTTPConnection(scope)
+        try:
+            await self._check(connection)
+        except Unauthenticated as error:
+            await _refusal(scope, error)(scope, receive, send)
+        except AppError as error:
+            await answer(error)(scope, receive, send)
+        else:
+            if scope["type"] == "websocket":
+                await self._serve_while_logged_in(connection, receive, send)
+            else:
+                await self._app(scope, receive, send)
+
+    async def _serve_while_logged_in(
+        self, connection: HTTPConnection, receive: Receive, send: Send
+    ) -> None:
+        """A web socket ends with its session or token; requests are checked one by one."""
+        has_ended = False
+
+        async def send_until_ended(message: Message) -> None:
+            if not has_ended:  # after it nothing may be sent; the next `receive` reports the end
+                await send(message)
+
+        serving = asyncio.ensure_future(self._app(connection.scope, receive, send_until_ended))
+        try:
+            while not (await asyncio.wait({serving}, timeout=_LOOK_EVERY_S))[0]:
+                if not has_ended and await self._principal(connection) is None:
+                    has_ended = True
+                    await send({"type": "websocket.close", "code": CLOSE_SIGNED_OUT})
+            await serving
+        finally:
+            serving.cancel()
+            await asyncio.wait({serving})
+
+    async def _check(self, connection: HTTPConnection) -> None:
+        scope = connection.scope
+        self._check_host(connection.headers)
+        if scope["path"] not in PUBLIC:
+            principal = await self._principal(connection)
+            if principal is None:
+                raise Unauthenticated(
+                    "Log in, or send a valid token as `Authorization: Bearer ...`."
+                )
+            connection.state.principal = principal
+        if _TICKETED.fullmatch(scope["path"]):
+            return  # nothing that a browser adds by itself counts there, and its origin is opaque
+        if scope["type"] == "websocket":
+            _check_origin(connection, is_required=True)
+        elif scope["method"] not in _SAFE_METHODS:
+            has_cookie = cookie_of(connection) is not None
+            _check_origin(connection, is_required=has_cookie)
+
+    def _check_host(self, headers: Headers) -> None:
+        """Against DNS rebinding: a page of another site may reach us only under its own name.
+
+        An address as host cannot be rebound, so every address is fine.
+        """
+        host = _host_name(headers.get("host", ""))
+        if host not in self._hosts and not _is_address(host):
+            raise UnknownHost(
+                f"The server does not answer to the name {host!r}; its operator can add it to "
+                "CHAINAGE_ALLOWED_HOSTS."
+            )
+
+    async def _principal(self, connection: HTTPConnection) -> Principal | None:
+        access: Access = connection.app.state.services.access
+        if ticketed := _TICKETED.fullmatch(connection.scope["path"]):
+            inspection_id, ticket = ticketed.groups()
+            return await asyncio.to_thread(access.by_ticket, ticket, inspection_id)
+        scheme, _, token = connection.headers.get("authorization", "").partition(" ")
+        if scheme.lower() == "bearer":
+            address = address_of(connection)
+            return await asyncio.to_thread(access.by_token, token.strip(), address)
+        cookie = cookie_of(connection)
+        if cookie is None:
+            return None
+        return await asyncio.to_thread(access.by_cookie, cookie)
+
+
+def _with_headers(send: Send) -> Send:
+    """Of the answer that a web socket may get in place of its opening."""
+
+    async def send_with_headers(message: Message) -> None:
+        if message["type"] == "websocket.http.response.start":
+            _secure(MutableHeaders(scope=message))
+        await send(message)
+
+    return send_with_headers
+
+
+def _secure(headers: MutableHeaders) -> None:
+    for name, value in SECURITY_HEADERS.items():
+        headers.setdefault(name, value)
+
+
+def _is_foreign_failure(status: int, headers: MutableHeaders) -> bool:
+    return status >= 400 and not headers.get("content-type", "").startswith("application/json")
+
+
+def _scheme_of(connection: HTTPConnection) -> str:
+    return "https" if connection.url.scheme in ("https", "wss") else "http"
+
+
+def cookie_of(connection: HTTPConnection) -> str | None:
+    """The session cookie; under TLS only the one that a browser takes from this very host."""
+    is_secure = _scheme_of(connection) == "https"
+    return connection.cookies.get(SECURE_COOKIE if is_secure else COOKIE)
+
+
+def address_of(connection: HTTPConnection) -> str:
+    """The address that the connection comes from; what a proxy says of it is not believed."""
+    return connection.client.host if connection.client else "unknown"
+
+
+def _host_name(host: str) -> str:
+    """Of a Host header, without its port; empty where it makes no sense."""
+    try:
+        return urlsplit(f"//{host}").hostname or ""
+    except ValueError:
+        return ""
+
+
+def _check_origin(connection: HTTPConnection, *, is_required: bool) -> None:
+    """The page that made the request is ours: CORS does not keep others from sending it."""
+    headers = connection.headers
+    origin = headers.get("origin")
+    site = headers.get("sec-fetch-site")
+    if origin is not None:
+        is_ours = origin.lower() == f"{_scheme_of(connection)}://{headers.get('host', '')}".lower()
+    elif site is not None:
+        is_ours = site in ("same-origin", "none")
+    else:
+        is_ours = not is_required
+    if not is_ours:
+        raise CrossOrigin(
+            "The request comes from a page of another site, or does not say from where. Where a "
+            "reverse proxy speaks TLS for the server, CHAINAGE_TRUSTED_PROXIES has to name it."
+        )
+
+
+def _refusal(scope: Scope, error: Unauthenticated) -> Response:
+    """Pages lead to the log-in; everything else gets the error."""
+    accepts = Headers(scope=scope).get("accept", "")
+    path = scope["path"]
+    is_page = scope["type"] == "http" and scope["method"] == "GET" and "text/html" in accepts
+    if is_page and not path.startswith(("/api/", "/static/", "/viewer/")):
+        query = scope["query_string"].decode("latin-1")
+        # A token in the wrong address goes no further.
+        wanted = f"{path}?{query}" if query and "token=" not in query else path
+        return RedirectResponse(f"/login?next={quote(wanted)}", 303)
+    return answer(error)
+
+
+def _is_address(host: str) -> bool:
+    try:
+        ipaddress.ip_address(host)
+    except ValueError:
+        return False
+    return True
+
+
+def _limited(receive: Receive, most: int | None) -> Receive:
+    """`receive` of a body that has `most` bytes, if any limit, and neither stops nor trickles."""
+    taken, is_whole, began_s = 0, False, time.monotonic()
+
+    async def receive_limited() -> Message:
+        nonlocal taken, is_whole
+        if is_whole:  # what comes now is that the client goes away
+            return await receive()
+        spent_s = time.monotonic() - began_s - taken / BODY_BYTES_PER_S
+        try:
+            message = await asyncio.wait_for(receive(), BODY_PART_S - max(spent_s, 0.0))
+        except TimeoutError as error:
+            raise HTTPException(408) from error
+        taken += len(message.get("body", b""))
+        is_whole = not message.get("more_body", False)
+        if most is not None and taken > most:
+            raise HTTPException(413)
+        return message
+
+    return receive_limited

@@ -1,0 +1,98 @@
+"""Log-in and log-out."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request, Response
+from fastapi.concurrency import run_in_threadpool
+from starlette.responses import RedirectResponse
+
+from app.access.access import SESSION_LIFETIME
+from app.errors import TooManyAttempts
+from app.web.deps import PrincipalDep, ServicesDep, viewer
+from app.web.middleware import COOKIE, SECURE_COOKIE, address_of, cookie_of
+from app.web.routers.pages import login_page
+from app.web.schemas.access import LoginIn, SessionOut
+from app.web.schemas.failures import failures
+
+router = APIRouter(tags=["access"])
+
+_OUR_PAGES = re.compile(r"/(new|compare|inspections/[0-9a-f]{32})?(\?[\w=&.:%+-]*)?", re.ASCII)
+"""Where a log-in may lead; never to another site."""
+
+
+@router.post("/api/login", status_code=204, responses=failures(TooManyAttempts))
+def log_in(body: LoginIn, request: Request, response: Response, services: ServicesDep) -> None:
+    """Exchange the access token for a session cookie."""
+    _set_cookie(request, response, services.access.log_in(body.token, address_of(request)))
+
+
+@router.get("/login", include_in_schema=False)
+async def log_in_page(
+    request: Request,
+    services: ServicesDep,
+    token: Annotated[str | None, Query(max_length=500)] = None,
+    next_page: Annotated[str, Query(alias="next", max_length=500)] = "/",
+) -> Response:
+    """The page, or on to `next` where somebody is logged in.
+
+    With `?token=`, the address that the server printed, log in and go on to `next`.  A link of
+    another site, or one that would end somebody else's session, gets the page, which asks first.
+    """
+    onward = RedirectResponse(next_page if _OUR_PAGES.fullmatch(next_page) else "/", 303)
+    cookie, address = cookie_of(request), address_of(request)
+    current = None if cookie is None else await run_in_threadpool(services.access.by_cookie, cookie)
+    if token is None:
+        return login_page(request) if current is None else onward
+    if current is not None:
+        holder = await run_in_threadpool(services.access.by_token, token, address)
+        is_same = holder is not None and holder.name == current.name
+        return onward if is_same else login_page(request)
+    if not _is_own_wish(request):
+        return login_page(request)
+    _set_cookie(request, onward, await run_in_threadpool(services.access.log_in, token, address))
+    return onward
+
+
+def _is_own_wish(request: Request) -> bool:
+    """Whether nobody else's page has led here.
+
+    Over plain HTTP a browser says neither where a link comes from nor, if it comes from elsewhere,
+    which session it has; programs do not ask for pages.
+    """
+    site = request.headers.get("sec-fetch-site")
+    if site is None:
+        return "text/html" not in request.headers.get("accept", "")
+    return site in ("none", "same-origin")
+
+
+@router.post("/api/logout", status_code=204)
+@viewer
+def log_out(request: Request, response: Response, services: ServicesDep) -> None:
+    """End the session of the cookie, if there is one."""
+    cookie = cookie_of(request)
+    if cookie is not None:
+        services.access.log_out(cookie)
+    name = SECURE_COOKIE if request.url.scheme == "https" else COOKIE
+    response.delete_cookie(name, secure=name == SECURE_COOKIE, httponly=True, samesite="strict")
+
+
+@router.get("/api/session")
+@viewer
+def session(principal: PrincipalDep) -> SessionOut:
+    """Who is logged in."""
+    return SessionOut(name=principal.name, role=principal.role)
+
+
+def _set_cookie(request: Request, response: Response, value: str) -> None:
+    is_secure = request.url.scheme == "https"
+    response.set_cookie(
+        SECURE_COOKIE if is_secure else COOKIE,
+        value,
+        max_age=int(SESSION_LIFETIME.total_seconds()),
+        secure=is_secure,
+        httponly=True,
+        samesite="strict",
+    )

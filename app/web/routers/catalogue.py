@@ -1,0 +1,53 @@
+"""What forms are filled from."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+
+from app.errors import PackNotFound
+from app.survey.catalogue.header import FIELDS
+from app.survey.catalogue.presets import PRESETS
+from app.web.deps import ServicesDep, viewer
+from app.web.schemas.catalogue import (
+    CodeOut,
+    HeaderFieldOut,
+    HeaderFieldsOut,
+    PresetOut,
+    PresetsOut,
+)
+from app.web.schemas.failures import failures
+from app.web.schemas.given import PackId
+
+router = APIRouter(prefix="/api", tags=["catalogue"])
+
+
+@router.get("/codes", responses=failures(PackNotFound))
+@viewer
+def all_codes(
+    services: ServicesDep,
+    pack: Annotated[PackId | None, Query(description="An imported pack, not the built-in.")] = None,
+) -> list[CodeOut]:
+    """The codes of a pack, in its order."""
+    return [CodeOut(**asdict(code)) for code in services.packs.table(pack).rows]
+
+
+@router.get("/header-fields")
+@viewer
+def header_fields() -> HeaderFieldsOut:
+    """The fields that describe an inspection, in the order of a form."""
+    return HeaderFieldsOut(fields=[HeaderFieldOut.of(field) for field in FIELDS])
+
+
+@router.get("/presets")
+@viewer
+def presets() -> PresetsOut:
+    """Rigs to begin with."""
+    return PresetsOut(
+        presets=[
+            PresetOut(name=preset.name, rig=preset.rig.model_dump(mode="json"))
+            for preset in PRESETS
+        ]
+    )

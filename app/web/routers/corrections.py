@@ -1,0 +1,93 @@
+"""What was stated about distances, what stands against a report, changes, and notifications."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+
+from app.errors import InspectionNotFound
+from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, ServicesDep, operator, viewer
+from app.web.schemas.corrections import (
+    CorrectionsIn,
+    CorrectionsOut,
+    IntervalOut,
+    MakeupOut,
+    StatedIn,
+)
+from app.web.schemas.failures import failures
+from app.web.schemas.records import AlertOut, AlertsOut, EventOut, EventsOut, IssueOut, IssuesOut
+from vo_core.errors import InvalidCorrection
+
+router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["corrections"])
+
+
+@router.get("/corrections", responses=failures(InspectionNotFound))
+@viewer
+def get(inspection_id: InspectionId, services: ServicesDep) -> CorrectionsOut:
+    """What holds now."""
+    return CorrectionsOut.of(services.corrections.get(inspection_id))
+
+
+@router.put("/corrections", responses=failures(InspectionNotFound, InvalidCorrection))
+@operator
+def put(
+    inspection_id: InspectionId,
+    body: CorrectionsIn,
+    services: ServicesDep,
+    principal: PrincipalDep,
+) -> CorrectionsOut:
+    """State it in place of what was stated; to undo, state what was stated before."""
+    corrected = services.corrections.put(
+        inspection_id, body.to_stated(), body.remark, principal.name
+    )
+    return CorrectionsOut.of(corrected)
+
+
+@router.post("/corrections/preview", responses=failures(InspectionNotFound))
+@viewer
+def preview(inspection_id: InspectionId, body: StatedIn, services: ServicesDep) -> CorrectionsOut:
+    """What would hold; nothing is stored."""
+    return CorrectionsOut.of(services.corrections.preview(inspection_id, body.to_stated()))
+
+
+@router.get("/interval", responses=failures(InspectionNotFound))
+@viewer
+def interval(
+    inspection_id: InspectionId,
+    services: ServicesDep,
+    frame: Annotated[int | None, Query(ge=0, le=2**31)] = None,
+) -> IntervalOut:
+    """What the interval of a frame is made of, of the furthest one if none is named."""
+    makeup = services.corrections.makeup(inspection_id, frame)
+    return IntervalOut(interval=MakeupOut.of(makeup) if makeup else None)
+
+
+@router.get("/checks", responses=failures(InspectionNotFound))
+@viewer
+def checks(inspection_id: InspectionId, services: ServicesDep) -> IssuesOut:
+    """What stands against a report."""
+    return IssuesOut(checks=[IssueOut.of(issue) for issue in services.checks.run(inspection_id)])
+
+
+@router.get("/events", responses=failures(InspectionNotFound))
+@viewer
+def events(
+    inspection_id: InspectionId,
+    services: ServicesDep,
+    observation: Annotated[str | None, Query(pattern=OBSERVATION_ID)] = None,
+) -> EventsOut:
+    """Who changed what, the newest first."""
+    found = services.observations.events(inspection_id, observation)
+    return EventsOut(events=[EventOut.of(event) for event in reversed(found)])
+
+
+@router.get("/alerts", responses=failures(InspectionNotFound))
+@viewer
+def alerts(inspection_id: InspectionId, services: ServicesDep) -> AlertsOut:
+    """Whether the client was notified of each severity 5, the oldest first."""
+    found = services.webhook.alerts(inspection_id)
+    return AlertsOut(
+        is_configured=services.webhook.is_configured,
+        alerts=[AlertOut.of(alert) for alert in found],
+    )

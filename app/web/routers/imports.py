@@ -1,0 +1,38 @@
+"""Old surveys of other programs, and inspections that were exported: made inspections."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Query
+
+from app.errors import InvalidImport
+from app.web.deps import PrincipalDep, ServicesDep, operator
+from app.web.schemas.failures import failures
+from app.web.schemas.inspections import ImportedOut, InspectionOut
+
+router = APIRouter(prefix="/api/imports", tags=["inspections"])
+
+
+@router.post("", status_code=201, responses=failures(InvalidImport))
+@operator
+def add(
+    filename: Annotated[
+        str, Query(min_length=1, max_length=1000, description="What it is called.")
+    ],
+    content: Annotated[
+        bytes,
+        Body(
+            media_type="application/octet-stream",
+            description="EN 13508-2 text, WinCan .db3 or the JSON report; its content says which.",
+        ),
+    ],
+    services: ServicesDep,
+    principal: PrincipalDep,
+) -> ImportedOut:
+    """Make an inspection, without a film, of every survey in the file."""
+    imported = services.imports.add(content, filename, principal.name)
+    views = [services.inspections.get(made) for made in imported.inspection_ids]
+    return ImportedOut(
+        inspections=[InspectionOut.of(view) for view in views], warnings=list(imported.warnings)
+    )

@@ -1,0 +1,212 @@
+"""Inspections: make, list, change, stop, run again, delete; their track and what a pixel shows."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, BackgroundTasks, Query, Response
+
+from app.errors import (
+    FrameNotFound,
+    InspectionNotFound,
+    LiveSourceRefused,
+    MediaFailed,
+    MediaTimeout,
+    NotAllTracked,
+    NothingRecorded,
+    NotRunning,
+    OpenStretches,
+    PackNotFound,
+    PixelOutsidePicture,
+    StillRunning,
+    UploadBusy,
+    UploadIncomplete,
+    UploadNotFound,
+)
+from app.web.deps import InspectionId, PrincipalDep, ServicesDep, operator, viewer
+from app.web.schemas.failures import content, failures
+from app.web.schemas.inspections import (
+    ContinueIn,
+    FinishIn,
+    InspectionChange,
+    InspectionIn,
+    InspectionOut,
+    InspectionsOut,
+    LiveSource,
+    RigIn,
+)
+from app.web.schemas.observations import WallGridOut, WallPointOut
+from vo_core.errors import InvalidRig, RigVideoMismatch, UnreadableVideo
+
+router = APIRouter(prefix="/api/inspections", tags=["inspections"])
+
+
+@router.post(
+    "",
+    status_code=201,
+    responses=failures(
+        PackNotFound, UploadNotFound, UploadIncomplete, UploadBusy, LiveSourceRefused, InvalidRig,
+        UnreadableVideo, RigVideoMismatch, MediaFailed, MediaTimeout,
+    ),
+)  # fmt: skip
+@operator
+def create(
+    body: InspectionIn, response: Response, services: ServicesDep, principal: PrincipalDep
+) -> InspectionOut:
+    """Make an inspection of a complete upload, which is tracked when its turn comes, or of a live
+    source, which is recorded and tracked at once.
+    """
+    services.packs.require(body.header)
+    if isinstance(body.source, LiveSource):
+        inspection_id = services.inspections.create_live(
+            body.name, body.source.url, body.rig, body.header, principal.name
+        )
+    else:
+        inspection_id = services.inspections.create_from_upload(
+            body.name, body.source.upload_id, body.rig, body.header, principal.name
+        )
+    response.headers["Location"] = f"/api/inspections/{inspection_id}"
+    return InspectionOut.of(services.inspections.get(inspection_id))
+
+
+@router.get("")
+@viewer
+def list_all(services: ServicesDep) -> InspectionsOut:
+    """All, the newest first."""
+    return InspectionsOut(
+        inspections=[InspectionOut.of(view) for view in services.inspections.all()]
+    )
+
+
+@router.get("/{inspection_id}", responses=failures(InspectionNotFound))
+@viewer
+def get(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
+    """One."""
+    return InspectionOut.of(services.inspections.get(inspection_id))
+
+
+@router.patch("/{inspection_id}", responses=failures(InspectionNotFound, PackNotFound))
+@operator
+def change(
+    inspection_id: InspectionId,
+    body: InspectionChange,
+    services: ServicesDep,
+    principal: PrincipalDep,
+) -> InspectionOut:
+    """Give another name or another header."""
+    view = services.inspections.change(inspection_id, principal.name, body.name, body.header)
+    return InspectionOut.of(view)
+
+
+@router.delete("/{inspection_id}", status_code=204, responses=failures(InspectionNotFound))
+def delete(inspection_id: InspectionId, services: ServicesDep, principal: PrincipalDep) -> None:
+    """Stop it and remove it with all its files."""
+    services.inspections.delete(inspection_id, principal.name)
+
+
+@router.post("/{inspection_id}/cancel", responses=failures(InspectionNotFound, NotRunning))
+@operator
+def cancel(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
+    """Stop tracking; the track is kept as far as it is."""
+    services.tracking.cancel(inspection_id)
+    return InspectionOut.of(services.inspections.get(inspection_id))
+
+
+@router.post(
+    "/{inspection_id}/retry", responses=failures(InspectionNotFound, StillRunning, NothingRecorded)
+)
+@operator
+def retry(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
+    """Track again from the first frame."""
+    services.tracking.retry(inspection_id)
+    return InspectionOut.of(services.inspections.get(inspection_id))
+
+
+@router.put(
+    "/{inspection_id}/rig",
+    responses=failures(
+        InspectionNotFound, StillRunning, NothingRecorded, InvalidRig, RigVideoMismatch
+    ),
+)
+@operator
+def track_with(
+    inspection_id: InspectionId,
+    body: RigIn,
+    services: ServicesDep,
+    principal: PrincipalDep,
+    tasks: BackgroundTasks,
+) -> InspectionOut:
+    """Track all frames again with this rig; tags, photos and corrections stay at their frames."""
+    view = services.inspections.track_with(inspection_id, body.rig, principal.name)
+    tasks.add_task(services.scenes.redraw, inspection_id)
+    return InspectionOut.of(view)
+
+
+@router.post(
+    "/{inspection_id}/continue",
+    responses=failures(
+        InspectionNotFound, StillRunning, NothingRecorded, NotAllTracked, LiveSourceRefused,
+        MediaFailed,
+    ),
+)  # fmt: skip
+@operator
+def record_on(
+    inspection_id: InspectionId, body: ContinueIn, services: ServicesDep, principal: PrincipalDep
+) -> InspectionOut:
+    """Go on with the recording of a camera, as the next part of the same inspection."""
+    view = services.inspections.record_on(inspection_id, body.url, body.robot, principal.name)
+    return InspectionOut.of(view)
+
+
+@router.post("/{inspection_id}/finish", responses=failures(InspectionNotFound, OpenStretches))
+@operator
+def finish(
+    inspection_id: InspectionId, body: FinishIn, services: ServicesDep, principal: PrincipalDep
+) -> InspectionOut:
+    """State how the run ended; a live one is ended with it."""
+    view = services.inspections.finish(
+        inspection_id, principal.name, body.end_condition, body.abandon_reason, body.known_length_m
+    )
+    return InspectionOut.of(view)
+
+
+@router.get(
+    "/{inspection_id}/track",
+    response_class=Response,
+    responses=content("text/csv", "text/plain", "application/json") | failures(InspectionNotFound),
+)
+@viewer
+def track(
+    inspection_id: InspectionId,
+    services: ServicesDep,
+    format: Literal["csv", "tum", "json"] = "csv",  # noqa: A002  (the contract's name)
+    since: Annotated[int, Query(ge=0, description="Only rows from this frame on.")] = 0,
+    raw: Annotated[bool, Query(description="As it was measured, without corrections.")] = False,
+) -> Response:
+    """The corrected track, as far as it is."""
+    written = services.inspections.raw_track_as if raw else services.inspections.track_as
+    content, media_type = written(inspection_id, format, since)
+    return Response(content, media_type=media_type)
+
+
+@router.get(
+    "/{inspection_id}/wall",
+    responses=failures(InspectionNotFound, FrameNotFound, PixelOutsidePicture),
+)
+@viewer
+def wall(
+    inspection_id: InspectionId,
+    services: ServicesDep,
+    u: Annotated[float, Query(allow_inf_nan=False)],
+    v: Annotated[float, Query(allow_inf_nan=False)],
+    frame: Annotated[int, Query(ge=0)],
+) -> WallPointOut:
+    """The wall point under a pixel of a frame."""
+    return WallPointOut.of(services.observations.wall_at(inspection_id, frame, (u, v)))
+
+
+@router.get("/{inspection_id}/wallgrid", responses=failures(InspectionNotFound))
+@viewer
+def wall_grid(inspection_id: InspectionId, services: ServicesDep) -> WallGridOut:
+    """Wall points of a grid of pixels at pose 0, for the read-out under the cursor."""
+    return WallGridOut.of(services.observations.wall_grid(inspection_id))

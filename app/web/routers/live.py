@@ -1,0 +1,226 @@
+"""The live socket: pose and picture of the same frame in one message, newest wins."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from contextlib import AsyncExitStack
+from typing import Annotated, Literal
+
+import msgspec
+from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
+
+from app.container import Services
+from app.errors import InspectionNotFound, body_of
+from app.inspections.corrections import Corrections
+from app.survey.notices import Notice
+from app.tracking.live import Event, Update
+from app.viewer.clicks import Click
+from app.viewer.scenes import PageView
+from app.viewer.wording import Language, Units, Wording
+from app.web.deps import PAGE_ID, InspectionId, ServicesDep, page_of, viewer
+from app.web.schemas.live import click_message, live_header
+from vo_core.track import Estimate
+
+router = APIRouter()
+
+MAX_IN_FLIGHT = 2
+CLOSE_NOT_FOUND = 4404
+CLOSE_BAD_MESSAGE = 1011
+
+
+class _Ack(msgspec.Struct, tag="ack", tag_field="type"):
+    seq: int
+
+
+class _Ping(msgspec.Struct, tag="ping", tag_field="type"):
+    t: float
+
+
+class _Show(msgspec.Struct, tag="show", tag_field="type"):
+    frame: Annotated[int, msgspec.Meta(ge=0, le=2**31)] | None
+    """None: the robot follows the tracking again."""
+
+
+class _Camera(msgspec.Struct, tag="camera", tag_field="type"):
+    mode: Literal["follow", "overview", "inside"]
+
+
+class _Select(msgspec.Struct, tag="select", tag_field="type"):
+    observation: Annotated[str, msgspec.Meta(max_length=36)] | None
+    """The pin to highlight; None: none."""
+
+
+class _Words(msgspec.Struct, tag="words", tag_field="type"):
+    """What the labels of the 3D view are written in."""
+
+    language: Language
+    units: Units
+    late: bool = False
+    """Without the robot's distance, as the page draws seldom."""
+
+
+_Command = _Ack | _Ping | _Show | _Camera | _Select | _Words
+_commands: msgspec.json.Decoder[_Command] = msgspec.json.Decoder(_Command)
+
+
+class _Outbox:
+    """The newest update that the browser has not seen, and how many it has not acknowledged."""
+
+    def __init__(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._may_send = asyncio.Event()
+        self._newest: Update | None = None
+        self._in_flight: list[int] = []
+
+    def listen(self, event: Event) -> None:
+        """Called from any thread."""
+        if isinstance(event, Update):
+            self._loop.call_soon_threadsafe(self.put, event)
+
+    def put(self, update: Update) -> None:
+        """The newest wins, but the end of an inspection is not lost."""
+        if self._newest is None or update.seq > self._newest.seq:
+            self._newest = update
+        self._wake()
+
+    def acknowledge(self, seq: int) -> None:
+        self._in_flight = [sent for sent in self._in_flight if sent > seq]
+        self._wake()
+
+    async def next(self) -> Update:
+        """The update to send now."""
+        while True:
+            await self._may_send.wait()
+            update, self._newest = self._newest, None
+            self._wake()
+            if update is not None:
+                self._in_flight.append(update.seq)
+                self._wake()
+                return update
+
+    def _wake(self) -> None:
+        if self._newest is not None and len(self._in_flight) < MAX_IN_FLIGHT:
+            self._may_send.set()
+        else:
+            self._may_send.clear()
+
+
+@router.websocket("/api/inspections/{inspection_id}/live")
+@viewer
+async def live(
+    socket: WebSocket,
+    inspection_id: InspectionId,
+    services: ServicesDep,
+    page: Annotated[str | None, Query(pattern=PAGE_ID)] = None,
+) -> None:
+    """Updates of an inspection to the browser; acknowledgements and commands from it.
+
+    `page` pairs it with the 3D view `/viewer/{inspection_id}/?page=`, which its commands move.
+    """
+    await socket.accept()
+    try:
+        current = await asyncio.to_thread(_current, services, inspection_id)
+    except InspectionNotFound as error:
+        await _refuse(socket, error, CLOSE_NOT_FOUND)
+        return
+    outbox = _Outbox()
+    async with AsyncExitStack() as stack:
+        stack.enter_context(services.live.listening(inspection_id, outbox.listen))
+        of_page = page_of(socket)
+        clicks = stack.enter_context(services.clicks.listening(inspection_id, of_page))
+        outbox.put(current)
+        view = await stack.enter_async_context(services.scenes.page(inspection_id, of_page))
+        tasks = {
+            asyncio.create_task(_send(socket, outbox, services.corrections)),
+            asyncio.create_task(_send_clicks(socket, clicks)),
+            asyncio.create_task(_receive(socket, outbox, view)),
+        }
+        stack.push_async_callback(_end, tasks)
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        for task in done:
+            fault = task.exception()
+            if isinstance(fault, msgspec.MsgspecError):
+                await _refuse(socket, fault, CLOSE_BAD_MESSAGE)
+            elif fault is not None and not isinstance(fault, WebSocketDisconnect):
+                raise fault
+
+
+async def _send(socket: WebSocket, outbox: _Outbox, corrections: Corrections) -> None:
+    while True:
+        update = await outbox.next()
+        now = await asyncio.to_thread(_corrected, corrections, update)
+        fields = live_header(update, *now, time.monotonic())
+        header = json.dumps(fields, allow_nan=False).encode()
+        await socket.send_bytes(len(header).to_bytes(4, "big") + header + update.jpeg)
+
+
+def _corrected(
+    corrections: Corrections, update: Update
+) -> tuple[Estimate | None, int | None, int | None, list[Notice]]:
+    """The last estimate of an update, corrected, by which revision, known joints, and notices."""
+    try:
+        revision = corrections.revision(update.inspection_id)
+        solved = corrections.newest(update.inspection_id)
+        joints = len(solved.joints) + len(solved.expected_joints)
+        last = update.estimates[-1] if update.estimates else None
+        told = None if last is None else corrections.estimate(update.inspection_id, last)
+        notices = corrections.notices(update.inspection_id)
+    except InspectionNotFound:  # the update reports its end
+        return None, None, None, []
+    return told, revision, joints, notices
+
+
+async def _send_clicks(socket: WebSocket, clicks: asyncio.Queue[Click]) -> None:
+    while True:
+        await socket.send_json(click_message(await clicks.get()))
+
+
+async def _receive(socket: WebSocket, outbox: _Outbox, view: PageView) -> None:
+    while True:
+        match await _next_command(socket):
+            case _Ack(seq):
+                outbox.acknowledge(seq)
+            case _Ping(t):
+                await socket.send_json({"type": "pong", "t": t})
+            case _Show(frame):
+                await view.show_frame(frame)
+            case _Camera(mode):
+                view.set_camera(mode)
+            case _Select(observation):
+                view.select(observation)
+            case _Words(language, units, late):
+                await view.set_wording(Wording(language, units, is_late=late))
+
+
+async def _next_command(socket: WebSocket) -> _Command:
+    message = await socket.receive()
+    if message["type"] == "websocket.disconnect":
+        raise WebSocketDisconnect(message["code"])
+    return _commands.decode(message.get("text") or message.get("bytes") or b"")
+
+
+def _current(services: Services, inspection_id: str) -> Update:
+    """What a browser that has just come is to see first."""
+    newest = services.live.newest(inspection_id)
+    if newest is not None:
+        return newest
+    view = services.inspections.get(inspection_id)
+    last = services.inspections.last_estimate(inspection_id)
+    return Update(inspection_id, 0, view.row.status, view.progress, (last,) if last else ())
+
+
+async def _end(tasks: set[asyncio.Task[None]]) -> None:
+    for task in tasks:
+        task.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
+
+
+async def _refuse(socket: WebSocket, error: Exception, code: int) -> None:
+    if isinstance(error, msgspec.MsgspecError):
+        body = {"code": "invalid_message", "detail": f"The message is not understood: {error}."}
+    else:
+        _, body = body_of(error)
+    await socket.send_json(body)
+    await socket.close(code)

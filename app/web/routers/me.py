@@ -1,0 +1,28 @@
+"""Who is logged in, and what he has chosen for the page."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter
+
+from app.errors import PackNotFound
+from app.web.deps import PrincipalDep, ServicesDep, viewer
+from app.web.schemas.access import MeOut, PreferencesIn
+from app.web.schemas.failures import failures
+
+router = APIRouter(prefix="/api/me", tags=["access"])
+
+
+@router.get("")
+@viewer
+def me(services: ServicesDep, principal: PrincipalDep) -> MeOut:
+    """Name, role and preferences; people are distinguished by the names of their tokens."""
+    chosen = PreferencesIn.model_validate(services.preferences.of(principal.name))
+    return MeOut(name=principal.name, role=principal.role, preferences=chosen)
+
+
+@router.put("/preferences", responses=failures(PackNotFound))
+@viewer
+def choose(body: PreferencesIn, services: ServicesDep, principal: PrincipalDep) -> PreferencesIn:
+    """Replace all preferences."""
+    services.preferences.replace(principal.name, body.model_dump())
+    return body

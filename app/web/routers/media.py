@@ -1,0 +1,141 @@
+"""The original video, single frames of it, and reports; types are ours, never the upload's."""
+
+from __future__ import annotations
+
+from typing import Annotated
+from urllib.parse import quote
+
+from fastapi import APIRouter, Path, Response
+from starlette.datastructures import Headers
+from starlette.responses import FileResponse, StreamingResponse
+from starlette.types import Message, Receive, Scope, Send
+
+from app.errors import (
+    ExportNotAvailable,
+    FrameNotFound,
+    InspectionNotFound,
+    MediaFailed,
+    MediaTimeout,
+    NothingRecorded,
+    UnreadableKey,
+)
+from app.reports.content.naming import ascii_file_name
+from app.reports.formats import FORMATS
+from app.reports.report import Language, Units
+from app.web.deps import InspectionId, ServicesDep, viewer
+from app.web.schemas.failures import content, failures
+from app.web.schemas.records import LossesOut
+from vo_core.errors import UnreadableVideo
+
+router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["media"])
+
+_HEADERS = {"Cache-Control": "private, no-cache", "Content-Security-Policy": "sandbox"}
+
+
+class Film(FileResponse):
+    """A film that may still be recorded: what is added while it is sent is left out."""
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send as many bytes as the header declares."""
+        left, is_open = 0, True
+
+        async def send_declared(message: Message) -> None:
+            nonlocal left, is_open
+            if message["type"] == "http.response.start":
+                left = int(Headers(raw=message["headers"])["content-length"])
+                await send(message)
+            elif is_open:
+                body = message.get("body", b"")[:left]
+                left -= len(body)
+                is_open = message.get("more_body", False) and left > 0
+                await send({**message, "body": body, "more_body": is_open})
+
+        await super().__call__(scope, receive, send_declared)
+
+
+@router.get(
+    "/video",
+    response_class=Film,
+    responses=content("video/*", "application/octet-stream")
+    | failures(InspectionNotFound, NothingRecorded),
+)
+@viewer
+def video(inspection_id: InspectionId, services: ServicesDep) -> Film:
+    """The original file, also in ranges."""
+    inspection = services.inspections.row(inspection_id)
+    return Film(
+        services.inspections.video_path(inspection),
+        media_type=inspection.video["media_type"],
+        headers=_HEADERS,
+    )
+
+
+@router.get(
+    "/frames/{frame}.jpg",
+    response_class=Response,
+    responses=content("image/jpeg")
+    | failures(
+        InspectionNotFound,
+        FrameNotFound,
+        NothingRecorded,
+        UnreadableVideo,
+        MediaFailed,
+        MediaTimeout,
+    ),
+)
+@viewer
+def frame(
+    inspection_id: InspectionId,
+    frame: Annotated[int, Path(ge=0, le=2**31)],
+    services: ServicesDep,
+) -> Response:
+    """One tracked frame as a picture, for videos that a browser cannot play."""
+    jpeg = services.inspections.picture(inspection_id, frame)
+    return Response(jpeg, media_type="image/jpeg", headers=_HEADERS)
+
+
+ExportKind = Annotated[str, Path(pattern=f"^({'|'.join(FORMATS)})$")]
+
+
+@router.get(
+    "/exports/{kind}",
+    response_class=Response,
+    responses=content(*sorted({form.media_type.split(";")[0] for form in FORMATS.values()}))
+    | failures(InspectionNotFound, ExportNotAvailable, UnreadableKey),
+)
+@viewer
+def export(
+    inspection_id: InspectionId,
+    kind: ExportKind,
+    services: ServicesDep,
+    lang: Language = "en",
+    units: Units = "m",
+) -> Response:
+    """The defect location report; the language and the units are those of what people read."""
+    export = services.reports.export(inspection_id, kind, language=lang, units=units)
+    name = export.filename
+    latin = ascii_file_name(name)  # for what does not know RFC 6266
+    disposition = f"attachment; filename=\"{latin}\"; filename*=UTF-8''{quote(name)}"
+    return StreamingResponse(
+        export.written.blocks(),
+        media_type=export.media_type,
+        headers={
+            "Content-Disposition": disposition,
+            "Content-Length": str(export.written.size),
+            "Content-Security-Policy": "sandbox",
+        },
+    )
+
+
+@router.get("/exports/{kind}/losses", responses=failures(InspectionNotFound, ExportNotAvailable))
+@viewer
+def losses(
+    inspection_id: InspectionId,
+    kind: ExportKind,
+    services: ServicesDep,
+    lang: Language = "en",
+    units: Units = "m",
+) -> LossesOut:
+    """What the format cannot hold of the report, to be shown before it is sent to anybody."""
+    export = services.reports.export(inspection_id, kind, language=lang, units=units)
+    return LossesOut.of(export.written)

@@ -1,0 +1,16 @@
+"""Numbers for a monitoring system, for whoever holds a token."""
+
+from fastapi import APIRouter
+from fastapi.responses import PlainTextResponse
+from prometheus_client import CONTENT_TYPE_PLAIN_0_0_4
+
+from app.web.deps import ServicesDep, viewer
+
+router = APIRouter(tags=["health"])
+
+
+@router.get("/metrics", response_class=PlainTextResponse)
+@viewer
+def metrics(services: ServicesDep) -> PlainTextResponse:
+    """Counters and gauges in the text format of Prometheus."""
+    return PlainTextResponse(services.metrics.text(), media_type=CONTENT_TYPE_PLAIN_0_0_4)

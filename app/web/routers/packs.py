@@ -1,0 +1,42 @@
+"""Code packs that people bring along: import as CSV, list, delete."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Query, Response
+
+from app.errors import InvalidPack, PackInUse, PackNameTaken, PackNotFound
+from app.web.deps import CodePackId, PrincipalDep, ServicesDep, viewer
+from app.web.schemas.catalogue import PackOut, PacksOut
+from app.web.schemas.failures import failures
+from app.web.schemas.given import PackName
+
+router = APIRouter(prefix="/api/packs", tags=["catalogue"])
+
+
+@router.get("")
+@viewer
+def list_all(services: ServicesDep) -> PacksOut:
+    """The imported ones, by name."""
+    return PacksOut(packs=[PackOut.of(view) for view in services.packs.all()])
+
+
+@router.post("", status_code=201, responses=failures(InvalidPack, PackNameTaken))
+def add(
+    name: Annotated[PackName, Query(description="As it is to be chosen; no other may have it.")],
+    content: Annotated[bytes, Body(media_type="text/csv", description="The table, in UTF-8.")],
+    response: Response,
+    services: ServicesDep,
+    principal: PrincipalDep,
+) -> PackOut:
+    """Import a table of codes, separated by commas or semicolons; it is checked row by row."""
+    view = services.packs.add(name, content, principal.name)
+    response.headers["Location"] = f"/api/packs/{view.row.id}"
+    return PackOut.of(view)
+
+
+@router.delete("/{pack_id}", status_code=204, responses=failures(PackNotFound, PackInUse))
+def delete(pack_id: CodePackId, services: ServicesDep) -> None:
+    """Remove one that no inspection is coded with."""
+    services.packs.delete(pack_id)

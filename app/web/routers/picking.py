@@ -1,0 +1,35 @@
+"""The way from a place on the wall to the frame that shows it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+
+from app.errors import IncompleteWallPoint, InspectionNotFound, WallNotSeen
+from app.inspections.picking import WallPlace
+from app.web.deps import InspectionId, ServicesDep, viewer
+from app.web.schemas.failures import failures
+from app.web.schemas.observations import FrameAtOut
+
+router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["observations"])
+
+
+@router.get("/frame-at", responses=failures(InspectionNotFound, WallNotSeen, IncompleteWallPoint))
+@viewer
+def frame_at(
+    inspection_id: InspectionId,
+    services: ServicesDep,
+    distance_m: Annotated[float, Query(ge=-1e5, le=1e5, allow_inf_nan=False)],
+    clock: Annotated[float | None, Query(ge=0, le=12, description="Of a pipe.")] = None,
+    y_mm: Annotated[
+        float | None, Query(ge=-1e5, le=1e5, description="Right of the axis, of a floor.")
+    ] = None,
+    near_frame: Annotated[
+        int | None, Query(ge=0, le=2**31, description="Chooses among several passes.")
+    ] = None,
+) -> FrameAtOut:
+    """The frame, and the pixel in it, that show a place best; `distance_m` is its chainage."""
+    place = WallPlace(1000 * distance_m, clock, y_mm)
+    seen = services.picking.frame_at(inspection_id, place, near_frame)
+    return FrameAtOut(frame=seen.frame, pixel=list(seen.pixel))

@@ -1,0 +1,26 @@
+"""The sample inspection: a rendered culvert to try the program with."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter
+
+from app.errors import SampleBeingMade
+from app.web.deps import ServicesDep, operator, viewer
+from app.web.schemas.failures import failures
+from app.web.schemas.sources import SampleOut
+
+router = APIRouter(prefix="/api/samples", tags=["inspections"])
+
+
+@router.get("")
+@viewer
+def state(services: ServicesDep) -> SampleOut:
+    """How far it is."""
+    return SampleOut.of(services.samples.state())
+
+
+@router.post("", status_code=202, responses=failures(SampleBeingMade))
+@operator
+def start(services: ServicesDep) -> SampleOut:
+    """Begin to make it, in the background; if it is there already, it is `ready` at once."""
+    return SampleOut.of(services.samples.start())

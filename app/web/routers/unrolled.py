@@ -1,0 +1,62 @@
+"""The unrolled wall, and how good the pictures were that it was made from."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Query, Response
+
+from app.errors import InspectionNotFound, TileNotFound
+from app.inspections.observations import rig_of
+from app.web.deps import InspectionId, ServicesDep, viewer
+from app.web.schemas.failures import content, failures
+from app.web.schemas.live import HealthOut
+from app.web.schemas.wall import UnrolledOut
+
+router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["unrolled"])
+
+_KEPT = {"Cache-Control": "private, max-age=31536000, immutable"}
+_ASKED_AGAIN = {"Cache-Control": "private, no-cache"}
+
+
+@router.get("/unrolled", responses=failures(InspectionNotFound))
+@viewer
+def unrolled(inspection_id: InspectionId, services: ServicesDep) -> UnrolledOut:
+    """Which tiles there are, as far as tracking is, at their corrected distances."""
+    layout = services.unrolled.layout(rig_of(services.inspections.row(inspection_id)))
+
+    def chainage_mm(raw_mm: float) -> float:
+        return services.corrections.chainage_mm(inspection_id, raw_mm)
+
+    return UnrolledOut.of(layout, services.unrolled.tiles(inspection_id), chainage_mm)
+
+
+@router.get(
+    "/unrolled/{index}.jpg",
+    response_class=Response,
+    responses=content("image/jpeg") | failures(InspectionNotFound, TileNotFound),
+)
+@viewer
+def tile(
+    inspection_id: InspectionId,
+    index: Annotated[int, Path(ge=-(2**31), le=2**31)],
+    services: ServicesDep,
+    v: Annotated[int | None, Query(description="Its revision: then it may be kept.")] = None,
+) -> Response:
+    """The picture of a tile; its columns run with the distance."""
+    services.inspections.row(inspection_id)
+    jpeg = services.unrolled.picture(inspection_id, index)
+    headers = _ASKED_AGAIN if v is None else _KEPT
+    return Response(jpeg, media_type="image/jpeg", headers=headers)
+
+
+@router.get("/health", responses=failures(InspectionNotFound))
+@viewer
+def health(
+    inspection_id: InspectionId,
+    services: ServicesDep,
+    since: Annotated[int, Query(ge=0, description="Only frames from this one on.")] = 0,
+) -> HealthOut:
+    """How good each picture was to measure on; row i is frame i, from `since` on."""
+    services.inspections.row(inspection_id)
+    return HealthOut.of(services.tracks.health(inspection_id), since)

@@ -1,0 +1,89 @@
+"""The 3D view: its page, and the way to its viser server.
+
+viser's client runs in an origin of its own, without cookies: what it may reach is named by the
+ticket in its address, which opens this one view and nothing else.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+from urllib.parse import urlencode
+
+from fastapi import APIRouter, Path, Query, Request, Response, WebSocket
+from pydantic import BaseModel, ConfigDict, Field
+from starlette.responses import RedirectResponse
+
+from app.viewer.clicks import Click
+from app.viewer.page import ETAG, HEADERS, PAGE
+from app.viewer.pump import pump
+from app.web.deps import PAGE_ID, InspectionId, PrincipalDep, ServicesDep, page_of, viewer
+
+router = APIRouter(prefix="/viewer", include_in_schema=False)
+
+Ticket = Annotated[str, Path(pattern=r"^[0-9a-f]{64}\.[0-9a-f]{64}$")]
+
+
+class ViewerQuery(BaseModel):
+    """All that an address may ask of viser's client, which knows more: servers, recordings."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    fixedDpr: float | None = Field(None, gt=0, le=8)  # noqa: N815  (viser's name)
+    """Pixels of the picture for one of the page."""
+
+
+class DoorQuery(ViewerQuery):
+    """And which page the view stands in: commands of its live socket move this view."""
+
+    page: str | None = Field(None, pattern=PAGE_ID)
+
+
+@router.get("/{inspection_id}/")
+@viewer
+def door(
+    inspection_id: InspectionId,
+    query: Annotated[DoorQuery, Query()],
+    request: Request,
+    principal: PrincipalDep,
+    services: ServicesDep,
+) -> Response:
+    """Lead to the page, with a ticket."""
+    services.inspections.row(inspection_id)  # raises unless it exists
+    ticket = services.access.ticket(principal, inspection_id)
+    place = f"{ticket}/{query.page}" if query.page else ticket
+    asked = urlencode(query.model_dump(exclude={"page"}, exclude_none=True))
+    return RedirectResponse(f"/viewer/{inspection_id}/{place}/{asked and '?'}{asked}", 303)
+
+
+@router.get("/{inspection_id}/{ticket}/")
+@router.get("/{inspection_id}/{ticket}/{page}/")
+@viewer
+def page(
+    inspection_id: InspectionId,
+    ticket: Ticket,
+    query: Annotated[ViewerQuery, Query()],
+    request: Request,
+    services: ServicesDep,
+) -> Response:
+    """viser's page with our head and its own policy."""
+    services.inspections.row(inspection_id)  # raises unless it exists
+    if request.headers.get("if-none-match") == ETAG:
+        return Response(status_code=304, headers=HEADERS)
+    return Response(PAGE, headers=HEADERS)
+
+
+# viser's client drops the trailing slash of the page.
+@router.websocket("/{inspection_id}/{ticket}")
+@router.websocket("/{inspection_id}/{ticket}/{page}")
+@viewer
+async def connect(
+    socket: WebSocket, inspection_id: InspectionId, ticket: Ticket, services: ServicesDep
+) -> None:
+    """Bytes through, by the rights of the role; clicks go to the page around."""
+    page = page_of(socket)
+
+    async def on_click(click: Click) -> None:
+        services.clicks.tell(inspection_id, page, click)
+
+    async with services.scenes.use(inspection_id, page) as scene:
+        await pump(socket, scene, socket.state.principal.role, on_click)

@@ -1,0 +1,52 @@
+"""Who is logged in, and what that person has chosen for the page."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, Field
+
+from app.web.schemas.given import CodeName, Given, Letter, PackId
+
+
+class LoginIn(Given):
+    """The access token, exchanged for a session cookie."""
+
+    token: Annotated[str, Field(min_length=1, max_length=500)]
+
+
+class SessionOut(BaseModel):
+    """Who is logged in."""
+
+    name: str
+    role: str
+
+
+class QuickCode(Given):
+    """What a digit key tags."""
+
+    code: CodeName
+    char1: Letter | None
+    char2: Letter | None
+
+
+class PreferencesIn(Given):
+    """All that a person has chosen for the page."""
+
+    language: Literal["en", "ms"] | None = Field(description="null: that of the browser.")
+    units: Literal["m", "ft"]
+    quick_codes: Annotated[list[QuickCode], Field(max_length=9)] = Field(
+        description="Of the keys 1 to 9, in this order."
+    )
+    single_keys: bool = Field(
+        default=True, description="Whether letters, digits and signs are keys (WCAG 2.1.4)."
+    )
+    pack: PackId | None = Field(description="Code pack of new inspections; null: the built-in.")
+
+
+class MeOut(BaseModel):
+    """Who is logged in, and what he has chosen."""
+
+    name: str
+    role: str
+    preferences: PreferencesIn

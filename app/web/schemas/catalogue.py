@@ -1,0 +1,97 @@
+"""Codes, code packs, fields of the header, preset rigs."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from datetime import datetime
+from typing import Any, Literal
+
+from pydantic import BaseModel
+
+from app.inspections.packs import PackView
+from app.survey.catalogue.header import HeaderField
+
+
+class CodeOut(BaseModel):
+    """A row of the code pack."""
+
+    code: str
+    char1: str
+    char2: str
+    label: str
+    label_ms: str
+    group: str
+    needs_clock: str
+    needs_q1: str
+    needs_q2: str
+    unit_q1: str | None
+    unit_q2: str | None
+    continuous_allowed: bool
+    grade_s: float | None
+    grade_o: float | None
+    hotkey: str | None
+    icon: str | None
+
+
+class PackOut(BaseModel):
+    """A code pack that somebody has imported."""
+
+    id: str
+    name: str
+    codes: int
+    created_at: datetime
+    created_by: str
+
+    @classmethod
+    def of(cls, view: PackView) -> PackOut:
+        """From the service's view."""
+        row = view.row
+        return cls(
+            id=row.id,
+            name=row.name,
+            codes=view.codes,
+            created_at=row.created_at,
+            created_by=row.created_by,
+        )
+
+
+class PacksOut(BaseModel):
+    """The imported code packs by name; the built-in one has no id and is not among them."""
+
+    packs: list[PackOut]
+
+
+class HeaderFieldOut(BaseModel):
+    """A field of the header that is known."""
+
+    name: str
+    group: Literal["required", "auto", "more"]
+    kind: Literal["text", "number", "choice", "date", "time", "bool"]
+    choices: list[str]
+    unit: str | None
+    minimum: float | None
+    maximum: float | None
+
+    @classmethod
+    def of(cls, field: HeaderField) -> HeaderFieldOut:
+        """From the catalogue's field."""
+        return cls(**asdict(field) | {"choices": list(field.choices)})
+
+
+class HeaderFieldsOut(BaseModel):
+    """The known fields in the order of a form."""
+
+    fields: list[HeaderFieldOut]
+
+
+class PresetOut(BaseModel):
+    """A rig to begin with."""
+
+    name: str
+    rig: dict[str, Any]
+
+
+class PresetsOut(BaseModel):
+    """Rigs to begin with."""
+
+    presets: list[PresetOut]

@@ -1,0 +1,61 @@
+"""Parts of what is sent: strict, bounded, without control characters."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
+
+from app.survey.catalogue.header import LONGEST_TEXT, faults
+
+
+class Given(BaseModel):
+    """Strict: JSON false is no number, NaN is none, unknown fields are refused."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
+
+
+# No control characters: names go into files, tables and logs.
+LINE = r"^[^\x00-\x1f\x7f-\x9f]*$"
+TEXT = r"^[^\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]*$"
+Name = Annotated[
+    str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200, pattern=LINE)
+]
+
+
+def _known_fields_fit(header: dict[str, Any]) -> dict[str, Any]:
+    """Other fields may hold anything, since surveys are imported from other programs."""
+    if found := faults(header):
+        raise ValueError("; ".join(found))
+    return header
+
+
+HeaderName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,49}$")]
+HeaderText = Annotated[str, StringConstraints(max_length=LONGEST_TEXT, pattern=TEXT)]
+_EXACT = Field(ge=1 - 2**53, le=2**53 - 1)
+"""Whole numbers that every reader of JSON can hold, browsers too."""
+Header = Annotated[
+    dict[HeaderName, HeaderText | Annotated[int, _EXACT] | Annotated[float, _EXACT] | bool | None],
+    Field(
+        max_length=100,
+        description="What was inspected, by whom, for whom; /api/header-fields lists the fields "
+        "that are known and what they may hold.",
+    ),
+    AfterValidator(_known_fields_fit),
+]
+CodeName = Annotated[str, StringConstraints(pattern=r"^[A-Z][A-Z0-9]{1,7}$")]
+PackName = Annotated[
+    str, StringConstraints(strip_whitespace=True, min_length=1, max_length=100, pattern=LINE)
+]
+PackId = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{32}$")]
+Letter = Annotated[str, StringConstraints(pattern=r"^[A-Z][A-Z0-9]?$")]
+Clock = Annotated[int, Field(ge=1, le=12)]
+Pixel = Annotated[
+    list[Annotated[float, Field(ge=-100_000, le=100_000)]], Field(min_length=2, max_length=2)
+]
+"""Whether the picture has it is for the service to say."""
+Frame = Annotated[int, Field(ge=0, le=2**31)]
+Metres = Annotated[float, Field(gt=0, le=100_000)]
+Remark = Annotated[
+    str, StringConstraints(strip_whitespace=True, min_length=1, max_length=4000, pattern=TEXT)
+]

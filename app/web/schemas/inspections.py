@@ -1,0 +1,241 @@
+"""Inspections: how they begin, run and end."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, Field, StringConstraints, model_validator
+
+from app.inspections.inspections import InspectionView
+from app.storage.tables import IMPORTED, Inspection
+from app.survey.interval import half_width_m
+from app.tracking.live import CameraStatus
+from app.web.schemas.failures import ErrorOut
+from app.web.schemas.figures import metres, rounded
+from app.web.schemas.given import TEXT, Given, Header, Name
+
+
+class UploadSource(Given):
+    """A complete upload."""
+
+    kind: Literal["upload"]
+    upload_id: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{32}$")]
+
+
+Url = Annotated[
+    str,
+    Field(
+        min_length=1,
+        max_length=2000,
+        description="rtsp://, rtsps://, http:// or https:// (MJPEG), or one of /api/sources.",
+    ),
+]
+
+
+class LiveSource(Given):
+    """A camera on the network, or one of those that the server lists."""
+
+    kind: Literal["live"]
+    url: Url
+
+
+class InspectionIn(Given):
+    """A new inspection."""
+
+    name: Name
+    source: Annotated[UploadSource | LiveSource, Field(discriminator="kind")]
+    rig: dict[str, Any] = Field(description="The rig file: camera, mount and pipe.")
+    header: Header = Field(default_factory=dict)
+
+
+class InspectionChange(Given):
+    """What is to change; what is left out stays."""
+
+    name: Name | None = None
+    header: Header | None = None
+
+
+class ImportedOut(BaseModel):
+    """What has become of a file."""
+
+    inspections: list[InspectionOut]
+    """In the order of the file."""
+    warnings: list[str]
+    """What is odd in it or left out, in sentences."""
+
+
+class FinishIn(Given):
+    """How a run ended."""
+
+    end_condition: Literal["complete", "abandoned"]
+    abandon_reason: (
+        Annotated[str, StringConstraints(strip_whitespace=True, max_length=2000, pattern=TEXT)]
+        | None
+    ) = Field(None, description="Required of an abandoned one.")
+    known_length_m: Annotated[float, Field(gt=0, le=100_000)] | None = None
+
+    @model_validator(mode="after")
+    def _says_why(self) -> Self:
+        if self.end_condition == "abandoned" and not self.abandon_reason:
+            raise ValueError("an abandoned inspection needs a reason (abandon_reason)")
+        return self
+
+
+class RigIn(Given):
+    """Another rig for the same film."""
+
+    rig: dict[str, Any] = Field(description="The whole rig file: camera, mount and pipe.")
+
+
+class ContinueIn(Given):
+    """The next part of a recording."""
+
+    url: Url
+    robot: Literal["stood_still", "moved"] = Field(
+        description="What it has done since the part before. `moved`, also if nobody knows: the "
+        "distance goes on from the last one, uncertain by 10 m and by the way so far."
+    )
+
+
+class ProgressOut(BaseModel):
+    """How far tracking is."""
+
+    frames_done: int
+    frames_total: int | None
+    fps: float | None
+    eta_s: float | None
+
+
+class SourceOut(BaseModel):
+    """The original file."""
+
+    kind: str
+    filename: str
+    size: int
+    sha256: str
+
+
+class LiveOut(BaseModel):
+    """A camera while it is recorded."""
+
+    connected: bool
+    reconnects: int
+    dropped: int
+    """Frames that are in the recording but came too fast to be tracked."""
+    recorded_s: float
+    detail: str | None
+    """Why there is no picture."""
+    free_bytes: int
+    """Room on the disk for the rest of the recording."""
+    is_recording: bool
+    """False while the disk is full: tracking goes on, recording when there is room again."""
+
+    @classmethod
+    def of(cls, camera: CameraStatus) -> LiveOut:
+        """From the service's state."""
+        return cls(
+            connected=camera.connected,
+            reconnects=camera.reconnects,
+            dropped=camera.dropped,
+            recorded_s=round(camera.recorded_s, 2),
+            detail=camera.detail,
+            free_bytes=camera.free_bytes,
+            is_recording=camera.is_recording,
+        )
+
+
+class VideoOut(BaseModel):
+    """What the original file holds."""
+
+    width: int
+    height: int
+    duration_s: float | None
+    codec: str
+    playable: bool
+    """Whether browsers play it; otherwise single frames are fetched."""
+
+
+class InspectionOut(BaseModel):
+    """An inspection."""
+
+    id: str
+    name: str
+    status: Literal["queued", "running", "done", "failed", "cancelled"]
+    progress: ProgressOut
+    distance_m: float | None
+    """Of the last frame, corrected."""
+    distance_u95_m: float | None
+    distance_raw_m: float | None
+    """As it was measured."""
+    revision: int
+    """Rises with every correction: distances are then to be read again."""
+    corrected: bool
+    defects: int
+    worst_severity: int | None
+    error: ErrorOut | None
+    warning: str | None
+    created_at: datetime
+    finished_at: datetime | None
+    rig: dict[str, Any]
+    header: dict[str, Any]
+    source: SourceOut
+    video: VideoOut
+    live: LiveOut | None
+    """While a camera is recorded."""
+
+    @classmethod
+    def of(cls, view: InspectionView) -> InspectionOut:
+        """From the service's view."""
+        row = view.row
+        sigma_mm = view.sigma_distance_mm
+        return cls(
+            id=row.id,
+            name=row.name,
+            status=row.status,  # type: ignore[arg-type]  # checked by pydantic
+            progress=ProgressOut(
+                frames_done=view.progress.frames_done,
+                frames_total=view.progress.frames_total,
+                fps=rounded(view.progress.fps, 1),
+                eta_s=rounded(view.progress.eta_s, 1),
+            ),
+            distance_m=metres(view.distance_mm),
+            distance_u95_m=None if sigma_mm is None else half_width_m(sigma_mm),
+            distance_raw_m=metres(view.raw_distance_mm),
+            revision=row.revision,
+            corrected=view.is_corrected,
+            defects=view.defects,
+            worst_severity=view.worst_severity,
+            error=_error(row),
+            warning=view.warning,
+            created_at=row.created_at,
+            finished_at=row.finished_at,
+            rig=row.rig,
+            header=row.header,
+            source=SourceOut(
+                kind=row.source_kind if row.has_film else IMPORTED,
+                filename=row.source_filename,
+                size=row.source_size,
+                sha256=row.source_sha256,
+            ),
+            video=_video(row),
+            live=LiveOut.of(view.camera) if view.camera else None,
+        )
+
+
+class InspectionsOut(BaseModel):
+    """All inspections, the newest first."""
+
+    inspections: list[InspectionOut]
+
+
+def _video(row: Inspection) -> VideoOut:
+    """Of an import nothing can be played."""
+    columns = {name: row.video[name] for name in VideoOut.model_fields}
+    return VideoOut(**columns | {"playable": columns["playable"] and row.has_film})
+
+
+def _error(row: Inspection) -> ErrorOut | None:
+    if row.error_code is None:
+        return None
+    return ErrorOut(code=row.error_code, detail=row.error_detail or "")

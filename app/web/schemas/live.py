@@ -1,0 +1,107 @@
+"""What a live socket sends, and how good pictures are to measure on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+from pydantic import BaseModel
+
+from app.storage.tables import ENDED
+from app.survey.notices import Notice
+from app.tracking.live import Update
+from app.tracking.tracks import HealthColumns
+from app.viewer.clicks import Click
+from app.viewer.scene import PinHit
+from app.web.schemas.figures import rounded
+from vo_core.image.health import Health, complaints
+from vo_core.track import Estimate
+
+
+def click_message(click: Click) -> dict[str, object]:
+    """What a live socket reports of a shift-click in the 3D view."""
+    if isinstance(click, PinHit):
+        return {"type": "pin_click", "observation": click.id}
+    return {
+        "type": "wall_click",
+        "distance_m": round(click.distance_m, 4),
+        "clock_h": None if click.clock_h is None else round(click.clock_h, 3),
+        "lateral_m": round(click.lateral_m, 4),
+    }
+
+
+def health_of(health: Health | None) -> dict[str, Any] | None:
+    """Of one frame, for the header of the live socket."""
+    if health is None:
+        return None
+    numbers = {name: round(value, 3) for name, value in asdict(health).items()}
+    return numbers | {"complaints": list(complaints(health))}
+
+
+class HealthOut(BaseModel):
+    """How good the pictures were to measure on; all numbers in [0, 1]."""
+
+    columns: dict[str, list[float] | list[str]]
+    """overlap, brightness, overexposed, sharpness, fixed_pattern; and complaints, separated by
+    spaces: too_fast too_dark too_bright blurred lens_dirty."""
+
+    @classmethod
+    def of(cls, columns: HealthColumns, since: int) -> HealthOut:
+        """From the service's columns."""
+        rows = columns.since(since)
+        numbers: dict[str, list[float] | list[str]] = {
+            name: [round(getattr(health, name), 3) for health in rows] for name in columns.columns
+        }
+        said = [" ".join(complaints(health)) for health in rows]
+        return cls(columns=numbers | {"complaints": said})
+
+
+def live_header(
+    update: Update,
+    told: Estimate | None,
+    revision: int | None,
+    joints: int | None,
+    notices: Sequence[Notice],
+    now_s: float,
+) -> dict[str, Any]:
+    """Header of one message of the live socket.
+
+    Args:
+        update: What is published.
+        told: Its last estimate, corrected.
+        revision: Of the corrections; None if the inspection has been deleted.
+        joints: How many are known, seen or expected; None likewise.
+        notices: Where picture and rig disagree.
+        now_s: By `time.monotonic`.
+    """
+    last = update.estimates[-1] if update.estimates else None
+    progress, camera = update.progress, update.camera
+    age_s = None if update.captured_s is None else now_s - update.captured_s
+    pose = {
+        name: getattr(told, name, None)
+        for name in (
+            "frame", "time_s", "x_mm", "y_mm", "yaw_deg", "distance_mm", "sigma_distance_mm",
+            "quality", "status", "z_mm", "pitch_deg", "roll_deg",
+        )
+    }  # fmt: skip
+    return pose | {
+        "seq": update.seq,
+        "state": update.state,
+        "progress": {
+            "frames_done": progress.frames_done,
+            "frames_total": progress.frames_total,
+            "fps": rounded(progress.fps, 1),
+            "eta_s": rounded(progress.eta_s, 1),
+        },
+        "revision": revision,
+        "joints": joints,
+        "notices": [notice.code for notice in notices],
+        "distance_raw_mm": last.distance_mm if last else None,
+        "age_ms": None if age_s is None else round(1000 * age_s, 1),
+        "camera": None
+        if camera is None or update.state in ENDED
+        else ("connected" if camera.connected else "reconnecting"),
+        "dropped": 0 if camera is None else camera.dropped,
+        "health": health_of(update.health),
+    }

@@ -1,0 +1,171 @@
+"""Observations, and the places on the wall that they have."""
+
+from __future__ import annotations
+
+import math
+from datetime import datetime
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field, StringConstraints
+
+from app.inspections.observations import ObservationView, WallGrid, WallUnder
+from app.survey import rounding
+from app.web.schemas.figures import metres, rounded
+from app.web.schemas.given import TEXT, Clock, CodeName, Given, Letter, Pixel
+
+
+class ObservationIn(Given):
+    """What a person enters; everything else is derived. Only `frame` is needed: tag first."""
+
+    frame: Annotated[int, Field(ge=0, le=2**31)]
+    pixel: Pixel | None = Field(
+        None, description="[u, v] of the wall point; without it the camera's distance counts."
+    )
+    code: CodeName | None = None
+    char1: Letter | None = None
+    char2: Letter | None = None
+    quant1: Annotated[float, Field(ge=-1e6, le=1e6)] | None = None
+    quant2: Annotated[float, Field(ge=-1e6, le=1e6)] | None = None
+    clock_from: Clock | None = None
+    clock_to: Clock | None = None
+    severity: Annotated[int, Field(ge=0, le=5)] | None = Field(
+        None, description="0 note, 1 as new, 2 slight, 3 watch, 4 plan repair, 5 act now."
+    )
+    continuous: Annotated[str, StringConstraints(pattern=r"^[ABC][1-9][0-9]{0,2}$")] | None = Field(
+        None, description="Of a stretch: A1 starts, C1 changes, B1 finishes number 1."
+    )
+    remark: Annotated[str, StringConstraints(max_length=4000, pattern=TEXT)] | None = None
+
+
+class FrameAtOut(BaseModel):
+    """The frame that shows a place of the wall, and where."""
+
+    frame: int
+    pixel: Pixel
+
+
+class ObservationOut(BaseModel):
+    """An observation with all that is derived from its frame, its pixel, the track and the rig."""
+
+    id: str
+    seq: int
+    frame: int
+    pixel: list[float] | None
+    code: str | None
+    char1: str | None
+    char2: str | None
+    quant1: float | None
+    quant2: float | None
+    clock_from: int | None
+    clock_to: int | None
+    severity: int | None
+    continuous: str | None
+    remark: str | None
+    distance_m: float | None
+    """Corrected; None until the frame is tracked."""
+    distance_u95_m: float | None
+    distance_raw_m: float | None
+    """As it was measured."""
+    distance_source: Literal["odometry", "joint", "closure", "typed"] | None
+    clock: int | None
+    at_joint: bool | None
+    joint_no: int | None
+    time_s: float | None
+    photo: str | None
+    photo_error: str | None
+    created_at: datetime
+    created_by: str
+    edited_at: datetime | None
+
+    @classmethod
+    def of(cls, view: ObservationView) -> ObservationOut:
+        """From the service's view."""
+        row, place = view.row, view.place
+        path = f"/api/inspections/{row.inspection_id}/observations/{row.id}/photo"
+        entered: dict[str, Any] = {
+            name: row.fields.get(name) for name in ObservationIn.model_fields
+        }
+        return cls(
+            **entered,
+            id=row.id,
+            seq=row.seq,
+            distance_m=metres(place.distance_mm) if place else None,
+            distance_u95_m=place.u95_m if place else None,
+            distance_raw_m=metres(place.raw_mm) if place else None,
+            distance_source=place.source if place else None,
+            clock=view.clock,
+            at_joint=view.at_joint if place else None,
+            joint_no=place.joint_no if place else None,
+            time_s=place.time_s if place else None,
+            # The frame stands in the address, so that a browser does not show an earlier photo.
+            photo=f"{path}?frame={row.frame}" if row.has_photo else None,
+            photo_error=row.photo_error,
+            created_at=row.created_at,
+            created_by=row.created_by,
+            edited_at=row.edited_at,
+        )
+
+
+class ObservationsOut(BaseModel):
+    """The observations of an inspection, in the order of their numbers."""
+
+    observations: list[ObservationOut]
+    next_stretch: int
+    """First number of a stretch that was never used."""
+
+
+class WallPointOut(BaseModel):
+    """What a pixel of a frame looks at."""
+
+    distance_m: float
+    clock: float | None
+    """Exact hours in (0, 12]; None on a floor."""
+    y_mm: float
+    """World Y: to the right of the axis."""
+
+    @classmethod
+    def of(cls, wall: WallUnder) -> WallPointOut:
+        """From the service's result."""
+        return cls(
+            distance_m=rounding.metres(wall.distance_mm),
+            clock=rounded(wall.clock_h, 3),
+            y_mm=round(wall.lateral_mm, 2),
+        )
+
+
+class WallGridOut(BaseModel):
+    """Wall points of a grid of pixels at pose 0, from the camera; None where no wall is seen."""
+
+    cols: int
+    rows: int
+    u: list[float]
+    v: list[float]
+    axial_mm: list[list[float | None]]
+    right_mm: list[list[float | None]]
+    down_mm: list[list[float | None]]
+    clock_h: list[list[float | None]] | None
+    """None on a floor."""
+
+    @classmethod
+    def of(cls, grid: WallGrid) -> WallGridOut:
+        """From the service's arrays."""
+        rows, cols = grid.axial_mm.shape
+        return cls(
+            cols=cols,
+            rows=rows,
+            u=grid.u_px,
+            v=grid.v_px,
+            axial_mm=_table(grid.axial_mm),
+            right_mm=_table(grid.right_mm),
+            down_mm=_table(grid.down_mm),
+            clock_h=None if grid.clock_h is None else _table(grid.clock_h),
+        )
+
+
+def _table(values: NDArray[np.float64]) -> list[list[float | None]]:
+    return [
+        [round(value, 4) if math.isfinite(value) else None for value in row]
+        for row in values.tolist()
+    ]

@@ -1,0 +1,273 @@
+"""The client is told of a severity 5: signed, again and again, and never in anybody's way."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import logging
+import sqlite3
+import time
+import uuid
+from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import pytest
+from builders import STEP_MM, Client, assert_error, serving, wait_until
+from prometheus_client.parser import text_string_to_metric_families
+from receivers import Receiver, certificate, receiving
+
+from app.alerts.webhook import next_try
+from app.storage.tables import Alert
+
+SECRET = "a secret of sixteen or more"  # noqa: S105
+NOW = datetime(2026, 9, 14, 9, 42, tzinfo=UTC)
+
+
+@pytest.fixture
+def receiver() -> Iterator[Receiver]:
+    with receiving() as running:
+        yield running
+
+
+def telling(data: Path, url: str, **settings: Any) -> Any:
+    return serving(data, webhook_url=url, webhook_secret=SECRET, **settings)
+
+
+@pytest.fixture
+def telling_server(tmp_path: Path, receiver: Receiver) -> Iterator[Client]:
+    public_url = "https://culverts.example/"
+    with telling(tmp_path / "data", receiver.url, public_url=public_url) as client:
+        yield client
+
+
+def alerts(client: Client, inspection_id: str) -> list[dict[str, Any]]:
+    answer = client.get(f"/api/inspections/{inspection_id}/alerts").json()
+    assert answer["is_configured"]
+    return list(answer["alerts"])
+
+
+def wait_for(client: Client, inspection_id: str, state: str) -> dict[str, Any]:
+    """Until the last alert is in this state."""
+
+    def last() -> dict[str, Any] | None:
+        found = alerts(client, inspection_id)
+        return found[-1] if found and found[-1]["state"] == state else None
+
+    return wait_until(last)
+
+
+def wait_for_error(client: Client, inspection_id: str) -> str:
+    return str(wait_until(lambda: alerts(client, inspection_id)[-1]["error"]))
+
+
+def test_the_client_is_told_where_what_and_by_whom(
+    telling_server: Client, receiver: Receiver, clip: Path
+) -> None:
+    inspection_id = telling_server.tracked(clip)
+    tag = telling_server.tag(
+        inspection_id, code="BAC", char1="C", severity=5, clock_from=9, remark="wall fällt; =1+1"
+    ).json()
+    (first,) = wait_until(lambda: receiver.received)
+    told = first.told
+    assert first.path == "/hook/a-secret-place?x=1"
+    assert (told["event"], uuid.UUID(told["id"]).version) == ("observation.severity_5", 4)
+    assert told["url"] == f"https://culverts.example/inspections/{inspection_id}"
+    assert told["inspection"] == {"id": inspection_id, "name": "Culvert 7", "asset": "CUL-0041"}
+    label = next(
+        row["label"] for row in telling_server.get("/api/codes").json()
+        if (row["code"], row["char1"]) == ("BAC", "C")
+    )  # fmt: skip
+    assert told["observation"] == {
+        "id": tag["id"], "distance_m": pytest.approx(10 * STEP_MM / 1000, abs=0.002),
+        "distance_u95_m": pytest.approx(tag["distance_u95_m"], abs=1e-3), "code": "BAC",
+        "label": label, "clock": 9, "remark": "wall fällt; =1+1", "severity": 5,
+        "tagged_by": "server", "tagged_at": told["observation"]["tagged_at"],
+    }  # fmt: skip
+    for instant in (told["sent_at"], told["observation"]["tagged_at"]):
+        assert abs(datetime.now(UTC) - datetime.fromisoformat(instant)) < timedelta(minutes=1)
+
+
+def test_who_knows_the_secret_can_tell_that_it_is_genuine(
+    telling_server: Client, receiver: Receiver, clip: Path
+) -> None:
+    telling_server.tag(telling_server.inspect(clip), severity=5)
+    (first,) = wait_until(lambda: receiver.received)
+    at, found = first.headers["X-Chainage-Signature"].split(",")
+    signed = f"{at.removeprefix('t=')}.".encode() + first.body
+    assert found == f"v1={hmac.new(SECRET.encode(), signed, hashlib.sha256).hexdigest()}"
+    assert abs(time.time() - int(at.removeprefix("t="))) < 60
+    assert first.headers["Content-Type"] == "application/json"
+
+
+def test_once_for_each_time_that_it_becomes_severe(
+    telling_server: Client, receiver: Receiver, clip: Path
+) -> None:
+    inspection_id = telling_server.tracked(clip)
+    name = telling_server.tag(inspection_id, severity=4).json()["id"]
+    for severity in (5, 5, 4, 5):
+        telling_server.tag(inspection_id, name, severity=severity, remark=str(time.time_ns()))
+        wait_until(
+            lambda: all(
+                each["state"] != "waiting" for each in alerts(telling_server, inspection_id)
+            )
+        )
+    path = f"/api/inspections/{inspection_id}/observations/{name}"
+    telling_server.delete(path)
+    telling_server.post(f"{path}/restore")  # it was told, and is the same
+    telling_server.tag(inspection_id, severity=5)
+    wait_until(lambda: len(receiver.received) == 3)
+    ids = [each.told["id"] for each in receiver.received]
+    assert len(set(ids)) == 3
+    assert [each["id"] for each in alerts(telling_server, inspection_id)] == ids
+    path = f"/api/inspections/{inspection_id}/events"
+    told = [
+        event for event in telling_server.get(path).json()["events"] if event["action"] == "told"
+    ]
+    assert {event["who"] for event in told} == {"Chainage"}
+    assert len(told) == 3
+
+
+@pytest.mark.parametrize(
+    ("status", "said"),
+    [(500, "It answered 500."), (0, "It has broken off."),
+     (307, "It answered 307, and redirects are not followed.")],
+)  # fmt: skip
+def test_what_is_not_taken_is_sent_again_with_the_same_id(
+    telling_server: Client, receiver: Receiver, clip: Path, status: int, said: str
+) -> None:
+    receiver.statuses, receiver.location = [status], f"http://127.0.0.1:{receiver.port}/elsewhere"
+    inspection_id = telling_server.inspect(clip)
+    telling_server.tag(inspection_id, severity=5)
+    assert wait_for_error(telling_server, inspection_id) == said
+    assert wait_for(telling_server, inspection_id, "told")["tries"] == 2
+    first, second = receiver.received
+    assert first.told["id"] == second.told["id"]
+    assert first.path == second.path
+
+
+def test_a_client_that_never_ends_its_answer_keeps_nobody_from_tagging(
+    telling_server: Client, receiver: Receiver, clip: Path
+) -> None:
+    receiver.drips = True
+    inspection_id = telling_server.tracked(clip)
+    telling_server.tag(inspection_id, severity=5)
+    wait_until(lambda: receiver.received)
+    began_s = time.monotonic()
+    assert telling_server.tag(inspection_id, severity=4).status_code == 200
+    assert time.monotonic() - began_s < 4
+    assert alerts(telling_server, inspection_id)[0]["error"] is None
+    error = wait_for_error(telling_server, inspection_id)
+    assert error == "It did not answer within 5 s."
+    receiver.drips = False
+    assert wait_for(telling_server, inspection_id, "told")["tries"] == 2
+
+
+def test_what_was_not_told_is_told_after_a_restart(tmp_path: Path, clip: Path) -> None:
+    with receiving() as gone:
+        port, url = gone.port, gone.url
+    with telling(tmp_path / "data", url) as client:
+        inspection_id = client.inspect(clip)
+        client.tag(inspection_id, severity=5)
+        assert "refused" in wait_for_error(client, inspection_id)
+        waiting = alerts(client, inspection_id)[0]
+    with receiving(port) as receiver, telling(tmp_path / "data", url) as client:
+        told = wait_for(client, inspection_id, "told")
+        assert [each.told["id"] for each in receiver.received] == [waiting["id"]] == [told["id"]]
+        assert (told["error"], told["next_at"]) == (None, None)
+
+
+def test_the_server_stops_at_once_while_a_client_hangs(
+    tmp_path: Path, receiver: Receiver, clip: Path
+) -> None:
+    receiver.hangs.set()
+    with telling(tmp_path / "data", receiver.url) as client:
+        inspection_id = client.inspect(clip)
+        client.wait(inspection_id)
+        client.tag(inspection_id, severity=5)
+        wait_until(lambda: receiver.received)
+        began_s = time.monotonic()
+    assert time.monotonic() - began_s < 5
+    with sqlite3.connect(tmp_path / "data" / "chainage.db") as database:
+        assert database.execute("SELECT state, tries FROM alerts").fetchall() == [("waiting", 0)]
+
+
+def test_a_mistake_that_is_taken_back_in_time_is_not_told(tmp_path: Path, clip: Path) -> None:
+    with receiving() as gone:
+        port, url = gone.port, gone.url
+    with telling(tmp_path / "data", url) as client:
+        inspection_id = client.inspect(clip)
+        lowered, deleted = (client.tag(inspection_id, severity=5).json()["id"] for _ in range(2))
+        client.tag(inspection_id, lowered, severity=2)
+        path = f"/api/inspections/{inspection_id}/observations/{deleted}"
+        client.delete(path)
+        wait_until(lambda: {a["state"] for a in alerts(client, inspection_id)} == {"withdrawn"})
+        with receiving(port) as receiver:
+            client.post(f"{path}/restore")
+            (only,) = wait_until(lambda: receiver.received)
+            assert only.told["observation"]["id"] == deleted
+
+
+def test_a_certificate_that_nobody_trusts_gets_nothing(tmp_path: Path, clip: Path) -> None:
+    with (
+        receiving(certificate=certificate(tmp_path)) as receiver,
+        telling(tmp_path / "data", receiver.url) as client,
+    ):
+        inspection_id = client.inspect(clip)
+        client.tag(inspection_id, severity=5)
+        error = wait_for_error(client, inspection_id)
+        assert error.startswith("Its certificate is not trusted: self-signed certificate")
+        assert receiver.received == []
+
+
+def test_neither_secret_nor_address_is_logged_or_told(
+    telling_server: Client, receiver: Receiver, clip: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.DEBUG)
+    receiver.statuses = [500, 302]
+    inspection_id = telling_server.inspect(clip)
+    telling_server.tag(inspection_id, severity=5)
+    wait_for(telling_server, inspection_id, "told")
+    path = f"/api/inspections/{inspection_id}"
+    told = [
+        caplog.text,
+        *(telling_server.get(f"{path}/{part}").text for part in ("alerts", "events")),
+    ]
+    assert "could not be notified" in caplog.text
+    for text in told:
+        assert SECRET not in text
+        assert "a-secret-place" not in text
+
+
+def test_metrics_count_who_was_told(telling_server: Client, receiver: Receiver, clip: Path) -> None:
+    receiver.statuses = [204, *[500] * 50]
+    inspection_id = telling_server.inspect(clip)
+    telling_server.tag(inspection_id, severity=5)
+    wait_for(telling_server, inspection_id, "told")
+    telling_server.tag(inspection_id, severity=5)
+    found = {
+        sample.labels["state"]: sample.value
+        for family in text_string_to_metric_families(telling_server.get("/metrics").text)
+        if family.name == "chainage_webhook_alerts"
+        for sample in family.samples
+    }
+    assert found == {"waiting": 1, "told": 1, "withdrawn": 0, "given_up": 0}
+
+
+def test_without_a_client_nothing_is_put_by(server: Client, clip: Path) -> None:
+    inspection_id = server.inspect(clip)
+    server.tag(inspection_id, severity=5)
+    answer = server.get(f"/api/inspections/{inspection_id}/alerts").json()
+    assert answer == {"is_configured": False, "alerts": []}
+    assert_error(server.get(f"/api/inspections/{32 * '0'}/alerts"), 404, "inspection_not_found")
+
+
+def test_pauses_grow_to_an_hour_and_end_after_a_day() -> None:
+    alert, now, pauses = Alert(tries=0, created_at=NOW), NOW, []
+    while following := next_try(alert, now):
+        pauses.append((following - now).total_seconds())
+        alert.tries, now = alert.tries + 1, following
+    assert pauses[:4] == [2, 4, 8, 16]
+    assert pauses[-1] == 3600
+    assert timedelta(hours=22) < now - NOW < timedelta(days=1)

@@ -1,0 +1,119 @@
+"""Small files that want much: they are refused with a sentence, and the server stays as it is."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from reports import report
+from wincan_files import project
+
+from app.errors import InvalidImport
+from app.imports.survey import ImportedFile
+from app.inspections.file_reader import FileReader
+from app.jobs.messages import Limits
+from app.reports.exchange.chainage_json import write
+
+MIB = 2**20
+MOST_GROWTH_BYTES = 150 * MIB
+"""Of this process: the file, what is found in it, and what the allocator keeps."""
+
+READER = FileReader(Limits(768 * MIB, cpu_s=30, reads=()))
+
+
+def peak_bytes() -> int:
+    """Largest memory of this process since `reset_peak`."""
+    status = Path("/proc/self/status").read_text()
+    return 1024 * int(status.partition("VmHWM:")[2].split()[0])
+
+
+def reset_peak() -> int:
+    """Begin anew with what it has now, which is returned."""
+    Path("/proc/self/clear_refs").write_text("5")
+    return peak_bytes()
+
+
+def refused(content: bytes, reader: FileReader = READER) -> str:
+    """The sentence; the server must not have grown by it."""
+    before = reset_peak()
+    with pytest.raises(InvalidImport) as refusal:
+        reader.read(content)
+    assert peak_bytes() - before < MOST_GROWTH_BYTES
+    assert str(refusal.value).endswith(".")
+    return str(refusal.value)
+
+
+def report_with(**parts: object) -> bytes:
+    return json.dumps(json.loads(write(report()).content) | parts).encode()
+
+
+@pytest.mark.parametrize(
+    ("part", "value"),
+    [
+        ("tags", [{}] * 1_500_000),
+        ("events", [{"x": 1}] * 1_000_000),
+        ("sightings", [[]] * 2_000_000),
+        ("track", {"columns": {"status": ["x"] * 1_500_000}}),
+    ],
+)
+def test_a_report_in_which_all_is_missing_costs_the_server_nothing(
+    part: str, value: object
+) -> None:
+    refused(report_with(**{part: value}))
+
+
+def test_a_report_that_needs_more_memory_than_there_is_is_refused_in_a_sentence() -> None:
+    nested = b'{"schema": "chainage-report/2", "x": [' + b"[]," * (6 * MIB) + b"[]]}"
+    assert "more memory" in refused(nested)
+
+
+def test_a_report_that_takes_too_long_is_refused_in_a_sentence() -> None:
+    reader = FileReader(Limits(1536 * MIB, cpu_s=1, reads=()))
+    numbers = b'{"schema": "chainage-report/2", "x": [' + b"0.123," * (4 * MIB) + b"0]}"
+    assert "takes longer" in refused(numbers, reader)
+
+
+def test_events_that_say_very_much_are_refused() -> None:
+    at = "2026-09-14T09:42:00Z"
+    hostile = {"at": at, "who": "x", "action": "created", "before": {"a": [[]] * 1_200_000}}
+    content = json.loads(report_with(events=[hostile]))
+    content["inspection"]["video"] |= {"width": 256, "height": 160}
+    assert "events say more" in refused(json.dumps(content).encode())
+
+
+def test_one_name_that_stands_twice_among_many_is_found_at_once() -> None:
+    names = b", ".join(b'"n%d": 0' % n for n in range(60_000))
+    content = b'{"schema": "chainage-report/2", ' + names + b', "n59999": 1}'
+    assert "'n59999' stands twice" in refused(content)
+
+
+def test_blank_lines_are_no_work() -> None:
+    assert "none that can be read" in refused(b"\n" * MIB)
+
+
+def test_a_default_that_swells_every_row_is_refused(tmp_path: Path) -> None:
+    more = (
+        f"ALTER TABLE SECOBS ADD COLUMN OBS_Memo TEXT DEFAULT '{'x' * 500_000}'",
+        "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 5000) "
+        "INSERT INTO SECINSP (INS_PK) SELECT i FROM n",
+        f"ALTER TABLE SECINSP ADD COLUMN INS_Memo TEXT DEFAULT '{'y' * 500_000}'",
+    )
+    assert "more than surveys do" in refused(project(tmp_path / "p.db3", more=more))
+
+
+def test_a_large_column_that_nobody_reads_is_no_matter(tmp_path: Path) -> None:
+    unread = f"ALTER TABLE SECOBS ADD COLUMN OBS_Notes TEXT DEFAULT '{'x' * 900_000}'"
+    before = reset_peak()
+    found = READER.read(project(tmp_path / "p.db3", more=(unread,)))
+    assert isinstance(found, ImportedFile)
+    assert len(found.surveys) == 2
+    assert peak_bytes() - before < MOST_GROWTH_BYTES
+
+
+def test_a_survey_of_2000_defects_is_read() -> None:
+    rows = "".join(f"{n / 10:.2f};BAB;remark number {n}\n" for n in range(2000))
+    found = READER.read(f"#B01=AAA;AAB;AAF\nC;N1;N2\n#C=I;A;F\n{rows}#Z\n".encode())
+    assert isinstance(found, ImportedFile)
+    assert len(found.surveys[0].observations) == 2000
+    assert found.warnings == found.surveys[0].warnings == ()

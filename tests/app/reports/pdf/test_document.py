@@ -1,0 +1,229 @@
+"""The PDF as other programs read it: pypdf its structure, PDFium its text and pictures."""
+
+import io
+import re
+from dataclasses import replace
+
+import numpy as np
+import pypdfium2
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pypdf import PdfReader
+from reports import HEADER, entry, full_report, report
+
+from app.reports import pdf as document
+from app.reports.content.telling import Teller
+from app.reports.formats import FORMATS
+from app.reports.tables.table import rows
+from app.survey.rounding import decimals
+
+LONG = "Retak memanjang. 钢筋外露。 ظاهر تسرب. தமிழ் சாலை. ถนนสุขุมวิท " * 160
+
+
+@pytest.fixture(scope="module")
+def full(tmp_path_factory):
+    return full_report(tmp_path_factory.mktemp("report"))
+
+
+@pytest.fixture(scope="module")
+def english(full):
+    return document.write(full).content
+
+
+def pages_of(content):
+    with pypdfium2.PdfDocument(content) as pdf:
+        return [" ".join(page.get_textpage().get_text_range().split()) for page in pdf]
+
+
+def text_of(content):
+    return " ".join(pages_of(content))
+
+
+def pictures_of(content, scale=0.5):
+    with pypdfium2.PdfDocument(content) as pdf:
+        return [page.render(scale=scale).to_numpy() for page in pdf]
+
+
+def test_every_entry_is_told_with_code_and_distance_as_in_the_table(full, english):
+    text = text_of(english)
+
+    for row in rows(full):
+        assert f"{row['distance_m']:.2f} m ±" in text
+        if row["code"]:
+            code = " ".join(part for part in (row["code"], row["char1"], row["char2"]) if part)
+            assert code in text
+
+
+def test_the_worst_defect_comes_first(english):
+    summary = pages_of(english)[1]
+
+    assert "Worst defect: Broken wall: fallen in, at 12.40 m ± 0.06 m" in summary
+    assert summary.index("17.12 m") < summary.index("3.20 m")
+
+
+def test_every_part_has_a_bookmark_on_its_page(english):
+    reader = PdfReader(io.BytesIO(english))
+    found = {item.title: reader.get_destination_page_number(item) for item in reader.outline}
+
+    assert list(found) == [
+        "Summary", "Header sheet", "Pipe graphic", "Observations", "Photos", "Unrolled wall",
+        "Condition", "Measurement", "Checks and sign-off",
+    ]  # fmt: skip
+    pages = pages_of(english)
+    assert all(title in pages[number] for title, number in found.items())
+    assert list(found.values()) == sorted(set(found.values()))
+
+
+def test_every_font_is_embedded(english):
+    reader = PdfReader(io.BytesIO(english))
+    fonts = {
+        font.get_object()["/BaseFont"]: font.get_object()
+        for page in reader.pages
+        for font in page["/Resources"]["/Font"].values()
+    }
+
+    assert len(fonts) >= 5
+    for name, font in fonts.items():
+        assert "/FontFile2" in font["/FontDescriptor"], name
+
+
+def test_every_page_tells_its_number_of_all_and_the_report(full, english):
+    pages = pages_of(english)
+
+    for number, page in enumerate(pages, 1):
+        assert f"Page {number} / {len(pages)}" in page
+        assert full.id in page
+
+
+def test_no_page_is_empty_and_nothing_is_drawn_outside_the_margins(english):
+    for picture in pictures_of(english):
+        dark = picture.min(axis=2) < 200
+        height, width = dark.shape
+        assert dark[int(0.09 * height) : int(0.9 * height)].any()
+        margin = int(0.04 * width)
+        assert not dark[:, :margin].any()
+        assert not dark[:, -margin:].any()
+
+
+def test_photos_are_embedded_and_one_that_is_missing_or_broken_says_so(full, tmp_path):
+    broken = tmp_path / "broken.jpg"
+    broken.write_bytes(b"\xff\xd8\xff no picture")
+    entries = list(full.entries)
+    entries[1] = replace(entries[1], photo=replace(entries[1].photo, path=tmp_path / "gone.jpg"))
+    entries[2] = replace(entries[2], photo=replace(entries[2].photo, path=broken))
+    content = document.write(replace(full, entries=tuple(entries), wall={})).content
+
+    text = text_of(content)
+    assert "CUL-0041-002.jpg is missing" in text
+    assert "CUL-0041-003.jpg cannot be read" in text
+    photos = [len(page.images) for page in PdfReader(io.BytesIO(content)).pages]
+    assert sum(photos) == len(entries) - 2 + 1  # and the logo
+
+
+def test_malay_and_feet(full):
+    text = text_of(document.write(replace(full, language="ms", units="ft")).content)
+
+    assert "Laporan pemeriksaan pembetung" in text
+    assert "Dinding pecah: runtuh" in text
+    assert "40.7 ft ± 0.2 ft" in text
+    assert not re.search(r"\d m ±", text)
+
+
+def test_names_in_every_script_are_drawn_and_can_be_searched(full, english):
+    text = text_of(english)
+
+    for name in ("陈伟明", "தமிழ்", "Ключ", "Ωμέγα", "über 0,3 m"):
+        assert name in text
+    empty = document.write(replace(full, header={}, company=replace(full.company, logo=None)))
+    cover, blank = (pictures_of(content)[0] for content in (english, empty.content))
+    assert np.count_nonzero(cover < 128) > np.count_nonzero(blank < 128)
+
+
+def test_a_remark_of_ten_thousand_characters_is_told_in_full(full):
+    entries = (replace(full.entries[0], remark=LONG[:9996] + "END."), *full.entries[1:])
+    content = document.write(replace(full, entries=entries)).content
+
+    assert "END." in text_of(content)
+
+
+def test_hostile_text_is_shown_as_it_is(full):
+    hostile = "<b>&amp; <para> {0} %s \x00\x07\ud800 \U0001f642 =1+1"
+    entries = (replace(full.entries[0], remark=hostile), *full.entries[1:])
+    header = dict.fromkeys(full.header, hostile)
+    text = text_of(document.write(replace(full, entries=entries, header=header)).content)
+
+    assert "<b>&amp; <para> {0} %s [U+1F642] =1+1" in text
+
+
+def test_nothing_but_an_empty_inspection_makes_a_report():
+    bare = report(
+        observations=(), header={}, distance_m=None, u95_m=None, raw_distance_m=None,
+    )  # fmt: skip
+    bare = replace(bare, track=bare.track.from_estimates([]), raw_track=bare.track, events=())
+    text = text_of(document.write(bare).content)
+
+    assert "Nothing was observed." in text
+    assert "cannot be rated" in text
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    st.lists(
+        st.fixed_dictionaries(
+            {
+                "distance_m": st.none() | st.floats(-5, 500).map(lambda m: round(m, 3)),
+                "code": st.none() | st.sampled_from(["BAB", "BCD", "XYZ", "B" * 60]),
+                "severity": st.none() | st.integers(0, 5),
+                "clock_from": st.none() | st.integers(1, 12),
+                "clock_to": st.none() | st.integers(1, 12),
+                "cont_id": st.none() | st.integers(1, 3),
+                "cont_role": st.sampled_from([None, "start", "change", "finish"]),
+                "remark": st.none() | st.text(max_size=300),
+            }
+        ),
+        max_size=30,
+    ),
+    st.dictionaries(st.text(min_size=1, max_size=20), st.text(max_size=500), max_size=5),
+)
+def test_any_content_makes_a_pdf(observations, header):
+    content = document.write(report(observations=observations, header=header)).content
+
+    text = text_of(content)
+    for one in observations:
+        if one["distance_m"] is not None:
+            assert decimals(one["distance_m"], 2) in text
+
+
+def test_the_same_report_makes_the_same_file_dated_when_it_was_made(full, english):
+    assert document.write(full).content == english
+    assert PdfReader(io.BytesIO(english)).metadata.creation_date == full.made_at
+
+
+def test_it_is_a_format():
+    form = FORMATS["pdf"]
+
+    assert (form.stem, form.suffix, form.media_type) == ("report", ".pdf", "application/pdf")
+
+
+def test_an_uncertainty_is_never_told_as_zero():
+    tell = Teller("en", "m")
+
+    assert tell.place(entry(1, distance_m=1.0, u95_m=0.001)) == "1.00 m ± 0.01 m"
+    assert tell.place(entry(1, distance_m=-0.001, u95_m=0.03)) == "0.00 m ± 0.03 m"
+
+
+def test_the_known_length_of_the_cover_is_not_denied_on_the_page_of_the_measurement():
+    text = text_of(document.write(report()).content)  # its header knows 24.6 m
+
+    assert "No known length was stated" not in text
+    assert "The header says 24.60 m" in text
+    without = report(header={k: v for k, v in HEADER.items() if k != "known_length_m"})
+    assert "No known length was stated" in text_of(document.write(without).content)
+
+
+def test_no_half_width_is_zero_in_feet():
+    sure = replace(report().track, sigma_distance_mm=np.full(500, 1.0))
+    text = text_of(document.write(report(track=sure, units="ft")).content)
+
+    assert re.search(r"half-width\s+0\.1 ft", text)

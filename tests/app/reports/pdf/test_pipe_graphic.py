@@ -1,0 +1,78 @@
+"""Which entries stand on which page of the pipe graphic, and where on the wall."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from reportlab.lib.units import mm
+from reports import LENGTH_M, report
+
+from app.reports.content.placement import capacity
+from app.reports.pdf.pipe_graphic import LABEL, clock_spans, laid_out
+
+HEIGHT = 205 * mm
+PLACES = st.lists(st.floats(-1, 300), max_size=120).map(sorted)
+
+
+def with_entries_at(places_m):
+    return report(observations=[{"distance_m": round(p, 3), "code": "BAB"} for p in places_m])
+
+
+@settings(max_examples=40, deadline=None)
+@given(PLACES)
+def test_every_entry_has_a_label_on_one_page_that_shows_its_place(places_m):
+    scale, sheets = laid_out(with_entries_at(places_m), HEIGHT)
+
+    shown = [one.seq for sheet in sheets for one in sheet.entries]
+    assert shown == list(range(1, len(places_m) + 1))
+    for sheet in sheets:
+        assert len(sheet.entries) <= capacity(LABEL, 0, HEIGHT - LABEL)
+        assert (sheet.last_m - sheet.first_m) * 1000 / scale <= HEIGHT / mm + 1e-6
+        assert all(
+            sheet.first_m - 1e-6 <= one.distance_m <= sheet.last_m + 1e-6 for one in sheet.entries
+        )
+
+
+def test_a_short_pipe_with_few_entries_is_one_page_at_a_round_scale():
+    scale, sheets = laid_out(with_entries_at([1, 2, 3]), HEIGHT)
+
+    assert (scale, len(sheets)) == (125, 1)
+    assert (sheets[0].first_m, sheets[0].last_m) == (0, LENGTH_M)
+
+
+def test_dense_entries_make_the_scale_finer():
+    few, _ = laid_out(with_entries_at([1, 2, 3]), HEIGHT)
+    many, _ = laid_out(with_entries_at([n * 0.12 for n in range(200)]), HEIGHT)
+
+    assert many < few
+
+
+def test_a_hundred_labels_at_one_place_go_on_over_pages_of_it():
+    _, sheets = laid_out(with_entries_at([5.0] * 100), HEIGHT)
+
+    assert [(sheet.part, sheet.parts) for sheet in sheets if sheet.entries] == [
+        (1, 3), (2, 3), (3, 3),
+    ]  # fmt: skip
+
+
+def test_an_entry_without_a_distance_is_on_no_page():
+    made = report(observations=[{"distance_m": None, "code": "BAB"}])
+
+    assert [sheet.entries for sheet in laid_out(made, HEIGHT)[1]] == [()]
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "spans"),
+    [
+        (None, None, []),
+        (6, None, [(0.5, 0.5)]),
+        (3, None, [(0.75, 0.75)]),
+        (9, None, [(0.25, 0.25)]),
+        (3, 6, [(0.5, 0.75)]),
+        (9, 12, [(0.0, 0.25)]),
+        (12, 3, [(0.75, 1.0)]),
+        (9, 3, [(0.0, 0.25), (0.75, 1.0)]),
+        (12, 12, [(0.0, 1.0)]),
+    ],
+)
+def test_a_clock_sector_lies_where_the_wall_is_cut_at_the_crown(first, last, spans):
+    assert clock_spans(first, last) == spans

@@ -1,0 +1,211 @@
+"""`chainage export`: the same report as the server's, from a data folder that it leaves alone."""
+
+import csv
+import io
+import json
+import stat
+import zipfile
+
+import pytest
+from builders import wait_until
+from processes import Process
+
+from app.reports.bundle.signing import fingerprint
+from app.storage.signing_key import SigningKey
+
+
+@pytest.fixture(scope="module")
+def tagged(shared, clip):
+    """An inspection with a tag that has its photo, and one that no exchange format holds whole."""
+    inspection_id = shared.inspect(clip, name="Jalan Besar", header={"asset_id": "CUL-7"})
+    shared.wait(inspection_id)
+    shared.tag(inspection_id, frame=20, code="BAB", char1="B", char2="A", severity=4)
+    shared.tag(inspection_id, frame=5, remark="=look here")
+    path = f"/api/inspections/{inspection_id}/observations"
+    wait_until(lambda: all(o["photo"] for o in shared.get(path).json()["observations"]))
+    return inspection_id
+
+
+def files_of(folder, inspection_id):
+    """Name, size and time of change of every file but SQLite's shared index.
+
+    Folders of other inspections are left out: other tests of this file are still tracking there.
+    """
+    own = folder / "inspections" / inspection_id
+    paths = [path for path in folder.rglob("*") if path.is_file()]
+    return {
+        path.relative_to(folder): (path.stat().st_size, path.stat().st_mtime_ns)
+        for path in paths
+        if not path.name.endswith(("-shm", "-wal"))
+        and (path.is_relative_to(own) or not path.is_relative_to(own.parent))
+    }
+
+
+def export(chainage, shared, out, wanted, kind="csv", *words):
+    return chainage("export", wanted, "--format", kind, "--out", out, "--data", shared.data, *words)
+
+
+def test_it_is_what_the_server_exports(chainage, shared, tagged, tmp_path):
+    before = files_of(shared.data, tagged)
+    for kind in ("csv", "json"):
+        out = tmp_path / f"report.{kind}"
+        made = export(chainage, shared, out, tagged, kind)
+        assert (made.code, "Jalan Besar" in made.out) == (0, True), made.err
+        served = shared.get(f"/api/inspections/{tagged}/exports/{kind}").content
+        if kind == "csv":
+            assert out.read_bytes() == served
+        else:
+            ours, theirs = json.loads(out.read_bytes()), json.loads(served)
+            assert ours.pop("exported_at")
+            assert theirs.pop("exported_at")
+            assert ours == theirs
+    assert files_of(shared.data, tagged) == before
+    assert list(tmp_path.glob(".*")) == []
+
+
+@pytest.mark.parametrize("wanted", ["id", "prefix", "name"])
+def test_an_inspection_is_named_by_id_its_beginning_or_its_name(
+    chainage, shared, tagged, tmp_path, wanted
+):
+    words = {"id": tagged, "prefix": tagged[:10].upper(), "name": "Jalan Besar"}
+    made = export(chainage, shared, tmp_path / "out.csv", words[wanted])
+    assert made.code == 0, made.err
+    content = (tmp_path / "out.csv").read_text("utf-8-sig")
+    rows = list(csv.DictReader(io.StringIO(content)))
+    assert [row["frame"] for row in rows] == ["5", "20"]
+
+
+def test_what_a_format_cannot_hold_is_told(chainage, shared, tagged, tmp_path):
+    made = export(chainage, shared, tmp_path / "out.txt", tagged, "en13508")
+    assert made.code == 0
+    told = shared.get(f"/api/inspections/{tagged}/exports/en13508/losses").json()["losses"]
+    assert made.err.count("not in this format:") == len(told) > 0
+    assert all(" ".join(loss["detail"].split()) in " ".join(made.err.split()) for loss in told)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "kind", "sentence"),
+    [
+        ("nothing", "csv", "no inspection has the id or the name 'nothing'"),
+        ("", "csv", "no inspection has the id or the name ''"),
+        ("Jalan Besar", "docx", "there is no 'docx'; there are pdf, html"),
+        ("Jalan Besar", "geojson", "coordinates"),
+    ],
+)
+def test_what_is_asked_wrongly_is_told_in_a_sentence(
+    chainage, shared, tagged, tmp_path, wanted, kind, sentence
+):
+    made = export(chainage, shared, tmp_path / "out", wanted, kind)
+    assert made.code == 2
+    assert sentence in " ".join(made.err.replace("│", " ").split())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_two_of_one_name_are_told_apart_by_id(chainage, shared, tagged, clip, tmp_path):
+    twins = [shared.inspect(clip, name="Twin") for _ in range(2)]
+    made = export(chainage, shared, tmp_path / "out.csv", "Twin")
+    assert made.code == 2
+    told = "".join(made.err.replace("│", " ").split())
+    assert all(twin in told for twin in twins)
+
+
+def test_a_folder_without_a_database_is_told(chainage, tmp_path):
+    made = chainage(
+        "export", "x", "--format", "csv", "--out", tmp_path / "o.csv", "--data", tmp_path / "none"
+    )
+    assert made.code == 2
+    assert "There is no database in the folder" in " ".join(made.err.replace("│", " ").split())
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_run_that_goes_on_is_told_to_have_no_distances_yet(chainage, shared, long_clip, tmp_path):
+    running = shared.inspect(long_clip, name="Still running")
+    shared.tag(running, frame=3)
+    shared.wait(running, "running", "done")
+    made = export(chainage, shared, tmp_path / "out.csv", running)
+    assert made.code == 0
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "out.csv").read_text("utf-8-sig"))))
+    if not rows[0]["distance_m"]:
+        assert "its track is not on the disk" in made.err
+    shared.post(f"/api/inspections/{running}/cancel")
+
+
+def test_an_older_file_stays_when_it_fails(chainage, shared, tagged, tmp_path):
+    out = tmp_path / "out.geojson"
+    out.write_text("old")
+    assert export(chainage, shared, out, tagged, "geojson").code == 2
+    assert out.read_text() == "old"
+
+
+@pytest.fixture(scope="module")
+def evidence(shared, tagged, tmp_path_factory):
+    """The bundle that the server gives."""
+    path = tmp_path_factory.mktemp("evidence") / "bundle.zip"
+    answer = shared.get(f"/api/inspections/{tagged}/exports/zip")
+    assert answer.headers["Content-Type"] == "application/zip"
+    assert int(answer.headers["Content-Length"]) == len(answer.content)
+    path.write_bytes(answer.content)
+    return path
+
+
+def test_a_bundle_of_the_server_is_verified_with_its_key_and_film(chainage, shared, evidence, clip):
+    for key in (shared.data / "signing-key.pem", fingerprint_of(evidence)):
+        checked = chainage("verify", evidence, "--key", key, "--video", clip)
+        assert checked.code == 0, checked.err
+        assert "WRONG" not in checked.out
+        assert "open" not in checked.out
+        assert "photos/CUL-7-001.jpg" in checked.out
+
+
+def fingerprint_of(bundle):
+    with zipfile.ZipFile(bundle) as archive:
+        return json.loads(archive.read("manifest.json"))["fingerprint"]
+
+
+def test_what_is_wrong_in_a_bundle_is_told_with_exit_code_1(
+    chainage, evidence, long_clip, tmp_path
+):
+    checked = chainage("verify", evidence, "--video", long_clip, "--key", "0" * 64)
+    assert checked.code == 1
+    assert checked.out.count("WRONG") == 2
+    assert "is another film" in checked.out
+
+
+def test_what_cannot_be_checked_is_told_with_exit_code_2(chainage, evidence, tmp_path):
+    (tmp_path / "x.zip").write_bytes(b"no zip")
+    for words in (
+        [tmp_path / "x.zip"],
+        [tmp_path / "none.zip"],
+        [evidence, "--key", "abc"],
+        [evidence, "--key", tmp_path / "x.zip"],
+        [evidence, "--video", tmp_path / "none.mp4"],
+    ):
+        checked = chainage("verify", *words)
+        assert (checked.code, "Error" in checked.err) == (2, True)
+
+
+def test_the_command_line_signs_with_the_same_key(chainage, shared, tagged, evidence, tmp_path):
+    made = export(chainage, shared, tmp_path / "own.zip", tagged, "zip")
+    assert made.code == 0, made.err
+    assert fingerprint_of(tmp_path / "own.zip") == fingerprint_of(evidence)
+    assert chainage("verify", tmp_path / "own.zip").code == 0
+
+
+def test_the_key_is_backed_up_and_restored(chainage, shared, evidence, tmp_path):
+    assert chainage("backup", tmp_path / "b.zip", "--data", shared.data).code == 0
+    assert chainage("restore", tmp_path / "b.zip", "--data", tmp_path / "new").code == 0
+    key = tmp_path / "new" / "signing-key.pem"
+    assert key.read_bytes() == (shared.data / "signing-key.pem").read_bytes()
+    assert stat.S_IMODE(key.stat().st_mode) == 0o600
+
+
+def test_a_server_prints_the_fingerprint_of_its_key(tmp_path):
+    server = Process(tmp_path / "data", tmp_path / "log")
+    try:
+        line = server._process.stdout.readline()
+        assert line.strip() == (
+            "Evidence bundles are signed with the key "
+            + fingerprint(SigningKey(tmp_path / "data").public_key)
+        )
+    finally:
+        server.end()

@@ -1,0 +1,165 @@
+import csv
+import io
+import json
+from typing import Any
+
+import pytest
+from builders import STEP_MM, Client, assert_error
+
+from app.reports.content.naming import ascii_file_name, safe_file_name
+from app.reports.tables.table import COLUMNS
+
+
+def rows_of(client: Client, inspection_id: str) -> list[dict[str, str]]:
+    content = client.get(f"/api/inspections/{inspection_id}/exports/csv").content
+    return list(csv.DictReader(io.StringIO(content.decode("utf-8-sig"))))
+
+
+@pytest.fixture(scope="module")
+def report(shared: Client, clip: Any) -> str:
+    """An inspection with three observations."""
+    inspection_id = shared.inspect(
+        clip,
+        name="Jalan Besar / 7",
+        header={
+            "asset_id": "=CUL", "known_length_m": 2.5,
+            "start_lat": 3.139, "start_lon": 101.6869, "end_lat": 3.14, "end_lon": 101.6869,
+        },
+    )  # fmt: skip
+    shared.wait(inspection_id)
+    shared.tag(
+        inspection_id, frame=10, pixel=[127.5, 79.5], code="BAB", char1="B", char2="A",
+        quant1=2, clock_from=11, severity=3, continuous="A1", remark="=HYPERLINK(1)",
+    )  # fmt: skip
+    shared.tag(inspection_id, frame=35, code="BAB", char1="B", char2="A", continuous="B1")
+    shared.tag(inspection_id, frame=20, remark="-12, see photo\nnext line")
+    return inspection_id
+
+
+def test_the_csv_has_one_row_an_observation_and_the_agreed_columns(
+    shared: Client, report: str
+) -> None:
+    first, plain, finish = rows_of(shared, report)
+    assert tuple(first) == COLUMNS
+    assert float(first["distance_m"]) == pytest.approx(10 * STEP_MM / 1000, abs=0.001)
+    assert float(first["distance_to_go_m"]) == pytest.approx(2.484, abs=0.001)
+    assert (first["code"], first["char1"], first["char2"]) == ("BAB", "B", "A")
+    assert first["label"].startswith("Crack")
+    assert (first["quant1"], first["unit1"], first["unit2"]) == ("2.0", "mm", "")
+    assert (first["clock_from"], first["severity"]) == ("11", "3")
+    assert (first["cont_id"], first["cont_role"]) == ("1", "start")
+    assert float(first["cont_length_m"]) == pytest.approx(0.04, abs=0.002)
+    assert (finish["cont_role"], finish["cont_length_m"]) == ("finish", "")
+    assert first["video_file"] == "short.mp4"
+    assert first["video_time_s"] == "0.400"
+    assert (first["frame"], plain["frame"]) == ("10", "20")
+    assert (first["photo_file"], finish["photo_file"]) == ("CUL-001.jpg", "CUL-002.jpg")
+    assert len(first["photo_sha256"]) == 64
+    assert first["at_joint"] == "0"
+    assert first["x_m"]
+    assert not plain["x_m"]
+    assert (plain["code"], plain["label"], plain["severity"]) == ("", "", "")
+    assert [float(row["lat"]) for row in (first, plain, finish)] == [
+        3.1390064,
+        3.1390128,
+        3.1390224,
+    ]
+    assert {row["lon"] for row in (first, plain, finish)} == {"101.6869"}
+    assert first["tagged_at"].endswith("+00:00")
+    assert first["tagged_by"] == "server"
+
+
+def test_no_cell_is_run_by_a_spreadsheet(shared: Client, report: str) -> None:
+    first, plain, _ = rows_of(shared, report)
+    assert first["remark"] == "'=HYPERLINK(1)"
+    assert first["asset_id"] == "'=CUL"
+    assert plain["remark"].startswith("'-12")
+
+
+def test_the_csv_opens_in_an_office_program(shared: Client, report: str) -> None:
+    answer = shared.get(f"/api/inspections/{report}/exports/csv")
+    assert answer.content.startswith(b"\xef\xbb\xbfreport_id,")
+    assert answer.content.count(b"\r\n") == 4
+    assert answer.headers["Content-Type"] == "text/csv; charset=utf-8"
+    disposition = answer.headers["Content-Disposition"]
+    assert disposition.startswith('attachment; filename="Jalan_Besar_7-defects.csv"')
+
+
+def test_the_json_holds_everything_under_a_schema_version(shared: Client, report: str) -> None:
+    content = shared.get(f"/api/inspections/{report}/exports/json").json()
+    assert content["schema"] == "chainage-report/2"
+    assert content["inspection"]["rig"]["camera"]["width"] == 256
+    assert content["inspection"]["header"]["known_length_m"] == 2.5
+    assert content["inspection"]["source"]["sha256"]
+    assert [row["seq"] for row in content["observations"]] == [1, 3, 2]
+    assert tuple(content["observations"][0]) == COLUMNS
+    assert content["observations"][0]["remark"] == "=HYPERLINK(1)"
+
+
+def test_every_change_is_in_the_record(server: Client, clip: Any) -> None:
+    inspection_id = server.tracked(clip)
+    name = server.tag(inspection_id, code="BAB").json()["id"]
+    server.tag(inspection_id, name, code="BAC")
+    server.tag(inspection_id, name, code="BAC")
+    path = f"/api/inspections/{inspection_id}"
+    server.delete(f"{path}/observations/{name}")
+    server.post(f"{path}/observations/{name}/restore")
+    server.patch(path, json={"name": "New"})
+    events = server.get(f"{path}/exports/json").json()["events"]
+    assert [event["action"] for event in events] == [
+        "created", "created", "changed", "deleted", "restored", "changed",
+    ]  # fmt: skip
+    assert {event["who"] for event in events} == {"server"}
+    edit = events[2]
+    assert (edit["before"]["code"], edit["after"]["code"]) == ("BAB", "BAC")
+    assert (events[3]["before"]["code"], events[3]["after"]) == ("BAC", None)
+
+
+def test_other_formats_are_refused(shared: Client, done: str) -> None:
+    answer = shared.get(f"/api/inspections/{done}/exports/exe")
+    assert_error(answer, 422, "invalid_request")
+
+
+def test_an_inspection_without_observations_exports_an_empty_table(
+    shared: Client, clip: Any
+) -> None:
+    assert rows_of(shared, shared.tracked(clip)) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "safe"),
+    [
+        ("a b.csv", "a_b.csv"),
+        ("../../etc/passwd", "etc_passwd"),
+        ('x";\r\ny.csv', "x_y.csv"),
+        (".hidden", "hidden"),
+        ("涵洞", "涵洞"),
+        ("DL-Ä41.csv", "DL-Ä41.csv"),
+        ("///", "report"),
+    ],
+)
+def test_file_names_are_safe(name: str, safe: str) -> None:
+    assert safe_file_name(name) == safe
+
+
+def test_names_that_differ_in_an_umlaut_stay_apart_in_ascii() -> None:
+    names = [ascii_file_name(name) for name in ("DL-Ä41", "DL-Ö41", "DL-Ae41", "DL-41", "涵洞")]
+    assert all(name.isascii() for name in names)
+    assert len(set(names)) == len(names)
+    assert names[0].startswith("DL-Ae41-")
+    assert names[2] == "DL-Ae41"
+
+
+def test_the_code_pack_is_complete(shared: Client) -> None:
+    codes = shared.get("/api/codes").json()
+    assert len(codes) == 459
+    assert len({row["code"] for row in codes}) == 36
+    assert codes[3] == {
+        "code": "BAB", "char1": "A", "char2": "A",
+        "label": "Crack: hairline on the surface, along the pipe",
+        "label_ms": "Retak: retak rambut pada permukaan, memanjang paip", "group": "S",
+        "needs_clock": "yes", "needs_q1": "opt", "needs_q2": "no", "unit_q1": "mm",
+        "unit_q2": None, "continuous_allowed": True, "grade_s": None, "grade_o": None,
+        "hotkey": None, "icon": None,
+    }  # fmt: skip
+    json.dumps(codes, allow_nan=False)

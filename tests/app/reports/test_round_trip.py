@@ -1,0 +1,220 @@
+"""Export, import, export: the same file, but for when it was made."""
+
+from __future__ import annotations
+
+import json
+import uuid
+from pathlib import Path
+from typing import Any
+
+import pytest
+from builders import Client, serving, wait_until
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from reports import report
+
+from app.imports import any_file
+from app.inspections.file_reader import FileReader
+from app.reports.exchange import en13508
+from app.storage.backup import back_up
+from app.tracking.videos import NO_FILM
+
+
+def exported(client: Client, inspection_id: str) -> Any:
+    return client.get(f"/api/inspections/{inspection_id}/exports/json").json()
+
+
+def imported(client: Client, content: bytes) -> str:
+    answer = client.post("/api/imports", params={"filename": "report.json"}, content=content)
+    assert answer.status_code == 201, answer.text
+    (inspection,) = answer.json()["inspections"]
+    return str(inspection["id"])
+
+
+def but_for_ids(content: Any) -> Any:
+    """Without what another export, and another inspection of the same server, cannot share."""
+    kept = json.loads(json.dumps(content))
+    del kept["exported_at"], kept["inspection"]["id"]
+    for row in kept["observations"]:
+        del row["report_id"]
+    return kept
+
+
+@pytest.fixture(scope="module")
+def run(shared: Client, clip: Path) -> str:
+    """With stretches, a deleted tag, an edit, a correction that moves distances, and photos."""
+    inspection_id = shared.inspect(
+        clip,
+        name="Jalan Besar – 涵洞",
+        header={
+            "asset_id": "CUL-7", "known_length_m": 0.13, "cleaned": True, "of_another": "=1+1",
+            "start_lat": 3.139, "start_lon": 101.6869, "end_lat": 3.14, "end_lon": 101.6869,
+        },
+    )  # fmt: skip
+    shared.wait(inspection_id)
+    tag = str(uuid.uuid4())
+    shared.tag(inspection_id, frame=35, pixel=[200.25, 100.5], code="BAB", continuous="B1")
+    shared.tag(inspection_id, tag, frame=5, code="BAB", char1="B", char2="A", continuous="A1")
+    shared.tag(inspection_id, tag, frame=6, code="BAB", char1="B", quant1=2.5, continuous="A1",
+               clock_from=11, clock_to=2, severity=4, remark="a\nb")  # fmt: skip
+    gone = shared.tag(inspection_id, frame=9).json()["id"]
+    path = f"/api/inspections/{inspection_id}"
+    shared.delete(f"{path}/observations/{gone}")
+    answer = shared.put(
+        f"{path}/corrections",
+        json={
+            "zero": {"frame": 2, "offset_m": 0.05},
+            "lengths": [{"first_frame": 0, "last_frame": 39, "length_m": 0.0624, "sigma_mm": 1.0}],
+            "joints": {"use": False, "marked": [{"frame": 7, "pixel": [10.0, 20.0]}]},
+            "remark": "taped",
+        },
+    )
+    assert answer.status_code == 200, answer.text
+    listed = f"{path}/observations"
+    wait_until(lambda: all(o["photo"] for o in shared.get(listed).json()["observations"]))
+    return inspection_id
+
+
+def test_another_server_exports_the_same_file(shared: Client, run: str, tmp_path: Path) -> None:
+    """Every byte but the moment of the export: id, times, film, photos and history included."""
+    first = shared.get(f"/api/inspections/{run}/exports/json")
+    with serving(tmp_path) as other:
+        back = imported(other, first.content)
+        again = other.get(f"/api/inspections/{back}/exports/json")
+        for kind in ("en13508", "isybau", "m150", "ribx", "geojson", "csv"):
+            path = f"/api/inspections/{run}/exports/{kind}"
+            assert other.get(path).content == shared.get(path).content, kind
+        history = other.get(f"/api/inspections/{back}/events").json()["events"]
+        photo = other.get(f"/api/inspections/{back}/observations").json()["observations"][0]
+    at = [line for line in first.text.splitlines() if line.startswith('"exported_at"')]
+    lines = [line for line in first.text.splitlines() if line not in at]
+    assert [line for line in again.text.splitlines() if "exported_at" not in line] == lines
+    assert len(first.json()["observations"]) == 2
+    assert first.json()["observations"][0]["photo_sha256"]
+    assert first.json()["inspection"]["source"]["kind"] == "upload"
+    said = [event["remark"] for event in history if event["action"] == "imported"]
+    assert said == ["Imported from report.json."]
+    assert (photo["photo"], photo["photo_error"]) == (None, NO_FILM)
+
+
+def test_beside_the_original_it_gets_another_id_only(shared: Client, run: str) -> None:
+    first = exported(shared, run)
+    assert first["observations"][0]["distance_m"] != first["observations"][0]["distance_raw_m"]
+    second = imported(shared, json.dumps(first).encode())
+    third = imported(shared, json.dumps(exported(shared, second)).encode())
+    assert len({run, second, third}) == 3
+    for back in (second, third):
+        assert but_for_ids(exported(shared, back)) == but_for_ids(first)
+    assert shared.inspection(second)["video"]["playable"] is False
+
+
+def test_an_id_that_was_deleted_here_is_not_given_again(shared: Client, run: str) -> None:
+    first = exported(shared, run)
+    second = imported(shared, json.dumps(first).encode())
+    content = json.dumps(exported(shared, second)).encode()
+    shared.delete(f"/api/inspections/{second}")
+    assert imported(shared, content) != second
+
+
+def test_the_photo_of_an_import_goes_when_its_tag_moves(shared: Client, run: str) -> None:
+    back = imported(shared, json.dumps(exported(shared, run)).encode())
+    tag = exported(shared, back)["tags"][-1]
+    assert tag["photo_sha256"]
+    for frame in (tag["fields"]["frame"] + 1, tag["fields"]["frame"]):
+        shared.tag(back, tag["id"], **{**tag["fields"], "frame": frame})
+        assert exported(shared, back)["tags"][-1]["photo_sha256"] is None
+
+
+def test_a_backup_does_not_miss_what_is_elsewhere(shared: Client, run: str, tmp_path: Path) -> None:
+    imported(shared, json.dumps(exported(shared, run)).encode())
+    summary = back_up(shared.data, tmp_path / "all.zip", lambda done, total: None)
+    assert summary.missing == ()
+
+
+def test_a_survey_of_another_program_comes_back_too(shared: Client) -> None:
+    survey = imported(shared, en13508.write(report()).content)
+    first = exported(shared, survey)
+    again = exported(shared, imported(shared, json.dumps(first).encode()))
+    assert but_for_ids(again) == but_for_ids(first)
+
+
+TEXTS = st.sampled_from(
+    ["", " blank ", "Größe ±5 mm", "钢筋 ظاهر – 涵洞 🕳", "=1+1", 'a "b"; c, d', "<b>&amp;</b>",
+     "two\nlines\tand more", "ж" * 2000]
+)  # fmt: skip
+NAMES = TEXTS.filter(str.isprintable).map(lambda text: text[:200])
+LETTERS = st.sampled_from(["A", "B", "Z", "XP"])
+FIELDS = st.fixed_dictionaries(
+    {"frame": st.integers(0, 30)},
+    optional={
+        "pixel": st.tuples(st.floats(0, 255), st.floats(0, 159)).map(list),
+        "code": st.sampled_from(["BAB", "BCD", "BDC", "XYZ9"]), "char1": LETTERS, "char2": LETTERS,
+        "quant1": st.floats(-1e6, 1e6), "quant2": st.integers(0, 100),
+        "clock_from": st.integers(1, 12), "clock_to": st.integers(1, 12),
+        "severity": st.integers(0, 5), "continuous": st.sampled_from(["A1", "C1", "B1", "A999"]),
+        "remark": TEXTS, "at_joint": st.booleans(), "photo_name": NAMES,
+    },
+)  # fmt: skip
+HEADERS = st.fixed_dictionaries(
+    {},
+    optional={
+        "asset_id": TEXTS, "start_node": TEXTS, "remarks": TEXTS, "of_another": TEXTS,
+        "end_condition": st.just("abandoned"), "abandon_reason": TEXTS,
+        "shape": st.just("rectangular"), "width_mm": st.integers(1, 9000),
+        "known_length_m": st.floats(0.001, 1000), "cleaned": st.booleans(),
+    },
+)  # fmt: skip
+
+
+@settings(
+    max_examples=15, deadline=None, database=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)  # fmt: skip
+@given(data=st.data())
+def test_anything_that_was_stated_comes_back(
+    shared: Client, whole: Any, data: st.DataObject
+) -> None:
+    content = json.loads(json.dumps(whole))
+    fields = data.draw(st.lists(FIELDS, max_size=5))
+    content["inspection"] |= {
+        "id": uuid.uuid4().hex,
+        "name": data.draw(NAMES.filter(bool)),
+        "header": data.draw(HEADERS),
+        "status": data.draw(st.sampled_from(["done", "failed", "cancelled"])),
+        "revision": data.draw(st.integers(0, 9)),
+        "warning": data.draw(TEXTS),
+        "error": data.draw(TEXTS),
+    }
+    content["tags"] = [
+        {
+            "id": str(uuid.UUID(int=n)), "seq": 2 * n + 1, "fields": one,
+            "photo_sha256": data.draw(st.sampled_from([None, "ab" * 32])),
+            "created_by": "Ali", "created_at": "2026-09-14T09:42:00+00:00",
+            "edited_by": None, "edited_at": None,
+        }
+        for n, one in enumerate(fields)
+    ]  # fmt: skip
+    first = exported(shared, imported(shared, json.dumps(content).encode()))
+    for tag, one in zip(content["tags"], fields, strict=True):
+        if one.get("photo_name"):  # another program's photo, which nobody has seen
+            tag["photo_sha256"] = None
+    assert first["tags"] == content["tags"]
+    for part in ("inspection", "events", "track", "health", "sightings", "mount_tilt"):
+        assert first[part] == content[part], part
+    again = exported(shared, imported(shared, json.dumps(first).encode()))
+    assert but_for_ids(again) == but_for_ids(first)
+
+
+@pytest.fixture
+def whole(shared: Client, run: str, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """The export to vary; files are read in this process, as their bounds are tested elsewhere."""
+    monkeypatch.setattr(FileReader, "read", lambda self, content: any_file.read(content))
+    return exported(shared, run)
+
+
+@pytest.mark.parametrize("kind", ["csv", "xlsx", "html", "pdf", "zip"])
+def test_what_was_imported_is_exported_in_every_form(shared: Client, run: str, kind: str) -> None:
+    back = imported(shared, json.dumps(exported(shared, run)).encode())
+    answer = shared.get(f"/api/inspections/{back}/exports/{kind}")
+    assert answer.status_code == 200, answer.text
+    assert len(answer.content) > 500

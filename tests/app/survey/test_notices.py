@@ -1,0 +1,132 @@
+"""What people are shown where picture and rig disagree, on tracks of which the truth is known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from builders import clip_rig
+from reports import track_of
+from textures import make_rig
+
+from app.lab.simulation import SCENARIOS, Scenario, render
+from app.survey.adjustment import Adjusted, Stated, adjust
+from app.survey.notices import notices_of
+from vo_core import Odometry, Rig
+from vo_core.geometry.tilt import MountTilt
+from vo_core.joints.finder import Sighting
+
+SEGMENT_MM = 1500.0
+RAW = track_of(12.0)
+FIELDS = clip_rig()
+RIG = Rig.parse(FIELDS | {"pipe": {"shape": "flat", "segment_length_mm": SEGMENT_MM}})
+
+
+def adjusted(at_mm: np.ndarray) -> Adjusted:
+    """By joints that were seen there, in the raw track."""
+    frames = np.searchsorted(RAW.distance_mm, at_mm) - 1
+    seen = [
+        Sighting(int(frame), float(at - RAW.distance_mm[frame]), 0.3, 0.5)
+        for frame, at in zip(frames, at_mm, strict=True)
+    ]
+    return adjust(RAW, RIG, Stated(), seen)
+
+
+@pytest.mark.parametrize("scale", [0.99, 1.0, 1.015])
+def test_nothing_is_said_within_the_tolerance(scale: float) -> None:
+    found = adjusted(SEGMENT_MM / scale * np.arange(1, 8))
+    assert found.source == "joint"
+    assert notices_of(found) == []
+
+
+def test_a_camera_that_must_sit_elsewhere_is_named_with_its_height() -> None:
+    (notice,) = notices_of(adjusted(SEGMENT_MM / 0.93 * np.arange(1, 7)))
+    assert notice.code == "height_doubted"
+    assert notice.params["scale"] == pytest.approx(0.93, abs=0.005)
+    assert notice.params["height_mm"] == pytest.approx(0.93 * 200, abs=1)
+    assert (notice.params["stated_mm"], notice.params["tolerance_mm"]) == (200.0, 2.0)
+
+
+def test_a_stated_length_of_a_segment_that_is_wrong_does_not_set_the_scale() -> None:
+    found = adjusted(SEGMENT_MM / 0.75 * np.arange(1, 6))
+    assert (found.source, found.scale) == ("odometry", 1.0)
+    (notice,) = notices_of(found)
+    assert notice.code == "joints_doubted"
+    assert notice.params == {"scale": pytest.approx(0.75, abs=0.005), "segment_mm": SEGMENT_MM}
+
+
+def test_rings_that_lie_otherwise_than_stated_are_named() -> None:
+    (notice,) = notices_of(adjusted(np.array([1000.0, 2900.0, 4750.0, 6950.0, 8100.0])))
+    assert notice.code == "rings_uncounted"
+    assert notice.params == {"n": 5, "segment_mm": SEGMENT_MM}
+
+
+def test_two_joints_alone_do_not_overrule_the_rig() -> None:
+    two, three = (adjusted(SEGMENT_MM / 0.9 * np.arange(1, n + 1)) for n in (2, 3))
+    assert (two.source, three.source) == ("odometry", "joint")
+    assert [notice.code for notice in notices_of(two)] == ["joints_doubted"]
+    assert three.scale == pytest.approx(0.9, abs=0.005)
+
+
+def test_a_scale_that_changes_along_the_run_is_named() -> None:
+    scales = np.linspace(1.0, 0.88, 8)  # a bed of silt that rises
+    (notice,) = notices_of(adjusted(np.cumsum(SEGMENT_MM / scales)[:7]))
+    assert notice.code == "scale_changes"
+    assert notice.params["first"] > notice.params["last"]
+
+
+FORWARD = make_rig(mount={"view": "forward", "height_mm": 150.0, "roll_deg": 1.0})
+
+
+def turned(rig: Rig, tilt: MountTilt) -> list[tuple[str, dict[str, float]]]:
+    found = notices_of(adjust(RAW, rig, Stated(), []), tilt)
+    return [(notice.code, notice.params) for notice in found]
+
+
+def test_a_tilt_counts_beyond_two_sigma_of_tolerance_and_measurement_together() -> None:
+    assert turned(make_rig(), MountTilt(1.9, -1.9, 0.01, 0.01)) == []
+    assert turned(make_rig(), MountTilt(2.9, 0.0, 1.1, 0.0)) == []
+    assert turned(make_rig(), MountTilt(2.9, 0.0, 0.1, 0.0)) == [
+        ("looks_ahead", {"turned_deg": 2.9, "tolerance_deg": 1.0, "seen_deg": 2.9})
+    ]
+    known = make_rig().known_to(tilt_deg=0.2)
+    ((code, params),) = turned(known, MountTilt(0.1, -0.6, 0.01, 0.1))
+    assert (code, params["tolerance_deg"]) == ("looks_right", 0.2)
+
+
+def test_a_camera_that_looks_along_the_pipe_turns_otherwise() -> None:
+    assert turned(FORWARD, MountTilt(-2.5, 2.5, 0.1, 0.1)) == [
+        ("looks_down", {"turned_deg": 2.5, "tolerance_deg": 1.0, "seen_deg": -2.5}),
+        ("turned_clockwise", {"turned_deg": 2.5, "tolerance_deg": 1.0, "seen_deg": 3.5}),
+    ]
+
+
+def tilt_of(scenario: Scenario) -> MountTilt:
+    odometry = Odometry(scenario.rig)
+    for frame in render(scenario):
+        odometry.step(frame.image, frame.t_s)
+    return odometry.tilt
+
+
+def mounted(name: str, **mount: float) -> Scenario:
+    scenario = SCENARIOS[name].shortened(150.0)
+    rig = scenario.rig
+    true = rig.model_copy(update={"mount": rig.mount.model_copy(update=mount)})
+    return replace(scenario, true_rig=true, seed=5)
+
+
+def test_a_tilted_mount_is_named_from_its_pictures_and_its_rig_is_put_right() -> None:
+    scenario = mounted("nominal", pitch_deg=-3.5)
+    ((code, params),) = turned(scenario.rig, tilt_of(scenario))
+    assert (code, params["seen_deg"]) == ("looks_back", -3.5)
+
+    floor = mounted("tiled_floor", roll_deg=3.0)
+    ((code, params),) = turned(floor.rig, tilt_of(floor))
+    assert (code, params["seen_deg"]) == ("looks_left", pytest.approx(3.0, abs=0.21))
+    assert turned(floor.rendered_rig, tilt_of(replace(floor, rig=floor.rendered_rig))) == []
+
+
+def test_a_robot_that_nods_on_soft_wheels_has_no_tilted_mount() -> None:
+    scenario = replace(SCENARIOS["bounce"].shortened(300.0), seed=6)
+    assert turned(scenario.rig, tilt_of(scenario)) == []

@@ -1,0 +1,147 @@
+"""Tracking that was broken off goes on from its last checkpoint, and comes out the same."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from builders import (
+    Client,
+    assert_error,
+    children,
+    make_clip,
+    send_signal,
+    serving,
+    wait_until,
+)
+
+TRACKER = "app.jobs.tracker"
+GOES_ON = "app.tracking.queue"
+FRAMES, PACE = 300, 8.0
+STALL_S = 4.0
+"""A child on a busy machine starts in less."""
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Twelve seconds, of which `PACE` makes one and a half: there is time for checkpoints."""
+    return make_clip(tmp_path_factory.mktemp("film") / "film.mp4", FRAMES)
+
+
+@pytest.fixture(scope="module")
+def paced(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+    with serving(tmp_path_factory.mktemp("paced"), pace=PACE, stall_s=STALL_S) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def whole(paced: Client, film: Path) -> dict[str, bytes]:
+    """What an uninterrupted run leaves."""
+    return left_by(paced, paced.tracked(film))
+
+
+def left_by(client: Client, inspection_id: str) -> dict[str, bytes]:
+    """The files that tracking makes, by name."""
+    folder = client.data / "inspections" / inspection_id
+    texts = {name: (folder / name).read_bytes() for name in ("health.csv", "joints.csv")}
+    track = [line for line in (folder / "track.csv").read_bytes().splitlines() if line[:1] != b"#"]
+    tiles = {path.name: path.read_bytes() for path in (folder / "wall").iterdir()}
+    return {"track.csv": b"\n".join(track)} | texts | tiles
+
+
+def checkpoint_of(client: Client, inspection_id: str) -> Path:
+    """The file of a checkpoint, once there is one."""
+    path = client.data / "inspections" / inspection_id / "checkpoint"
+    wait_until(path.exists)
+    return path
+
+
+def resumed_at(caplog: pytest.LogCaptureFixture) -> list[int]:
+    """Frames from which tracking has gone on."""
+    return [
+        int(record.args[1])
+        for record in caplog.records
+        if record.name == GOES_ON and "on." in record.msg and len(record.args or ()) == 2
+    ]
+
+
+def test_a_process_that_dies_is_followed_by_one_that_goes_on(
+    paced: Client,
+    film: Path,
+    whole: dict[str, bytes],
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    caplog.set_level(logging.INFO, GOES_ON)
+    inspection_id = paced.inspect(film)
+    with paced.socket(f"/api/inspections/{inspection_id}/live") as socket:
+        checkpoint_of(paced, inspection_id)
+        send_signal(TRACKER, signal.SIGKILL)
+        states, frames = [], []
+        while not states or states[-1] in ("queued", "running"):
+            message = socket.recv(30)
+            if isinstance(message, bytes):
+                header = json.loads(message[4 : 4 + int.from_bytes(message[:4], "big")])
+                socket.send(json.dumps({"type": "ack", "seq": header["seq"]}))
+                states.append(header["state"])
+                frames.append(header["progress"]["frames_done"])
+    assert paced.wait(inspection_id)["status"] == states[-1] == "done"
+    assert frames[-1] == FRAMES
+    (at,) = resumed_at(caplog)
+    assert at > 0
+    assert left_by(paced, inspection_id) == whole
+    names = {path.name for path in (paced.data / "inspections" / inspection_id).iterdir()}
+    assert not names & {"checkpoint", "journal"}
+
+
+def test_a_process_that_hangs_is_ended_and_followed_by_another(
+    paced: Client, film: Path, whole: dict[str, bytes], caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO, GOES_ON)
+    inspection_id = paced.inspect(film)
+    checkpoint_of(paced, inspection_id)
+    (pid,) = children(TRACKER)
+    os.kill(pid, signal.SIGSTOP)
+    while not resumed_at(caplog):
+        assert paced.get("/healthz").elapsed.total_seconds() < STALL_S / 2
+        assert paced.inspection(inspection_id)["status"] == "running"
+    assert not Path(f"/proc/{pid}").exists()
+    assert paced.wait(inspection_id)["status"] == "done"
+    assert left_by(paced, inspection_id) == whole
+
+
+def test_one_video_that_ends_every_process_fails_clearly(
+    paced: Client, clip: Path, film: Path
+) -> None:
+    inspection_id = paced.inspect(film)
+    killed = set[int]()
+    while paced.inspection(inspection_id)["status"] != "failed":
+        for pid in set(children(TRACKER)) - killed:
+            os.kill(pid, signal.SIGKILL)
+            killed.add(pid)
+    failed = paced.inspection(inspection_id)
+    assert failed["error"]["code"] == "tracking_process_died"
+    assert "SIGKILL" in failed["error"]["detail"]
+    assert "3 times" in failed["error"]["detail"]
+    assert len(killed) == 3
+    assert paced.wait(paced.inspect(clip))["status"] == "done", "the server goes on"
+
+
+def test_retry_begins_with_the_first_frame(
+    paced: Client, film: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO, GOES_ON)
+    inspection_id = paced.inspect(film)
+    checkpoint = checkpoint_of(paced, inspection_id)
+    assert_error(paced.post(f"/api/inspections/{inspection_id}/retry"), 409, "still_running")
+    assert checkpoint.exists()
+    paced.post(f"/api/inspections/{inspection_id}/cancel")
+    assert not checkpoint.exists()
+    paced.post(f"/api/inspections/{inspection_id}/retry")
+    wait_until(lambda: children(TRACKER))
+    paced.post(f"/api/inspections/{inspection_id}/cancel")
+    assert not resumed_at(caplog)

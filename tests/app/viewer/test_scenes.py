@@ -1,0 +1,300 @@
+"""The 3D scene follows tracking and tags; what it draws is looked at as a browser receives it."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+import zstandard
+from builders import TOKEN, Client, wait_until
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+
+from app.access.access import create_token
+from app.storage.tokens import Role, TokenFile
+from app.survey.rounding import metres
+from app.tracking.live import Progress
+from app.tracking.tracks import estimate_at
+from app.viewer import scenes
+
+OURS, THEIRS = "a" * 32, "b" * 32
+"""Numbers of two pages."""
+
+
+def look(client: Client, inspection_id: str, page: str = OURS) -> ClientConnection:
+    return client.view(inspection_id, page)
+
+
+def page(
+    client: Client, inspection_id: str, page: str = OURS, token: str = TOKEN
+) -> ClientConnection:
+    return connect(
+        f"{client.server.websocket_url}/api/inspections/{inspection_id}/live?page={page}",
+        origin=client.server.url,  # type: ignore[arg-type]
+        additional_headers={"Authorization": f"Bearer {token}"},
+        max_size=None,
+    )
+
+
+def command(live: ClientConnection, kind: str, **fields: Any) -> None:
+    live.send(json.dumps({"type": kind} | fields))
+
+
+def messages(socket: ClientConnection) -> list[dict[str, Any]]:
+    """The next frame: raw size, compressed size, zstd of msgpack (viser 1.1.1)."""
+    frame = socket.recv(20)
+    assert isinstance(frame, bytes)
+    raw, compressed = (int.from_bytes(frame[i : i + 8], "little") for i in (0, 8))
+    packed = zstandard.decompress(frame[16 : 16 + compressed], max_output_size=raw)
+    return list(msgspec.msgpack.decode(packed)["messages"])
+
+
+def until(socket: ClientConnection, found: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+    """The first message that fits; receiving ends by a time-out."""
+    while True:
+        for message in messages(socket):
+            if found(message):
+                return message
+
+
+def messages_until(
+    socket: ClientConnection, found: Callable[[dict[str, Any]], bool]
+) -> list[dict[str, Any]]:
+    """All messages up to the frame that has one that fits."""
+    seen: list[dict[str, Any]] = []
+    while not any(map(found, seen)):
+        seen += messages(socket)
+    return seen
+
+
+def says(text: str) -> Callable[[dict[str, Any]], bool]:
+    return lambda message: text in str(message)
+
+
+def robot_moves(message: dict[str, Any]) -> bool:
+    return message["type"] == "SetPositionMessage" and "robot" in message["name"]
+
+
+def test_a_pin_appears_with_its_tag_and_goes_with_it(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    with look(server, inspection_id) as socket:
+        tag = server.tag(inspection_id, frame=20, code="BAB", severity=3).json()
+        until(socket, says("BAB"))
+        server.delete(f"/api/inspections/{inspection_id}/observations/{tag['id']}")
+        until(socket, lambda m: m.get("name") == "/pins/heads" and m.get("visible") is False)
+
+
+def test_who_looks_at_a_deleted_inspection_is_no_fault(
+    server: Client, clip: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    inspection_id = server.tracked(clip)
+    with look(server, inspection_id) as socket:
+        messages(socket)
+        assert server.delete(f"/api/inspections/{inspection_id}").status_code == 204
+    assert "failed" not in caplog.text
+
+
+def test_who_opens_the_view_later_sees_the_tags(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    server.tag(inspection_id, frame=20, code="BBC")
+    with look(server, inspection_id) as socket:
+        until(socket, says("BBC"))
+
+
+def test_the_robot_follows_the_tracking(server: Client, long_clip: Path) -> None:
+    inspection_id = server.inspect(long_clip)
+    with look(server, inspection_id) as socket:
+        first = until(socket, lambda m: robot_moves(m) and m["position"][0] > 0.02)
+        until(socket, lambda m: robot_moves(m) and m["position"][0] > first["position"][0] + 0.1)
+
+
+def test_the_robot_goes_to_the_frame_that_the_player_shows(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    with (
+        page(server, inspection_id) as live,
+        look(server, inspection_id) as socket,
+    ):
+        command(live, "show", frame=10)
+        until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.016) < 0.001)
+        command(live, "show", frame=None)
+        until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.0624) < 0.001)
+
+
+def test_the_tag_that_is_selected_in_the_list_is_marked(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    tag = server.tag(inspection_id, frame=20, code="BAB").json()
+    with (
+        page(server, inspection_id) as live,
+        look(server, inspection_id) as socket,
+    ):
+        command(live, "select", observation=tag["id"])
+        until(socket, says("» BAB"))
+        command(live, "select", observation=None)
+        until(socket, lambda m: "'BAB" in str(m))
+
+
+@pytest.mark.parametrize("theirs", [THEIRS, OURS])
+def test_nobody_moves_the_view_of_another_page(server: Client, clip: Path, theirs: str) -> None:
+    """Robot, camera and marked tag of a page are its own, even if a viewer knew its number."""
+    inspection_id = server.tracked(clip)
+    tag = server.tag(inspection_id, frame=20, code="BAB").json()
+    token = create_token(TokenFile(server.data), "looker", Role.VIEWER)
+    with (
+        page(server, inspection_id) as ours,
+        look(server, inspection_id) as socket,
+        page(server, inspection_id, theirs, token) as viewer,
+    ):
+        command(ours, "show", frame=10)
+        until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.016) < 0.001)
+        command(viewer, "show", frame=30)
+        command(viewer, "camera", mode="inside")
+        command(viewer, "select", observation=tag["id"])
+        command(viewer, "words", language="ms", units="ft")
+        command(viewer, "ping", t=1.0)
+        while not isinstance(viewer.recv(20), str):  # the pong: all of it has been taken
+            pass
+        command(ours, "select", observation=tag["id"])
+        seen = messages_until(socket, says("» BAB"))
+        command(ours, "show", frame=11)
+        seen += messages_until(socket, robot_moves)
+    places_m = [m["position"][0] for m in seen if robot_moves(m)]
+    assert places_m == pytest.approx([0.0176] * len(places_m), abs=0.001)
+    assert [m["type"] for m in seen if m["type"] == "FogMessage" and m["enabled"]] == []
+    assert " ft" not in str(seen)
+
+
+def test_what_a_page_wished_before_its_view_came_is_done(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    with page(server, inspection_id) as live:
+        command(live, "show", frame=10)
+        command(live, "ping", t=1.0)
+        while not isinstance(live.recv(20), str):
+            pass
+        with look(server, inspection_id) as socket:
+            until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.016) < 0.001)
+
+
+def test_labels_are_in_the_language_and_unit_of_the_page(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    server.tag(inspection_id, frame=20, code="BAB", char1="C", char2="A")
+    with page(server, inspection_id) as live, look(server, inspection_id) as socket:
+        until(socket, says("Crack"))
+        command(live, "words", language="ms", units="ft")
+        until(socket, says("Retak"))
+        with look(server, inspection_id, THEIRS) as other:
+            until(other, says("Crack"))
+    with page(server, inspection_id) as live, look(server, inspection_id) as socket:
+        command(live, "words", language="ms", units="ft")
+        until(socket, lambda m: "robot_label" in str(m) and " ft ± 0.1 ft" in str(m))
+
+
+def test_each_update_stands_on_the_page_and_in_its_view_at_once(server: Client, clip: Path) -> None:
+    """While a film is tracked: nothing of an update waits for the next."""
+    inspection_id = server.tracked(clip)
+    services = server.server.app.state.services
+    track = services.corrections.track(inspection_id)
+    with page(server, inspection_id) as live, look(server, inspection_id) as socket:
+        for frame in (12, 24, 36):
+            estimate = estimate_at(track, frame)
+            services.live.publish(
+                inspection_id, "running", Progress(40, 40, None, None), (estimate,)
+            )
+            until(socket, says(f"'text': '{metres(estimate.distance_mm):.3f} m"))
+            assert distance_mm_of(live, frame) == pytest.approx(estimate.distance_mm)
+
+
+def distance_mm_of(live: ClientConnection, frame: int) -> float:
+    """What the page is sent of this frame."""
+    while True:
+        message = live.recv(20)
+        if isinstance(message, bytes):
+            header = json.loads(message[4 : 4 + int.from_bytes(message[:4], "big")])
+            command(live, "ack", seq=header["seq"])
+            if header["frame"] == frame:
+                return float(header["distance_mm"])
+
+
+def test_a_view_that_is_drawn_seldom_shows_no_distance(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    with page(server, inspection_id) as live, look(server, inspection_id) as socket:
+        command(live, "words", language="en", units="m", late=True)
+        until(socket, lambda m: m.get("name") == "/robot_label" and m.get("visible") is False)
+        command(live, "words", language="en", units="m")
+        until(socket, lambda m: m.get("name") == "/robot_label" and m.get("visible") is True)
+
+
+def test_a_view_that_nobody_looks_at_is_closed(
+    server: Client, clip: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(scenes, "_CLOSE_UNUSED_AFTER_S", 0.0)
+    monkeypatch.setattr(scenes, "_SWEEP_S", 0.05)
+    inspection_id = server.tracked(clip)
+    services = server.server.app.state.services
+    before = threading.active_count()
+    with page(server, inspection_id):
+        for number in range(6):
+            with look(server, inspection_id, f"{number:032x}") as socket:
+                messages(socket)
+        wait_until(lambda: services.scenes.count() == 0)
+        wait_until(lambda: viewer_threads() == [])
+    assert threading.active_count() <= before + 2
+
+
+def viewer_threads() -> list[str]:
+    return [thread.name for thread in threading.enumerate() if "scene-writer" in thread.name]
+
+
+def test_views_are_so_many_at_the_most(
+    server: Client, clip: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(scenes, "MOST_OPEN", 1)
+    inspection_id = server.tracked(clip)
+    with look(server, inspection_id) as socket:
+        messages(socket)
+        with pytest.raises(InvalidStatus) as refused:
+            look(server, inspection_id, THEIRS)
+    assert refused.value.response.status_code == 503
+
+
+def test_a_stretch_is_a_band_from_its_start_to_its_finish(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    server.tag(inspection_id, frame=5, code="BAB", severity=2, continuous="A1")
+    server.tag(inspection_id, frame=35, code="BAB", severity=2, continuous="B1")
+    with look(server, inspection_id) as socket:
+        until(socket, lambda m: m.get("name") == "/pins/patches/2")
+
+
+def test_a_correction_moves_robot_path_wall_and_tags(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    server.tag(inspection_id, frame=0, code="BAB")
+    stated = {
+        "zero": {"frame": 0, "offset_m": 1.0},
+        "lengths": [],
+        "joints": {"use": False, "marked": [], "left_out": []},
+        "rig_sigma": None,
+        "forced": None,
+        "remark": None,
+    }
+    with look(server, inspection_id) as socket:
+        wall = until(socket, lambda m: m["type"] == "GlbMessage")["name"]
+        raw_m = 0.5 * int(wall.split("/")[2])
+        answer = server.put(f"/api/inspections/{inspection_id}/corrections", json=stated)
+        assert answer.status_code == 200, answer.text
+        waited = {
+            "robot": lambda m: robot_moves(m) and abs(m["position"][0] - 1.0624) < 0.001,
+            "wall": lambda m: (
+                m["type"] == "SetPositionMessage"
+                and m["name"] == wall
+                and abs(m["position"][0] - raw_m - 1.0) < 0.01
+            ),
+            "tag": says("1.00 m ±"),
+            "path": lambda m: m.get("name") == "/trail/0" and m["type"] == "LineSegmentsMessage",
+        }
+        while waited:
+            for message in messages(socket):
+                waited = {what: found for what, found in waited.items() if not found(message)}

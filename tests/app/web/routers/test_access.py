@@ -1,0 +1,259 @@
+import json
+import posixpath
+import re
+import stat
+from pathlib import Path
+
+import pytest
+from builders import TOKEN, Client, assert_error, serving
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from app.web.routers.pages import version_of
+
+
+def example(parameter: str) -> str:
+    return {
+        "frame": "0",
+        "kind": "csv",
+        "observation_id": "00000000-0000-4000-8000-000000000000",
+    }.get(parameter, "0" * 32)
+
+
+def log_in(client: Client, token: str = TOKEN) -> Client:
+    """A browser with a session."""
+    browser = client.anonymous()
+    browser.headers["Origin"] = client.server.url
+    assert browser.post("/api/login", json={"token": token}).status_code == 204
+    return browser
+
+
+def test_a_wrong_token_is_as_good_as_none(shared: Client) -> None:
+    for header in ("Bearer wrong", "Basic abc", "Bearer"):
+        answer = shared.anonymous().get("/api/session", headers={"Authorization": header})
+        assert_error(answer, 401, "unauthenticated")
+        assert answer.headers["WWW-Authenticate"] == "Bearer"
+
+
+def test_pages_lead_a_stranger_to_the_log_in_and_back(shared: Client) -> None:
+    answer = shared.anonymous().get("/inspections/12", headers={"Accept": "text/html"})
+    assert answer.status_code == 303
+    assert answer.headers["Location"] == "/login?next=/inspections/12"
+    assert shared.anonymous().get(answer.headers["Location"]).status_code == 200
+
+
+def test_the_log_in_page_and_all_that_it_loads_are_public(shared: Client) -> None:
+    stranger = shared.anonymous()
+    page = stranger.get("/login").text
+    scripts = stranger.get("/static/login.js").text
+    paths = re.findall(r'(?:href|src)="(/static/[^"]+)"', page)
+    paths += [f"/static/{name}" for name in re.findall(r"from '\./([^']+)'", scripts)]
+    assert len(paths) >= 4
+    for path in paths:
+        assert stranger.get(path).status_code == 200, path
+
+
+def test_the_files_of_a_page_are_kept_until_one_of_them_changes(
+    shared: Client, tmp_path: Path
+) -> None:
+    (named,) = re.findall(r'src="(/static/[^"]+/main.js)"', shared.get("/").text)
+    kept, asked = shared.get(named), shared.get("/static/main.js")
+    assert kept.text == asked.text
+    assert "immutable" in kept.headers["Cache-Control"]
+    assert asked.headers["Cache-Control"] == "no-cache"
+    tag = asked.headers["ETag"]
+    assert tag.startswith('"')  # a strong one: the very bytes
+    assert shared.get("/static/main.js", headers={"If-None-Match": tag}).status_code == 304
+    (tmp_path / "a.js").write_text("1")
+    before = version_of(tmp_path)
+    (tmp_path / "a.js").write_text("12")
+    assert version_of(tmp_path) != before
+
+
+def test_a_page_names_every_module_that_it_needs_at_once(shared: Client) -> None:
+    page = shared.get("/").text
+    named = re.findall(r'rel="modulepreload" href="([^"]+)"', page)
+    assert len(named) == len(set(named)) > 100
+    for path in named:
+        script = shared.get(path)
+        assert script.status_code == 200, path
+        for imported in re.findall(r"^import .*?'(\.[^']+)'", script.text, re.M | re.S):
+            assert posixpath.normpath(f"{posixpath.dirname(path)}/{imported}") in named
+
+
+def test_a_token_is_exchanged_for_a_session_that_log_out_ends(shared: Client) -> None:
+    browser = log_in(shared)
+    assert browser.get("/api/session").json() == {"name": "server", "role": "admin"}
+    assert browser.get("/").status_code == 200
+    cookie = browser.cookies["chainage_session"]
+    assert browser.post("/api/logout").status_code == 204
+    stolen = {"Cookie": f"chainage_session={cookie}"}
+    assert shared.anonymous().get("/api/session", headers=stolen).status_code == 401
+
+
+def test_the_cookie_is_out_of_reach_for_scripts_and_other_sites(shared: Client) -> None:
+    answer = shared.anonymous().post("/api/login", json={"token": TOKEN})
+    flags = answer.headers["Set-Cookie"].lower()
+    assert "httponly" in flags
+    assert "samesite=strict" in flags
+    assert TOKEN not in flags
+
+
+def test_the_printed_address_logs_in_and_leaves_no_token_behind(shared: Client) -> None:
+    browser = shared.anonymous()
+    answer = browser.get("/login", params={"token": TOKEN})
+    assert answer.status_code == 303
+    assert answer.headers["Location"] == "/"
+    assert browser.get("/api/session").status_code == 200
+    assert_error(shared.anonymous().get("/login?token=wrong"), 401, "unauthenticated")
+
+
+@pytest.mark.parametrize(
+    ("wanted", "reached"),
+    [
+        ("/new", "/new"),
+        (f"/inspections/{'a' * 32}", f"/inspections/{'a' * 32}"),
+        ("//evil.example", "/"),
+        ("https://evil.example/new", "/"),
+        ("/\\evil.example", "/"),
+    ],
+)
+def test_a_log_in_leads_to_our_pages_only(shared: Client, wanted: str, reached: str) -> None:
+    answer = shared.anonymous().get("/login", params={"token": TOKEN, "next": wanted})
+    assert answer.headers["Location"] == reached
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Sec-Fetch-Site": "cross-site"},
+        {"Sec-Fetch-Site": "same-site"},
+        {},
+    ],
+)
+def test_a_page_of_another_site_cannot_use_the_session(
+    shared: Client, headers: dict[str, str]
+) -> None:
+    browser = log_in(shared)
+    del browser.headers["Origin"]
+    answer = browser.post("/api/logout", headers=headers)
+    assert_error(answer, 403, "cross_origin")
+    assert browser.get("/api/session").status_code == 200
+
+
+def test_a_page_of_another_site_cannot_log_a_browser_in(shared: Client) -> None:
+    answer = shared.anonymous().post(
+        "/api/login", json={"token": TOKEN}, headers={"Origin": "http://evil.example"}
+    )
+    assert_error(answer, 403, "cross_origin")
+
+
+def test_a_rebound_name_is_refused_and_an_address_is_not(shared: Client) -> None:
+    for host in ("evil.example", "evil.example:8000", "", "localhost.evil.example"):
+        assert_error(shared.get("/healthz", headers={"Host": host}), 400, "unknown_host")
+    for host in ("localhost:1", "192.168.1.4", "[::1]:8000", "127.0.0.1"):
+        assert shared.get("/healthz", headers={"Host": host}).status_code == 200
+
+
+def test_an_operator_may_add_a_name(tmp_path: Path) -> None:
+    with serving(tmp_path, allowed_hosts="crew.example, other.example") as client:
+        assert client.get("/healthz", headers={"Host": "crew.example"}).status_code == 200
+
+
+def test_guessing_tokens_is_slowed_down(server: Client) -> None:
+    stranger = server.anonymous()
+    for _ in range(10):
+        assert_error(stranger.post("/api/login", json={"token": "x"}), 401, "unauthenticated")
+    answer = stranger.post("/api/login", json={"token": TOKEN})
+    assert_error(answer, 429, "too_many_attempts")
+    assert answer.headers["Retry-After"]
+    assert server.get("/api/session").status_code == 200, "who is in stays in"
+
+
+def test_the_server_makes_a_token_once_and_keeps_it_to_itself(tmp_path: Path) -> None:
+    tokens = []
+    for _ in range(2):
+        with serving(tmp_path, token=None) as client:
+            tokens.append(client.server.app.state.services.access.server_token)
+            bearer = {"Authorization": f"Bearer {tokens[-1]}"}
+            assert client.get("/api/session", headers=bearer).status_code == 200
+    assert tokens[0] == tokens[1]
+    assert len(tokens[0]) >= 43
+    assert stat.S_IMODE((tmp_path / "token").stat().st_mode) == 0o600
+    assert tokens[0].encode() not in (tmp_path / "chainage.db").read_bytes()
+
+
+def test_a_changed_token_ends_the_old_one_and_its_sessions(tmp_path: Path) -> None:
+    with serving(tmp_path) as client:
+        cookie = log_in(client).cookies["chainage_session"]
+    with serving(tmp_path, token=TOKEN[::-1]) as client:
+        old = client.anonymous()
+        assert old.get("/api/session", headers={"Authorization": f"Bearer {TOKEN}"}).is_error
+        assert old.get("/api/session", headers={"Cookie": f"chainage_session={cookie}"}).is_error
+
+
+def test_a_session_survives_a_restart(tmp_path: Path) -> None:
+    with serving(tmp_path) as client:
+        cookie = log_in(client).cookies["chainage_session"]
+    with serving(tmp_path) as client:
+        headers = {"Cookie": f"chainage_session={cookie}"}
+        assert client.anonymous().get("/api/session", headers=headers).status_code == 200
+
+
+@pytest.mark.parametrize("path", ["/", "/nowhere", "/api/session", "/static/main.js", "/login"])
+def test_every_answer_carries_the_security_headers(shared: Client, path: str) -> None:
+    headers = shared.get(path).headers
+    assert "script-src 'self';" in headers["Content-Security-Policy"]
+    assert "unsafe" not in headers["Content-Security-Policy"]
+    assert headers["X-Content-Type-Options"] == "nosniff"
+    assert headers["Referrer-Policy"] == "no-referrer"
+
+
+def test_sockets_are_refused_before_they_open(shared: Client, done: str) -> None:
+    url = f"{shared.server.websocket_url}/api/inspections/{done}/live"
+    cookie = log_in(shared).cookies["chainage_session"]
+    origin = shared.server.url
+    assert refusal(url, origin, {}) == 401
+    assert refusal(url, origin, {"Cookie": "chainage_session=wrong"}) == 401
+    assert refusal(url, "http://evil.example", {"Cookie": f"chainage_session={cookie}"}) == 403
+    assert refusal(url, None, {"Cookie": f"chainage_session={cookie}"}) == 403
+    secure = origin.replace("http:", "https:")
+    assert refusal(url, secure, {"Cookie": f"chainage_session={cookie}"}) == 403
+
+
+def test_a_ticket_opens_one_3d_view_and_nothing_else(shared: Client, done: str) -> None:
+    browser = log_in(shared)
+    cookie = {"Cookie": f"chainage_session={browser.cookies['chainage_session']}"}
+    path = browser.view_path(done)
+    ticket = path.split("/")[3]
+    stranger = shared.anonymous()
+    assert stranger.get(path).status_code == 200
+    with browser.view(done) as view:
+        assert len(view.recv(10)) > 100
+    credential, _, signature = ticket.partition(".")
+    for wrong in (
+        f"/viewer/{'0' * 32}/{ticket}",
+        f"/viewer/{done}/{credential}.{'0' * 64}",
+        f"/viewer/{done}/{'0' * 64}.{signature}",
+    ):
+        assert_error(stranger.get(f"{wrong}/", headers=cookie), 401, "unauthenticated")
+        assert refusal(shared.server.websocket_url + wrong, shared.server.url, cookie) == 401
+    for headers in (
+        {"Authorization": f"Bearer {ticket}"},
+        {"Authorization": f"Bearer {credential}"},
+        {"Cookie": f"chainage_session={credential}"},
+    ):
+        assert_error(stranger.get("/api/session", headers=headers), 401, "unauthenticated")
+
+
+def refusal(url: str, origin: str | None, headers: dict[str, str]) -> int:
+    with (
+        pytest.raises(InvalidStatus) as caught,
+        connect(url, origin=origin, additional_headers=headers),
+    ):
+        pass
+    body = json.loads(caught.value.response.body)
+    assert body.keys() == {"code", "detail"}
+    return int(caught.value.response.status_code)

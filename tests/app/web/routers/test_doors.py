@@ -1,0 +1,427 @@
+"""Every door of the server: what is shut, for whom it opens, and from where nobody may knock."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import sqlite3
+import ssl
+import subprocess
+import sys
+from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import NamedTuple
+
+import httpx
+import pytest
+from builders import TOKEN, Client, LiveServer, assert_error, serving
+from fastapi import FastAPI, WebSocket
+from receivers import certificate
+from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
+from test_access import example, log_in, refusal
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection, connect
+
+from app.access.access import create_token
+from app.main import create_app
+from app.settings import Settings
+from app.storage.tokens import Role, TokenFile
+from app.web.routers.pages import static_folder
+
+PUBLIC = {
+    ("GET", "/healthz"),
+    ("GET", "/readyz"),
+    ("GET", "/login"),
+    ("POST", "/api/login"),
+    ("GET", "/favicon.ico"),
+}
+PUBLIC_FILES = {
+    "icon.svg",
+    "login.css",
+    "login.js",
+    "css/tokens.css",
+    "css/base.css",
+    "core/api.js",
+    "core/store.js",
+    "core/html.js",
+    "core/preferences.js",
+    "core/rights.js",
+    "core/words.js",
+    "components/insecure-banner/insecure-banner.js",
+    "words/en.json",
+    "words/ms.json",
+}
+"""What the log-in page is made of."""
+
+INSPECTION = "/api/inspections/{inspection_id}"
+FOR_VIEWERS = {
+    ("POST", "/api/logout"),
+    ("PUT", "/api/me/preferences"),
+    ("POST", f"{INSPECTION}/corrections/preview"),
+}
+"""They change nothing of an inspection."""
+FOR_ADMINS = {
+    ("DELETE", INSPECTION),
+    ("POST", "/api/packs"),
+    ("DELETE", "/api/packs/{pack_id}"),
+}
+ROLES = ("viewer", "operator", "admin")
+STARTS_WORK = ("POST", "/api/samples")
+
+
+class Door(NamedTuple):
+    method: str
+    """WS for a web socket."""
+    path: str
+
+    @property
+    def url(self) -> str:
+        return re.sub(r"{(\w+)(:\w+)?}", lambda m: example(m[1]), self.path)
+
+    @property
+    def role(self) -> str:
+        """The least that opens it."""
+        if self in FOR_ADMINS:
+            return "admin"
+        reads = self.method in ("GET", "HEAD", "WS") and not self.path.startswith("/api/uploads")
+        return "viewer" if reads or self in FOR_VIEWERS else "operator"
+
+
+def doors_of(app: FastAPI) -> list[Door]:
+    """All that the server answers to, in the schema or not; files apart."""
+    return [door for route in app.routes for door in _doors(route)]
+
+
+def _doors(route: BaseRoute) -> Iterator[Door]:
+    if isinstance(route, WebSocketRoute):
+        yield Door("WS", route.path)
+    elif isinstance(route, Mount):
+        assert route.path == "/static"
+    elif isinstance(route, Route):
+        yield from (Door(method, route.path) for method in sorted(route.methods or ()))
+    else:
+        for inner in route.original_router.routes:  # type: ignore[attr-defined]  # FastAPI's own
+            yield from _doors(inner)
+
+
+def make_token(data: Path, name: str, role: str) -> str:
+    """As the command does, while the server runs."""
+    return create_token(TokenFile(data), name, Role(role))
+
+
+def token_command(data: Path, *words: str) -> str:
+    """In a process of its own."""
+    program = "from app.cli.main import main; main()"
+    command = [sys.executable, "-c", program, "token", *words, "--data", str(data)]
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+@pytest.fixture(scope="module")
+def tokens(shared: Client) -> dict[str, str]:
+    """One of each role, and a revoked one."""
+    made = {role: make_token(shared.data, f"a {role}", role) for role in ROLES}
+    made["revoked"] = make_token(shared.data, "gone", "admin")
+    TokenFile(shared.data).revoke("gone")
+    return made
+
+
+def bearer(token: str) -> dict[str, str]:
+    return {"Authorization": f"Bearer {token}"}
+
+
+def session(cookie: str) -> dict[str, str]:
+    return {"Cookie": f"chainage_session={cookie}"}
+
+
+def ask(client: Client, door: Door, headers: dict[str, str], query: str = "") -> httpx.Response:
+    """As a program does; a web socket by the HTTP request that would open it."""
+    if door.method == "WS":
+        headers |= {
+            "Origin": client.server.url,
+            "Connection": "Upgrade",
+            "Upgrade": "websocket",
+            "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
+            "Sec-WebSocket-Version": "13",
+        }
+    method = "GET" if door.method == "WS" else door.method
+    with client.stream(method, door.url + query, headers=headers) as answer:
+        if answer.status_code != 101:
+            answer.read()
+    return answer
+
+
+def assert_shut(answer: httpx.Response, door: Door) -> None:
+    if door.method == "HEAD":  # it has no body
+        assert answer.status_code == 401, door
+    else:
+        assert_error(answer, 401, "unauthenticated")
+    assert "frame-ancestors 'none'" in answer.headers["Content-Security-Policy"], door
+    assert answer.headers["X-Content-Type-Options"] == "nosniff"
+
+
+def test_every_door_is_shut_without_a_valid_token_or_session(
+    shared: Client, tokens: dict[str, str]
+) -> None:
+    doors = doors_of(shared.server.app)
+    schema = shared.get("/api/openapi.json").json()["paths"]
+    in_schema = {(method.upper(), path) for path, methods in schema.items() for method in methods}
+    assert in_schema <= set(doors)
+    assert set(doors) >= PUBLIC
+    assert {"WS", "OPTIONS", "DELETE"} <= {door.method for door in doors}
+    browser = log_in(shared, tokens["viewer"])
+    ended = browser.cookies["chainage_session"]
+    browser.post("/api/logout")
+    stranger = shared.anonymous()
+    wrong: list[tuple[dict[str, str], str]] = [
+        ({}, ""),
+        ({}, f"?token={TOKEN}&access_token={TOKEN}"),
+        ({}, "?websocket=ws://evil.example/"),
+        (bearer("wrong"), ""),
+        (bearer(tokens["revoked"]), ""),
+        ({"Authorization": f"Basic {TOKEN}"}, ""),
+        (session(ended), ""),
+        (session(TOKEN), ""),
+        (session("%00"), f"?session={TOKEN}"),
+    ]
+    for door in set(doors) - PUBLIC:
+        for headers, query in wrong:
+            assert_shut(ask(stranger, door, dict(headers), query), door)
+
+
+def test_of_the_files_only_those_of_the_log_in_page_are_public(shared: Client) -> None:
+    folder = static_folder()
+    files = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+    stranger = shared.anonymous()
+    public = {name for name in files if stranger.head(f"/static/{name}").status_code != 401}
+    assert public == PUBLIC_FILES
+    for path in ("/static/css/../main.js", "/static//main.js", "//healthz/../api/me", "/docs"):
+        assert stranger.get(path).status_code == 401, path
+
+
+def test_every_door_opens_from_its_role_on(shared: Client, tokens: dict[str, str]) -> None:
+    for door in set(doors_of(shared.server.app)) - PUBLIC:
+        if "{ticket}" in door.path:
+            continue  # no token opens it
+        for role in ROLES:
+            is_enough = ROLES.index(role) >= ROLES.index(door.role)
+            if is_enough and door == STARTS_WORK:
+                continue
+            answer = ask(shared, door, bearer(tokens[role]))
+            assert answer.status_code not in (401, 500), (door, role)
+            assert (answer.status_code != 403) is is_enough, (door, role)
+            if not is_enough and door.method != "HEAD":
+                assert door.role in assert_error(answer, 403, "forbidden")
+
+
+def test_a_door_that_declares_no_role_is_for_an_admin(tmp_path: Path) -> None:
+    app = create_app(Settings(data=tmp_path, token=TOKEN))
+
+    @app.get("/api/new")
+    def new() -> str:
+        return "opened"
+
+    @app.websocket("/api/new")
+    async def new_socket(socket: WebSocket) -> None:
+        await socket.accept()
+
+    operator = make_token(tmp_path, "crew", "operator")
+    server = LiveServer(app)
+    try:
+        with Client(server, operator) as client:
+            assert_error(client.get("/api/new"), 403, "forbidden")
+            url = f"{server.websocket_url}/api/new"
+            assert refusal(url, server.url, bearer(operator)) == 403
+            assert client.get("/api/new", headers=bearer(TOKEN)).json() == "opened"
+    finally:
+        server.stop()
+
+
+@pytest.mark.parametrize("form", ["text/plain", "application/x-www-form-urlencoded", "multipart"])
+def test_a_form_of_another_site_changes_nothing(shared: Client, done: str, form: str) -> None:
+    browser = log_in(shared)
+    path = f"/api/inspections/{done}"
+    kind = "multipart/form-data; boundary=b" if form == "multipart" else form
+    for origin in ("http://evil.example", "null", "http://[", shared.server.url + ".evil.example"):
+        headers = {"Origin": origin, "Content-Type": kind}
+        for method, where in (
+            ("POST", "/retry"),
+            ("POST", "/cancel"),
+            ("PATCH", ""),
+            ("DELETE", ""),
+        ):
+            answer = browser.request(method, path + where, content=b'{"name":"x"}', headers=headers)
+            assert_error(answer, 403, "cross_origin")
+    assert shared.inspection(done)["name"] == "Culvert 7"
+
+
+def test_a_host_that_makes_no_sense_is_refused(shared: Client) -> None:
+    for host in ("[", "[::1", "a b"):
+        assert_error(shared.get("/healthz", headers={"Host": host}), 400, "unknown_host")
+
+
+def test_the_3d_page_connects_to_this_server_only_and_is_framed_by_it_only(
+    shared: Client, done: str
+) -> None:
+    answer = shared.get(shared.view_path(done))
+    policy = dict(
+        part.split(" ", 1) for part in answer.headers["Content-Security-Policy"].split("; ")
+    )
+    assert policy["sandbox"] == "allow-scripts"
+    assert policy["connect-src"] == "'self' blob:"
+    assert policy["frame-ancestors"] == "'self'"
+    assert "'unsafe-eval'" not in policy["script-src"]
+    assert "'unsafe-inline'" not in policy["script-src"]
+
+
+@pytest.mark.parametrize(
+    "query",
+    [
+        "websocket=wss://evil.example/", "playbackPath=data:,x", "playbackPath", "fixedDpr=-1",
+        "fixedDpr=0.5&initialCameraPosition=1,1,1",
+    ],
+)  # fmt: skip
+def test_the_3d_page_takes_no_orders_from_its_address(
+    shared: Client, done: str, query: str
+) -> None:
+    for path in (f"/viewer/{done}/", shared.view_path(done)):
+        assert_error(shared.get(f"{path}?{query}"), 422, "invalid_request")
+    door = shared.get(f"/viewer/{done}/?fixedDpr=0.5")
+    assert door.headers["Location"].endswith("/?fixedDpr=0.5")
+    assert shared.get(door.headers["Location"]).status_code == 200
+
+
+def test_a_token_in_the_wrong_address_or_too_long_is_not_repeated(shared: Client) -> None:
+    stranger = shared.anonymous()
+    answer = stranger.get("/", params={"token": TOKEN}, headers={"Accept": "text/html"})
+    assert answer.headers["Location"] == "/login?next=/"
+    long = 20 * TOKEN
+    for answer in (
+        stranger.get("/login", params={"token": long}),
+        stranger.post("/api/login", json={"token": long}),
+        stranger.post("/api/login", json={"token": [TOKEN]}),
+    ):
+        assert TOKEN not in assert_error(answer, 422, "invalid_request")
+
+
+def end_of(socket: ClientConnection) -> int:
+    """The code with which the server closes it, within seconds."""
+    try:
+        while True:
+            socket.recv(timeout=8)
+    except ConnectionClosed as closed:
+        return closed.rcvd.code if closed.rcvd else 0
+
+
+def open_socket(client: Client, path: str, cookie: str) -> ClientConnection:
+    return connect(
+        client.server.websocket_url + path,
+        origin=client.server.url,
+        additional_headers=session(cookie),
+        max_size=None,
+    )
+
+
+def test_a_revoked_token_and_an_ended_session_end_their_sockets(shared: Client, done: str) -> None:
+    token = token_command(shared.data, "create", "guest", "--role", "viewer").strip()
+    browsers = [log_in(shared, token) for _ in range(2)]
+    live = f"/api/inspections/{done}/live"
+    with contextlib.ExitStack() as stack:
+        ours, others = (
+            [
+                stack.enter_context(open_socket(shared, live, browser.cookies["chainage_session"])),
+                stack.enter_context(browser.view(done)),
+            ]
+            for browser in browsers
+        )
+        assert browsers[0].post("/api/logout").status_code == 204
+        assert [end_of(socket) for socket in ours] == [4401, 4401]
+        assert browsers[1].get("/api/me").json()["name"] == "guest"
+        token_command(shared.data, "revoke", "guest")
+        assert_error(browsers[1].get("/api/me"), 401, "unauthenticated")
+        assert_error(shared.get("/api/me", headers=bearer(token)), 401, "unauthenticated")
+        assert [end_of(socket) for socket in others] == [4401, 4401]
+
+
+def test_a_session_ends_when_it_is_old_or_was_not_used(tmp_path: Path) -> None:
+    with serving(tmp_path) as client:
+        old, idle, kept = (log_in(client).cookies["chainage_session"] for _ in range(3))
+    now = datetime.now(UTC).replace(tzinfo=None)
+    ages = {"created_at": (31, 8, 29), "seen_at": (0, 8, 6)}
+    with contextlib.closing(sqlite3.connect(tmp_path / "chainage.db")) as database, database:
+        rows = [row for (row,) in database.execute("SELECT digest FROM sessions ORDER BY rowid")]
+        for column, days in ages.items():
+            for row, age in zip(rows, days, strict=True):
+                change = f"UPDATE sessions SET {column} = ? WHERE digest = ?"  # noqa: S608
+                database.execute(change, (str(now - timedelta(days=age)), row))
+    with serving(tmp_path) as client:
+        stranger = client.anonymous()
+        for cookie, status in ((old, 401), (idle, 401), (kept, 200)):
+            assert stranger.get("/api/me", headers=session(cookie)).status_code == status
+        log_in(client)
+        with contextlib.closing(sqlite3.connect(tmp_path / "chainage.db")) as database:
+            assert database.execute("SELECT count(*) FROM sessions").fetchone() == (2,)
+
+
+def test_guessed_bearer_tokens_are_slowed_down_and_who_is_in_stays_in(server: Client) -> None:
+    stranger = server.anonymous()
+    assert server.get("/api/me").status_code == 200
+    for _ in range(30):  # a program whose token was revoked guesses nothing
+        assert stranger.get("/api/me", headers=bearer("revoked")).status_code == 401
+    for n in range(9):
+        assert stranger.get("/api/me", headers=bearer(f"guess {n}")).status_code == 401
+    answer = stranger.get("/api/me", headers=bearer("one more"))
+    assert_error(answer, 429, "too_many_attempts")
+    assert server.get("/api/me").status_code == 200
+    log_in(server)
+
+
+def test_over_https_the_printed_address_logs_in_and_no_secret_is_told(tmp_path: Path) -> None:
+    cert, key = certificate(tmp_path)
+    log = tmp_path / "log"
+    with log.open("wb") as err:
+        process = subprocess.Popen(
+            [sys.executable, "-c", "from app.cli.main import main; main()", "serve", "--port", "0",
+             "--data", tmp_path / "data", "--tls-cert", cert, "--tls-key", key],
+            stdout=subprocess.PIPE, stderr=err, text=True,
+        )  # fmt: skip
+    assert process.stdout is not None
+    try:
+        printed = process.stdout.readline().removeprefix("Open ").strip()
+        origin, _, token = printed.partition("/login?token=")
+        assert origin.startswith("https://127.0.0.1:")
+        trusted = ssl.create_default_context(cafile=str(cert))
+        with httpx.Client(base_url=origin, verify=trusted) as browser:
+            answers = [browser.get(printed)]
+            flags = answers[0].headers["Set-Cookie"]
+            assert re.search("^__Host-.*HttpOnly.*Path=/;.*SameSite=strict; Secure$", flags)
+            assert browser.get("/api/me").json()["role"] == "admin"
+            cookie = browser.cookies["__Host-chainage_session"]
+            headers = {"Cookie": f"chainage_session={cookie}"}  # without its prefix it is not ours
+            answers += [
+                httpx.get(f"{origin}/api/me", headers=headers, verify=trusted),
+                browser.get("/"),
+                browser.get("/api/inspections/x"),
+                browser.put("/api/me/preferences", content=b"{", headers={"Origin": origin}),
+                browser.post(
+                    "/api/login", json={"token": token, "x": 1}, headers={"Origin": origin}
+                ),
+            ]
+            assert [answer.status_code for answer in answers] == [303, 401, 200, 422, 422, 422]
+            url = f"{origin.replace('https', 'wss')}/api/inspections/{'0' * 32}/live"
+            cookies = {"Cookie": f"__Host-chainage_session={cookie}"}
+            with connect(url, origin=origin, additional_headers=cookies, ssl=trusted) as socket:
+                assert "inspection_not_found" in str(socket.recv(timeout=10))
+            for n in range(11):  # what a proxy says of the address is not believed
+                forwarded = {"X-Forwarded-For": f"10.0.0.{n}", "Origin": origin}
+                last = browser.post("/api/login", json={"token": f"{n}"}, headers=forwarded)
+            assert_error(last, 429, "too_many_attempts")
+    finally:
+        process.terminate()
+        process.wait(20)
+    told = log.read_text() + "".join(
+        f"{answer.headers.get('Location')} {answer.text}" for answer in answers
+    )
+    assert "POST" in log.read_text()
+    assert token not in told
+    assert cookie not in told

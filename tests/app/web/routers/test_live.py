@@ -1,0 +1,182 @@
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from builders import (
+    Client,
+    assert_error,
+    frame_number,
+    wait_until,
+)
+from websockets.exceptions import ConnectionClosedError
+from websockets.sync.client import ClientConnection
+
+from app.tracking.live import Progress
+from vo_core import Estimate
+
+PICTURES, MOST_KEPT_BYTES = 700, 20 * 2**20
+"""What a reader does not take stays in the buffers of its connection, some MiB at the most."""
+
+
+def live(client: Client, inspection_id: str, **options: Any) -> ClientConnection:
+    return client.socket(f"/api/inspections/{inspection_id}/live", **options)
+
+
+def receive(socket: ClientConnection, timeout_s: float = 20) -> tuple[dict[str, Any], bytes]:
+    message = socket.recv(timeout_s)
+    assert isinstance(message, bytes)
+    length = int.from_bytes(message[:4], "big")
+    return json.loads(message[4 : 4 + length]), message[4 + length :]
+
+
+def acknowledge(socket: ClientConnection, header: dict[str, Any]) -> None:
+    socket.send(json.dumps({"type": "ack", "seq": header["seq"]}))
+
+
+def test_pose_and_picture_of_a_message_are_of_the_same_frame(
+    server: Client, long_clip: Path
+) -> None:
+    inspection_id = server.inspect(long_clip)
+    seen = []
+    with live(server, inspection_id) as socket:
+        while len(seen) < 12:
+            header, jpeg = receive(socket)
+            acknowledge(socket, header)
+            if jpeg:
+                assert frame_number(jpeg) == header["frame"]
+                seen.append(header)
+    assert [h["seq"] for h in seen] == sorted({h["seq"] for h in seen})
+    assert [h["frame"] for h in seen] == sorted({h["frame"] for h in seen})
+    last = seen[-1]
+    assert last["state"] == "running"
+    assert last["distance_mm"] == pytest.approx(1.6 * last["frame"], abs=2)
+    assert last["progress"]["frames_done"] > last["frame"]
+    assert last["progress"]["frames_total"] == 1500
+    assert {
+        "time_s", "x_mm", "y_mm", "yaw_deg", "sigma_distance_mm", "quality", "status",
+    } <= last.keys()  # fmt: skip
+
+
+def test_slow_reader_gets_newest_pose(server: Client, long_clip: Path) -> None:
+    inspection_id = server.inspect(long_clip)
+    server.wait(inspection_id, "running")
+    with live(server, inspection_id) as socket:
+        first, second = receive(socket)[0], receive(socket)[0]
+        wait_until(
+            lambda: (
+                server.inspection(inspection_id)["progress"]["frames_done"]
+                > (second["frame"] or 0) + 100
+            )
+        )
+        with pytest.raises(TimeoutError):
+            socket.recv(0.2)
+        acknowledge(socket, first)
+        newest = receive(socket)[0]
+        assert newest["seq"] > second["seq"] + 2, "what came between was left out"
+        assert newest["frame"] > second["frame"] + 50
+
+
+def test_who_reads_nothing_holds_up_nobody_and_takes_no_memory(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    published = server.server.app.state.services.live.publish
+    noise = np.random.default_rng(3).integers(0, 256, (480, 640), np.uint8)
+    jpeg = cv2.imencode(".jpg", noise, [cv2.IMWRITE_JPEG_QUALITY, 95])[1].tobytes()
+    pose = Estimate(39, 1.56, 62.4, 0.0, 0.0, 62.4, 0.1, 1.0, "ok", 0.1)
+    with live(server, inspection_id, max_queue=1) as deaf, live(server, inspection_id) as reader:
+        acknowledge(reader, receive(reader)[0])
+        before = memory_bytes()
+        for n in range(PICTURES):
+            published(inspection_id, "running", Progress(n, None, 20.0, None), (pose,), jpeg)
+            deaf.send(json.dumps({"type": "ack", "seq": 2**53}))
+            header, shown = receive(reader, 5)
+            acknowledge(reader, header)
+            assert (header["progress"]["frames_done"], shown) == (n, jpeg)
+        assert PICTURES * len(jpeg) > 10 * MOST_KEPT_BYTES
+        assert memory_bytes() - before < MOST_KEPT_BYTES
+
+
+def memory_bytes() -> int:
+    """Of this process, in which the server runs too."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def test_the_end_is_told_to_those_who_watch(server: Client, clip: Path) -> None:
+    inspection_id = server.inspect(clip)
+    with live(server, inspection_id) as socket:
+        states = []
+        while not states or states[-1] != "done":
+            header, _ = receive(socket)
+            acknowledge(socket, header)
+            states.append(header["state"])
+    assert header["progress"]["frames_done"] == 40
+
+
+def test_who_comes_late_sees_the_last_pose(shared: Client, done: str) -> None:
+    with live(shared, done) as socket:
+        header, jpeg = receive(socket)
+    assert (header["state"], header["frame"], jpeg) == ("done", 39, b"")
+    assert header["distance_mm"] == pytest.approx(62.4, abs=0.5)
+
+
+def test_the_3d_view_takes_commands(shared: Client, done: str) -> None:
+    with live(shared, done) as socket:
+        receive(socket)
+        for command in (
+            {"type": "show", "frame": 3},
+            {"type": "camera", "mode": "inside"},
+            {"type": "show", "frame": None},
+            {"type": "show", "frame": 10**6},
+        ):
+            socket.send(json.dumps(command))
+        with pytest.raises(TimeoutError):
+            socket.recv(0.3)
+
+
+@pytest.mark.parametrize(
+    "message", ["{", "[]", '{"type": "x"}', '{"type": "show", "frame": -1}', b"\0\1"]
+)
+def test_a_message_that_makes_no_sense_ends_the_connection(
+    shared: Client, done: str, message: str | bytes
+) -> None:
+    with live(shared, done) as socket:
+        receive(socket)
+        socket.send(message)
+        body = json.loads(socket.recv(5))
+        assert body.keys() == {"code", "detail"}
+        with pytest.raises(ConnectionClosedError) as closed:
+            socket.recv(5)
+    assert closed.value.rcvd.code == 1011
+
+
+def test_an_unknown_inspection_is_told_and_closed(shared: Client) -> None:
+    with live(shared, "0" * 32) as socket:
+        assert json.loads(socket.recv(5))["code"] == "inspection_not_found"
+        with pytest.raises(ConnectionClosedError) as closed:
+            socket.recv(5)
+    assert closed.value.rcvd.code == 4404
+
+
+def test_the_3d_view_of_an_unknown_inspection_is_refused(shared: Client) -> None:
+    assert_error(shared.get(f"/viewer/{'0' * 32}/"), 404, "inspection_not_found")
+
+
+def test_the_3d_page_has_its_own_policy_and_is_not_sent_twice(shared: Client, done: str) -> None:
+    path = shared.view_path(done)
+    page = shared.get(path)
+    assert page.status_code == 200
+    assert "<title>" in page.text
+    assert "frame-ancestors 'self'" in page.headers["Content-Security-Policy"]
+    assert "X-Frame-Options" not in page.headers
+    again = shared.get(path, headers={"If-None-Match": page.headers["ETag"]})
+    assert (again.status_code, again.content) == (304, b"")
+    assert_error(shared.get("/viewer/none/"), 422, "invalid_request")
+
+
+def test_the_3d_view_speaks_through_our_origin(shared: Client, done: str) -> None:
+    with shared.view(done) as socket:
+        assert socket.subprotocol == "viser-v1.1.1"
+        assert len(socket.recv(10)) > 100

@@ -1,0 +1,86 @@
+"""The sample inspection: rendered in a child, imported, tagged, made once."""
+
+import signal
+from pathlib import Path
+from typing import Any
+
+import pytest
+from builders import Client, assert_error, children, send_signal, serving, wait_until
+
+from app.inspections import samples
+
+CHILD = "app.jobs.sample"
+
+
+def ended(client: Client) -> dict[str, Any]:
+    """The state when it is not rendered any more."""
+
+    def state() -> dict[str, Any] | None:
+        now = dict(client.get("/api/samples").json())
+        return now if now["state"] != "rendering" else None
+
+    return wait_until(state, timeout_s=120)
+
+
+@pytest.fixture
+def first_crack_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sample of 0.8 m: it has one of the three tags."""
+    monkeypatch.setattr(samples, "LENGTH_MM", 800.0)
+
+
+@pytest.mark.usefixtures("first_crack_only")
+def test_the_sample_is_rendered_once_and_comes_with_tags(tmp_path: Path) -> None:
+    with serving(tmp_path) as client:
+        assert client.get("/api/samples").json() == {
+            "state": "none", "progress": 0.0, "inspection_id": None, "error": None,
+        }  # fmt: skip
+        assert client.post("/api/samples").status_code == 202
+        assert_error(client.post("/api/samples"), 409, "sample_being_made")
+        made = ended(client)
+        assert (made["state"], made["progress"]) == ("ready", 1.0)
+        inspection = client.wait(made["inspection_id"])
+        assert (inspection["name"], inspection["status"]) == ("Sample culvert", "done")
+        assert inspection["distance_m"] == pytest.approx(0.8, abs=0.005)
+        assert client.patch(
+            f"/api/inspections/{inspection['id']}", json={"header": inspection["header"]}
+        ).is_success
+        (crack,) = client.get(f"/api/inspections/{inspection['id']}/observations").json()[
+            "observations"
+        ]
+        assert (crack["code"], crack["clock"]) == ("BAB", 5)
+        assert crack["distance_m"] == pytest.approx(0.75, abs=0.005)
+        assert client.post("/api/samples").json() == made
+    with serving(tmp_path) as client:
+        assert client.get("/api/samples").json() == made
+        client.delete(f"/api/inspections/{made['inspection_id']}")
+        assert client.get("/api/samples").json()["state"] == "none"
+        client.post("/api/samples")
+        again = ended(client)
+        assert again["state"] == "ready"
+        assert again["inspection_id"] != made["inspection_id"]
+        assert children(CHILD) == []  # the video was kept
+
+
+def test_a_renderer_that_dies_is_told_and_can_be_tried_again(server: Client) -> None:
+    server.post("/api/samples")
+    send_signal(CHILD, signal.SIGKILL)
+    state = ended(server)
+    assert (state["state"], state["error"]["code"]) == ("failed", "sample_failed")
+    assert "SIGKILL" in state["error"]["detail"]
+    assert server.post("/api/samples").json()["state"] == "rendering"
+
+
+def test_a_server_that_ends_takes_its_renderer_along(tmp_path: Path) -> None:
+    with serving(tmp_path) as client:
+        client.post("/api/samples")
+        wait_until(lambda: children(CHILD))
+    assert children(CHILD) == []
+    assert list((tmp_path / "inspections").iterdir()) == []
+
+
+def test_a_disk_without_room_is_told(tmp_path: Path) -> None:
+    with serving(tmp_path, disk_reserve_bytes=2**50) as client:
+        client.post("/api/samples")
+        state = ended(client)
+    assert state["state"] == "failed"
+    assert "not enough room" in state["error"]["detail"]

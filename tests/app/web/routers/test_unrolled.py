@@ -1,0 +1,144 @@
+"""The unrolled wall, the health of the pictures and the joints, from the tracking to the API."""
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from builders import STEP_MM, Client, assert_error, wait_until
+
+from app.lab.simulation import SCENARIOS
+from app.lab.simulation.write import simulate
+from app.storage.files import DataFolder
+from app.tracking.live import Live, WallChanged
+from app.tracking.tracks import HealthColumns
+from app.tracking.unrolled import Unrolled
+from vo_core.image.health import complaints
+from vo_core.mosaic.mosaic import Layout
+
+
+def unrolled(client: Client, inspection_id: str) -> dict:
+    answer = client.get(f"/api/inspections/{inspection_id}/unrolled")
+    assert answer.status_code == 200, answer.text
+    return answer.json()
+
+
+def test_the_wall_is_there_in_tiles_when_tracking_is_done(shared: Client, done: str) -> None:
+    wall = unrolled(shared, done)
+    tiles = wall.pop("tiles")
+    assert wall["tile_m"] == 0.5
+    assert wall["width_px"] * wall["mm_per_px"] == pytest.approx(500)
+    assert wall["arc_from_mm"] < 0 < wall["arc_to_mm"]
+    assert [tile["index"] for tile in tiles] == [-1, 0]
+    assert (tiles[1]["from_m"], tiles[1]["to_m"]) == (0.0, 0.5)
+    for tile in tiles:
+        path = f"/api/inspections/{done}/unrolled/{tile['index']}.jpg"
+        answer = shared.get(path, params={"v": tile["revision"]})
+        assert answer.headers["Content-Type"] == "image/jpeg"
+        assert "immutable" in answer.headers["Cache-Control"]
+        assert "no-cache" in shared.get(path).headers["Cache-Control"]
+        picture = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)
+        assert picture.shape == (wall["height_px"], wall["width_px"], 3)
+        assert picture.std() > 5
+
+
+def test_what_was_not_seen_is_not_there(shared: Client, done: str) -> None:
+    answer = shared.get(f"/api/inspections/{done}/unrolled/7.jpg")
+    assert "7" in assert_error(answer, 404, "tile_not_found")
+    nobody = "0" * 32
+    for path in ("unrolled", "unrolled/0.jpg", "health"):
+        answer = shared.get(f"/api/inspections/{nobody}/{path}")
+        assert_error(answer, 404, "inspection_not_found")
+
+
+def test_tiles_follow_a_correction(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    before = unrolled(server, inspection_id)["tiles"]
+    stated = {"zero": {"frame": 0, "offset_m": 1.25}, "remark": None}
+    answer = server.put(f"/api/inspections/{inspection_id}/corrections", json=stated)
+    assert answer.status_code == 200, answer.text
+    after = unrolled(server, inspection_id)["tiles"]
+    moved = [new["from_m"] - old["from_m"] for new, old in zip(after, before, strict=True)]
+    assert moved == pytest.approx([1.25, 1.25], abs=1e-3)
+    assert [tile["revision"] for tile in after] == [tile["revision"] for tile in before]
+
+
+def test_a_second_run_begins_the_wall_anew(server: Client, clip: Path) -> None:
+    inspection_id = server.tracked(clip)
+    before = {tile["index"]: tile["revision"] for tile in unrolled(server, inspection_id)["tiles"]}
+    stale = server.data / "inspections" / inspection_id / "wall" / "40.jpg"
+    stale.write_bytes(b"of the run before")
+    heard = []
+    with server.server.app.state.services.live.listening(inspection_id, heard.append):
+        server.post(f"/api/inspections/{inspection_id}/retry")
+        server.wait(inspection_id, "done")
+    after = {tile["index"]: tile["revision"] for tile in unrolled(server, inspection_id)["tiles"]}
+    assert after.keys() == before.keys()
+    assert all(after[index] > before[index] for index in after)
+    told = [event for event in heard if isinstance(event, WallChanged)]
+    assert {index for event in told for index in event.indices} == set(after)
+
+
+def test_health_has_a_row_for_every_frame_and_outlives_a_restart(shared: Client, done: str) -> None:
+    columns = shared.get(f"/api/inspections/{done}/health").json()["columns"]
+    numbers = ["overlap", "brightness", "overexposed", "sharpness", "fixed_pattern"]
+    assert list(columns) == [*numbers, "complaints"]
+    assert {len(column) for column in columns.values()} == {40}
+    assert columns["overlap"][0] == 1
+    assert columns["overlap"][20] == pytest.approx(1 - STEP_MM / 205, abs=0.005)
+    assert all(0 <= value <= 1 for name in numbers for value in columns[name])
+    later = shared.get(f"/api/inspections/{done}/health", params={"since": 30}).json()["columns"]
+    assert later["brightness"] == columns["brightness"][30:]
+    file = shared.data / "inspections" / done / "health.csv"
+    assert file.read_text().splitlines()[0] == "frame," + ",".join(numbers)
+    read = HealthColumns.from_csv(file.read_text()).since(0)
+    assert [" ".join(complaints(health)) for health in read] == columns["complaints"]
+
+
+def test_the_live_header_tells_the_health_of_its_frame(server: Client, long_clip: Path) -> None:
+    inspection_id = server.inspect(long_clip)
+    with server.socket(f"/api/inspections/{inspection_id}/live") as socket:
+        header: dict = {"health": None}
+        while header["health"] is None:
+            message = socket.recv(20)
+            header = json.loads(message[4 : 4 + int.from_bytes(message[:4], "big")])
+            socket.send(json.dumps({"type": "ack", "seq": header["seq"]}))
+    columns = server.get(f"/api/inspections/{inspection_id}/health").json()["columns"]
+    for name, values in columns.items():
+        told, kept = header["health"][name], values[header["frame"]]
+        if name == "complaints":
+            assert " ".join(told) == kept
+        else:  # what was kept in a file has been rounded once more
+            assert told == pytest.approx(kept, abs=0.0011)
+
+
+def test_joints_are_found_while_tracking(server: Client, tmp_path: Path) -> None:
+    scenario = SCENARIOS["nominal"].shortened(900)
+    video = simulate(scenario, tmp_path).video
+    inspection_id = server.inspect(video, rig=scenario.rig.model_dump(mode="json"))
+    wait_until(lambda: server.inspection(inspection_id)["status"] == "done", timeout_s=120)
+    tracks = server.server.app.state.services.tracks
+    (sighting,) = tracks.sightings(inspection_id)
+    track = tracks.get(inspection_id)
+    assert track.distance_mm[sighting.frame] + sighting.ahead_mm == pytest.approx(400, abs=1.5)
+    assert (server.data / "inspections" / inspection_id / "joints.csv").exists()
+
+
+def test_a_tile_that_cannot_be_written_stops_nothing(tmp_path: Path) -> None:
+    folder, live, heard = DataFolder(tmp_path / "data", reserve_bytes=0), Live(), []
+    try:
+        walls = Unrolled(folder, live)
+        with live.listening(None, heard.append):
+            walls.take("0" * 32, {0: b"jpeg"})  # an inspection that was deleted meanwhile
+        assert heard == []
+        assert not folder.inspection("0" * 32).exists()
+        assert walls.tiles("0" * 32) == []
+    finally:
+        folder.close()
+
+
+def test_the_layout_is_that_of_the_rig(shared: Client, done: str) -> None:
+    services = shared.server.app.state.services
+    rig = SCENARIOS["forward_wide"].rig
+    assert services.unrolled.layout(rig) == Layout.of(rig)

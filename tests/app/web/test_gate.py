@@ -1,0 +1,213 @@
+"""The way in at its edges: requests that never end, proxies, links that log in, a full disk."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from types import SimpleNamespace
+
+import httpx
+import pytest
+from builders import TOKEN, Client, LiveServer, assert_error, serving
+from processes import process
+from small_disk import small_disk
+from starlette.exceptions import HTTPException
+from starlette.types import Message
+from websockets.exceptions import ConnectionClosedError, InvalidStatus
+from websockets.sync.client import connect
+
+from app.web import middleware
+from app.web.http_protocol import PromptProtocol
+
+PROMPT_S = 0.3
+PATIENT_S = 600.0
+HEAD = b"POST /api/login HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+
+
+class _Prompt(PromptProtocol):
+    head_s = PROMPT_S
+
+
+class _Few(PromptProtocol):
+    head_s = PATIENT_S
+    most = 4
+
+
+def opened(server: LiveServer) -> socket.socket:
+    host, port = server.url.removeprefix("http://").split(":")
+    return socket.create_connection((host, int(port)), timeout=20)
+
+
+def rest_of(connection: socket.socket) -> bytes:
+    """All that comes until the server ends it; a reset is an end."""
+    read = b""
+    try:
+        while piece := connection.recv(4096):
+            read += piece
+    except ConnectionResetError:
+        pass
+    return read
+
+
+@pytest.mark.parametrize(
+    ("sent", "answered"),
+    [
+        (b"", b""),
+        (b"GET / HTTP/1.1\r\nHost: loc", b""),
+        # The next one on the same connection.
+        (b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\nGET", b"HTTP/1.1 200"),
+        # Its body is refused unread, and its end never comes.
+        (
+            b"POST /api/inspections HTTP/1.1\r\nHost: localhost\r\nContent-Length: 99\r\n\r\n{",
+            b"HTTP/1.1 401",
+        ),
+    ],
+)
+def test_a_request_that_never_gets_whole_is_not_waited_for(
+    tmp_path: Path, sent: bytes, answered: bytes
+) -> None:
+    with serving(tmp_path, http=_Prompt) as client, opened(client.server) as connection:
+        connection.sendall(sent)
+        if answered.endswith(b"401"):
+            assert connection.recv(4096).startswith(answered)
+            connection.sendall(b" ")
+            answered = b""
+        assert rest_of(connection).startswith(answered)
+
+
+def test_who_sends_nothing_makes_room_for_who_does(tmp_path: Path) -> None:
+    with serving(tmp_path, http=_Few) as client:
+        client.headers["Connection"] = "close"
+        silent = [opened(client.server) for _ in range(3 * _Few.most)]
+        assert client.get("/healthz").status_code == 200
+        for connection in silent[: 2 * _Few.most]:
+            assert rest_of(connection) == b""
+        for connection in silent:
+            connection.close()
+
+
+@pytest.mark.parametrize("path", ["/api/login", "/api/imports"])
+def test_a_body_that_stops_or_trickles_is_refused(
+    shared: Client, monkeypatch: pytest.MonkeyPatch, path: str
+) -> None:
+    monkeypatch.setattr(middleware, "BODY_PART_S", PROMPT_S)
+    head = HEAD.replace(b"/api/login", path.encode())
+    head += f"Authorization: Bearer {TOKEN}\r\nContent-Length: 99\r\n\r\n".encode()
+    with opened(shared.server) as connection:
+        connection.sendall(head + b"{")
+        connection.settimeout(PROMPT_S / 10)
+        answer = b""
+        for _ in range(200):  # a byte now and then: never silent for long
+            try:
+                answer = connection.recv(4096)
+                break
+            except TimeoutError:
+                connection.sendall(b" ")
+    assert answer.startswith(b"HTTP/1.1 408")
+
+
+@pytest.mark.parametrize(("piece_bytes", "arrives"), [(60_000, True), (600, False)])
+def test_a_body_may_be_slow_but_not_for_ever(
+    monkeypatch: pytest.MonkeyPatch, piece_bytes: int, arrives: bool
+) -> None:
+    """A piece every 50 s, by a clock of our own."""
+    now_s = 0.0
+    monkeypatch.setattr(middleware, "time", SimpleNamespace(monotonic=lambda: now_s))
+
+    async def receive() -> Message:
+        nonlocal now_s
+        now_s += 50.0
+        return {"type": "http.request", "body": bytes(piece_bytes), "more_body": now_s < 5000}
+
+    async def read() -> int:
+        taken, limited = 0, middleware._limited(receive, None)
+        while (message := await limited())["more_body"]:
+            taken += len(message["body"])
+        return taken
+
+    # Playwright's loop runs in this thread once a test of a browser was here.
+    with ThreadPoolExecutor() as other:
+        reading = other.submit(lambda: asyncio.run(read()))
+        if arrives:
+            assert reading.result() == 99 * piece_bytes
+        else:
+            with pytest.raises(HTTPException):
+                reading.result()
+
+
+def test_a_proxy_is_believed_only_where_it_is_named(tmp_path: Path, clip: Path) -> None:
+    def guess(client: httpx.Client, address: str) -> int:
+        told = {"X-Forwarded-For": f"203.0.113.9, {address}", "X-Forwarded-Proto": "https"}
+        return client.post("/api/login", json={"token": "wrong"}, headers=told).status_code
+
+    with process(tmp_path / "named", TRUSTED_PROXIES="10.0.0.0/8, 127.0.0.1") as client:
+        stranger = httpx.Client(base_url=client.server.url, headers={"Host": "localhost"})
+        assert [guess(stranger, "192.0.2.1") for _ in range(11)] == [401] * 10 + [429]
+        assert guess(stranger, "192.0.2.2") == 401
+        told = {"X-Forwarded-For": "192.0.2.3", "X-Forwarded-Proto": "https"}
+        body = {"token": TOKEN}
+        secure = told | {"Origin": "https://localhost"}
+        answer = stranger.post("/api/login", json=body, headers=secure)
+        assert answer.status_code == 204
+        assert answer.headers["Set-Cookie"].startswith("__Host-")
+        plain = told | {"Origin": "http://localhost"}
+        refused = stranger.post("/api/login", json=body, headers=plain)
+        assert_error(refused, 403, "cross_origin")
+        _message_and_refusal(client, clip)
+        stranger.close()
+    log = (tmp_path / "named.log").read_text()
+    assert "ERROR" not in log
+    assert "Traceback" not in log
+    with serving(tmp_path / "unnamed") as client:
+        addresses = [f"192.0.2.{n}" for n in range(11)]
+        with client.anonymous() as stranger:
+            assert [guess(stranger, address) for address in addresses] == [401] * 10 + [429]
+            origin = {"Origin": client.server.url.replace("http", "https")}
+            refused = stranger.post("/api/login", json={"token": TOKEN}, headers=origin)
+            assert "CHAINAGE_TRUSTED_PROXIES" in assert_error(refused, 403, "cross_origin")
+
+
+def _message_and_refusal(client: Client, clip: Path) -> None:
+    """A message of more than 64 kB ends its connection; one without a session is refused."""
+    url = f"{client.server.websocket_url}/api/inspections/{client.inspect(clip)}/live"
+    with pytest.raises(InvalidStatus), connect(url, origin=client.server.url, close_timeout=1):
+        pass
+    bearer = {"Authorization": f"Bearer {TOKEN}"}
+    with connect(url, origin=client.server.url, additional_headers=bearer, close_timeout=1) as live:
+        live.send(b" " * (64 * 1024 + 1))
+        with pytest.raises(ConnectionClosedError) as ended:
+            list(live)
+    assert ended.value.rcvd is not None
+    assert ended.value.rcvd.code == 1009
+
+
+def test_a_link_logs_a_browser_in_only_at_its_own_wish(shared: Client) -> None:
+    page = {"Accept": "text/html,*/*"}
+    for headers, is_asked in (
+        ({}, False),
+        (page | {"Sec-Fetch-Site": "none"}, False),
+        (page | {"Sec-Fetch-Site": "cross-site"}, True),
+        (page | {"Sec-Fetch-Site": "same-site"}, True),
+        (page, True),  # over plain HTTP
+    ):
+        with shared.anonymous() as browser:
+            answer = browser.get("/login", params={"token": TOKEN}, headers=headers)
+        assert ("Set-Cookie" in answer.headers) is not is_asked, headers
+        assert answer.status_code == (200 if is_asked else 303)
+
+
+@pytest.mark.parametrize("is_address", [True, False])
+def test_a_log_in_on_a_full_disk_says_so(tmp_path: Path, is_address: bool) -> None:
+    with small_disk(tmp_path / "disk") as disk, serving(disk.place / "data") as client:
+        disk.fill()
+        with client.anonymous() as browser:
+            answer = (
+                browser.get("/login", params={"token": TOKEN})
+                if is_address
+                else browser.post("/api/login", json={"token": TOKEN})
+            )
+            assert "disk" in assert_error(answer, 507, "disk_full")
+            disk.make_room()
+            assert browser.post("/api/login", json={"token": TOKEN}).status_code == 204

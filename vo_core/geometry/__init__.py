@@ -1,0 +1,1 @@
+"""Camera, mount and pipe: rays, the developed wall, motion on it."""

@@ -1,0 +1,238 @@
+"""Every frame resampled onto the developed wall of the known pipe.
+
+There the robot's motion is one shift over the whole picture, nearly (see `motion` for the rest),
+whatever lens and mount the camera has; that is what makes the paper's direct method right in a
+pipe and not on a plane only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from vo_core.errors import InvalidRig
+from vo_core.geometry.wall import (
+    Points,
+    Pose,
+    cast,
+    develop,
+    enclose,
+    robot_pixels,
+    robot_rays,
+    sight,
+)
+from vo_core.image.resample import grey_frame, reduce_to
+from vo_core.rig import Rig
+from vo_core.types import AnyImage, ByteImage, GrayImage, Image
+
+PATCH_SIDE_PX = 320
+"""Longest side of a patch, about; frames are reduced to it first, or to twice that (see `EVEN`):
+noise and cost fall with the square of it."""
+
+MULTIPLE_PX = 4
+"""Sides of a patch are multiples of it: reductions by whole numbers are many times quicker."""
+
+LEAST_PX = 16
+"""Shortest side of a patch that can be measured on."""
+
+COARSEST = 3.0
+"""Where a pixel covers more than this many times the finest one, the picture is left out."""
+
+EVEN = 1.3
+"""Above this unevenness frames are averaged on the wall and not in the picture: where the picture
+is compressed towards its border, an average there lies outward of its centre, and every distance
+reads too long (by 0.06 % looking forward)."""
+
+NOMINAL = Pose()
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """Every `step`-th row of a picture from the row `first` on."""
+
+    first: int
+    step: int
+
+    def of(self, image: AnyImage) -> AnyImage:
+        """Those rows, (H / step, W, ...)."""
+        return image[self.first :: self.step]
+
+
+WHOLE = Rows(0, 1)
+TOP, BOTTOM = Rows(0, 2), Rows(1, 2)
+"""The two fields of an interlaced picture."""
+
+
+@dataclass(frozen=True)
+class PatchGrid:
+    """The rectangle of the developed wall that a rig sees, sampled evenly."""
+
+    axial_mm: float
+    """Axial coordinate of the centre of pixel (0, 0), from the camera."""
+    arc_mm: float
+    """Arc coordinate of the centre of pixel (0, 0)."""
+    mm_per_px: float
+    shape: tuple[int, int]
+    """(rows along the arc, columns along the axis)."""
+
+    def to_mm(self, xy_px: Points) -> Points:
+        """(..., 2) patch pixels (column, row) to (axial mm, arc mm)."""
+        return np.asarray(xy_px * self.mm_per_px + (self.axial_mm, self.arc_mm))
+
+    def to_px(self, axial_arc_mm: Points) -> Points:
+        """(..., 2) (axial mm, arc mm) to patch pixels (column, row)."""
+        return np.asarray((axial_arc_mm - (self.axial_mm, self.arc_mm)) / self.mm_per_px)
+
+    def common(self, one: Pose, other: Pose) -> float:
+        """Share of the wall that is seen from both poses, about."""
+        rows, columns = self.shape
+        axial = abs(other.x_mm - one.x_mm) / (columns * self.mm_per_px)
+        arc = abs(other.y_mm - one.y_mm) / (rows * self.mm_per_px)
+        return max(0.0, 1 - axial) * max(0.0, 1 - arc)
+
+    def finer(self, times: int) -> PatchGrid:
+        """The same rectangle with so many pixels in the place of one, each way."""
+        step_mm = self.mm_per_px / times
+        back_mm = (self.mm_per_px - step_mm) / 2
+        rows, columns = self.shape
+        return PatchGrid(
+            self.axial_mm - back_mm, self.arc_mm - back_mm, step_mm, (times * rows, times * columns)
+        )
+
+
+class Rectifier:
+    """Resamples frames of one rig onto the developed wall; the maps are computed once.
+
+    Patches are (rows, columns) with columns rising forward along the pipe and rows to the right.
+    `unevenness` is the picture's coarsest resolution on the wall over its finest, 1 to `COARSEST`.
+
+    Raises:
+        InvalidRig: The camera sees no wall, or too narrow a strip of it.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        self.rig = rig
+        camera = rig.camera
+        longest = max(camera.width, camera.height)
+        self.grid, self.unevenness = _visible_grid(rig)
+        self._fineness = 1 if self.unevenness < EVEN else 2
+        reduction = max(1.0, longest / (self._fineness * PATCH_SIDE_PX))
+        self._frame_wh = (camera.width, camera.height)
+        self._reduced_wh = (round(camera.width / reduction), round(camera.height / reduction))
+        self._maps, self.valid = self._lookup(self.grid.finer(self._fineness))
+        self._field_rows: dict[Rows, Image] = {}
+
+    def __call__(self, image: Image, rows: Rows = WHOLE) -> GrayImage:
+        """The patch that a frame shows, (rows, columns) float32, meaningless outside `valid`.
+
+        Args:
+            rows: The rows of the frame that are looked at, each at its own place.
+        Raises:
+            ShapeMismatch: The frame has not the size that the rig states.
+        """
+        seen = rows.of(grey_frame(self.rig.camera, image))
+        reduced = reduce_to(seen, self._reduced(seen.shape[0]))
+        maps = (self._maps[0], self._rows_in(rows, seen.shape[0]))
+        # Outside the frame its border goes on: a black edge would be texture to what follows.
+        fine = cv2.remap(reduced, *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return reduce_to(fine, self.grid.shape[::-1])
+
+    def _reduced(self, height: int) -> tuple[int, int]:
+        """Width and height to which a frame, or a field of so many rows, is reduced."""
+        return self._reduced_wh[0], min(self._reduced_wh[1], height)
+
+    def _rows_in(self, rows: Rows, height: int) -> Image:
+        """The map's rows in what a reduction leaves of those rows of a frame, `height` of them.
+
+        The rays have their places in the frame: nothing moves by half a row, as it would if a
+        field were doubled.
+        """
+        if rows == WHOLE:
+            return self._maps[1]
+        if rows not in self._field_rows:
+            in_frame = (self._maps[1] + 0.5) * (self._frame_wh[1] / self._reduced_wh[1]) - 0.5
+            in_field = (in_frame - rows.first) / rows.step
+            places = (in_field + 0.5) * (self._reduced(height)[1] / height) - 0.5
+            self._field_rows[rows] = places.astype(np.float32)
+        return self._field_rows[rows]
+
+    def _lookup(self, fine: PatchGrid) -> tuple[tuple[Image, Image], ByteImage]:
+        """Where the fine grid lies in the reduced frame, and the mask of the patch."""
+        rows, columns = fine.shape
+        xy = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), -1).reshape(-1, 2)
+        wall = enclose(self.rig, fine.to_mm(xy.astype(np.float64)))
+        rays = sight(self.rig, NOMINAL, wall)
+        uv = robot_pixels(self.rig, rays)
+        size = np.array(self._frame_wh)
+        with np.errstate(invalid="ignore"):
+            inside = ((uv >= 0) & (uv <= size - 1)).all(1)
+        reduced = (np.nan_to_num(uv, nan=-1.0) + 0.5) * (self._reduced_wh / size) - 0.5
+        u, v = (reduced[:, i].reshape(rows, columns).astype(np.float32) for i in (0, 1))
+        n = self._fineness
+        valid = np.all(inside.reshape(rows // n, n, columns // n, n), axis=(1, 3))
+        return (u, v), np.asarray(valid, np.uint8)
+
+
+def require_wall_in_view(rig: Rig) -> None:
+    """Check that the camera of a rig sees enough of the wall.
+
+    Raises:
+        InvalidRig: It sees none, or too narrow a strip of it.
+    """
+    _visible_grid(rig)
+
+
+def no_wall_in_view(rig: Rig) -> InvalidRig:
+    """What is raised where no pixel shows the wall, with what to check."""
+    mount, camera = rig.mount, rig.camera
+    return InvalidRig(
+        f"The camera sees no wall with view '{mount.view}', pitch_deg {mount.pitch_deg:g}, "
+        f"roll_deg {mount.roll_deg:g}, cx {camera.cx:g} and cy {camera.cy:g}. Check the signs of "
+        "the tilts (nose up and right side down are positive) and that the principal point is of "
+        "this picture."
+    )
+
+
+def _visible_grid(rig: Rig) -> tuple[PatchGrid, float]:
+    """The bounding rectangle of the wall that the picture shows well enough (see `COARSEST`).
+
+    And how uneven the picture is there: its coarsest mm per px over its finest.
+    """
+    camera = rig.camera
+    u = np.linspace(0, camera.width - 1, 65)
+    v = np.linspace(0, camera.height - 1, 49)
+    wall_mm = developed(rig, np.stack(np.meshgrid(u, v), -1).reshape(-1, 2)).reshape(49, 65, 2)
+    along_u = np.linalg.norm(np.diff(wall_mm, axis=1), axis=2)[:-1] / (u[1] - u[0])
+    along_v = np.linalg.norm(np.diff(wall_mm, axis=0), axis=2)[:, :-1] / (v[1] - v[0])
+    mm_per_px = np.maximum(along_u, along_v)  # (48, 64), nan where no wall is seen
+    if np.isnan(mm_per_px).all():
+        raise no_wall_in_view(rig)
+    finest = float(np.nanmin(mm_per_px))
+    with np.errstate(invalid="ignore"):
+        good = mm_per_px <= COARSEST * finest
+    corners = np.zeros((49, 65), bool)
+    corners[:-1, :-1] |= good
+    corners[1:, 1:] |= good
+    points = wall_mm[corners]
+    low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
+    # No more pixels than the reduced frame has: a wide lens would pay for sampling the same again.
+    least_mm = float(np.sqrt(np.prod(high - low) / (camera.width * camera.height)))
+    reduction = max(1.0, max(camera.width, camera.height) / PATCH_SIDE_PX)
+    step_mm = max(float(np.median(mm_per_px[good])), least_mm) * reduction
+    size = np.floor((high - low) / step_mm).astype(int) + 1
+    columns, rows = size // MULTIPLE_PX * MULTIPLE_PX
+    if min(columns, rows) < LEAST_PX:
+        raise InvalidRig(
+            f"The camera shows a strip of wall of {columns}x{rows} px only, too narrow to measure "
+            "on; check fx, fy, cx, cy, the tilts and the size of the picture."
+        )
+    axial, arc = (low + high) / 2 - (np.array([columns, rows]) - 1) / 2 * step_mm
+    grid = PatchGrid(float(axial), float(arc), step_mm, (int(rows), int(columns)))
+    return grid, float(mm_per_px[good].max()) / finest
+
+
+def developed(rig: Rig, pixels_uv: Points) -> Points:
+    """(axial mm, arc mm) that the pixels show from the nominal pose; nan where there is no wall."""
+    return develop(rig, cast(rig, NOMINAL, robot_rays(rig, pixels_uv)))

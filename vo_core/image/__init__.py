@@ -1,0 +1,1 @@
+"""Pictures by themselves: filters, resampling, the fixed pattern, health."""

@@ -1,0 +1,1 @@
+"""Pipe joints: rings on the wall, and which of them are joints."""

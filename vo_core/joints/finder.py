@@ -1,0 +1,437 @@
+"""Pipe joints: dark or bright rings, found on the developed wall while a video is tracked.
+
+Every few millimetres of way a frame is spread onto strips of the wall, each pixel where the exact
+pose of the frame puts it: there a joint is a straight line at one axial coordinate, whatever the
+yaw and the lateral offset of the robot.  What goes round is told from cracks and stains by sectors
+of the arc, each with a profile of its own: a ring is what most of the sectors agree on, or most of
+those to either side where silt hides the invert.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import astuple, dataclass, fields, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vo_core.drift import row_of
+from vo_core.errors import InvalidTrack
+from vo_core.geometry.height import scale_sigma
+from vo_core.geometry.rectify import NOMINAL, Rectifier
+from vo_core.geometry.wall import cast, develop, enclose, sight
+from vo_core.rig import Rig
+from vo_core.track import Estimate, Track
+from vo_core.types import GrayImage, Image, Matrix
+
+SECTORS = 16
+"""Parts of the visible arc with a profile each."""
+
+ROUND = 0.6
+"""Share of the sectors that must show a ring half as strong as the middle one of them does; water
+over a third of the picture may hide it."""
+
+ROUND_ON_FLANKS = 0.75
+"""The same of the sectors to either side, where silt hides the middle half: on one side alone it is
+none."""
+
+RING_WIDTHS_MM = (1.5, 3.0, 6.0, 12.0)
+"""Sigmas of the filters that look for rings: gaps of 3 mm to bands of mortar of 30 mm."""
+
+SIGNIFICANCE = 6.0
+"""A ring stands out of the wall around it by so many robust standard deviations."""
+
+LEAST_CONTRAST = 0.003
+"""Added to the wall's own deviation: a ring below some percent of brightness is none."""
+
+COVERED = 0.9
+"""Share of a filter's surround that must have been seen as often as the rest."""
+
+BINNING_PX = 0.1
+"""What pixels that fall into bins leave of a position, one sigma."""
+
+MISPLACED_MM = 3.0
+"""A frame that may lie so far beside the wall that was spread before, one sigma, starts it anew;
+less only widens a ring."""
+
+STRIP_BINS = 2048
+"""Columns of a strip of wall; at most a handful of strips is held."""
+
+SAME_JOINT_MM = 50.0
+"""Sightings nearer than that are one joint: half the shortest segment that a rig may state."""
+
+_STEPS_PER_VIEW = 8
+"""Frames spread onto the wall while it passes through the view."""
+
+_SURROUND = 3.0
+"""Width of the surround over that of the centre."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """A joint seen once; on a way there and back it is seen twice."""
+
+    frame: int
+    """In which the ring is nearest to the middle of the view."""
+    ahead_mm: float
+    """From the camera in this frame along the axis to the ring, so that it moves with the track."""
+    sigma_mm: float
+    """Standard deviation of `ahead_mm`."""
+    contrast: float
+    """Brightness relative to the wall beside it, less 1: negative for a dark ring."""
+
+
+_COLUMNS = tuple(field.name for field in fields(Sighting))
+
+
+class JointFinder:
+    """Takes the frames of a run one after the other; memory does not grow with the run.
+
+    Strips of wall that the camera has left are searched and dropped, so that a joint that is seen
+    again later is a sighting of its own.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig = rig
+        self._scale_sigma = scale_sigma(rig)
+        self._rectify = Rectifier(rig)
+        grid = self._rectify.grid
+        self._bin_mm = grid.mm_per_px
+        rows, columns = grid.shape
+        self._pooled = max(1, rows // (4 * SECTORS))
+        y = (np.arange(rows // self._pooled) + 0.5) * self._pooled - 0.5
+        xy = np.stack(np.meshgrid(np.arange(columns), y), -1).reshape(-1, 2)
+        valid = cv2.erode(self._rectify.valid, np.ones((self._pooled, 1), np.uint8))
+        self._valid = valid[y.astype(int)].ravel() > 0
+        self._rays = sight(rig, NOMINAL, enclose(rig, grid.to_mm(xy)))[self._valid]
+        self._arc_mm = grid.arc_mm + np.array([-0.5, rows - 0.5]) * grid.mm_per_px
+        self._middle_mm = grid.axial_mm + columns / 2 * grid.mm_per_px
+        self._step_mm = columns * grid.mm_per_px / _STEPS_PER_VIEW
+        self._last: Estimate | None = None
+        """Of the last frame that was spread."""
+        self._strips: dict[int, _Strip] = {}
+        self._open: set[int] = set()
+        """Strips that were not searched yet; others are kept as their neighbours only."""
+        self._places_mm: dict[int, list[float]] = {}
+        """Of the rings that were found in strips which others still need."""
+        self._found: list[Sighting] = []
+        self._taken = 0
+
+    def add(self, image: Image, estimate: Estimate) -> None:
+        """Take a frame and its pose, in the order of the video.
+
+        Raises:
+            ShapeMismatch: The image has not the size that the rig states.
+        """
+        if self.wants(estimate):
+            self.spread(self._rectify(image), estimate)
+
+    def wants(self, estimate: Estimate) -> bool:
+        """Would `add` look at this frame?"""
+        if estimate.status == "lost":
+            return False
+        last = self._last
+        return last is None or abs(estimate.distance_mm - last.distance_mm) >= self._step_mm
+
+    def spread(self, patch: GrayImage, estimate: Estimate) -> None:
+        """Take a frame that is wanted, as `Rectifier` has put it onto the wall."""
+        last = self._last
+        if last is not None and _variance(estimate) - _variance(last) > MISPLACED_MM**2:
+            self._close(self._open)  # after a loss the wall continues at another place
+        self._spread(patch, estimate)
+        self._last = estimate
+
+    def take(self) -> list[Sighting]:
+        """Sightings that were found since the last call, on wall that the camera has left."""
+        found, self._taken = self._found[self._taken :], len(self._found)
+        return found
+
+    def finish(self) -> list[Sighting]:
+        """All sightings, in the order of their frames."""
+        self._close(self._open)
+        return sorted(self._found, key=lambda sighting: sighting.frame)
+
+    def _spread(self, patch: GrayImage, estimate: Estimate) -> None:
+        """Add a patch to the strips, each pixel at its place on the wall."""
+        columns = patch.shape[1]
+        rows = patch.shape[0] // self._pooled
+        size_wh = (columns, rows)
+        relative = _relative(patch)[: rows * self._pooled]
+        pooled = cv2.resize(relative, size_wh, interpolation=cv2.INTER_AREA)
+        # Axial coordinates from the camera first: bins must not lose digits far into a pipe.
+        pose = replace(estimate.pose, x_mm=0.0)
+        axial, arc = develop(self._rig, cast(self._rig, pose, self._rays)).T
+        low_mm, high_mm = self._arc_mm
+        sector = np.floor((arc - low_mm) / (high_mm - low_mm) * SECTORS)
+        with np.errstate(invalid="ignore"):
+            inside = (sector >= 0) & (sector < SECTORS) & np.isfinite(axial)
+        if not inside.any():
+            return
+        bins = np.floor((axial[inside] + estimate.distance_mm) / self._bin_mm).astype(np.int64)
+        first, last = int(bins.min()), int(bins.max())
+        width = last - first + 1
+        cell = sector[inside].astype(np.int64) * width + bins - first
+        grey = pooled.ravel()[self._valid][inside]
+        total, count = (
+            np.asarray(np.bincount(cell, values, SECTORS * width), np.float64).reshape(-1, width)
+            for values in (grey, np.ones(len(cell)))
+        )
+        touched = range(first // STRIP_BINS, last // STRIP_BINS + 1)
+        self._close({k for k in self._open if k < touched.start - 1 or k >= touched.stop + 1})
+        for k in touched:
+            if k not in self._open:
+                self._strips[k] = _Strip()
+                self._open.add(k)
+            middle = (estimate.distance_mm + self._middle_mm) / self._bin_mm
+            self._strips[k].add(
+                total, count, estimate, first - k * STRIP_BINS, middle - k * STRIP_BINS
+            )
+
+    def _close(self, leaving: set[int]) -> None:
+        """Search strips that are complete, and drop what no other one needs any more."""
+        for k in sorted(leaving):
+            beside = [self._strips.get(k + i, _EMPTY) for i in (-1, 0, 1)]
+            total = np.hstack([strip.total for strip in beside])
+            count = np.hstack([strip.count for strip in beside])
+            for ring in find_rings(total, count, [w / self._bin_mm for w in RING_WIDTHS_MM]):
+                column = ring.at_px - STRIP_BINS
+                at_mm = (k * STRIP_BINS + column) * self._bin_mm
+                # A ring on the border of two strips may peak in each of them.
+                beside_mm = [at for i in (-1, 1) for at in self._places_mm.get(k + i, ())]
+                is_known = any(abs(at_mm - at) < SAME_JOINT_MM for at in beside_mm)
+                if 0 <= column < STRIP_BINS and not is_known:
+                    self._places_mm.setdefault(k, []).append(at_mm)
+                    frame, camera_mm = self._strips[k].seen_from(int(column))
+                    ahead_mm = at_mm - camera_mm
+                    # Where the rig is wrong, places off the middle have scales of their own.
+                    off_mm = self._scale_sigma * (ahead_mm - self._middle_mm)
+                    sigma_mm = float(np.hypot(ring.sigma_px * self._bin_mm, off_mm))
+                    self._found.append(Sighting(frame, ahead_mm, sigma_mm, ring.contrast))
+        self._open = self._open - leaving
+        needed = {k + i for k in self._open for i in (-1, 0, 1)}
+        self._strips = {k: strip for k, strip in self._strips.items() if k in needed}
+        self._places_mm = {k: at for k, at in self._places_mm.items() if k in needed}
+
+
+class _Strip:
+    """A piece of wall: sums and counts of relative brightness, sector by column."""
+
+    def __init__(self) -> None:
+        self.total = np.zeros((SECTORS, STRIP_BINS), np.float32)
+        self.count = np.zeros((SECTORS, STRIP_BINS), np.float32)
+        self._off = np.full(STRIP_BINS, np.inf)
+        self._frame = np.zeros(STRIP_BINS, np.int64)
+        self._camera_mm = np.zeros(STRIP_BINS)
+
+    def add(
+        self, total: Matrix, count: Matrix, estimate: Estimate, first: int, middle: float
+    ) -> None:
+        """Add columns from `first` on, those that lie in the strip; `middle` is the view's."""
+        begin, end = max(first, 0), min(first + total.shape[1], STRIP_BINS)
+        here, there = slice(begin, end), slice(begin - first, end - first)
+        self.total[:, here] += total[:, there]
+        self.count[:, here] += count[:, there]
+        off = np.abs(np.arange(begin, end) - middle)
+        nearer = begin + np.flatnonzero(off < self._off[here])
+        self._off[nearer] = off[nearer - begin]
+        self._frame[nearer] = estimate.frame
+        self._camera_mm[nearer] = estimate.distance_mm
+
+    def seen_from(self, column: int) -> tuple[int, float]:
+        """Frame and distance of the camera that had the column nearest to the middle."""
+        return int(self._frame[column]), float(self._camera_mm[column])
+
+
+_EMPTY = _Strip()
+
+
+def places_mm(track: Track, sightings: Sequence[Sighting]) -> Matrix:
+    """(N,) axial coordinates of the rings by a track.
+
+    Raises:
+        InvalidCorrection: The track has not the frame of a sighting.
+    """
+    rows = [row_of(track, sighting.frame) for sighting in sightings]
+    ahead = np.array([sighting.ahead_mm for sighting in sightings])
+    return np.asarray(track.distance_mm[rows] + ahead)
+
+
+def numbered(track: Track, sightings: Sequence[Sighting]) -> list[int]:
+    """The number of the joint of each sighting, from 0 in the order of the distance."""
+    at_mm = places_mm(track, sightings)
+    order = np.argsort(at_mm)
+    number = np.zeros(len(order), np.int64)
+    number[order[1:]] = np.cumsum(np.diff(at_mm[order]) > SAME_JOINT_MM)
+    return [int(n) for n in number]
+
+
+def to_csv(
+    track: Track, sightings: Sequence[Sighting], metadata: Mapping[str, object] | None = None
+) -> str:
+    """joints.csv: `# key: value` lines, the header, a row a sighting.
+
+    `joint` and `distance_mm` are for people; they follow from the track and are not read again.
+    """
+    lines = [f"# {key}: {value}" for key, value in (metadata or {}).items()]
+    lines.append(",".join(("joint", *_COLUMNS, "distance_mm")))
+    numbers, at_mm = numbered(track, sightings), places_mm(track, sightings)
+    for number, sighting, distance_mm in zip(numbers, sightings, at_mm, strict=True):
+        frame, *values = astuple(sighting)
+        lines.append(
+            ",".join([str(number), str(frame), *(f"{v:.4f}" for v in (*values, distance_mm))])
+        )
+    return "\n".join(lines) + "\n"
+
+
+def from_csv(text: str) -> list[Sighting]:
+    """Read joints.csv.
+
+    Raises:
+        InvalidTrack: A column is missing or a value is no number.
+    """
+    reader = csv.DictReader(line for line in text.splitlines() if line[:1] != "#")
+    missing = set(_COLUMNS) - set(reader.fieldnames or ())
+    if missing:
+        raise InvalidTrack(f"The joints have no column {', '.join(sorted(missing))}.")
+    try:
+        rows = [[float(record[name]) for name in _COLUMNS] for record in reader]
+    except (TypeError, ValueError) as error:
+        raise InvalidTrack(f"The joints hold a row that is not numbers: {error}.") from error
+    if not np.isfinite(rows).all():
+        raise InvalidTrack("The joints hold a value that is not finite.")
+    return [Sighting(int(frame), *values) for frame, *values in rows]
+
+
+@dataclass(frozen=True, slots=True)
+class Ring:
+    """A ring in a piece of wall."""
+
+    at_px: float
+    """Column, 0 at the left border of the first one."""
+    sigma_px: float
+    contrast: float
+
+
+def find_rings(total: GrayImage, count: GrayImage, widths_px: Iterable[float]) -> list[Ring]:
+    """Rings in a piece of developed wall, most significant first.
+
+    Ridges over several widths (difference of Gaussians along the axis, Lindeberg 1998), where most
+    of the sectors show them with one sign, against the deviation of the whole piece.
+
+    Args:
+        total, count: (sectors, columns), sum of brightness about 1 and number of samples.
+        widths_px: Sigmas to look for; those below 1.5 px are widened to it.
+    """
+    rows = np.arange(len(total))
+    flanks = np.abs(rows - rows.mean()) > len(rows) / 4
+    layers = []
+    for width in sorted({max(w, 1.5) for w in widths_px}):
+        answers, covered = _filtered(total, count, width)
+        layers.append(_Layer.of(answers, covered, width, ROUND))
+        layers.append(_Layer.of(answers[flanks], covered[flanks], width, ROUND_ON_FLANKS))
+    significance = np.stack([layer.significance for layer in layers])
+    strongest = significance.max(axis=0)
+    # A gap and the mortar beside it are one joint, and the surround answers with the other sign.
+    reach = int(np.ceil(2 * _SURROUND * layers[-1].width_px))
+    rings = []
+    while (peak := int(strongest.argmax())) >= 0 and strongest[peak] >= SIGNIFICANCE:
+        layer = layers[int(significance[:, peak].argmax())]
+        rings.append(layer.ring(peak))
+        strongest[max(peak - reach, 0) : peak + reach + 1] = 0
+    return rings
+
+
+Covered = NDArray[np.bool_]
+"""(sectors, columns)"""
+
+
+@dataclass(frozen=True)
+class _Layer:
+    """Answers of one filter."""
+
+    width_px: float
+    answers: Matrix
+    """(sectors, columns)."""
+    median: Matrix
+    """(columns,) over the sectors, 0 where too few were seen."""
+    significance: Matrix
+    """(columns,) size of the median over its deviation along the wall, 0 where nothing is round."""
+
+    @classmethod
+    def of(cls, answers: Matrix, covered: Covered, width_px: float, share: float) -> _Layer:
+        """By the answers of some sectors, a share of which must agree."""
+        ordered = np.sort(np.where(covered, answers, np.nan), axis=0)  # nan comes last
+        seen = covered.sum(axis=0)
+        columns = np.arange(answers.shape[1])
+
+        def quantile(share: float) -> Matrix:
+            rank = np.rint(share * np.maximum(seen - 1, 0)).astype(int)
+            return np.where(seen >= len(answers) / 2, ordered[rank, columns], 0.0)
+
+        low, median, high = quantile(1 - share), quantile(0.5), quantile(share)
+        size = np.abs(median)
+        is_round = np.where(median > 0, low, -high) >= size / 2
+        measured = size[seen >= len(answers) / 2]
+        noise = 1.4826 * float(np.median(measured)) if measured.size else np.inf
+        return cls(width_px, answers, median, is_round * size / (noise + LEAST_CONTRAST))
+
+    def ring(self, peak: int) -> Ring:
+        """The ring about a column: where the median peaks, and how the sectors scatter."""
+        sign = np.sign(self.median[peak])
+        reach = int(np.ceil(1.5 * self.width_px))
+        left, right = max(peak - reach, 1), min(peak + reach, len(self.median) - 2)
+        at = np.array([_peak(sign * row, left, right) for row in self.answers])
+        # A chip of the edge reaches over two sectors.
+        scatter = 1.4826 * np.median(np.abs(at - np.median(at))) / np.sqrt(len(at) / 2)
+        return Ring(
+            _peak(sign * self.median, left, right) + 0.5,
+            float(np.hypot(scatter, BINNING_PX)),
+            float(self.median[peak]),
+        )
+
+
+def _filtered(total: GrayImage, count: GrayImage, width_px: float) -> tuple[Matrix, Covered]:
+    """(sectors, columns) how much brighter the centre is than its surround, and where that was seen
+    whole.
+    """
+    centre, surround = (
+        _blurred(total, sigma) / np.maximum(_blurred(count, sigma), 1e-9)
+        for sigma in (width_px, _SURROUND * width_px)
+    )
+    # Where a run begins and ends the wall passed a part of the view only, and shading shows.
+    samples = count.sum(axis=0, keepdims=True)
+    whole = (count > 0) & (samples >= 0.5 * np.median(samples[samples > 0]))
+    covered = _blurred(whole.astype(np.float32), _SURROUND * width_px) > COVERED
+    return centre - surround, covered
+
+
+def _peak(values: Matrix, left: int, right: int) -> float:
+    """Where the largest value of [left, right] lies, by a parabola through its neighbours."""
+    k = left + int(values[left : right + 1].argmax())
+    before, at, after = values[k - 1 : k + 2]
+    bend = 2 * at - before - after
+    return k + float(np.clip((after - before) / (2 * bend), -0.5, 0.5)) if bend > 0 else float(k)
+
+
+def _blurred(image: GrayImage, sigma_px: float) -> GrayImage:
+    """Along the rows only, nothing beyond the border."""
+    side = 2 * int(np.ceil(3 * sigma_px)) + 1
+    return np.asarray(
+        cv2.GaussianBlur(image, (side, 1), sigma_px, sigmaY=1.0, borderType=cv2.BORDER_CONSTANT)
+    )
+
+
+def _relative(patch: GrayImage) -> GrayImage:
+    """Brightness over that of the surroundings, so that lamp, vignette and gain go out."""
+    height, width = patch.shape
+    small_wh = (max(width // 8, 1), max(height // 8, 1))
+    small = cv2.resize(patch, small_wh, interpolation=cv2.INTER_AREA)
+    small = cv2.GaussianBlur(small, (0, 0), max(small_wh) / 6, borderType=cv2.BORDER_REPLICATE)
+    around = cv2.resize(small, (width, height), interpolation=cv2.INTER_LINEAR)
+    return np.asarray(patch / np.maximum(around, 1.0), np.float32)
+
+
+def _variance(estimate: Estimate) -> float:
+    return estimate.sigma_registration_mm**2

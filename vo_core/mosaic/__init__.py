@@ -1,0 +1,1 @@
+"""The unrolled wall: one picture of all that a run has shown."""

@@ -1,0 +1,356 @@
+"""The unrolled wall: one picture of all that a run has shown, built while it goes on.
+
+Every few millimetres of way a frame is spread onto tiles of the developed wall, each pixel where
+the exact pose of the frame puts it.  Frames are averaged with weights that favour what the camera
+resolves best (`optics`), so that about three frames make each place and no seam shows, and without
+the light that moves with the camera (`lamp`).
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from math import floor, pi
+
+import cv2
+import numpy as np
+
+from vo_core.geometry.rectify import PATCH_SIDE_PX, WHOLE, PatchGrid, Rectifier, Rows
+from vo_core.image.resample import resample, resample_colour
+from vo_core.mosaic.lamp import Lamp, evened
+from vo_core.mosaic.optics import NODE_PX, PEAK, Canvas, Optics
+from vo_core.rig import Rig
+from vo_core.track import Estimate
+from vo_core.types import ByteImage, GrayImage
+
+TILE_MM = 500.0
+
+FINEST_MM = 0.5
+"""A pixel of the mosaic, where the camera resolves as much: a hair crack is seen."""
+
+MOST_PX, LONGEST_PX = 600_000, 1000
+"""Of a tile in all, and along one side."""
+
+SWAY = 0.15
+"""Of the visible arc, on either side: a robot that climbs sees more of the wall there."""
+
+UNSEEN_GREY = 44
+"""Where no frame was painted."""
+
+STEPS_PER_VIEW = 8
+"""Frames painted while the wall passes through the view."""
+
+FULL = 1.5 * PEAK
+"""Sum of weights at which a place takes no more: what comes back later cannot spoil it."""
+
+CLEAR = 0.02 * PEAK
+"""Sum of weights from which a place counts as seen well."""
+
+LEAST_WEIGHT = 1e-6 * PEAK
+"""A place with less was not seen."""
+
+WEAK = 0.1
+"""Weight of a frame whose pose is uncertain; it is painted over by any other."""
+
+JUMP_MM = 1.0
+"""Where the position got so much more uncertain at once, the wall goes on at another place."""
+
+GAIN_LEAK = 0.1
+"""Of a frame's gain against the mosaic: what is wrong with the light adds up ten times."""
+
+OPEN_S = 1.0
+"""How often a growing tile is published, in seconds of the video."""
+
+SHELF = 32
+"""Unfinished tiles that are kept, packed, for the robot's return."""
+
+SPARSE = 8
+"""Brightness is compared on every 8th pixel in each direction."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The raster of the mosaic: tile k holds raw axial coordinates [k, k + 1) * `tile_mm`.
+
+    Row i covers arc_from_mm + [i, i + 1) * (arc_to_mm - arc_from_mm) / height_px of the developed
+    wall, column j of tile k the axial k * tile_mm + [j, j + 1) * mm_per_px.
+    """
+
+    tile_mm: float
+    mm_per_px: float
+    arc_from_mm: float
+    arc_to_mm: float
+    width_px: int
+    height_px: int
+
+    @classmethod
+    def of(cls, rig: Rig) -> Layout:
+        """As fine as the camera sees the wall, within `FINEST_MM` and `MOST_PX`.
+
+        Raises:
+            InvalidRig: The camera sees no wall, or too narrow a strip of it.
+        """
+        return cls.over(rig, Rectifier(rig).grid)
+
+    @classmethod
+    def over(cls, rig: Rig, grid: PatchGrid) -> Layout:
+        """The same for a camera whose view of the wall is known."""
+        low_mm = grid.arc_mm - grid.mm_per_px / 2
+        seen_mm = grid.shape[0] * grid.mm_per_px
+        start_mm, end_mm = low_mm - SWAY * seen_mm, low_mm + (1 + SWAY) * seen_mm
+        if rig.pipe.diameter_mm is not None:
+            half_mm = pi * rig.pipe.diameter_mm / 2
+            start_mm, end_mm = max(start_mm, -half_mm), min(end_mm, half_mm)
+        arc_mm = end_mm - start_mm
+        longest = max(rig.camera.width, rig.camera.height)
+        finest_mm = max(
+            FINEST_MM,
+            grid.mm_per_px * PATCH_SIDE_PX / max(longest, PATCH_SIDE_PX),
+            (TILE_MM * arc_mm / MOST_PX) ** 0.5,
+            arc_mm / LONGEST_PX,
+        )
+        width_px = max(1, floor(TILE_MM / finest_mm))
+        mm_per_px = TILE_MM / width_px
+        height_px = max(1, round(arc_mm / mm_per_px / NODE_PX)) * NODE_PX
+        return cls(TILE_MM, mm_per_px, start_mm, end_mm, width_px, height_px)
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A piece of the mosaic as it is now."""
+
+    index: int
+    picture: ByteImage
+    """(height_px, width_px, 3) BGR."""
+
+
+class Mosaic:
+    """Takes the frames of a run one after the other; memory does not grow with the run.
+
+    A tile is open while the camera is near it.  One that was left with a picture from end to end
+    stays as it is, also when the robot comes back; one with gaps is gone on with.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        grid = Rectifier(rig).grid
+        self.layout = layout = Layout.over(rig, grid)
+        self._optics = Optics(rig, layout.mm_per_px)
+        self._canvas = Canvas(
+            rig,
+            self._optics,
+            (layout.arc_from_mm, layout.arc_to_mm),
+            layout.height_px,
+            layout.mm_per_px,
+        )
+        self._lamp = Lamp(self._optics)
+        self._step_mm = grid.shape[1] * grid.mm_per_px / STEPS_PER_VIEW
+        self._gain = 1.0
+        """Of the last painted frame, against the mosaic."""
+        self._last: Estimate | None = None
+        """Of the last painted frame."""
+        self._told_s = -np.inf
+        self._open: dict[int, _Painted] = {}
+        self._shelf: OrderedDict[int, _Packed] = OrderedDict()
+        self._done: set[int] = set()
+        self._left: list[Tile] = []
+        """Left since the last `changed`."""
+
+    def wants(self, estimate: Estimate) -> bool:
+        """Would `add` paint this frame?"""
+        last = self._last
+        if estimate.status == "lost":
+            return False
+        if last is not None and abs(estimate.distance_mm - last.distance_mm) < self._step_mm:
+            return False
+        return not self._done.issuperset(self._touched(estimate))
+
+    def add(self, picture: ByteImage, estimate: Estimate, rows: Rows = WHOLE) -> None:
+        """Paint a frame, if it is wanted.
+
+        Args:
+            picture: (H, W) grey or (H, W, 3) BGR, of the rig's size.
+            estimate: Its pose.
+            rows: Of the picture, that were exposed at that pose.
+        """
+        if not self.wants(estimate):
+            return
+        self._turn_to(estimate)
+        colour = self._optics.reduce(_alone(rows, picture))
+        light = self._lamp.learn(colour)
+        positions = self._canvas.positions(estimate.pose)
+        weight = resample(light.weight, positions)
+        if estimate.status == "weak":
+            weight *= np.float32(WEAK)
+        pieces = self._pieces(estimate, weight)
+        self._gain = self._matched(colour, light.factor, positions, pieces)
+        even = evened(colour, light.factor * np.float32(self._gain), light.tint)
+        seen = resample_colour(even, positions)
+        for piece in pieces:
+            piece.tile.blend(piece.here, seen[:, piece.there], piece.weight)
+
+    def changed(self) -> list[Tile]:
+        """Tiles that changed since the last call; those that still grow once a second at most."""
+        tiles, self._left = self._left, []
+        now_s = self._last.time_s if self._last is not None else 0.0
+        if not self._told_s <= now_s < self._told_s + OPEN_S:
+            self._told_s = now_s
+            tiles += [Tile(k, tile.picture()) for k, tile in self._open.items() if tile.is_changed]
+        return tiles
+
+    def finish(self) -> list[Tile]:
+        """Tiles that changed since the last call; nothing is added any more."""
+        for k in list(self._open):
+            self._leave(k)
+        return self.changed()
+
+    def _touched(self, estimate: Estimate) -> range:
+        """Tiles under the canvas of a frame."""
+        first = self._canvas.first_column(estimate.distance_mm)
+        width = self.layout.width_px
+        return range(first // width, (first + self._canvas.columns - 1) // width + 1)
+
+    def _turn_to(self, estimate: Estimate) -> None:
+        """Leave the tiles behind, take up those under the frame."""
+        last = self._last
+        if last is not None and _variance(estimate) - _variance(last) > JUMP_MM**2:
+            for tile in self._open.values():
+                tile.freeze()
+        self._last = estimate
+        touched = self._touched(estimate)
+        for k in [k for k in self._open if not touched.start - 1 <= k <= touched.stop]:
+            self._leave(k)
+        for k in touched:
+            if k not in self._open and k not in self._done:
+                packed = self._shelf.pop(k, None)
+                self._open[k] = _Painted.empty(self.layout) if packed is None else packed.unpack()
+
+    def _leave(self, k: int) -> None:
+        tile = self._open.pop(k)
+        if tile.is_changed:
+            self._left.append(Tile(k, tile.picture()))
+        if tile.is_whole():
+            self._done.add(k)
+            return
+        self._shelf[k] = _Packed.of(tile)
+        while len(self._shelf) > SHELF:
+            self._done.add(self._shelf.popitem(last=False)[0])
+
+    def _pieces(self, estimate: Estimate, weight: GrayImage) -> list[_Piece]:
+        """What of the canvas falls on tiles that take it."""
+        first, width = self._canvas.first_column(estimate.distance_mm), self.layout.width_px
+        pieces = []
+        for k in self._touched(estimate):
+            if (tile := self._open.get(k)) is not None:
+                begin = max(first, k * width)
+                end = min(first + self._canvas.columns, (k + 1) * width)
+                there = slice(begin - first, end - first)
+                here = slice(begin - k * width, end - k * width)
+                pieces.append(_Piece(tile, here, there, weight[:, there]))
+        return pieces
+
+    def _matched(
+        self, colour: ByteImage, factor: GrayImage, positions: GrayImage, pieces: list[_Piece]
+    ) -> float:
+        """The gain that gives a frame the brightness of what is painted: the lamp may flicker.
+
+        It is pulled a little towards 1, so that this chain of frames leads nowhere.
+        """
+        lit = np.asarray(colour[..., 0] * factor, np.float32)
+        painted = coming = 0.0
+        for piece in pieces:
+            there = piece.there.start + np.arange(0, piece.weight.shape[1], SPARSE)
+            here = there - piece.there.start + piece.here.start
+            few = np.ascontiguousarray(positions[::SPARSE, there])
+            both = piece.tile.weight[::SPARSE, here] * piece.weight[::SPARSE, ::SPARSE]
+            painted += float((both * piece.tile.colour[::SPARSE, here, 0]).sum())
+            coming += float((both * resample(lit, few)).sum())
+        if not (painted and coming):
+            return self._gain
+        return float(np.clip(painted / coming, 0.3, 3.0) ** (1 - GAIN_LEAK))
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A part of a frame that falls on one tile."""
+
+    tile: _Painted
+    here: slice
+    """Columns of the tile."""
+    there: slice
+    """Columns of the canvas."""
+    weight: GrayImage
+    """Of these columns."""
+
+
+@dataclass
+class _Painted:
+    """A tile that is being painted: weighted mean of the frames, and the sum of their weights."""
+
+    colour: ByteImage
+    """(height_px, width_px, 3) Y Cr Cb."""
+    weight: GrayImage
+    is_changed: bool = field(default=False)
+
+    @classmethod
+    def empty(cls, layout: Layout) -> _Painted:
+        shape = (layout.height_px, layout.width_px)
+        return cls(np.full((*shape, 3), 128, np.uint8), np.zeros(shape, np.float32))
+
+    def blend(self, here: slice, new: ByteImage, new_weight: GrayImage) -> None:
+        """Paint columns."""
+        weight = self.weight[:, here]
+        share = new_weight * (1 - weight / np.float32(FULL))
+        self.colour[:, here] = cv2.blendLinear(self.colour[:, here], new, weight, share)
+        weight += share
+        self.is_changed = True
+
+    def freeze(self) -> None:
+        """What is there stays, but for its thin borders."""
+        self.weight = np.asarray(FULL * np.minimum(self.weight / CLEAR, 1), np.float32)
+
+    def is_whole(self) -> bool:
+        """Was all of its length seen?"""
+        return bool((self.weight.max(axis=0) > CLEAR).all())
+
+    def picture(self) -> ByteImage:
+        """As it is now, BGR; it counts as published."""
+        self.is_changed = False
+        shown = cv2.cvtColor(self.colour, cv2.COLOR_YCrCb2BGR)
+        seen = (self.weight >= LEAST_WEIGHT).astype(np.uint8)
+        return np.asarray(cv2.copyTo(shown, seen, np.full_like(shown, UNSEEN_GREY)), np.uint8)
+
+
+@dataclass(frozen=True)
+class _Packed:
+    """A tile with gaps, out of the way."""
+
+    colour: ByteImage
+    weight: ByteImage
+
+    @classmethod
+    def of(cls, tile: _Painted) -> _Packed:
+        tile.freeze()
+        level = np.rint(tile.weight * (255 / FULL)).astype(np.uint8)
+        fast = [cv2.IMWRITE_PNG_COMPRESSION, 1]
+        _, colour = cv2.imencode(".png", tile.colour, fast)
+        _, weight = cv2.imencode(".png", level, fast)
+        return cls(np.asarray(colour, np.uint8), np.asarray(weight, np.uint8))
+
+    def unpack(self) -> _Painted:
+        colour = np.asarray(cv2.imdecode(self.colour, cv2.IMREAD_COLOR), np.uint8)
+        level = np.asarray(cv2.imdecode(self.weight, cv2.IMREAD_GRAYSCALE), np.float32)
+        return _Painted(colour, level * np.float32(FULL / 255))
+
+
+def _alone(rows: Rows, picture: ByteImage) -> ByteImage:
+    """The picture as those rows show it, of the same shape: the others are interpolated."""
+    if rows == WHOLE:
+        return picture
+    shown = rows.of(picture)
+    place = np.clip((np.arange(len(picture)) - rows.first) / rows.step, 0, len(shown) - 1)
+    above, below = shown[np.floor(place).astype(int)], shown[np.ceil(place).astype(int)]
+    return np.asarray(cv2.addWeighted(above, 0.5, below, 0.5, 0.0), np.uint8)
+
+
+def _variance(estimate: Estimate) -> float:
+    return estimate.sigma_registration_mm**2

@@ -1,0 +1,130 @@
+"""What the joints seen so far say of a run's scale, while it is driven and after.
+
+Joints are the tape that lies in every culvert: from the second one on they bring the run to scale.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from vo_core.geometry.height import Height, implied_height
+from vo_core.joints.finder import Sighting, numbered
+from vo_core.rig import Rig
+from vo_core.scale.correction import (
+    Correction,
+    Evidence,
+    JointSpacing,
+    Stretch,
+    correct,
+    joint_spacing,
+    rig_scale,
+)
+from vo_core.track import Track
+
+LEAST_JOINTS = 2
+"""With which there is a scale."""
+
+
+@dataclass(frozen=True)
+class ScaleProposal:
+    """The scale by joints, and what it means for the rig."""
+
+    spacing: JointSpacing
+    """The joints as they were counted: evidence for `scale.correct`."""
+    correction: Correction
+    """The track so far, brought to scale by the joints and all else that is known."""
+    joints: int
+    """Different joints that were seen; one that was passed twice counts once."""
+    scale: float
+    """True length over that of the raw track; the mean over the run where it changes along it."""
+    sigma: float
+    """Standard uncertainty of `scale`."""
+    stated_height_mm: float
+    """Of the camera, by the rig."""
+    height: Height | None
+    """That explains the scale if all else in the rig is right; None where the height hardly
+    matters, where no camera could sit there, or where the scale changes along the run."""
+
+    @property
+    def doubts_rig(self) -> bool:
+        """The joints ask for a scale that the rig's tolerances do not explain."""
+        return self.correction.doubts_rig
+
+    @property
+    def stretches(self) -> tuple[Stretch, ...]:
+        """The scale from joint to joint where it changes along the run (silt, for one); else
+        none.
+        """
+        return self.correction.stretches
+
+    @property
+    def lower_mm(self) -> float | None:
+        """By how much the camera sits lower than the rig says, if the height is what is wrong."""
+        return None if self.height is None else self.stated_height_mm - self.height.height_mm
+
+    def __str__(self) -> str:
+        """A sentence, such as "5 joints: scale 0.9914 ± 0.0033; your camera sits 2 mm lower"."""
+        by_joints = f"{self.joints} joints: scale {self.scale:.4f} ± {self.sigma:.4f}"
+        if self.stretches:
+            scales = [stretch.scale for stretch in self.stretches]
+            return (
+                f"{by_joints}, and it changes along the run from {scales[0]:.3f} to "
+                f"{scales[-1]:.3f}; silt or water in the invert is a likely cause"
+            )
+        lower_mm = self.lower_mm
+        if self.doubts_rig:
+            wrong = (
+                "picture and rig disagree"
+                if lower_mm is None
+                else f"the camera would have to sit {_beside(lower_mm)} than the rig says"
+            )
+            return (
+                f"{by_joints}; {wrong}: check height and lens; silt or water in the invert is a "
+                "likely cause"
+            )
+        if lower_mm is None or abs(lower_mm) < 0.5:
+            return by_joints
+        return f"{by_joints}; your camera sits {_beside(lower_mm)}"
+
+
+def propose(
+    track: Track, sightings: Sequence[Sighting], rig: Rig, others: Sequence[Evidence] = ()
+) -> ScaleProposal | None:
+    """The scale by the joints of a run, as far as it has gone; cheap enough for every new joint.
+
+    Args:
+        track: As it was measured so far.
+        sightings: Of joints, made with `track`; those of frames that it has not yet are left out.
+        rig: With which it was measured; its tolerances bound the count of the segments.
+        others: Taped lengths, which count too.
+    Returns:
+        None as long as nothing can be said: the rig states no length of a segment, or rings were
+        seen at fewer than two places.
+    Raises:
+        InvalidCorrection: The sightings cannot be counted as joints (yet), or they contradict each
+            other or a taped length; a sentence that says which.
+    """
+    segment_mm = rig.pipe.segment_length_mm
+    seen = [sighting for sighting in sightings if sighting.frame in track.frame]
+    if segment_mm is None or len(set(numbered(track, seen))) < LEAST_JOINTS:
+        return None
+    evidence: list[Evidence] = [*others, *rig_scale(rig)]
+    spacing = joint_spacing(
+        track, seen, segment_mm, evidence, segment_sigma_mm=rig.tolerance.segment_length_mm
+    )
+    done = correct(track, [*evidence, spacing])
+    height = None if done.stretches else implied_height(rig, done.scale, done.sigma)
+    return ScaleProposal(
+        spacing=spacing,
+        correction=done,
+        joints=len({(joint.count, joint.number) for joint in spacing.joints}),
+        scale=done.scale,
+        sigma=done.sigma,
+        stated_height_mm=rig.mount.height_mm,
+        height=height,
+    )
+
+
+def _beside(lower_mm: float) -> str:
+    return f"{abs(lower_mm):.0f} mm {'lower' if lower_mm > 0 else 'higher'}"
