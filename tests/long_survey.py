@@ -18,19 +18,19 @@ from typing import Any
 import av
 import cv2
 import numpy as np
+from vo_core.health import Health
 
 from app.jobs.messages import Probed
-from app.services.tracking import track_metadata
-from app.services.tracks import Tracks
-from app.services.videos import file_name, video_columns
-from app.simulation.render import render
-from app.simulation.sample import SAMPLE
+from app.lab.simulation.render import render
+from app.lab.simulation.sample import SAMPLE
 from app.storage.database import Database
 from app.storage.files import DataFolder, sha256_of
 from app.storage.imports import ImportStore
 from app.storage.tables import Event, Inspection, Observation
+from app.tracking.queue import track_metadata
+from app.tracking.tracks import Tracks
+from app.tracking.videos import file_name, video_columns
 from vo_core import Estimate
-from vo_core.health import Health
 from vo_core.joints import Sighting
 
 RATE_HZ = 25
