@@ -18,7 +18,6 @@ from typing import Any
 import av
 import cv2
 import numpy as np
-from vo_core.health import Health
 
 from app.jobs.messages import Probed
 from app.lab.simulation.render import render
@@ -31,7 +30,8 @@ from app.tracking.queue import track_metadata
 from app.tracking.tracks import Tracks
 from app.tracking.videos import file_name, video_columns
 from vo_core import Estimate
-from vo_core.joints import Sighting
+from vo_core.image.health import Health
+from vo_core.joints.finder import Sighting
 
 RATE_HZ = 25
 STEP_MM = 5.0
