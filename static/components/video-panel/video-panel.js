@@ -28,7 +28,9 @@ class VideoPanel extends Component {
   #mode = null;
   #cursor = null;
   #busySince = 0;
-  #wallPoints = new Map();
+  /** By observation, which is another object whenever it has changed; void when the track begins anew. */
+  #wallPoints = new WeakMap();
+  #generation = 0;
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
@@ -321,16 +323,20 @@ class VideoPanel extends Component {
   }
 
   /** World X and Y of an observation in mm, or null without a pixel or before its frame is tracked. */
-  #wallPoint({ id, frame, pixel }) {
-    if (!pixel) return null;
-    const name = `${id}:${frame}:${pixel}:${this.desk.track.generation}`;
-    if (!this.#wallPoints.has(name)) {
-      const row = this.desk.track.row(frame);
-      if (!row) return null;
-      const point = this.desk.wall.at(...pixel, row);
-      this.#wallPoints.set(name, point && [point.distance_m * 1000, point.right_mm]);
+  #wallPoint(item) {
+    const { track, wall } = this.desk;
+    if (track.generation !== this.#generation) {
+      this.#generation = track.generation;
+      this.#wallPoints = new WeakMap();
     }
-    return this.#wallPoints.get(name);
+    const known = this.#wallPoints.get(item);
+    if (known !== undefined) return known;
+    const row = item.pixel && track.row(item.frame);
+    if (!row) return null;
+    const point = wall.at(...item.pixel, row);
+    const found = point && [point.distance_m * 1000, point.right_mm];
+    this.#wallPoints.set(item, found);
+    return found;
   }
 
   paint() {
