@@ -94,7 +94,7 @@ LONG_TASKS = """(seconds) => new Promise((resolve) => {
 
 SHOWN = """() => new Promise((resolve) => {
   const look = () => {
-    const { desk } = document.querySelector('inspection-page');
+    const desk = document.querySelector('inspection-page')?.desk;
     const isOpen = desk?.playhead.value.row && desk.track.length && desk.observations.value.length;
     if (isOpen) requestAnimationFrame(() => resolve(performance.now()));
     else requestAnimationFrame(look);
