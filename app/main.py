@@ -83,7 +83,7 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.state.is_insecure = settings.insecure_lan and not settings.has_tls
     answers.install(app)
-    # Before the routes: a page asks for a hundred and fifty files, and each route is tried in turn.
+    # Before the routes, which are tried in turn.
     app.mount("/static", pages.Assets(directory=pages.static_folder()))
     for part in (
         access, me, uploads, imports, inspections, observations, picking, corrections, media,
