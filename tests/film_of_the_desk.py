@@ -1,8 +1,9 @@
 """The short film that heads the README: `python tests/film_of_the_desk.py docs/desk.webp`.
 
 Tracks the sample inspection, opens it in a headless Chromium and plays: the robot drives past a
-tagged defect, an operator tags the next one, and the 3D view looks along the pipe from inside.  Each picture
-is taken when the page has come to rest, so the film is the same on a slow machine.  Not a test.
+tagged defect, an operator tags the next one, and the 3D view looks along the pipe from inside.
+Each picture is taken when the page has come to rest, so the film is the same on a slow machine.
+Not a test.
 """
 
 from __future__ import annotations
