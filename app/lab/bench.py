@@ -46,6 +46,14 @@ LENGTH_MM = 2000.0
 QUICK_LENGTH_MM = 250.0
 QUICK_NAMES = ("nominal", "dirty_lens", "drop_outs", "large_sway", "wide_lens")
 
+FIELD_LENGTH_MM = 6000.0
+"""What the targets are for."""
+FIELD_NAMES = (
+    "nominal", "low_texture", "dirty_lens", "drop_outs", "network_jitter", "stop_dead", "bounce",
+    "climb", "rolling_shutter", "low_bit_rate",
+)  # fmt: skip
+"""What the field does to a film, one scenario of each kind."""
+
 WARM_UP_FRAMES = 10
 """Left out of the times: caches fill, and the robot does not move yet."""
 
@@ -136,6 +144,7 @@ METHODS: Mapping[str, Callable[[Rig], Method]] = {
     "paper": PaperOdometry,
     **PEERS,
 }
+OURS_ALONE: Mapping[str, Callable[[Rig], Method]] = {OURS: Odometry}
 
 Progress = Callable[[str, int, int], None]
 """Takes what is done now in words, steps done and steps in all."""
@@ -217,6 +226,11 @@ def all_scenarios(length_mm: float = LENGTH_MM) -> list[Scenario]:
 def quick_scenarios(length_mm: float = QUICK_LENGTH_MM) -> list[Scenario]:
     """A few significant scenarios over a short path: less than two minutes of work."""
     return [SCENARIOS[name].shortened(length_mm) for name in QUICK_NAMES]
+
+
+def field_scenarios(length_mm: float = FIELD_LENGTH_MM) -> list[Scenario]:
+    """Ten scenarios of the field over the path that the targets are for."""
+    return [SCENARIOS[name].shortened(length_mm) for name in FIELD_NAMES]
 
 
 def bench(
@@ -396,6 +410,24 @@ def _decode_to_grey(video: Path) -> None:
             frame.to_ndarray(format="gray")
 
 
+_TARGET_HEADINGS = (
+    "scenario", "path (m)", "end error (%)", "largest (mm)", "ATE (mm)", "yaw rms (°)",
+    "within 3 sigma", "within 3 of the registration", "median error / sigma of it", "frames lost",
+    "missing",
+)  # fmt: skip
+_SHORT_HEADINGS = (
+    "scenario", "end error (%)", "largest (mm)", "ATE (mm)", "yaw rms (°)", "within 3 sigma",
+    "frames lost",
+)  # fmt: skip
+
+
+def to_short_markdown(rows: Sequence[BenchRow]) -> str:
+    """One table: the accuracy of each row beside its targets, and no times."""
+    lines = [dict(zip(_TARGET_HEADINGS, _against_targets(row), strict=True)) for row in rows]
+    cells = [[line[heading] for heading in _SHORT_HEADINGS] for line in lines]
+    return _table(_SHORT_HEADINGS, cells) + "\n"
+
+
 def to_markdown(rows: Sequence[BenchRow], track_time: TrackTime | None = None) -> str:
     """Tables: Chainage beside its targets, all methods side by side, and what they cost."""
     methods = list(dict.fromkeys(row.method for row in rows))
@@ -409,15 +441,8 @@ def to_markdown(rows: Sequence[BenchRow], track_time: TrackTime | None = None) -
             "Chainage and its targets, which are those for 6 m of path; **bold** falls short. No "
             "shift, turn or scale is fitted. The first interval holds the rig's tolerances, the "
             "second is that of the registration alone.",
-            _table(
-                [
-                    "scenario", "path (m)", "end error (%)", "largest (mm)", "ATE (mm)",
-                    "yaw rms (°)", "within 3 sigma", "within 3 of the registration",
-                    "median error / sigma of it", "frames lost", "missing",
-                ],
-                [_against_targets(row) for row in ours],
-            ),
-        ]  # fmt: skip
+            _table(_TARGET_HEADINGS, [_against_targets(row) for row in ours]),
+        ]
     wrong = [(row.scenario, row.wrong_rig) for row in ours if row.wrong_rig is not None]
     if wrong:
         parts += [
