@@ -5,7 +5,7 @@
         ├── ...NotFound                                   nothing has that id
         ├── Unauthenticated, Forbidden, CrossOrigin, UnknownHost, TooManyAttempts access
         ├── InvalidUpload, OffsetConflict, UploadBusy, ChecksumMismatch, ...      uploads
-        ├── FrameOutsideVideo, StillRunning, NotRunning, ...                      inspections
+        ├── FrameOutsideVideo, StillRunning, ChangedMeanwhile, ...                inspections
         ├── MediaFailed, MediaTimeout, Busy, DiskFull, NotReady, ...NotAvailable  not now, not yet
         ├── InvalidSettings, DataFolderInUse, UnusableDatabase, UnusableBackup,   before the start
         │   AddressNotAvailable, OpenToTheNetwork
@@ -132,6 +132,15 @@ class OffsetConflict(AppError):
     def __init__(self, offset: int) -> None:
         super().__init__(f"The server holds {offset} bytes of this upload; go on from there.")
         self.offset = offset
+
+
+class ChangedMeanwhile(AppError):
+    """What a change was made of is no longer what is stored."""
+
+    def __init__(self, current: Mapping[str, Any] | None, yours: Mapping[str, Any]) -> None:
+        """Of both in the form in which they are sent; `current` is None if it was deleted."""
+        super().__init__("It was changed meanwhile, so nothing was stored; the answer has both.")
+        self.current, self.yours = current, yours
 
 
 class UploadBusy(AppError):
@@ -307,6 +316,7 @@ STATUS: dict[type[Exception], tuple[int, str]] = {
     TooManyUploads: (429, "too_many_uploads"),
     UploadTooLarge: (413, "upload_too_large"),
     OffsetConflict: (409, "offset_conflict"),
+    ChangedMeanwhile: (412, "changed_meanwhile"),
     UploadBusy: (423, "upload_busy"),
     ChecksumMismatch: (460, "checksum_mismatch"),
     DiskFull: (507, "disk_full"),
@@ -394,10 +404,13 @@ def _bounded(sentence: str) -> str:
 def answer(error: Exception) -> JSONResponse:
     """The one error response."""
     status, body = body_of(error)
+    content: dict[str, Any] = dict(body)
+    if isinstance(error, ChangedMeanwhile):
+        content |= {"current": error.current, "yours": error.yours}
     headers = dict(getattr(error, "headers", None) or {})
     if isinstance(error, OffsetConflict):
         headers["Upload-Offset"] = str(error.offset)
-    return JSONResponse(body, status, headers)
+    return JSONResponse(content, status, headers)
 
 
 _NOT_REPEATED = ("token", "source", "url")
