@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
@@ -82,6 +82,22 @@ class InspectionStore:
         with self._database.read() as session:
             query = _SUMMARY.order_by(Inspection.created_at.desc(), Inspection.id)
             return [Summary(*found) for found in session.execute(query)]
+
+    def state(self, inspection_id: str) -> tuple[Hashable, ...]:
+        """What differs after all that changes the report of an inspection that has ended.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        newest = select(func.max(Event.id)).where(Event.inspection_id == inspection_id)
+        photos = select(
+            func.count(Observation.photo_error),
+            func.sum(cast(Observation.photo_frame == Observation.frame, Integer)),
+        ).where(Observation.inspection_id == inspection_id)
+        with self._database.read() as session:
+            row = existing(session, inspection_id)
+            made = tuple(session.execute(photos).one())
+            return (row.revision, row.status, row.finished_at, session.scalar(newest), *made)
 
     def counts(self) -> dict[str, int]:
         """How many have each status."""
