@@ -13,8 +13,9 @@ from sqlalchemy.orm import Session
 from app.errors import InspectionNotFound, StillRunning
 from app.storage.database import Database
 from app.storage.packs import require_pack_of
-from app.storage.tables import ENDED, RESCALED, RIG_CHANGED, Event, Inspection, Observation
-from app.storage.versions import Require
+from app.storage.tables import ENDED, EventRow, Inspection, ObservationRow
+from app.survey.records import RESCALED, RIG_CHANGED, Event
+from app.survey.versions import Require
 from vo_core.track import Estimate
 
 
@@ -89,11 +90,11 @@ class InspectionStore:
         Raises:
             InspectionNotFound: There is none of this id.
         """
-        newest = select(func.max(Event.id)).where(Event.inspection_id == inspection_id)
+        newest = select(func.max(EventRow.id)).where(EventRow.inspection_id == inspection_id)
         photos = select(
-            func.count(Observation.photo_error),
-            func.sum(cast(Observation.photo_frame == Observation.frame, Integer)),
-        ).where(Observation.inspection_id == inspection_id)
+            func.count(ObservationRow.photo_error),
+            func.sum(cast(ObservationRow.photo_frame == ObservationRow.frame, Integer)),
+        ).where(ObservationRow.inspection_id == inspection_id)
         with self._database.read() as session:
             row = existing(session, inspection_id)
             made = tuple(session.execute(photos).one())
@@ -107,11 +108,13 @@ class InspectionStore:
 
     def events(self, inspection_id: str, observation_id: str | None = None) -> list[Event]:
         """Everything that was done to the inspection or to one observation, oldest first."""
-        query = select(Event).where(Event.inspection_id == inspection_id).order_by(Event.id)
+        query = (
+            select(EventRow).where(EventRow.inspection_id == inspection_id).order_by(EventRow.id)
+        )
         if observation_id is not None:
-            query = query.where(Event.observation_id == observation_id)
+            query = query.where(EventRow.observation_id == observation_id)
         with self._database.read() as session:
-            return list(session.scalars(query))
+            return [row.record() for row in session.scalars(query.order_by(EventRow.id))]
 
     def add(self, inspection: Inspection, who: str) -> None:
         """A new one; `inspection` may be used on as what get() returns."""
@@ -212,12 +215,12 @@ class InspectionStore:
         """What the last such record says holds; None without one, or if it holds no longer."""
         with self._database.read() as session:
             newest = session.scalars(
-                select(Event)
+                select(EventRow)
                 .where(
-                    Event.inspection_id == inspection_id,
-                    Event.action.in_(("corrected", RESCALED)),
+                    EventRow.inspection_id == inspection_id,
+                    EventRow.action.in_(("corrected", RESCALED)),
                 )
-                .order_by(Event.id.desc())
+                .order_by(EventRow.id.desc())
                 .limit(1)
             ).first()
             if newest is None or newest.action != RESCALED:
@@ -455,12 +458,12 @@ _NOT_FOUND = "There is no such inspection."
 _SUMMARY = (
     select(
         Inspection,
-        func.count(Observation.id),
-        func.max(cast(Observation.fields["severity"].as_string(), Integer)),
+        func.count(ObservationRow.id),
+        func.max(cast(ObservationRow.fields["severity"].as_string(), Integer)),
     )
     .outerjoin(
-        Observation,
-        and_(Observation.inspection_id == Inspection.id, Observation.deleted_at.is_(None)),
+        ObservationRow,
+        and_(ObservationRow.inspection_id == Inspection.id, ObservationRow.deleted_at.is_(None)),
     )
     .group_by(Inspection.id)
 )
@@ -501,7 +504,9 @@ def _queue_again(session: Session, row: Inspection) -> None:
     row.corrected_mm = row.sigma_corrected_mm = None
     # A photo that was missing for want of a track gets another chance.
     session.execute(
-        update(Observation).where(Observation.inspection_id == row.id).values(photo_error=None)
+        update(ObservationRow)
+        .where(ObservationRow.inspection_id == row.id)
+        .values(photo_error=None)
     )
 
 
@@ -531,8 +536,8 @@ def _event(
     before: dict[str, Any] | None,
     after: dict[str, Any] | None,
     remark: str | None = None,
-) -> Event:
-    return Event(
+) -> EventRow:
+    return EventRow(
         inspection_id=inspection.id,
         action=action,
         who=who,

@@ -17,10 +17,8 @@ from app.jobs.parts import Mark
 from app.storage.files import Places, write_durably
 from app.tracking.columns import GrowingColumns
 from vo_core.geometry.tilt import MountTilt
-from vo_core.geometry.wall import WallPoint, wall_point
 from vo_core.image.health import Health
 from vo_core.joints.finder import Sighting, from_csv, to_csv
-from vo_core.rig import Rig
 from vo_core.track import COLUMNS, Estimate, Status, Track, metadata_of
 
 HEALTH = tuple(field.name for field in fields(Health))
@@ -32,7 +30,6 @@ FRAMES_KEPT = 1_000_000
 """Frames of finished tracks that are kept in memory: 116 bytes each, and 20 of their health."""
 _LEAST_FRAMES = 1_000
 """A shorter track counts as so many, so that the number of tracks is bounded too."""
-_NUMBERS = tuple(name for name in COLUMNS if name not in ("frame", "status"))
 
 
 class HealthColumns:
@@ -325,36 +322,3 @@ def _read_health(path: Path) -> HealthColumns | None:
         return HealthColumns.from_csv(path.read_text("utf-8"))
     except FileNotFoundError:
         return None
-
-
-def estimate_at(track: Track, frame: int) -> Estimate | None:
-    """The estimate of one frame, None where the track has not arrived."""
-    if not 0 <= frame < len(track):
-        return None
-    values = {name: float(getattr(track, name)[frame]) for name in _NUMBERS}
-    return Estimate(frame=frame, status=str(track.status[frame]), **values)  # type: ignore[arg-type]
-
-
-def wall_point_of(rig: Rig, pixel: tuple[float, float], estimate: Estimate) -> WallPoint | None:
-    """The wall point that a pixel of a frame shows, None where none is seen."""
-    return wall_point(
-        rig,
-        pixel,
-        estimate.x_mm,
-        estimate.y_mm,
-        estimate.yaw_deg,
-        z_mm=estimate.z_mm,
-        pitch_deg=estimate.pitch_deg,
-        roll_deg=estimate.roll_deg,
-    )
-
-
-def is_unmeasured(track: Track) -> bool:
-    """Whether another program has measured the distances: they have no sigma and no quality."""
-    return not (track.sigma_distance_mm.any() or track.quality.any())
-
-
-def since(track: Track, frame: int) -> Track:
-    """Only the rows from `frame` on."""
-    columns = {name: getattr(track, name)[frame:] for name in ("frame", "status", *_NUMBERS)}
-    return Track(**columns)

@@ -18,9 +18,10 @@ from app.storage.database import Database
 from app.storage.files import DataFolder, Places
 from app.storage.inspections import InspectionStore, Rescaling
 from app.storage.tables import Inspection
-from app.survey.adjustment import Joints, RigSigma, Stated, Zero
+from app.survey.stated import Joints, RigSigma, Stated, Zero
+from app.survey.track_rows import estimate_at
 from app.tracking.live import Live
-from app.tracking.tracks import Tracks, estimate_at
+from app.tracking.tracks import Tracks
 
 ID = "a" * 32
 BY_ALI = Stated(rig_sigma=RigSigma(1.0, 2.0))

@@ -21,7 +21,8 @@ from sqlalchemy.orm import Session
 from app.errors import DataFolderInUse
 from app.storage.database import Database
 from app.storage.files import DataFolder, write_durably
-from app.storage.tables import Base, Event, LoginSession
+from app.storage.tables import Base, LoginSession
+from app.survey.records import Event
 
 
 @pytest.fixture
