@@ -197,7 +197,6 @@ def reported(made: Report, survey: ImportedSurvey) -> Report:
                 cont_id=int(row.stretch[1:]) if row.stretch else None,
                 cont_role=roles[row.stretch[0]] if row.stretch else None,
                 photo=Photo(row.photo, None, None) if row.photo else None,
-                entered=stated,
             )
         )
     source = Source("import", "old.txt", 1, "ab" * 32, {})
