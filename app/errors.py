@@ -5,7 +5,7 @@
         ├── ...NotFound                                   nothing has that id
         ├── Unauthenticated, Forbidden, CrossOrigin, UnknownHost, TooManyAttempts access
         ├── InvalidUpload, OffsetConflict, UploadBusy, ChecksumMismatch, ...      uploads
-        ├── FrameOutsideVideo, StillRunning, NotRunning, ...                      inspections
+        ├── FrameOutsideVideo, StillRunning, ChangedMeanwhile, ...                inspections
         ├── MediaFailed, MediaTimeout, Busy, DiskFull, NotReady, ...NotAvailable  not now, not yet
         ├── InvalidSettings, DataFolderInUse, UnusableDatabase, UnusableBackup,   before the start
         │   AddressNotAvailable, OpenToTheNetwork
@@ -19,6 +19,8 @@ from __future__ import annotations
 
 import errno
 import re
+from collections.abc import Mapping
+from typing import Any
 
 from vo_core.errors import ChainageError
 
@@ -109,6 +111,15 @@ class OffsetConflict(AppError):
     def __init__(self, offset: int) -> None:
         super().__init__(f"The server holds {offset} bytes of this upload; go on from there.")
         self.offset = offset
+
+
+class ChangedMeanwhile(AppError):
+    """What a change was made of is no longer what is stored."""
+
+    def __init__(self, current: Mapping[str, Any] | None, yours: Mapping[str, Any]) -> None:
+        """Of both in the form in which they are sent; `current` is None if it was deleted."""
+        super().__init__("It was changed meanwhile, so nothing was stored; the answer has both.")
+        self.current, self.yours = current, yours
 
 
 class UploadBusy(AppError):

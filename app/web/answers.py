@@ -17,6 +17,7 @@ from starlette.websockets import WebSocket, WebSocketState
 from app.errors import (
     NO_ROOM,
     Busy,
+    ChangedMeanwhile,
     ChecksumMismatch,
     CrossOrigin,
     DiskFull,
@@ -97,6 +98,7 @@ STATUS: dict[type[Exception], int] = {
     TooManyUploads: 429,
     UploadTooLarge: 413,
     OffsetConflict: 409,
+    ChangedMeanwhile: 412,
     UploadBusy: 423,
     ChecksumMismatch: 460,
     DiskFull: 507,
@@ -180,10 +182,13 @@ def body_of(error: Exception) -> tuple[int, dict[str, str]]:
 def answer(error: Exception) -> JSONResponse:
     """The one error response."""
     status, body = body_of(error)
+    content: dict[str, Any] = dict(body)
+    if isinstance(error, ChangedMeanwhile):
+        content |= {"current": error.current, "yours": error.yours}
     headers = dict(_HEADERS.get(type(error), getattr(error, "headers", None) or {}))
     if isinstance(error, OffsetConflict):
         headers["Upload-Offset"] = str(error.offset)
-    return JSONResponse(body, status, headers)
+    return JSONResponse(content, status, headers)
 
 
 _NOT_REPEATED = ("token", "source", "url")

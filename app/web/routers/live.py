@@ -186,13 +186,13 @@ async def _receive(socket: WebSocket, outbox: _Outbox, view: PageView) -> None:
             case _Ping(t):
                 await socket.send_json({"type": "pong", "t": t})
             case _Show(frame):
-                await view.show_frame(frame)
+                view.show_frame(frame)
             case _Camera(mode):
                 view.set_camera(mode)
             case _Select(observation):
                 view.select(observation)
             case _Words(language, units, late):
-                await view.set_wording(Wording(language, units, is_late=late))
+                view.set_wording(Wording(language, units, is_late=late))
 
 
 async def _next_command(socket: WebSocket) -> _Command:
