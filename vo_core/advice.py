@@ -14,8 +14,9 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from vo_core.geometry.rectify import COARSEST, NOMINAL, Rectifier, no_wall_in_view
+from vo_core.geometry.rectify import COARSEST, Rectifier, no_wall_in_view
 from vo_core.geometry.wall import (
+    NOMINAL,
     Points,
     Pose,
     cast,

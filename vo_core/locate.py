@@ -22,7 +22,7 @@ from vo_core.geometry.motion import (
 )
 from vo_core.geometry.rectify import Rectifier
 from vo_core.geometry.sway import Sway, kept, spread
-from vo_core.geometry.wall import Pose
+from vo_core.geometry.wall import Pose, apart_mm
 from vo_core.image.filters import taper
 from vo_core.image.resample import double, halve, resample, resample_mask
 from vo_core.matching.align import (
@@ -262,7 +262,7 @@ class Locator:
             return True
         if fix in in_reach:
             return not any(_is_pattern(fix, other) for other in in_reach)
-        back_mm = _distance_mm(fix.pose, outlook.last)
+        back_mm = apart_mm(fix.pose, outlook.last)
         if in_reach or back_mm > APART_PX * self._grid.mm_per_px:
             return False
         return not any(_is_pattern(fix, other) for other in found)
@@ -330,17 +330,17 @@ class Locator:
         if not fit.converged or is_open or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
             return None
         moved_px = np.hypot(*(self._blocks.centres(fit.positions) - self._centres).T)
-        at = fit.parameters[MOVING]
+        pose = Pose.of(fit.parameters[MOVING])
         # What the picture shows of the reference it shows of the first frame, too, as far as the
         # errors of both are one (fixed-point smoothing; Meditch 1967).
         before = reference.state
         gain = before.with_start.T @ inverse(before.covariance)
         news = fit.parameters[_KNOWN] - parameters[_KNOWN]
         state = State(
-            pose=Pose(*at.tolist()),
+            pose=pose,
             mount_rad=fit.parameters[MOUNT],
             covariance=covariance,
-            rate=Prior(_rate(Pose(*at.tolist()), outlook), UNKNOWN_RATE.information),
+            rate=Prior(_rate(pose, outlook), UNKNOWN_RATE.information),
             start=before.start + gain @ news,
             with_start=fit.covariance[np.ix_(_KEPT, _KNOWN)] @ gain.T,
         )
@@ -389,9 +389,8 @@ def _habit(
 
 def _rate(pose: Pose, outlook: Outlook) -> Matrix:
     """(3,) change of x, y and yaw a second since the last fix."""
-    last = outlook.last
-    way = np.array([pose.x_mm - last.x_mm, pose.y_mm - last.y_mm, pose.yaw_rad - last.yaw_rad])
-    return way / max(outlook.since_s, 1e-3)
+    way = (pose.vector - outlook.last.vector)[:RATES]
+    return np.asarray(way / max(outlook.since_s, 1e-3))
 
 
 def _widened(prior: Prior, further: Prior) -> Prior:
@@ -426,7 +425,7 @@ def _off_mm(fix: Fix, guess: Pose) -> float:
     A clear picture after poor ones corrects where both were taken, by millimetres beside the axis;
     that is no motion of the robot.
     """
-    corrected = Pose(*fix.alignment.parameters[REFERENCE].tolist())
+    corrected = Pose.of(fix.alignment.parameters[REFERENCE])
     moved, expected = _since(corrected, fix.pose), _since(fix.reference.pose, guess)
     return float(np.hypot(*(moved - expected)))
 
@@ -446,10 +445,6 @@ def _explains_all(fix: Fix) -> bool:
     seen = fix.alignment.overlap * np.count_nonzero(fix.reference.template.seen)
     agree = np.count_nonzero(fix.alignment.trust >= 1 - CLEARER)
     return bool(agree >= (1 - LEAST_CLEARER) * seen)
-
-
-def _distance_mm(a: Pose, b: Pose) -> float:
-    return float(np.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm))
 
 
 def _parameters(reference: Reference, pose: Pose) -> Matrix:

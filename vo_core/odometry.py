@@ -8,20 +8,21 @@ motion before them and say so.  Times only say where to look first: no stamp mov
 
 from __future__ import annotations
 
-from dataclasses import astuple, replace
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
+from vo_core.bridge import bridged
 from vo_core.clock import Clock
 from vo_core.errors import InvalidTime
 from vo_core.geometry.bed import Bed
 from vo_core.geometry.height import scale_sigma
-from vo_core.geometry.motion import POSE
+from vo_core.geometry.motion import POSE, RATES
 from vo_core.geometry.rectify import BOTTOM, TOP, WHOLE, Rectifier, Rows
 from vo_core.geometry.sway import Sway
 from vo_core.geometry.tilt import MountTilt
-from vo_core.geometry.wall import Pose
+from vo_core.geometry.wall import Pose, apart_mm
 from vo_core.image.filters import low_pass, normalise
 from vo_core.image.health import NO_HEALTH, Health, HealthGauge
 from vo_core.image.pattern import FixedPattern
@@ -80,12 +81,6 @@ RELIABILITY_GAIN, RELIABILITY_FLOOR = 0.05, 0.05
 LINK_ERROR = (0.0, 0.0, 0.0, 0.01, np.radians(0.003), np.radians(0.003), 0.0, 0.0)
 """Error of z, pitch and roll, mm and rad, that each keyframe adds beyond its covariance."""
 
-BRIDGE_SPEED = 0.1
-"""Relative change of speed, one sigma, that a loss may hide."""
-
-BRIDGE_ACCELERATION = np.array([500.0, 200.0, 0.5])
-"""mm/s^2 along and across, rad/s^2, one sigma, that a loss may hide."""
-
 TURN_ERROR = np.radians([0.03, 1.0])
 """Error of a keyframe's turn that has one sign for many keyframes, rad: see `_systematic`.
 
@@ -110,9 +105,6 @@ SCALE_ERROR = np.array([5e-5, 9e-4])
 
 It grows with the unevenness of the picture, because blur and coding differ where resolution does.
 """
-
-UNKNOWN_SPEED = np.array([300.0, 20.0, 0.1])
-"""mm/s along and across, rad/s, one sigma, before any motion was seen."""
 
 
 class Odometry:
@@ -162,7 +154,7 @@ class Odometry:
         """Did the last picture only repeat the one before?"""
         self._pose_before = Pose()
         self._health: Health | None = NO_HEALTH
-        """Of the last frame, once it was asked for."""
+        """Health of the last frame; None until it is measured."""
         self.patch: GrayImage | None = None
         """The last frame on the developed wall, as `Rectifier` makes it."""
         self.rows = WHOLE
@@ -189,8 +181,8 @@ class Odometry:
         self._keep_zero(self.rows)
         patch = self._rectify(image, self.rows)
         normal = normalise(low_pass(patch))
-        way_mm = _vector(self._predict()) - _vector(self._state.pose)
-        skipped = self._skipping(normal, way_mm[:2] / self._rectify.grid.mm_per_px)
+        way_mm = (self._predict().vector - self._state.pose.vector)[:2]
+        skipped = self._skipping(normal, way_mm / self._rectify.grid.mm_per_px)
         self._is_torn = bool(skipped.any())
         self._is_fresh = self._skipping.is_coarse and skipped.mean() < FRESH
         picture = Picture(blank(self._blocks, self._pattern.remove(normal), skipped))
@@ -213,9 +205,12 @@ class Odometry:
         self._frame += 1
         return estimate
 
-    @property
-    def health(self) -> Health:
-        """Of the last frame; its sharpness is measured against the frames that were asked of."""
+    def measure_health(self) -> Health:
+        """Measure how good the last frame is to track on.
+
+        Sharpness is relative: the frame is compared with the frames that were measured before it,
+        and joins them.  A second call for the same frame returns the same result.
+        """
         if self._health is None and self.patch is not None:
             self._health = self._gauge.take(
                 self.patch,
@@ -236,6 +231,11 @@ class Odometry:
     def _gone(self) -> float:
         """Frame periods since the last fix."""
         return self._clock.periods - self._fix_periods
+
+    @property
+    def _gone_s(self) -> float:
+        """Seconds since the last fix."""
+        return self._gone * self._clock.period_s
 
     def _keep_zero(self, rows: Rows) -> None:
         """Put the zero point where the first picture was taken, if its wrong field was read.
@@ -291,13 +291,12 @@ class Odometry:
             return False
         if np.hypot(*self._velocity[:2]) <= self._rectify.grid.mm_per_px:
             self._is_noiseless = True
-        lasts_s = self._gone * self._clock.period_s
-        return not self._is_noiseless and lasts_s <= REPEATED_LIMIT_S
+        return not self._is_noiseless and self._gone_s <= REPEATED_LIMIT_S
 
     def _judge_repeats(self, fix: Fix) -> None:
         """Was it a stop that the pictures hid that repeated themselves before this one?"""
-        way_mm = _apart_mm(self._predict(), self._fixed.pose)
-        self._is_noiseless |= _apart_mm(fix.pose, self._fixed.pose) < STOPPED * way_mm
+        way_mm = apart_mm(self._predict(), self._fixed.pose)
+        self._is_noiseless |= apart_mm(fix.pose, self._fixed.pose) < STOPPED * way_mm
 
     def _predict(self) -> Pose:
         """The pose if the robot went on as before, but never out of sight of the last fix."""
@@ -318,7 +317,7 @@ class Odometry:
 
     def _outlook(self) -> Outlook:
         """What to expect of the next frame."""
-        reach_mm, gone_s = np.inf, self._gone * self._clock.period_s
+        reach_mm, gone_s = np.inf, self._gone_s
         if self._velocity is not None:
             way_mm = float(np.hypot(*self._velocity[:2])) * self._gone
             reach_mm = ACCELERATION_MM_S2 * gone_s**2 + REACH_PX * self._rectify.grid.mm_per_px
@@ -340,7 +339,7 @@ class Odometry:
         if self._is_torn:
             # Texture that was skipped for some frames and then moved on lies whole ways off.
             outlook = replace(outlook, is_bound=True)
-        elif _apart_mm(predicted, self._fixed.pose) > APART * self._rectify.grid.mm_per_px:
+        elif apart_mm(predicted, self._fixed.pose) > APART * self._rectify.grid.mm_per_px:
             guesses.append(self._fixed.pose)
         for guess, reference in product(guesses, references):
             if self._locator.overlap(reference, guess) >= LEAST_OVERLAP:
@@ -370,7 +369,7 @@ class Odometry:
         if fix.is_doubtful and self._reliability is None:
             self._velocity = None
         else:
-            velocity = (_vector(fix.pose) - _vector(self._fixed.pose)) / self._gone
+            velocity = (fix.pose.vector - self._fixed.pose.vector)[:RATES] / self._gone
             if self._skipping.is_coarse and self._velocity is not None:
                 # Noise that a bridge would carry far off.
                 velocity = np.array([(velocity[0] + self._velocity[0]) / 2, 0.0, 0.0])
@@ -386,21 +385,19 @@ class Odometry:
         return "ok" if sure else "weak", float(np.clip(fix.alignment.agreement, 0.0, 1.0))
 
     def _bridge(self, picture: Picture, *, is_new: bool) -> tuple[Status, float]:
-        """Go on as before, less and less certain; anchor anew when the old wall is out of sight."""
-        gone, gone_s = self._gone, self._gone * self._clock.period_s
-        unknown = UNKNOWN_SPEED * self._clock.period_s
-        if self._velocity is not None:
-            unknown = BRIDGE_SPEED * np.abs(self._velocity)
-            unknown[0] += abs(self._velocity[0]) * max(0.0, 1 - self._most_periods / gone)
-        drift = unknown * gone
-        drift += np.minimum(BRIDGE_ACCELERATION * gone_s / 2, UNKNOWN_SPEED) * gone_s
-        covariance = self._fixed.covariance.copy()
-        covariance[:3, :3] += np.diag(np.square(drift))
-        covariance[3:6, 3:6] += self._sway.covariance[3:6, 3:6] * min(gone_s, 1.0)
-        self._state = replace(self._fixed, pose=self._predict(), covariance=covariance)
+        """Continue the motion before; take a new reference once the old wall is out of sight."""
+        self._state = bridged(
+            self._fixed,
+            self._predict(),
+            self._velocity,
+            self._sway,
+            periods=self._gone,
+            most_periods=self._most_periods,
+            period_s=self._clock.period_s,
+        )
         if is_new and self._keyframe is not None:
-            out_of_sight = gone > (1 - LEAST_OVERLAP) * self._most_periods > 0
-            if out_of_sight or gone_s > LOST_LIMIT_S:
+            out_of_sight = self._gone > (1 - LEAST_OVERLAP) * self._most_periods > 0
+            if out_of_sight or self._gone_s > LOST_LIMIT_S:
                 self._fallback = self._reference(picture)
         return "lost", 0.0
 
@@ -412,7 +409,7 @@ class Odometry:
     def _learn(self, normal: GrayImage, fix: Fix) -> None:
         """Teach the fixed pattern and the reliability one frame for each piece of new wall."""
         step_mm = PATTERN_STEP * max(normal.shape) * self._rectify.grid.mm_per_px
-        moved_mm = np.hypot(*(_vector(self._state.pose) - _vector(self._pattern_pose))[:2])
+        moved_mm = apart_mm(self._state.pose, self._pattern_pose)
         if self._pattern.count > 0 and moved_mm < step_mm:
             return
         if self._pattern.count > 0:
@@ -424,7 +421,7 @@ class Odometry:
         self._pattern_pose = self._state.pose
 
     def _estimate(self, t_s: float, status: Status, quality: float) -> Estimate:
-        pose = Pose(*(np.array(astuple(self._state.pose)) - self._state.start))
+        pose = Pose.of(self._state.pose.vector - self._state.start)
         sigma_mm = float(np.sqrt(self._state.covariance[0, 0] + self._model_mm**2))
         scale_mm = np.hypot(self._scale_sigma * pose.x_mm, self._bed.sigma_mm)
         return Estimate(
@@ -450,14 +447,6 @@ def _systematic(error: Matrix, fix: Fix) -> float:
     Noise in the pictures pulls a registration a little, always the same way.
     """
     return float(error[0] + error[1] * (1 - fix.alignment.fidelity))
-
-
-def _apart_mm(a: Pose, b: Pose) -> float:
-    return float(np.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm))
-
-
-def _vector(pose: Pose) -> Matrix:
-    return np.array([pose.x_mm, pose.y_mm, pose.yaw_rad])
 
 
 def _contrast(patch: GrayImage) -> float:

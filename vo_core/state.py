@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -72,7 +72,7 @@ class State:
         pipe) would drift away without bound, and with it the sway that it is seen by.  So what
         the rig states is fused in again as far as it was forgotten (Kalman 1960).
         """
-        mean, start = np.array([*astuple(self.pose), *self.mount_rad]), self.start
+        mean, start = np.concatenate([self.pose.vector, self.mount_rad]), self.start
         covariance, with_start = self.covariance, self.with_start
         for tilt in (POSE, POSE + 1):
             variance = covariance[tilt, tilt]
@@ -83,6 +83,4 @@ class State:
                 with_start = with_start - np.outer(gain, with_start[tilt])
                 mean = mean - gain * mean[tilt]
                 covariance = covariance - np.outer(gain, covariance[tilt])
-        return State(
-            Pose(*mean[:POSE].tolist()), mean[POSE:], covariance, self.rate, start, with_start
-        )
+        return State(Pose.of(mean[:POSE]), mean[POSE:], covariance, self.rate, start, with_start)

@@ -18,8 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vo_core.errors import InvalidRig
-from vo_core.geometry.rectify import NOMINAL, Rectifier, developed
+from vo_core.geometry.rectify import Rectifier, developed
 from vo_core.geometry.wall import (
+    NOMINAL,
     Pose,
     cast,
     enclose,

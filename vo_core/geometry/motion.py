@@ -10,13 +10,13 @@ camera.
 from __future__ import annotations
 
 from dataclasses import replace
-from operator import attrgetter
 
 import numpy as np
 
-from vo_core.geometry.rectify import NOMINAL, PatchGrid
+from vo_core.geometry.rectify import PatchGrid
 from vo_core.geometry.shutter import Exposure
 from vo_core.geometry.wall import (
+    NOMINAL,
     Points,
     Pose,
     Poses,
@@ -39,9 +39,6 @@ MOUNT = slice(2 * POSE, 2 * POSE + 2)
 """Pitch and roll by which the mount differs from the rig, in both pictures alike."""
 
 PARAMETERS = 2 * POSE + 2
-
-_numbers = attrgetter(*Pose.__match_args__)
-"""Of a pose, in its order; `astuple` would copy each of them deeply."""
 
 RATES = 3
 """Of x, y and yaw, where a shutter rolls."""
@@ -172,18 +169,18 @@ class CodedMotion:
 
 def parameters(moving: Pose, reference: Pose, mount_rad: Matrix) -> Matrix:
     """q of `WallMotion`; `mount_rad` is (2,), pitch and roll."""
-    return np.array([*_numbers(moving), *_numbers(reference), *mount_rad])
+    return np.concatenate([moving.vector, reference.vector, mount_rad])
 
 
 def poses(q: Matrix) -> tuple[Pose, Pose]:
     """The moving and the reference pose of q, with the tilt of the mount in both."""
     tilt = np.array([0.0, 0.0, 0.0, 0.0, *q[MOUNT]])
-    return Pose(*(q[MOVING] + tilt).tolist()), Pose(*(q[REFERENCE] + tilt).tolist())
+    return Pose.of(q[MOVING] + tilt), Pose.of(q[REFERENCE] + tilt)
 
 
 def _along(pose: Pose, rate: Matrix, offset_s: Matrix) -> Poses:
     """The pose at other times, (N,) each."""
-    x, y, yaw = np.array(_numbers(pose))[:RATES, None] + rate[:, None] * offset_s
+    x, y, yaw = pose.vector[:RATES, None] + rate[:, None] * offset_s
     still = np.zeros_like(offset_s)
     return Poses(x, y, yaw, pose.z_mm + still, pose.pitch_rad + still, pose.roll_rad + still)
 

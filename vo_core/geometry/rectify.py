@@ -14,6 +14,7 @@ import numpy as np
 
 from vo_core.errors import InvalidRig
 from vo_core.geometry.wall import (
+    NOMINAL,
     Points,
     Pose,
     cast,
@@ -44,8 +45,6 @@ EVEN = 1.3
 """Above this unevenness frames are averaged on the wall and not in the picture: where the picture
 is compressed towards its border, an average there lies outward of its centre, and every distance
 reads too long (by 0.06 % looking forward)."""
-
-NOMINAL = Pose()
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ the right, so that arc = R phi; on a floor the arc is Y itself.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from operator import attrgetter
 
 import cv2
 import numpy as np
@@ -42,6 +43,25 @@ class Pose:
     roll_rad: float = 0.0
     """Right side down."""
 
+    @property
+    def vector(self) -> Matrix:
+        """(6,) x, y, yaw, z, pitch, roll in mm and rad; covariances keep the same order."""
+        return np.array(_fields_of(self), np.float64)
+
+    @classmethod
+    def of(cls, vector: Matrix) -> Pose:
+        """The pose of such a vector: the inverse of `vector`."""
+        return cls(*vector.tolist())
+
+
+_fields_of = attrgetter(*Pose.__match_args__)
+"""The numbers of a pose in their order; `astuple` would copy each of them deeply."""
+
+
+def apart_mm(one: Pose, other: Pose) -> float:
+    """Distance between two poses in the plane of x and y."""
+    return float(np.hypot(one.x_mm - other.x_mm, one.y_mm - other.y_mm))
+
 
 @dataclass(frozen=True, slots=True)
 class Poses:
@@ -53,6 +73,10 @@ class Poses:
     z_mm: Matrix
     pitch_rad: Matrix
     roll_rad: Matrix
+
+
+NOMINAL = Pose()
+"""A camera that stands straight at the zero point, at the height that the rig states."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,17 +94,14 @@ class WallPoint:
 def wall_point(
     rig: Rig,
     pixel_uv: tuple[float, float],
-    x_mm: float = 0.0,
-    y_mm: float = 0.0,
-    yaw_deg: float = 0.0,
-    *,
-    z_mm: float = 0.0,
-    pitch_deg: float = 0.0,
-    roll_deg: float = 0.0,
+    pose: Pose = NOMINAL,
 ) -> WallPoint | None:
-    """The wall point that a pixel shows from the given pose, by exact ray casting, or None."""
-    yaw, pitch, roll = np.radians([yaw_deg, pitch_deg, roll_deg]).tolist()
-    (point,) = cast(rig, Pose(x_mm, y_mm, yaw, z_mm, pitch, roll), robot_rays(rig, [pixel_uv]))
+    """Find the wall point that a pixel shows from a pose, by exact ray casting.
+
+    Returns:
+        None where the ray of the pixel meets no wall.
+    """
+    (point,) = cast(rig, pose, robot_rays(rig, [pixel_uv]))
     if not np.isfinite(point).all():
         return None
     ((distance_mm, arc_mm),) = develop(rig, point[None])

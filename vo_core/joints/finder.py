@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from vo_core.drift import row_of
 from vo_core.errors import InvalidTrack
 from vo_core.geometry.height import scale_sigma
-from vo_core.geometry.rectify import NOMINAL, Rectifier
-from vo_core.geometry.wall import cast, develop, enclose, sight
+from vo_core.geometry.rectify import Rectifier
+from vo_core.geometry.wall import NOMINAL, cast, develop, enclose, sight
 from vo_core.rig import Rig
 from vo_core.track import Estimate, Track
 from vo_core.types import GrayImage, Image, Matrix

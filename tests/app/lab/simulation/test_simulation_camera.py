@@ -5,9 +5,8 @@ import numpy as np
 import pytest
 
 from app.lab.simulation.camera import REACH_MM, WallCaster, mount_rotation
-from app.lab.simulation.motion import Pose
 from app.lab.simulation.scenario import Silt
-from vo_core.geometry.wall import wall_point
+from vo_core.geometry.wall import Pose, wall_point
 from vo_core.rig import Rig
 
 PINHOLE = {
@@ -109,7 +108,7 @@ def test_both_geometries_of_the_repository_agree(name):
     rig, pose = make_rig(name), Pose(x_mm=10.0, y_mm=5.0, yaw_rad=0.08)
     ahead_mm, arc_mm, _ = WallCaster(rig).cast(pose)
     for u, v in ((40, 30), (40, 210), (270, 30), (270, 210)):
-        point = wall_point(rig, (u, v), pose.x_mm, pose.y_mm, np.degrees(pose.yaw_rad))
+        point = wall_point(rig, (u, v), pose)
         assert point is not None
         ahead = np.clip(point.distance_mm - pose.x_mm, -REACH_MM, REACH_MM)
         assert ahead_mm[v, u] == pytest.approx(ahead, abs=1e-3)
