@@ -27,7 +27,7 @@ Points = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Pose of the camera: [X, Y, theta] of the paper, and what soft wheels add to it.
+    """Pose of the camera: [X, Y, theta] of the paper, with the height and the tilt of soft wheels.
 
     The robot's axes are turned by R_z(yaw) R_y(pitch) R_x(roll), all right-handed.
     """
@@ -65,7 +65,7 @@ def apart_mm(one: Pose, other: Pose) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Poses:
-    """Many poses at once: arrays that broadcast against the (..., N) rays that go with them."""
+    """Many poses at once: arrays that broadcast against the (..., N) rays cast from them."""
 
     x_mm: Matrix
     y_mm: Matrix
@@ -81,7 +81,7 @@ NOMINAL = Pose()
 
 @dataclass(frozen=True, slots=True)
 class WallPoint:
-    """Where on the wall a pixel looks."""
+    """The place on the wall that a pixel shows."""
 
     distance_mm: float
     """Axial coordinate of the wall point, not of the camera."""
