@@ -7,8 +7,8 @@ from itertools import islice, pairwise
 import cv2
 import numpy as np
 import pytest
+from projection import project
 from skimage import data
-from test_simulation_camera import project
 
 from app.lab.simulation import SCENARIOS, render
 from app.lab.simulation.scenario import NO_SILT, Shaking, Silt
