@@ -19,16 +19,7 @@ def estimate_at(track: Track, frame: int) -> Estimate | None:
 
 def wall_point_of(rig: Rig, pixel: tuple[float, float], estimate: Estimate) -> WallPoint | None:
     """The wall point that a pixel of a frame shows, None where none is seen."""
-    return wall_point(
-        rig,
-        pixel,
-        estimate.x_mm,
-        estimate.y_mm,
-        estimate.yaw_deg,
-        z_mm=estimate.z_mm,
-        pitch_deg=estimate.pitch_deg,
-        roll_deg=estimate.roll_deg,
-    )
+    return wall_point(rig, pixel, estimate.pose)
 
 
 def is_unmeasured(track: Track) -> bool:

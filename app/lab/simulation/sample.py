@@ -13,7 +13,7 @@ from app.lab.simulation.motion import Trajectory
 from app.lab.simulation.scenario import Scenario
 from app.lab.simulation.scenarios import SCENARIOS
 from app.survey.tag import Tag
-from vo_core.geometry.wall import Pose, enclose, robot_pixels, sight
+from vo_core.geometry.wall import enclose, robot_pixels, sight
 
 _CRACK = Defect("crack", x_mm=750, arc_mm=70, length_mm=420, width_mm=60)
 _ROOTS = Defect("roots", x_mm=1500, arc_mm=-85, length_mm=180, width_mm=110)
@@ -57,7 +57,6 @@ def _tag(scenario: Scenario, defect: Defect, fields: Mapping[str, Any]) -> Tag:
     trajectory = Trajectory(scenario)
     poses = [trajectory.pose(n / scenario.frames_per_s) for n in range(trajectory.frames)]
     frame = min(range(len(poses)), key=lambda n: abs(poses[n].x_mm - defect.x_mm))
-    seen_from = Pose(poses[frame].x_mm, poses[frame].y_mm, poses[frame].yaw_rad)
     point = enclose(scenario.rig, np.array([[defect.x_mm, defect.arc_mm]]))
-    ((u, v),) = robot_pixels(scenario.rig, sight(scenario.rig, seen_from, point))
+    ((u, v),) = robot_pixels(scenario.rig, sight(scenario.rig, poses[frame], point))
     return Tag(frame=frame, pixel=[round(float(u), 1), round(float(v), 1)], **fields)

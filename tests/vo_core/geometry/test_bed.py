@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from test_lattice import SEGMENT_MM, look, straight_track
 from textures import make_rig
+from tracks import SEGMENT_MM, look, straight_track
 
 from vo_core.errors import InvalidCorrection
 from vo_core.geometry.bed import DEPTH_MM, UNNOTICED_MM, Bed

@@ -4,7 +4,7 @@ from dataclasses import astuple
 
 import numpy as np
 import pytest
-from test_scale import SEGMENT_MM, TRUE_MM, make_track, ring
+from tracks import SEGMENT_MM, TRUE_MM, make_track, ring
 
 from vo_core.geometry.height import ScaleEffects
 from vo_core.scale.correction import KnownLength, correct, joint_spacing

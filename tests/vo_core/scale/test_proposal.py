@@ -4,8 +4,8 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from test_lattice import SEGMENT_MM, look, straight_track
 from textures import make_rig
+from tracks import SEGMENT_MM, look, straight_track
 
 from vo_core import Track
 from vo_core.errors import InvalidCorrection
