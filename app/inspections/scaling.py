@@ -12,10 +12,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from app.errors import Busy, DiskFull, InspectionNotFound
-from app.inspections.corrections import Corrections, reason_of
+from app.inspections.corrections import Corrections
 from app.storage.inspections import InspectionStore, Rescaling
 from app.storage.tables import ENDED
 from app.survey.adjustment import Adjusted
+from app.survey.corrected import reason_of
 from app.survey.interval import LEAST_M, U95
 from app.tracking.live import Event, Update
 from app.tracking.tracks import Tracks

@@ -28,8 +28,8 @@ from app.meter_counter.protocol import (
     refused,
     status,
 )
-from app.survey.adjustment import Zero
 from app.survey.rounding import metres, rounded
+from app.survey.stated import Zero
 from app.tracking.live import Event, Update
 from vo_core.errors import ChainageError
 from vo_core.track import Estimate

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.errors import ExportNotAvailable
+from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
-from app.inspections.observations import Observations, ObservationView, rig_of
+from app.inspections.observations import Observations, rig_of
 from app.inspections.packs import Packs
 from app.reports.bundle.signing import Signer
 from app.reports.content.naming import ascii_file_name, safe_file_name
@@ -24,11 +25,12 @@ from app.storage.inspections import InspectionStore
 from app.storage.tables import IMPORTED
 from app.survey.catalogue.header import number_of
 from app.survey.catalogue.table import CodeTable
-from app.survey.checks import Checks
 from app.survey.interval import half_width_m
+from app.survey.place import ObservationView
 from app.survey.rounding import metres, rounded
 from app.survey.stretches import role_and_number, stretches
-from app.tracking.tracks import Tracks, is_unmeasured
+from app.survey.track_rows import is_unmeasured
+from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
 from vo_core import Rig
 from vo_core.errors import InvalidRig
@@ -170,7 +172,7 @@ class Reports:
 
     def _photo(self, view: ObservationView, asset: str) -> Photo | None:
         row = view.row
-        if stated := row.fields.get("photo_name"):
+        if stated := row.tag.photo_name:
             return Photo(stated, None, None)
         if not row.is_photographed:
             return None
@@ -222,16 +224,14 @@ def _entry(
     line: _Line | None,
     lengths_m: Mapping[str, float],
 ) -> Entry:
-    row, place, fields = view.row, view.place, view.row.fields
-    role, number = (
-        role_and_number(fields["continuous"]) if fields.get("continuous") else (None, None)
-    )
+    row, place, tag = view.row, view.place, view.row.tag
+    role, number = role_and_number(tag.continuous) if tag.continuous else (None, None)
     x_m, y_m, z_m = _wall_point_m(view, rig)
     lon, lat = line.at(place.distance_mm) if line and place else (None, None)
     return Entry(
         id=row.id,
         seq=row.seq,
-        frame=row.frame,
+        tag=tag,
         time_s=rounded(place.time_s, 3) if place else None,
         distance_m=_metres(place.distance_mm) if place else None,
         u95_m=place.u95_m if place else None,
@@ -240,19 +240,11 @@ def _entry(
         to_go_m=_to_go_m(header, place.distance_mm) if place else None,
         joint_no=place.joint_no if place else None,
         at_joint=place is not None and view.at_joint,
-        code=fields.get("code"),
-        char1=fields.get("char1"),
-        char2=fields.get("char2"),
-        kind=table.named(fields.get("code"), fields.get("char1"), fields.get("char2")),
-        quant1=fields.get("quant1"),
-        quant2=fields.get("quant2"),
+        kind=table.named(tag.code, tag.char1, tag.char2),
         clock_from=view.clock,
-        clock_to=fields.get("clock_to"),
         cont_id=number,
         cont_role=_ROLES[role] if role else None,
         cont_length_m=lengths_m.get(row.id),
-        severity=fields.get("severity"),
-        remark=fields.get("remark"),
         photo=photo,
         x_m=x_m,
         y_m=y_m,
@@ -263,7 +255,6 @@ def _entry(
         tagged_at=row.created_at,
         edited_at=row.edited_at,
         edited_by=row.edited_by,
-        entered=fields,
     )
 
 

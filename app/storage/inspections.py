@@ -13,7 +13,8 @@ from sqlalchemy.orm import Session
 from app.errors import InspectionNotFound, StillRunning
 from app.storage.database import Database
 from app.storage.packs import require_pack_of
-from app.storage.tables import ENDED, RESCALED, RIG_CHANGED, Event, Inspection, Observation
+from app.storage.tables import ENDED, EventRow, Inspection, ObservationRow
+from app.survey.records import RESCALED, RIG_CHANGED, Event
 from vo_core.track import Estimate
 
 
@@ -90,11 +91,13 @@ class InspectionStore:
 
     def events(self, inspection_id: str, observation_id: str | None = None) -> list[Event]:
         """Everything that was done to the inspection or to one observation, oldest first."""
-        query = select(Event).where(Event.inspection_id == inspection_id).order_by(Event.id)
+        query = (
+            select(EventRow).where(EventRow.inspection_id == inspection_id).order_by(EventRow.id)
+        )
         if observation_id is not None:
-            query = query.where(Event.observation_id == observation_id)
+            query = query.where(EventRow.observation_id == observation_id)
         with self._database.read() as session:
-            return list(session.scalars(query))
+            return [row.record() for row in session.scalars(query.order_by(EventRow.id))]
 
     def add(self, inspection: Inspection, who: str) -> None:
         """A new one; `inspection` may be used on as what get() returns."""
@@ -179,12 +182,12 @@ class InspectionStore:
         """What the last such record says holds; None without one, or if it holds no longer."""
         with self._database.read() as session:
             newest = session.scalars(
-                select(Event)
+                select(EventRow)
                 .where(
-                    Event.inspection_id == inspection_id,
-                    Event.action.in_(("corrected", RESCALED)),
+                    EventRow.inspection_id == inspection_id,
+                    EventRow.action.in_(("corrected", RESCALED)),
                 )
-                .order_by(Event.id.desc())
+                .order_by(EventRow.id.desc())
                 .limit(1)
             ).first()
             if newest is None or newest.action != RESCALED:
@@ -422,12 +425,12 @@ _NOT_FOUND = "There is no such inspection."
 _SUMMARY = (
     select(
         Inspection,
-        func.count(Observation.id),
-        func.max(cast(Observation.fields["severity"].as_string(), Integer)),
+        func.count(ObservationRow.id),
+        func.max(cast(ObservationRow.fields["severity"].as_string(), Integer)),
     )
     .outerjoin(
-        Observation,
-        and_(Observation.inspection_id == Inspection.id, Observation.deleted_at.is_(None)),
+        ObservationRow,
+        and_(ObservationRow.inspection_id == Inspection.id, ObservationRow.deleted_at.is_(None)),
     )
     .group_by(Inspection.id)
 )
@@ -468,7 +471,9 @@ def _queue_again(session: Session, row: Inspection) -> None:
     row.corrected_mm = row.sigma_corrected_mm = None
     # A photo that was missing for want of a track gets another chance.
     session.execute(
-        update(Observation).where(Observation.inspection_id == row.id).values(photo_error=None)
+        update(ObservationRow)
+        .where(ObservationRow.inspection_id == row.id)
+        .values(photo_error=None)
     )
 
 
@@ -498,8 +503,8 @@ def _event(
     before: dict[str, Any] | None,
     after: dict[str, Any] | None,
     remark: str | None = None,
-) -> Event:
-    return Event(
+) -> EventRow:
+    return EventRow(
         inspection_id=inspection.id,
         action=action,
         who=who,

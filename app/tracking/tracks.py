@@ -15,10 +15,8 @@ from app.jobs import parts
 from app.jobs.parts import Mark
 from app.storage.files import Places, write_durably
 from vo_core.geometry.tilt import MountTilt
-from vo_core.geometry.wall import WallPoint, wall_point
 from vo_core.image.health import Health
 from vo_core.joints.finder import Sighting, from_csv, to_csv
-from vo_core.rig import Rig
 from vo_core.track import COLUMNS, Estimate, Track, metadata_of
 
 HEALTH = tuple(field.name for field in fields(Health))
@@ -290,27 +288,3 @@ def _remember(cache: OrderedDict[str, Kept], inspection_id: str, kept: Kept) -> 
     cache[inspection_id] = kept
     while len(cache) > _CACHED:
         cache.popitem(last=False)
-
-
-def estimate_at(track: Track, frame: int) -> Estimate | None:
-    """The estimate of one frame, None where the track has not arrived."""
-    if not 0 <= frame < len(track):
-        return None
-    values = {name: float(getattr(track, name)[frame]) for name in _NUMBERS}
-    return Estimate(frame=frame, status=str(track.status[frame]), **values)  # type: ignore[arg-type]
-
-
-def wall_point_of(rig: Rig, pixel: tuple[float, float], estimate: Estimate) -> WallPoint | None:
-    """The wall point that a pixel of a frame shows, None where none is seen."""
-    return wall_point(rig, pixel, estimate.pose)
-
-
-def is_unmeasured(track: Track) -> bool:
-    """Whether another program has measured the distances: they have no sigma and no quality."""
-    return not (track.sigma_distance_mm.any() or track.quality.any())
-
-
-def since(track: Track, frame: int) -> Track:
-    """Only the rows from `frame` on."""
-    columns = {name: getattr(track, name)[frame:] for name in ("frame", "status", *_NUMBERS)}
-    return Track(**columns)

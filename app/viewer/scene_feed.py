@@ -11,12 +11,14 @@ from pathlib import Path
 from app.errors import InspectionNotFound, TileNotFound
 from app.inspections.corrections import Corrections
 from app.inspections.inspections import Inspections
-from app.inspections.observations import Observations, ObservationView, rig_of
+from app.inspections.observations import Observations, rig_of
 from app.inspections.packs import Packs
 from app.survey.adjustment import Adjusted
 from app.survey.catalogue.table import CodeTable
+from app.survey.place import ObservationView
 from app.survey.rounding import metres
 from app.survey.stretches import stretches
+from app.survey.track_rows import estimate_at
 from app.tracking.live import (
     DistancesCorrected,
     Event,
@@ -25,7 +27,6 @@ from app.tracking.live import (
     Update,
     WallChanged,
 )
-from app.tracking.tracks import estimate_at
 from app.tracking.unrolled import Unrolled
 from app.viewer.scene import (
     CameraMode,
@@ -262,20 +263,20 @@ def _pins(views: Sequence[ObservationView], table: CodeTable, language: Language
 def _pin(
     view: ObservationView, finish: ObservationView | None, table: CodeTable, language: Language
 ) -> Pin:
-    fields, place = view.row.fields, view.place
+    tag, place = view.row.tag, view.place
     assert place is not None  # noqa: S101  (only observations with a place become pins)
     wall = place.wall
-    code = " ".join(fields[name] for name in ("code", "char1", "char2") if fields.get(name))
-    row = table.named(fields.get("code"), fields.get("char1"), fields.get("char2"))
+    code = " ".join(filter(None, (tag.code, tag.char1, tag.char2)))
+    row = table.named(tag.code, tag.char1, tag.char2)
     label = None if row is None else row.label_ms if language == "ms" else row.label
     return Pin(
         id=view.row.id,
         distance_m=metres(place.distance_mm),
-        clock=fields.get("clock_from", wall.clock_h if wall else None),
+        clock=tag.clock_from or (wall.clock_h if wall else None),
         u95_m=place.u95_m,
-        severity=fields.get("severity"),
+        severity=tag.severity,
         label=f"{code} {label.partition(':')[0]}" if label else code or "?",
         lateral_m=wall.lateral_mm / 1000 if wall else 0.0,
-        clock_to=fields.get("clock_to") if "clock_from" in fields else None,
+        clock_to=tag.clock_to if tag.clock_from else None,
         finish_m=metres(finish.place.distance_mm) if finish and finish.place else None,
     )

@@ -18,8 +18,8 @@ from websockets.sync.client import ClientConnection, connect
 from app.access.access import create_token
 from app.storage.tokens import Role, TokenFile
 from app.survey.rounding import metres
+from app.survey.track_rows import estimate_at
 from app.tracking.live import Progress
-from app.tracking.tracks import estimate_at
 from app.viewer import scenes
 
 OURS, THEIRS = "a" * 32, "b" * 32

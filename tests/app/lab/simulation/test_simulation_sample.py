@@ -33,7 +33,7 @@ def test_each_tag_points_at_the_centre_of_its_defect():
 
 
 def test_a_shorter_sample_has_the_tags_that_its_camera_comes_to():
-    assert [tag.fields["code"] for tag in tags(SHORT)] == ["BAB"]
+    assert [tag.code for tag in tags(SHORT)] == ["BAB"]
     assert tags(SAMPLE.shortened(60)) == []
 
 
