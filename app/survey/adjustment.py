@@ -26,16 +26,12 @@ from vo_core.joints.lattice import SCALE_SIGMA, Joint
 from vo_core.scale.correction import (
     DOUBT,
     Correction,
-    Evidence,
-    JointSpacing,
-    KnownLength,
     Residual,
-    StatedScale,
     correct,
     joint_spacing,
-    rig_scale,
     zeroed,
 )
+from vo_core.scale.evidence import Evidence, JointSpacing, KnownLength, StatedScale, rig_scale
 from vo_core.scale.proposal import ScaleProposal
 from vo_core.track import Estimate
 from vo_core.types import Matrix

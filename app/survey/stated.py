@@ -9,7 +9,7 @@ import msgspec
 from pydantic import Field
 
 from app.survey.given import Frame, Given, Metres, Pixel, Remark
-from vo_core.scale.correction import TAPE_SIGMA_MM
+from vo_core.scale.evidence import TAPE_SIGMA_MM
 
 
 class Zero(msgspec.Struct, frozen=True):

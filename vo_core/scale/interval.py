@@ -9,14 +9,8 @@ import numpy as np
 
 from vo_core.drift import row_of
 from vo_core.geometry.height import ScaleEffects
-from vo_core.scale.correction import (
-    TAPE_SIGMA_MM,
-    Evidence,
-    KnownLength,
-    StatedScale,
-    correct,
-    sigma_parts,
-)
+from vo_core.scale.correction import correct, sigma_parts
+from vo_core.scale.evidence import TAPE_SIGMA_MM, Evidence, KnownLength, StatedScale
 from vo_core.track import Track
 
 TAPED_MM = 5000.0

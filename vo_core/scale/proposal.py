@@ -11,15 +11,8 @@ from dataclasses import dataclass
 from vo_core.geometry.height import Height, implied_height
 from vo_core.joints.finder import Sighting, numbered
 from vo_core.rig import Rig
-from vo_core.scale.correction import (
-    Correction,
-    Evidence,
-    JointSpacing,
-    Stretch,
-    correct,
-    joint_spacing,
-    rig_scale,
-)
+from vo_core.scale.correction import Correction, Stretch, correct, joint_spacing
+from vo_core.scale.evidence import Evidence, JointSpacing, rig_scale
 from vo_core.track import Track
 
 LEAST_JOINTS = 2
