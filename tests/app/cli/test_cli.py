@@ -280,7 +280,7 @@ def test_bench_draws_the_stated_interval_against_the_actual_error(chainage, monk
 
 
 def test_bench_writes_its_figures_into_a_file(chainage, monkeypatch, tmp_path):
-    monkeypatch.setattr("app.lab.bench.FIELD_NAMES", ("climb",))
+    monkeypatch.setattr("app.lab.bench.run.FIELD_NAMES", ("climb",))
     file = tmp_path / "accuracy.md"
     file.write_text("before\n<!-- bench-field:begin -->\nold\n<!-- bench-field:end -->\nafter\n")
     done = chainage("bench", "--field", "--metres", "0.2", "--write", file)
