@@ -44,7 +44,7 @@ _TAGGED: tuple[tuple[Defect, Mapping[str, Any]], ...] = (
 
 
 def tags(scenario: Scenario) -> list[Tag]:
-    """Of the tagged defects that the camera of a sample, perhaps a shortened one, comes to."""
+    """Tags of the defects that the camera of a sample, perhaps a shortened one, reaches."""
     return [
         _tag(scenario, defect, fields)
         for defect, fields in _TAGGED
