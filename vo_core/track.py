@@ -62,6 +62,14 @@ COLUMNS = tuple(field.name for field in fields(Estimate))
 _OF_OLD = COLUMNS[: COLUMNS.index("status") + 1]
 """Columns that every track file has; older files have only these."""
 
+_ROW = np.dtype(
+    [
+        (name, {"frame": np.dtype("i8"), "status": np.dtype("U5")}.get(name, np.dtype("f8")))
+        for name in COLUMNS
+    ]
+)
+"""A line of a file; a status is cut to one character more than any of them has."""
+
 _DECIMALS = {
     "time_s": 6, "x_mm": 4, "y_mm": 4, "yaw_deg": 5,
     "distance_mm": 4, "sigma_distance_mm": 4, "quality": 3,
@@ -130,6 +138,36 @@ class Track:
             InvalidTrack: A column is missing, a value is not a finite number, or the frames do
                 not rise; the message names the line.
         """
+        return cls._of_sound_file(text) or cls._from_lines(text)
+
+    @classmethod
+    def _of_sound_file(cls, text: str) -> Track | None:
+        """Read as columns, which is quicker; None of a file that is not just as `to_csv` makes it.
+
+        Numbers of a long track are then parsed by numpy, in a thirtieth of the time.
+        """
+        lines = text.splitlines()
+        begin = next((n for n, line in enumerate(lines) if line[:1] != "#"), len(lines))
+        has_rows = len(lines) > begin + 1
+        if not has_rows or lines[begin] != CSV_HEADER.rstrip("\n"):
+            return None
+        try:
+            columns = np.loadtxt(lines[begin + 1 :], _ROW, comments=None, delimiter=",", ndmin=1)
+        except ValueError:
+            return None
+        is_sound = (
+            all(np.isfinite(columns[name]).all() for name in COLUMNS if name != "status")
+            and np.isin(columns["status"], get_args(Status)).all()
+            and (np.diff(columns["frame"], prepend=-1) > 0).all()
+            and columns["frame"][-1] < 2**53
+        )
+        if not is_sound:
+            return None
+        return cls(**{name: np.ascontiguousarray(columns[name]) for name in COLUMNS})
+
+    @classmethod
+    def _from_lines(cls, text: str) -> Track:
+        """Read line by line, so that what is wrong can be named."""
         lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line[:1] != "#"]
         reader = csv.DictReader(line for _, line in lines)
         missing = set(_OF_OLD) - set(reader.fieldnames or ())

@@ -217,7 +217,7 @@ def message(
     label: str | None,
     page_root: str,
 ) -> dict[str, Any]:
-    """The body of the POST; the README shows its form."""
+    """The body of the POST; docs/operating.md shows its form."""
     row, place = view.row, view.place
     return {
         "event": EVENT,

@@ -10,11 +10,13 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections import OrderedDict
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import Any
 
-from app.errors import DiskFull, body_of
+from cachetools import LRUCache
+
+from app.errors import ChangedMeanwhile, DiskFull, described
 from app.storage.inspections import InspectionStore, Rescaling
 from app.storage.tables import ENDED, Inspection
 from app.survey.adjustment import Adjusted, Refusal, adjust
@@ -22,6 +24,8 @@ from app.survey.corrected import Corrected
 from app.survey.makeup import Makeup, makeup_of
 from app.survey.notices import Notice, notices_of
 from app.survey.stated import Joints, Stated
+from app.survey.track_rows import estimate_at
+from app.survey.versions import version_of
 from app.tracking.live import Live
 from app.tracking.tracks import Tracks
 from vo_core import Rig, Track
@@ -30,14 +34,17 @@ from vo_core.track import Estimate
 
 logger = logging.getLogger(__name__)
 
-_SOLVED_KEPT = 8
+_SOLVED_FRAMES_KEPT = 1_000_000
+"""Frames of the solutions that are kept: some 100 bytes each beside the raw track."""
+_LEAST_FRAMES = 10_000
+"""A shorter one counts as so many: of joints and what else there is beside frames."""
 _STATED_KEPT = 512
+_MOST_TRIES = 5
+"""Of a change that others are faster with."""
 _SOLVE_EVERY_S = 5.0
 _SOLVE_SHARE = 0.1
 """While a run goes on it is solved so often at most, and for so much of the time: some 10 ms for a
 minute of video with joints, seconds for an hour with a hundred of them."""
-
-Value = TypeVar("Value")
 
 
 @dataclass(frozen=True)
@@ -77,8 +84,8 @@ class Corrections:
         self._live = live
         self._lock = threading.Lock()
         """Guards the two below."""
-        self._statements: OrderedDict[str, _Statement] = OrderedDict()
-        self._solutions: OrderedDict[str, _Solution] = OrderedDict()
+        self._statements: LRUCache[str, _Statement] = LRUCache(_STATED_KEPT)
+        self._solutions: LRUCache[str, _Solution] = LRUCache(_SOLVED_FRAMES_KEPT, _frames_of)
 
     def get(self, inspection_id: str) -> Corrected:
         """What holds now.
@@ -101,17 +108,38 @@ class Corrections:
                 self._tracks.get(inspection_id), rig, stated, self._tracks.sightings(inspection_id)
             )
         except InvalidCorrection as error:
-            return Corrected(stated, None, body_of(error)[1], Refusal.of(error))
+            return Corrected(stated, None, described(error), Refusal.of(error))
         tilt = self._tracks.tilt(inspection_id)
         return Corrected(stated, adjusted, _refusal(adjusted), tilt=tilt)
 
-    def put(self, inspection_id: str, stated: Stated, remark: str | None, who: str) -> Corrected:
+    def put(
+        self,
+        inspection_id: str,
+        stated: Stated,
+        remark: str | None,
+        who: str,
+        *,
+        replaces: str | None = None,
+    ) -> Corrected:
         """State it in place of what was stated before; it is committed and synced on return.
 
+        Args:
+            inspection_id: Which.
+            stated: All that is stated from now on.
+            remark: Why.
+            who: For the record.
+            replaces: Version of what it was made of; None replaces whatever there is.
         Raises:
             InspectionNotFound: There is none of this id.
             InvalidCorrection: It cannot be applied to the track as it is; nothing was stored.
+            ChangedMeanwhile: Something else than `replaces` is stated; nothing was stored.
         """
+
+        def require(stored: Mapping[str, Any]) -> None:
+            current = Stated.from_json(stored).to_json()
+            if replaces is not None and version_of(current) != replaces:
+                raise ChangedMeanwhile(current, stated.to_json())
+
         statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
         began_s = time.monotonic()
         adjusted = adjust(
@@ -123,7 +151,12 @@ class Corrections:
         if adjusted.refused is not None:
             raise InvalidCorrection(adjusted.refused.refusal())
         revision = self._inspections.correct(
-            inspection_id, who, stated.to_json(), remark, unstated=Stated().to_json()
+            inspection_id,
+            who,
+            stated.to_json(),
+            remark,
+            unstated=Stated().to_json(),
+            require=require,
         )
         corrected = Corrected(stated, adjusted, None)
         self._keep(inspection_id, _Statement(revision, stated, statement.rig))
@@ -137,18 +170,44 @@ class Corrections:
             self._live.corrected(inspection_id)
         return replace(corrected, tilt=self._tracks.tilt(inspection_id))
 
-    def rescaled(self, inspection_id: str, change: Rescaling) -> None:
+    def change(
+        self, inspection_id: str, change: Callable[[Stated], Stated], remark: str | None, who: str
+    ) -> Corrected:
+        """State what `change` makes of what is stated, also while others state something else.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+            InvalidCorrection: It cannot be applied to the track as it is; nothing was stored.
+            ChangedMeanwhile: Others were faster again and again; nothing was stored.
+        """
+        for tries_left in reversed(range(_MOST_TRIES)):
+            before = self.get(inspection_id)
+            try:
+                return self.put(
+                    inspection_id, change(before.stated), remark, who, replaces=before.version
+                )
+            except ChangedMeanwhile:
+                if not tries_left:
+                    raise
+        raise AssertionError  # the last try returns or raises
+
+    def rescaled(self, inspection_id: str, change: Rescaling) -> bool:
         """Record that the newest solution has another scale than was published; all is read again.
+
+        False if something else was stated meanwhile: then nothing is recorded.
 
         Raises:
             InspectionNotFound: There is none of this id.
             DiskFull: It could not be recorded.
         """
         statement, solution = self._statement(inspection_id), self._last_solution(inspection_id)
-        revision = self._inspections.rescale(inspection_id, change)
+        revision = self._inspections.rescale(inspection_id, change, statement.revision)
+        if revision is None:
+            return False
         self._keep(inspection_id, replace(statement, revision=revision))
         self._keep_solution(inspection_id, replace(solution, revision=revision))
         self._live.corrected(inspection_id)
+        return True
 
     def newest(self, inspection_id: str) -> Adjusted:
         """The last solution of any age; cheap."""
@@ -185,6 +244,12 @@ class Corrections:
         adjusted = self.adjusted(inspection_id)
         _, is_growing = self._tracks.run(inspection_id)
         return adjusted.extended(self._tracks.get(inspection_id)) if is_growing else adjusted.track
+
+    def at(self, inspection_id: str, frame: int | None) -> Estimate | None:
+        """The corrected estimate of a frame, None for the newest; None if it is not tracked."""
+        raw = self._tracks.get(inspection_id)
+        estimate = estimate_at(raw, len(raw) - 1 if frame is None else frame)
+        return None if estimate is None else self.estimate(inspection_id, estimate)
 
     def estimate(self, inspection_id: str, raw: Estimate) -> Estimate:
         """The corrected estimate of a frame that was just tracked; cheap."""
@@ -267,7 +332,7 @@ class Corrections:
         except InvalidCorrection as failure:
             unadjusted = stated.within(len(raw)).unadjusted()
             adjusted = adjust(raw, statement.rig, unadjusted, sightings)
-            error, refusal = body_of(failure)[1], Refusal.of(failure)
+            error, refusal = described(failure), Refusal.of(failure)
         corrected = Corrected(statement.stated, adjusted, error, refusal)
         now_s = time.monotonic()
         solution = _Solution(statement.revision, run, now_s, now_s - began_s, corrected, adjusted)
@@ -289,24 +354,21 @@ class Corrections:
         with self._lock:
             known = self._statements.get(inspection_id)
             if known is None or known.revision <= statement.revision:
-                _remember(self._statements, inspection_id, statement, _STATED_KEPT)
-            return self._statements[inspection_id]
+                known = self._statements[inspection_id] = statement
+            return known
 
     def _keep_solution(self, inspection_id: str, solution: _Solution) -> None:
         with self._lock:
             known = self._solutions.get(inspection_id)
             if known is None or known.revision <= solution.revision:
-                _remember(self._solutions, inspection_id, solution, _SOLVED_KEPT)
+                self._solutions[inspection_id] = solution
 
 
 def _refusal(adjusted: Adjusted) -> dict[str, str] | None:
     if adjusted.refused is None:
         return None
-    return body_of(InvalidCorrection(adjusted.refused.refusal()))[1]
+    return described(InvalidCorrection(adjusted.refused.refusal()))
 
 
-def _remember(kept: OrderedDict[str, Value], inspection_id: str, value: Value, most: int) -> None:
-    kept[inspection_id] = value
-    kept.move_to_end(inspection_id)
-    while len(kept) > most:
-        kept.popitem(last=False)
+def _frames_of(solution: _Solution) -> int:
+    return min(max(len(solution.adjusted.raw), _LEAST_FRAMES), _SOLVED_FRAMES_KEPT)

@@ -103,8 +103,8 @@ class Scaling(Worker):
         revision = self._corrections.revision(inspection_id)
         if revision == told.revision and is_other(told.scale, scale, adjusted):
             change = Rescaling(WHO, told.scale, scale or _why_not(adjusted), _remark(adjusted))
-            self._corrections.rescaled(inspection_id, change)
-            logger.info("Inspection %s: %s", inspection_id, _remark(adjusted))
+            if self._corrections.rescaled(inspection_id, change):
+                logger.info("Inspection %s: %s", inspection_id, _remark(adjusted))
             revision = self._corrections.revision(inspection_id)
         elif revision == told.revision:
             scale = told.scale

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+import threading
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
+from cachetools import TTLCache
 from numpy.typing import NDArray
 
 from app.errors import ExportNotAvailable
@@ -22,7 +24,7 @@ from app.reports.formats import FORMATS
 from app.reports.report import Company, Entry, Language, Photo, Report, Role, Source, Units, Written
 from app.storage.files import Places
 from app.storage.inspections import InspectionStore
-from app.storage.tables import IMPORTED
+from app.storage.tables import ENDED, IMPORTED
 from app.survey.catalogue.header import number_of
 from app.survey.catalogue.table import CodeTable
 from app.survey.interval import half_width_m
@@ -36,6 +38,8 @@ from vo_core import Rig
 from vo_core.errors import InvalidRig
 
 _ROLES: Mapping[str, Role] = {"A": "start", "C": "change", "B": "finish"}
+_KEPT_S, _KEPT_BYTES = 60.0, 64 * 2**20
+"""Written reports are kept so long: a page asks for the losses of one and then for the report."""
 _LONGEST_PHOTO_STEM = 100
 """Of an asset in the name of a photo: file systems and exchange formats hold 255 characters."""
 
@@ -77,11 +81,16 @@ class Reports:
         self._company = company
         self._signer = signer
         self._draw_scene = draw_scene
+        self._lock = threading.Lock()
+        """Guards the next."""
+        self._kept: TTLCache[Hashable, Export] = TTLCache(
+            _KEPT_BYTES, _KEPT_S, getsizeof=lambda export: export.written.size
+        )
 
     def export(
         self, inspection_id: str, kind: str, *, language: Language = "en", units: Units = "m"
     ) -> Export:
-        """The report as a file.
+        """The report as a file; asked for again soon, as after its losses, it is the same one.
 
         Args:
             inspection_id: Of any state.
@@ -97,10 +106,20 @@ class Reports:
             raise ExportNotAvailable(
                 f"There is no export as {kind}; there are {', '.join(FORMATS)}."
             )
+        key = (inspection_id, kind, language, units, self._inspections.state(inspection_id))
+        with self._lock:
+            known = self._kept.get(key)
+        if known is not None:
+            return known
         form = FORMATS[kind]
         report = self.report(inspection_id, language=language, units=units)
         name = safe_file_name(f"{report.name}-{form.stem}{form.suffix}")
-        return Export(name, form.media_type, form.write(report))
+        export = Export(name, form.media_type, form.write(report))
+        can_be_kept = export.written.file is None and export.written.size <= _KEPT_BYTES
+        if report.status in ENDED and can_be_kept:
+            with self._lock:
+                self._kept[key] = export
+        return export
 
     def report(
         self, inspection_id: str, *, language: Language = "en", units: Units = "m"

@@ -10,6 +10,7 @@ from app.survey.interval import half_width_m
 from app.survey.notices import notices_of
 from app.survey.rounding import metres, rounded
 from app.survey.stated import Stated
+from app.survey.versions import version_of
 from vo_core.geometry.tilt import MountTilt
 
 
@@ -26,6 +27,11 @@ class Corrected:
     """The same for pages in other languages, where it can be said."""
     tilt: MountTilt | None = None
     """Of the mount against the rig, as far as the run has gone; None if it was not measured."""
+
+    @property
+    def version(self) -> str:
+        """Of what was stated."""
+        return version_of(self.stated.to_json())
 
 
 def reason_of(refusal: Refusal) -> dict[str, Any] | None:

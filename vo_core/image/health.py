@@ -5,10 +5,12 @@ Nothing here affects the odometry; it lets the operator correct a fault during t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from vo_core.types import ByteImage, GrayImage
 
@@ -73,14 +75,24 @@ NO_HEALTH = Health(1.0, 0.0, 0.0, 0.0, 0.0)
 
 def complaints(health: Health) -> tuple[str, ...]:
     """Names of the faults: too_fast, too_dark, too_bright, blurred, lens_dirty."""
-    found = {
-        "too_fast": health.overlap < TOO_FAST,
-        "too_dark": health.brightness < TOO_DARK,
-        "too_bright": health.overexposed > TOO_BRIGHT,
-        "blurred": health.sharpness < BLURRED,
-        "lens_dirty": health.fixed_pattern > LENS_DIRTY,
-    }
+    found = complained({name: np.float64(value) for name, value in asdict(health).items()})
     return tuple(name for name, is_so in found.items() if is_so)
+
+
+def complained(
+    columns: Mapping[str, NDArray[np.floating] | np.floating],
+) -> dict[str, NDArray[np.bool_]]:
+    """Which frames each complaint is about; `columns` are the fields of `Health`, each (N,)."""
+    overlap, brightness, overexposed, sharpness, fixed_pattern = (
+        np.asarray(columns[field.name], np.float64) for field in fields(Health)
+    )
+    return {
+        "too_fast": overlap < TOO_FAST,
+        "too_dark": brightness < TOO_DARK,
+        "too_bright": overexposed > TOO_BRIGHT,
+        "blurred": sharpness < BLURRED,
+        "lens_dirty": fixed_pattern > LENS_DIRTY,
+    }
 
 
 class HealthGauge:

@@ -9,9 +9,11 @@ joints that it saw, as `chainage correct --joints` does.
 """
 
 from app.lab.bench.run import (
+    FIELD_LENGTH_MM,
     LENGTH_MM,
     METHODS,
     OURS,
+    OURS_ALONE,
     QUICK_LENGTH_MM,
     BenchRow,
     Joined,
@@ -21,16 +23,19 @@ from app.lab.bench.run import (
     all_scenarios,
     bench,
     by_joints,
+    field_scenarios,
     quick_scenarios,
     time_track,
 )
-from app.lab.bench.tables import environment, to_json, to_markdown
+from app.lab.bench.tables import environment, to_json, to_markdown, to_short_markdown
 from app.lab.bench.targets import TARGETS
 
 __all__ = [
+    "FIELD_LENGTH_MM",
     "LENGTH_MM",
     "METHODS",
     "OURS",
+    "OURS_ALONE",
     "QUICK_LENGTH_MM",
     "TARGETS",
     "BenchRow",
@@ -42,8 +47,10 @@ __all__ = [
     "bench",
     "by_joints",
     "environment",
+    "field_scenarios",
     "quick_scenarios",
     "time_track",
     "to_json",
     "to_markdown",
+    "to_short_markdown",
 ]

@@ -40,6 +40,13 @@ LENGTH_MM = 2000.0
 
 QUICK_LENGTH_MM = 250.0
 QUICK_NAMES = ("nominal", "dirty_lens", "drop_outs", "large_sway", "wide_lens")
+FIELD_LENGTH_MM = 6000.0
+"""What the targets are for."""
+FIELD_NAMES = (
+    "nominal", "low_texture", "dirty_lens", "drop_outs", "network_jitter", "stop_dead", "bounce",
+    "climb", "rolling_shutter", "low_bit_rate",
+)  # fmt: skip
+"""What the field does to a film, one scenario of each kind."""
 
 WARM_UP_FRAMES = 10
 """Frames left out of the times, as caches fill and the robot does not move yet."""
@@ -58,6 +65,7 @@ METHODS: Mapping[str, Callable[[Rig], Method]] = {
     "paper": PaperOdometry,
     **PEERS,
 }
+OURS_ALONE: Mapping[str, Callable[[Rig], Method]] = {OURS: Odometry}
 
 Progress = Callable[[str, int, int], None]
 """Called with the current work in words, the steps done and the steps in all."""
@@ -143,6 +151,11 @@ def all_scenarios(length_mm: float = LENGTH_MM) -> list[Scenario]:
 def quick_scenarios(length_mm: float = QUICK_LENGTH_MM) -> list[Scenario]:
     """A few significant scenarios over a short path, which take less than two minutes."""
     return [SCENARIOS[name].shortened(length_mm) for name in QUICK_NAMES]
+
+
+def field_scenarios(length_mm: float = FIELD_LENGTH_MM) -> list[Scenario]:
+    """Ten scenarios of the field over the path that the targets are for."""
+    return [SCENARIOS[name].shortened(length_mm) for name in FIELD_NAMES]
 
 
 def bench(

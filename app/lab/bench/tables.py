@@ -25,6 +25,23 @@ from app.lab.bench.targets import (
 from app.lab.evaluation import or_dash
 from app.lab.simulation import SCENARIOS
 
+_TARGET_HEADINGS = (
+    "scenario", "path (m)", "end error (%)", "largest (mm)", "ATE (mm)", "yaw rms (°)",
+    "within 3 sigma", "within 3 of the registration", "median error / sigma of it", "frames lost",
+    "missing",
+)  # fmt: skip
+_SHORT_HEADINGS = (
+    "scenario", "end error (%)", "largest (mm)", "ATE (mm)", "yaw rms (°)", "within 3 sigma",
+    "frames lost",
+)  # fmt: skip
+
+
+def to_short_markdown(rows: Sequence[BenchRow]) -> str:
+    """One table: the accuracy of each row beside its targets, and no times."""
+    lines = [dict(zip(_TARGET_HEADINGS, _against_targets(row), strict=True)) for row in rows]
+    cells = [[line[heading] for heading in _SHORT_HEADINGS] for line in lines]
+    return _table(_SHORT_HEADINGS, cells) + "\n"
+
 
 def to_markdown(rows: Sequence[BenchRow], track_time: TrackTime | None = None) -> str:
     """Write the tables: Chainage beside its targets, all methods side by side, and their times."""
@@ -39,15 +56,8 @@ def to_markdown(rows: Sequence[BenchRow], track_time: TrackTime | None = None) -
             "Chainage and its targets, which are those for 6 m of path; **bold** falls short. No "
             "shift, turn or scale is fitted. The first interval holds the rig's tolerances, the "
             "second is that of the registration alone.",
-            _table(
-                [
-                    "scenario", "path (m)", "end error (%)", "largest (mm)", "ATE (mm)",
-                    "yaw rms (°)", "within 3 sigma", "within 3 of the registration",
-                    "median error / sigma of it", "frames lost", "missing",
-                ],
-                [_against_targets(row) for row in ours],
-            ),
-        ]  # fmt: skip
+            _table(_TARGET_HEADINGS, [_against_targets(row) for row in ours]),
+        ]
     wrong = [(row.scenario, row.wrong_rig) for row in ours if row.wrong_rig is not None]
     if wrong:
         parts += [
