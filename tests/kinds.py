@@ -25,8 +25,8 @@ SERVER = {
 """Fixtures, and names in a test file, that are a server or another process."""
 
 RENDER = {
-    "render", "simulate", "film", "follow", "texture", "pair", "Odometry", "time_track", "run_trials",
-    "World", "Studio", "WallCaster", "make_clip",
+    "render", "simulate", "film", "follow", "texture", "pair", "Odometry", "time_track",
+    "run_trials", "World", "Studio", "WallCaster", "make_clip",
 }  # fmt: skip
 """Names in a test file that make pictures of a wall, or track them."""
 
