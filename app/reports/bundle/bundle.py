@@ -140,7 +140,7 @@ class _Bundle:
         self._note(name, track.to_csv(metadata).encode("utf-8", "replace"))
 
     def add_photos(self) -> None:
-        """Under the names that the tables tell."""
+        """Under the names that the tables t."""
         for entry in self._report.entries:
             photo = entry.photo
             if photo is None:

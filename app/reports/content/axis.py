@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from app.reports.content.telling import Teller
+from app.reports.content.translator import Translator
 from app.reports.report import Report
 
 LONGEST_M = 100_000.0
@@ -45,9 +45,9 @@ class Axis:
         return [n * step_m for n in range(first, last + 1)]
 
 
-def tick_step_m(tell: Teller, points_per_m: float, least: float) -> float:
+def tick_step_m(t: Translator, points_per_m: float, least: float) -> float:
     """A round step in the report's unit whose ticks are so many points apart at least."""
-    per_unit_m = tell.per_unit_m
+    per_unit_m = t.per_unit_m
     wanted = least / (points_per_m * per_unit_m)
     power = 10.0 ** math.floor(math.log10(wanted))
     factor = next(factor for factor in (1, 2, 5, 10) if factor * power >= wanted * (1 - 1e-9))

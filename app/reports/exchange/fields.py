@@ -29,7 +29,7 @@ class Fields:
 
     def __init__(self, header: Mapping[str, Any]) -> None:
         self._header = header
-        self._told = set(_NEVER_SAID)
+        self._written = set(_NEVER_SAID)
 
     def text(self, name: str) -> str:
         """On one line; empty if there is none, or only a number where words are wanted."""
@@ -38,21 +38,21 @@ class Fields:
             return ""
         found = one_line(str(value))
         if found:
-            self._told.add(name)
+            self._written.add(name)
         return found
 
     def number(self, name: str) -> float | None:
         """Finite; also of a text that is one."""
         found = number_of(self._header.get(name))
         if found is not None:
-            self._told.add(name)
+            self._written.add(name)
         return found
 
     def number_within(self, name: str, least: float, most: float) -> float | None:
         """None outside the bounds too, which both belong to it."""
         found = self.number(name)
         if found is not None and not least <= found <= most:
-            self._told.discard(name)
+            self._written.discard(name)
             return None
         return found
 
@@ -61,7 +61,7 @@ class Fields:
         value = self._header.get(name)
         if not isinstance(value, bool):
             return None
-        self._told.add(name)
+        self._written.add(name)
         return value
 
     def choice(self, name: str, meanings: Mapping[str, str]) -> str | None:
@@ -69,7 +69,7 @@ class Fields:
         value = self._header.get(name)
         found = meanings.get(value) if isinstance(value, str) else None
         if found is not None:
-            self._told.add(name)
+            self._written.add(name)
         return found
 
     def day(self) -> str | None:
@@ -81,7 +81,7 @@ class Fields:
             date.fromisoformat(value)
         except ValueError:
             return None
-        self._told.add("date")
+        self._written.add("date")
         return value
 
     def time(self) -> tuple[str, str] | None:
@@ -90,16 +90,16 @@ class Fields:
         found = _TIME.fullmatch(value) if isinstance(value, str) else None
         if found is None:
             return None
-        self._told.add("time")
+        self._written.add("time")
         return f"{found[1]}:{found[2]}", found[4] or "00"
 
-    def tell(self, *names: str) -> None:
+    def note_written(self, *names: str) -> None:
         """They have found a place in another way."""
-        self._told.update(names)
+        self._written.update(names)
 
     def leave(self, *names: str) -> None:
         """What was read has found no place of its own after all."""
-        self._told.difference_update(names)
+        self._written.difference_update(names)
 
     def words(self) -> str:
         """What people stated and has found no place of its own, for a remark; it counts as written.
@@ -109,9 +109,9 @@ class Fields:
         said = []
         for field in FIELDS:
             value = self._header.get(field.name)
-            if field.name in self._told or field.name in _TECHNICAL or is_empty(value):
+            if field.name in self._written or field.name in _TECHNICAL or is_empty(value):
                 continue
-            self._told.add(field.name)
+            self._written.add(field.name)
             label = re.sub(r"_(m|mm|pct|c)$", "", field.name).replace("_", " ")
             said.append(one_line(f"{label}: {_in_words(value)} {field.unit or ''}"))
         return ", ".join(said)
@@ -121,7 +121,7 @@ class Fields:
         left = sorted(
             one_line(str(name))
             for name, value in self._header.items()
-            if name not in self._told and value is not None and value != ""
+            if name not in self._written and value is not None and value != ""
         )
         if not left:
             return []

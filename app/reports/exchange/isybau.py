@@ -258,7 +258,7 @@ def _survey(collectives: Element, pipe: _Pipe, rows: list[Row]) -> list[Loss]:
     zero = lists.reference_point(fields.text("reference_point") or "inner face")
     if zero is None:
         fields.leave("reference_point")
-    if not lists.is_told_apart(report.header.get("asset_type")):
+    if not lists.is_distinct(report.header.get("asset_type")):
         fields.leave("asset_type")
     unit_m = unit_length_m(report, fields, _MAX_UNIT_M)
     name = film(report)

@@ -67,7 +67,7 @@ SYSTEMS_M150: Mapping[str, str] = {
 """HG302."""
 
 
-def is_told_apart(asset_type: object) -> bool:
+def is_distinct(asset_type: object) -> bool:
     """Whether the German lists of what flows in a pipe know it: culverts and drains are storm."""
     return asset_type not in ("culvert", "drain")
 

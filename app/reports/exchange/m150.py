@@ -169,7 +169,7 @@ def _run(run: Element, report: Report, fields: Fields, rows: list[Row]) -> list[
     number = lists.flow_control(control) if control else None
     for name, is_known in (
         ("reference_point", zero), ("weather", weather), ("flow_control", number),
-        ("edition", None), ("asset_type", lists.is_told_apart(report.header.get("asset_type"))),
+        ("edition", None), ("asset_type", lists.is_distinct(report.header.get("asset_type"))),
     ):  # fmt: skip
         if not is_known:
             fields.leave(name)

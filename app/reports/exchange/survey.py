@@ -104,9 +104,9 @@ def _leave_what_is_not_said(report: Report, fields: Fields) -> None:
     """What the name of the film and that of the standard say needs no words."""
     names = _film_names(str(report.header.get("video_files") or ""))
     if names in ([], [film(report)]):
-        fields.tell("video_files")
+        fields.note_written("video_files")
     if "2011" in str(report.header.get("edition")):
-        fields.tell("edition")
+        fields.note_written("edition")
 
 
 def joined(*parts: str) -> str:
@@ -277,7 +277,7 @@ def names_of(
     up, down = (end, start) if is_against else (start, end)
     for name, own in (("upstream_node", up), ("downstream_node", down)):
         if nodes.get(str(report.header.get(name))) == own:
-            fields.tell(name)  # the direction says which is which
+            fields.note_written(name)  # the direction says which is which
     return Names(assets[asset], start, end, up, down), losses
 
 

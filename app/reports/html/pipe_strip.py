@@ -6,8 +6,8 @@ import html
 
 from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.placement import spread
-from app.reports.content.telling import Teller
 from app.reports.content.text import legible
+from app.reports.content.translator import Translator
 from app.reports.pdf.pipe_graphic import clock_spans, water_share
 from app.reports.report import Entry, Report
 
@@ -28,15 +28,15 @@ _INK, _SOFT, _RULE, _WASH, _WATER = "#17212b", "#4a5761", "#c2cbd2", "#f1f4f6", 
 _FILLS = ("#ffffff", "#e4ecef", "#f3de9b", "#ecae4b", "#b04e1e", "#8a1713")
 
 
-def pipe_strip(report: Report, tell: Teller) -> str:
+def pipe_strip(report: Report, t: Translator) -> str:
     """The wall cut along its crown: 12 o'clock at both edges, 6 in the middle."""
-    return _Strip(report, tell).drawn()
+    return _Strip(report, t).drawn()
 
 
 class _Strip:
-    def __init__(self, report: Report, tell: Teller) -> None:
+    def __init__(self, report: Report, t: Translator) -> None:
         self.report = report
-        self.tell = tell
+        self.t = t
         self.axis = Axis.of(report)
         self.placed = [entry for entry in report.entries if entry.distance_m is not None]
         wanted = max(_PX_PER_M * self.axis.length_m, _LINE * (len(self.placed) + 1), _LEAST)
@@ -49,18 +49,18 @@ class _Strip:
 
     def drawn(self) -> str:
         """Picture and legend."""
-        tell = self.tell
-        hints = [tell("graphic.legend")]
+        t = self.t
+        hints = [t("graphic.legend")]
         if water_share(self.report):
-            hints.append(tell("graphic.water"))
+            hints.append(t("graphic.water"))
         if self.report.joints:
-            hints.append(tell("graphic.joints"))
+            hints.append(t("graphic.joints"))
         if self.report.expected_joints:
-            hints.append(tell("graphic.expected_joints"))
+            hints.append(t("graphic.expected_joints"))
         if untracked := len(self.report.entries) - len(self.placed):
-            hints.append(tell("graphic.untracked", n=untracked))
+            hints.append(t("graphic.untracked", n=untracked))
         whole = self.height + _TOP + _BOTTOM
-        description = tell("web.strip", n=len(self.placed), end=tell.length(self.axis.last_m))
+        description = t("web.strip", n=len(self.placed), end=t.length(self.axis.last_m))
         shapes = [
             *self._pipe(), *self._ticks(), *self._joints(), *self._stretches(), *self._entries(),
         ]  # fmt: skip
@@ -86,16 +86,16 @@ class _Strip:
         return shapes
 
     def _ticks(self) -> list[str]:
-        step_m = tick_step_m(self.tell, self.height / self.axis.length_m, 24)
+        step_m = tick_step_m(self.t, self.height / self.axis.length_m, 24)
         shapes = []
         for distance_m in self.axis.ticks(step_m):
             y = self.y(distance_m)
-            label = f"{distance_m / self.tell.per_unit_m:g}"
+            label = f"{distance_m / self.t.per_unit_m:g}"
             shapes += [
                 _line(_PIPE_LEFT - 8, y, _PIPE_LEFT, y, _SOFT),
                 _text(_PIPE_LEFT - 12, y + 4, label, _INK, "end"),
             ]
-        return [*shapes, _text(_PIPE_LEFT - 12, _TOP - 8, self.tell.units, _SOFT, "end", size=11)]
+        return [*shapes, _text(_PIPE_LEFT - 12, _TOP - 8, self.t.units, _SOFT, "end", size=11)]
 
     def _joints(self) -> list[str]:
         shapes = []
@@ -154,11 +154,11 @@ class _Strip:
         return shapes
 
     def _label(self, entry: Entry, y: float, label_y: float) -> list[str]:
-        tell = self.tell
-        words = [tell.short_place(entry), tell.code(entry)]
-        if clock := tell.clock_in_words(entry):
+        t = self.t
+        words = [t.short_place(entry), t.code(entry)]
+        if clock := t.clock_in_words(entry):
             words.append(clock)
-        words.append(tell.label(entry))
+        words.append(t.label(entry))
         text = f"{entry.seq}: " + " · ".join(words)
         if len(text) > _LONGEST_LABEL:
             text = text[: _LONGEST_LABEL - 1] + "…"

@@ -14,8 +14,8 @@ from importlib import resources
 from pathlib import Path
 
 from app.reports.content.condition import ACT_NOW, CLEANED_AWAY, condition_of
-from app.reports.content.telling import NOTHING, Teller
 from app.reports.content.text import legible
+from app.reports.content.translator import NOTHING, Translator
 from app.reports.html.pipe_strip import pipe_strip
 from app.reports.pdf.cover import cover_rows, warnings_of
 from app.reports.pdf.header_sheet import GROUPS, header_row
@@ -67,21 +67,21 @@ class _Section:
 
 def write(report: Report) -> Written:
     """In the language and units of the report."""
-    tell = Teller.of(report)
+    t = Translator.of(report)
     scene, losses = _scene(report)
     sections = [
-        _Section("summary", tell("summary.title"), _summary(report, tell)),
-        _Section("graphic", tell("graphic.title"), pipe_strip(report, tell)),
-        _Section("observations", tell("observations.title"), _observations(report, tell)),
-        _Section("photos", tell("photos.title"), _photos(report, tell)),
-        _Section("scene", tell("web.scene"), _scene_body(scene, tell)),
-        _Section("header", tell("header.title"), _header(report, tell)),
-        _Section("condition", tell("condition.title"), _condition(report, tell)),
-        _Section("measurement", tell("measurement.title"), _measurement(report, tell)),
-        _Section("checks", tell("sign.title"), _checks(report, tell)),
+        _Section("summary", t("summary.title"), _summary(report, t)),
+        _Section("graphic", t("graphic.title"), pipe_strip(report, t)),
+        _Section("observations", t("observations.title"), _observations(report, t)),
+        _Section("photos", t("photos.title"), _photos(report, t)),
+        _Section("scene", t("web.scene"), _scene_body(scene, t)),
+        _Section("header", t("header.title"), _header(report, t)),
+        _Section("condition", t("condition.title"), _condition(report, t)),
+        _Section("measurement", t("measurement.title"), _measurement(report, t)),
+        _Section("checks", t("sign.title"), _checks(report, t)),
     ]
     policy = "; ".join(_POLICY if scene is None else (*_POLICY, *_SCENE_POLICY))
-    title = f"{tell('cover.title')}: {report.asset}"
+    title = f"{t('cover.title')}: {report.asset}"
     links = "".join(f'<li><a href="#{s.id}">{_e(s.title)}</a></li>' for s in sections)
     parts = "\n".join(
         f'<section id="{s.id}" aria-labelledby="{s.id}-title">'
@@ -100,18 +100,18 @@ def write(report: Report) -> Written:
 {_asset("web_page.css")}</style>
 </head>
 <body>
-<a class="skip" href="#observations">{_e(tell("web.skip"))}</a>
+<a class="skip" href="#observations">{_e(t("web.skip"))}</a>
 <header>
-<p class="kicker">{_e(tell("cover.title"))}</p>
+<p class="kicker">{_e(t("cover.title"))}</p>
 <h1>{_e(report.asset)}</h1>
-{_bands(report, tell)}
-{_pairs(cover_rows(report, tell))}
+{_bands(report, t)}
+{_pairs(cover_rows(report, t))}
 </header>
-<nav aria-label="{_e(tell("web.contents"))}"><ul>{links}</ul></nav>
+<nav aria-label="{_e(t("web.contents"))}"><ul>{links}</ul></nav>
 <main>
 {parts}
 </main>
-<footer><p>{_e(_foot(report, tell))}</p></footer>
+<footer><p>{_e(_foot(report, t))}</p></footer>
 {_scene_script(scene)}</body>
 </html>
 """
@@ -127,8 +127,8 @@ def _asset(name: str) -> str:
     return resources.files("app.reports.html").joinpath(name).read_text("utf-8")
 
 
-def _foot(report: Report, tell: Teller) -> str:
-    return tell(
+def _foot(report: Report, t: Translator) -> str:
+    return t(
         "page.foot",
         asset=report.asset,
         date=str(report.header.get("date") or NOTHING),
@@ -163,154 +163,154 @@ def _table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], ki
     )
 
 
-def _bands(report: Report, tell: Teller) -> str:
+def _bands(report: Report, t: Translator) -> str:
     return "\n".join(
         f'<p class="{"band alarm" if warned.is_alarm else "band"}">{_e(warned.text)}</p>'
-        for warned in warnings_of(report, tell)
+        for warned in warnings_of(report, t)
     )
 
 
-def _summary(report: Report, tell: Teller) -> str:
+def _summary(report: Report, t: Translator) -> str:
     found = condition_of(report)
     met = report.adjusted.distance_class() if report.adjusted else None
     share = found.stretch_percent
     percent = NOTHING
     if met is not None:
-        percent = tell("summary.not_met") if met.percent is None else f"{met.percent:g} %"
+        percent = t("summary.not_met") if met.percent is None else f"{met.percent:g} %"
     figures = [
-        (tell("summary.surveyed"), tell.length(report.distance_m)),
-        (tell("summary.observations"), str(len(report.defects))),
-        (tell("summary.act_now"), str(found.counts[ACT_NOW])),
-        (tell("summary.overall"), tell(f"overall.{int(found.overall)}")),
-        (tell("summary.distance_class"), percent),
-        (tell("summary.stretches"), NOTHING if share is None else f"{share:.0f} %"),
+        (t("summary.surveyed"), t.length(report.distance_m)),
+        (t("summary.observations"), str(len(report.defects))),
+        (t("summary.act_now"), str(found.counts[ACT_NOW])),
+        (t("summary.overall"), t(f"overall.{int(found.overall)}")),
+        (t("summary.distance_class"), percent),
+        (t("summary.stretches"), NOTHING if share is None else f"{share:.0f} %"),
     ]
     items = "".join(
         f"<div><dt>{_e(name)}</dt><dd>{_e(value)}</dd></div>" for name, value in figures
     )
-    lead = "".join(f'<p class="lead">{_e(text)}</p>' for text in opening(report, tell))
+    lead = "".join(f'<p class="lead">{_e(text)}</p>' for text in opening(report, t))
     return f'{lead}<dl class="figures">{items}</dl>'
 
 
-def _observations(report: Report, tell: Teller) -> str:
+def _observations(report: Report, t: Translator) -> str:
     if not report.entries:
-        return f"<p>{_e(tell('observations.none'))}</p>"
+        return f"<p>{_e(t('observations.none'))}</p>"
     heads = [
-        tell(f"entry.{name}")
+        t(f"entry.{name}")
         for name in ("no", "distance", "joint", "code", "what_and_remark", "clock_long",
                      "quantity", "stretch_short", "severity_short", "time")
     ]  # fmt: skip
-    text = tell("observations.help", reference=reference_of(report, tell), pack=report.pack)
+    text = t("observations.help", reference=reference_of(report, t), pack=report.pack)
     return f"<p>{_e(text)}</p>" + _table(
-        tell("observations.title"),
+        t("observations.title"),
         heads,
-        (_observation(entry, tell) for entry in report.entries),
+        (_observation(entry, t) for entry in report.entries),
         "observations",
     )
 
 
-def _observation(entry: Entry, tell: Teller) -> Sequence[str]:
+def _observation(entry: Entry, t: Translator) -> Sequence[str]:
     number = f'<span id="no-{entry.seq}">{entry.seq}</span>'
     if entry.photo and entry.photo.path:
         number = f'<a id="no-{entry.seq}" href="#photo-{entry.seq}">{entry.seq}</a>'
     remark = "" if not entry.tag.remark else f'<p class="remark">{_e(entry.tag.remark)}</p>'
     return (
         number,
-        _e(tell.short_place(entry)),
+        _e(t.short_place(entry)),
         "" if entry.joint_no is None else str(entry.joint_no),
-        _e(tell.code(entry)),
-        f"{_e(tell.label(entry))}{remark}",
-        _e(tell.clock(entry)),
-        "<br>".join(map(_e, tell.quantities(entry))),
-        _e(tell.stretch(entry)),
-        _severity(entry, tell),
-        _e(tell.time(entry.time_s)),
+        _e(t.code(entry)),
+        f"{_e(t.label(entry))}{remark}",
+        _e(t.clock(entry)),
+        "<br>".join(map(_e, t.quantities(entry))),
+        _e(t.stretch(entry)),
+        _severity(entry, t),
+        _e(t.time(entry.time_s)),
     )
 
 
-def _severity(entry: Entry, tell: Teller) -> str:
+def _severity(entry: Entry, t: Translator) -> str:
     """Figure and word: colour is never the only sign."""
     if entry.tag.severity is None:
-        return f'<span class="unrated">{_e(tell.severity(None))}</span>'
+        return f'<span class="unrated">{_e(t.severity(None))}</span>'
     return (
         f'<span class="severity s{entry.tag.severity}">{entry.tag.severity}</span> '
-        f"{_e(tell.severity(entry.tag.severity))}"
+        f"{_e(t.severity(entry.tag.severity))}"
     )
 
 
-def _photos(report: Report, tell: Teller) -> str:
+def _photos(report: Report, t: Translator) -> str:
     shown = [
-        _photo(entry, entry.photo.name, entry.photo.path, tell)
+        _photo(entry, entry.photo.name, entry.photo.path, t)
         for entry in report.entries
         if entry.photo and entry.photo.path
     ]
     if not shown:
-        return f"<p>{_e(tell('photos.none'))}</p>"
+        return f"<p>{_e(t('photos.none'))}</p>"
     return '<div class="photos">' + "\n".join(shown) + "</div>"
 
 
-def _photo(entry: Entry, name: str, path: Path, tell: Teller) -> str:
-    caption = tell("photos.caption", seq=entry.seq, place=tell.place(entry), code=tell.code(entry))
+def _photo(entry: Entry, name: str, path: Path, t: Translator) -> str:
+    caption = t("photos.caption", seq=entry.seq, place=t.place(entry), code=t.code(entry))
     jpeg = jpeg_of(path, ENOUGH_PX)
     if jpeg is None:
-        picture = f"<p>{_e(tell('photos.missing', name=name))}</p>"
+        picture = f"<p>{_e(t('photos.missing', name=name))}</p>"
     else:
         data = base64.b64encode(jpeg.content).decode()
-        alt = tell("web.photo", seq=entry.seq, label=tell.label(entry), place=tell.place(entry))
+        alt = t("web.photo", seq=entry.seq, label=t.label(entry), place=t.place(entry))
         picture = f'<img src="data:image/jpeg;base64,{data}" alt="{_e(alt)}">'
     return (
         f'<figure id="photo-{entry.seq}">{picture}<figcaption>'
-        f'<a href="#no-{entry.seq}">{_e(caption)}</a> {_e(tell.label(entry))}</figcaption></figure>'
+        f'<a href="#no-{entry.seq}">{_e(caption)}</a> {_e(t.label(entry))}</figcaption></figure>'
     )
 
 
-def _header(report: Report, tell: Teller) -> str:
+def _header(report: Report, t: Translator) -> str:
     missing = set(required_to_issue(dict(report.header)))
     known = {field.name for field in FIELDS}
     parts = []
     for group, names in GROUPS:
-        rows = [row for name in names if (row := header_row(report, tell, name, name in missing))]
+        rows = [row for name in names if (row := header_row(report, t, name, name in missing))]
         if rows:
-            parts.append(f"<h3>{_e(tell(f'header.{group}'))}</h3>{_pairs(rows)}")
+            parts.append(f"<h3>{_e(t(f'header.{group}'))}</h3>{_pairs(rows)}")
     others = [
-        (tell.field(name), tell.value(name, value))
+        (t.field(name), t.value(name, value))
         for name, value in report.header.items()
         if name not in known and not is_empty(value)
     ]
     if others:
-        parts.append(f"<h3>{_e(tell('header.others'))}</h3>{_pairs(others)}")
-    return "\n".join(parts) or f"<p>{_e(tell('header.empty'))}</p>"
+        parts.append(f"<h3>{_e(t('header.others'))}</h3>{_pairs(others)}")
+    return "\n".join(parts) or f"<p>{_e(t('header.empty'))}</p>"
 
 
-def _condition(report: Report, tell: Teller) -> str:
+def _condition(report: Report, t: Translator) -> str:
     found = condition_of(report)
     deciding = NOTHING
     if found.deciding is not None:
         entry = found.deciding
-        deciding = f"{tell.number_of(entry)}, {tell.label(entry)}, {tell.place(entry)}"
+        deciding = f"{t.number_of(entry)}, {t.label(entry)}, {t.place(entry)}"
     rows = [
-        (tell("condition.overall"), tell(f"overall.{int(found.overall)}")),
-        (tell("condition.deciding"), deciding),
+        (t("condition.overall"), t(f"overall.{int(found.overall)}")),
+        (t("condition.deciding"), deciding),
     ]
     counts = [
-        (f'<span class="severity s{n}">{n}</span> {_e(tell.severity(n))}', str(found.counts[n]))
+        (f'<span class="severity s{n}">{n}</span> {_e(t.severity(n))}', str(found.counts[n]))
         for n in sorted(found.counts, reverse=True)
     ]
-    counts.append((_e(tell.severity(None)), str(found.unrated)))
+    counts.append((_e(t.severity(None)), str(found.unrated)))
     texts = [
-        tell("condition.rule", codes=", ".join(CLEANED_AWAY)),
-        tell("condition.not_a_grade"),
-        tell("condition.who"),
+        t("condition.rule", codes=", ".join(CLEANED_AWAY)),
+        t("condition.not_a_grade"),
+        t("condition.who"),
     ]
     if found.stretch_percent is not None:
-        texts.append(tell("condition.stretches", percent=f"{found.stretch_percent:.0f}"))
+        texts.append(t("condition.stretches", percent=f"{found.stretch_percent:.0f}"))
     if report.header.get("end_condition") == "abandoned":
-        texts.append(tell("condition.abandoned"))
+        texts.append(t("condition.abandoned"))
     return (
         _pairs(rows)
         + _table(
-            tell("condition.title"),
-            [tell("web.severity"), tell("summary.observations")],
+            t("condition.title"),
+            [t("web.severity"), t("summary.observations")],
             counts,
             "counts",
         )
@@ -318,49 +318,48 @@ def _condition(report: Report, tell: Teller) -> str:
     )
 
 
-def _measurement(report: Report, tell: Teller) -> str:
-    parts = [f"<p>{_e(tell('measurement.method'))}</p>"]
+def _measurement(report: Report, t: Translator) -> str:
+    parts = [f"<p>{_e(t('measurement.method'))}</p>"]
     for name, rows in (
-        ("result", result_rows(report, tell)),
-        ("corrections", correction_rows(report, tell)),
-        ("rig", rig_rows(report, tell)),
-        ("video", video_rows(report, tell)),
+        ("result", result_rows(report, t)),
+        ("corrections", correction_rows(report, t)),
+        ("rig", rig_rows(report, t)),
+        ("video", video_rows(report, t)),
     ):
-        parts.append(f"<h3>{_e(tell(f'measurement.{name}'))}</h3>{_pairs(rows)}")
+        parts.append(f"<h3>{_e(t(f'measurement.{name}'))}</h3>{_pairs(rows)}")
     if report.joint_evidence:
-        heads, told = joint_table(report.joint_evidence, tell)
+        heads, told = joint_table(report.joint_evidence, t)
         joints = [[_e(cell) for cell in row] for row in told]
-        parts.append(_table(tell("measurement.joints"), heads, joints, "joints"))
+        parts.append(_table(t("measurement.joints"), heads, joints, "joints"))
     return "\n".join(parts)
 
 
-def _checks(report: Report, tell: Teller) -> str:
-    parts = [f"<h3>{_e(tell('sign.checks'))}</h3>"]
+def _checks(report: Report, t: Translator) -> str:
+    parts = [f"<h3>{_e(t('sign.checks'))}</h3>"]
     entries = {entry.id: entry for entry in report.entries}
     if report.issues:
         rows = [
-            (_e(tell(f"sign.{issue.level}")), _e(tell.issue(issue, entries)))
-            for issue in report.issues
+            (_e(t(f"sign.{issue.level}")), _e(t.issue(issue, entries))) for issue in report.issues
         ]
-        heads = [tell("sign.level"), tell("sign.issue")]
-        parts.append(_table(tell("sign.checks"), heads, rows, "checks"))
+        heads = [t("sign.level"), t("sign.issue")]
+        parts.append(_table(t("sign.checks"), heads, rows, "checks"))
     else:
-        parts.append(f"<p>{_e(tell('sign.nothing'))}</p>")
-    parts.append(f"<h3>{_e(tell('sign.history'))}</h3>")
+        parts.append(f"<p>{_e(t('sign.nothing'))}</p>")
+    parts.append(f"<h3>{_e(t('sign.history'))}</h3>")
     if report.events:
         log = [
             (
-                f'<time datetime="{iso(event.at)}">{_e(tell.instant(event.at))}</time>',
+                f'<time datetime="{iso(event.at)}">{_e(t.instant(event.at))}</time>',
                 _e(event.who),
-                _e(tell.one_of("action", action_of(event))),
+                _e(t.one_of("action", action_of(event))),
                 _e(event.remark or ""),
             )
             for event in report.events
         ]
-        heads = [tell("web.when"), tell("sign.who"), tell("sign.what"), tell("web.why")]
-        parts.append(_table(tell("sign.history"), heads, log, "history"))
+        heads = [t("web.when"), t("sign.who"), t("sign.what"), t("web.why")]
+        parts.append(_table(t("sign.history"), heads, log, "history"))
     else:
-        parts.append(f"<p>{_e(tell('sign.no_history'))}</p>")
+        parts.append(f"<p>{_e(t('sign.no_history'))}</p>")
     return "\n".join(parts)
 
 
@@ -374,13 +373,13 @@ def _scene(report: Report) -> tuple[str | None, tuple[Loss, ...]]:
         return None, (Loss(f"The 3D view is not in it: {error}"),)
 
 
-def _scene_body(scene: str | None, tell: Teller) -> str:
+def _scene_body(scene: str | None, t: Translator) -> str:
     if scene is None:
-        return f"<p>{_e(tell('web.no_scene'))}</p>"
+        return f"<p>{_e(t('web.no_scene'))}</p>"
     return (
-        f"<p>{_e(tell('web.scene_help'))}</p>"
-        f'<p><button type="button" id="scene-open">{_e(tell("web.scene_open"))}</button></p>'
-        f'<div id="scene-place" data-title="{_e(tell("web.scene"))}"></div>'
+        f"<p>{_e(t('web.scene_help'))}</p>"
+        f'<p><button type="button" id="scene-open">{_e(t("web.scene_open"))}</button></p>'
+        f'<div id="scene-place" data-title="{_e(t("web.scene"))}"></div>'
     )
 
 

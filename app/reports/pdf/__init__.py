@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.reports.content.telling import Teller
+from app.reports.content.translator import Translator
 from app.reports.pdf.condition import condition
 from app.reports.pdf.cover import cover
 from app.reports.pdf.header_sheet import header_sheet
@@ -25,6 +25,6 @@ PARTS = (
 
 def write(report: Report) -> Written:
     """All parts, in the report's language and units."""
-    tell = Teller.of(report)
-    story = [piece for part in PARTS for piece in part(report, tell)]
-    return Written(made(report, tell, tell("cover.title"), story))
+    t = Translator.of(report)
+    story = [piece for part in PARTS for piece in part(report, t)]
+    return Written(made(report, t, t("cover.title"), story))

@@ -7,7 +7,7 @@ from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import Flowable, PageBreak
 
 from app.reports.content.condition import CLEANED_AWAY, SEVERITIES, Condition, condition_of
-from app.reports.content.telling import NOTHING, Teller
+from app.reports.content.translator import NOTHING, Translator
 from app.reports.pdf.flow import BADGE, Figure, Heading, Prose, draw_badge
 from app.reports.pdf.styles import (
     ACCENT,
@@ -25,50 +25,50 @@ from app.reports.report import Report
 _ROW = 7 * mm
 
 
-def condition(report: Report, tell: Teller) -> list[Flowable]:
+def condition(report: Report, t: Translator) -> list[Flowable]:
     """The overall condition, the counts, and the rule."""
     found = condition_of(report)
     texts = [
-        (tell("condition.rule", codes=", ".join(CLEANED_AWAY)), BODY),
-        (tell("condition.not_a_grade"), BODY.bold()),
-        (tell("condition.who"), BODY.soft()),
+        (t("condition.rule", codes=", ".join(CLEANED_AWAY)), BODY),
+        (t("condition.not_a_grade"), BODY.bold()),
+        (t("condition.who"), BODY.soft()),
     ]
     if found.stretch_percent is not None:
-        share = tell("condition.stretches", percent=f"{found.stretch_percent:.0f}")
+        share = t("condition.stretches", percent=f"{found.stretch_percent:.0f}")
         texts.append((share, BODY))
     if report.header.get("end_condition") == "abandoned":
-        texts.append((tell("condition.abandoned"), BODY))
+        texts.append((t("condition.abandoned"), BODY))
     return [
-        Heading(tell("condition.title")),
-        Figure(24 * mm, lambda canvas: _overall(canvas, found, tell)),
-        Figure(_ROW * 7 + 8 * mm, lambda canvas: _counts(canvas, found, tell)),
-        Heading(tell("condition.rule_title"), level=1, bookmark=False),
+        Heading(t("condition.title")),
+        Figure(24 * mm, lambda canvas: _overall(canvas, found, t)),
+        Figure(_ROW * 7 + 8 * mm, lambda canvas: _counts(canvas, found, t)),
+        Heading(t("condition.rule_title"), level=1, bookmark=False),
         *(Prose([text]) for text in texts),
         PageBreak(),
     ]
 
 
-def _overall(canvas: Canvas, found: Condition, tell: Teller) -> None:
+def _overall(canvas: Canvas, found: Condition, t: Translator) -> None:
     canvas.setFillColor(WASH)
     canvas.rect(0, 4 * mm, WIDTH, 19 * mm, 0, 1)
-    draw(canvas, 5 * mm, 17 * mm, tell("condition.overall"), CELL.soft())
+    draw(canvas, 5 * mm, 17 * mm, t("condition.overall"), CELL.soft())
     style = type(SUBHEADING)(16, 20, 600, ACCENT)
-    draw(canvas, 5 * mm, 9 * mm, tell(f"overall.{int(found.overall)}"), style)
+    draw(canvas, 5 * mm, 9 * mm, t(f"overall.{int(found.overall)}"), style)
     if found.deciding is not None:
         x = 70 * mm
-        draw(canvas, x, 17 * mm, tell("condition.deciding"), CELL.soft())
+        draw(canvas, x, 17 * mm, t("condition.deciding"), CELL.soft())
         draw_badge(canvas, x, 9.2 * mm, found.deciding.tag.severity)
-        text = f"{tell.place(found.deciding)} · {tell.code(found.deciding)}"
+        text = f"{t.place(found.deciding)} · {t.code(found.deciding)}"
         draw(canvas, x + BADGE + 2 * mm, 9.8 * mm, text, BODY.bold())
 
 
-def _counts(canvas: Canvas, found: Condition, tell: Teller) -> None:
+def _counts(canvas: Canvas, found: Condition, t: Translator) -> None:
     """A bar for each severity, the severest first."""
-    rows = [(s, found.counts[s], tell.severity(s)) for s in reversed(SEVERITIES)]
+    rows = [(s, found.counts[s], t.severity(s)) for s in reversed(SEVERITIES)]
     most = max(1, *(count for _, count, _ in rows), found.unrated)
     start, room = 62 * mm, WIDTH - 75 * mm
     y = 7 * _ROW + 4 * mm
-    for severity, count, word in [*rows, (None, found.unrated, tell("severity.none"))]:
+    for severity, count, word in [*rows, (None, found.unrated, t("severity.none"))]:
         y -= _ROW
         draw_badge(canvas, 0, y + 1.4 * mm, severity)
         draw(canvas, BADGE + 2.5 * mm, y + 2.1 * mm, word, CELL)

@@ -9,7 +9,7 @@ from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import Flowable, NextPageTemplate, PageBreak, Spacer
 
 from app.reports.content.condition import urgent
-from app.reports.content.telling import NOTHING, Teller
+from app.reports.content.translator import NOTHING, Translator
 from app.reports.pdf.flow import Figure, Prose, pairs
 from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.styles import (
@@ -27,17 +27,17 @@ from app.reports.pdf.text import draw, one_line, shortened
 from app.reports.report import Report
 
 
-def cover(report: Report, tell: Teller) -> list[Flowable]:
+def cover(report: Report, t: Translator) -> list[Flowable]:
     """The cover."""
     return [
         Figure(26 * mm, lambda canvas: _letterhead(canvas, report)),
         Spacer(0, 42 * mm),
-        Prose([(tell("cover.title"), TITLE)], after=1 * mm),
+        Prose([(t("cover.title"), TITLE)], after=1 * mm),
         Prose([(report.asset[:200], TITLE.on(INK))], after=3 * mm),
         Prose([(_where(report), BODY.soft())], after=10 * mm),
-        *(_band(warned) for warned in warnings_of(report, tell)),
+        *(_band(warned) for warned in warnings_of(report, t)),
         Spacer(0, 6 * mm),
-        pairs(cover_rows(report, tell)),
+        pairs(cover_rows(report, t)),
         NextPageTemplate("page"),
         PageBreak(),
     ]
@@ -73,28 +73,28 @@ class Warned:
     is_alarm: bool
 
 
-def warnings_of(report: Report, tell: Teller) -> list[Warned]:
+def warnings_of(report: Report, t: Translator) -> list[Warned]:
     """That somebody has to act now, that it does not reach the end, and that it is a draft."""
     warnings = []
     if entries := urgent(report):
-        place, label = tell.place(entries[0]), tell.label(entries[0])
-        more = tell("cover.more", n=len(entries) - 1) if len(entries) > 1 else ""
-        text = tell("cover.act_now", label=label, place=place) + more
+        place, label = t.place(entries[0]), t.label(entries[0])
+        more = t("cover.more", n=len(entries) - 1) if len(entries) > 1 else ""
+        text = t("cover.act_now", label=label, place=place) + more
         warnings.append(Warned(text, is_alarm=True))
-    if abandoned := abandoned_sentence(report, tell):
+    if abandoned := abandoned_sentence(report, t):
         warnings.append(Warned(abandoned, is_alarm=False))
     blocking = sum(issue.level == "block" for issue in report.issues)
     if blocking:
-        warnings.append(Warned(tell("cover.draft", n=blocking), is_alarm=False))
+        warnings.append(Warned(t("cover.draft", n=blocking), is_alarm=False))
     return warnings
 
 
-def abandoned_sentence(report: Report, tell: Teller) -> str:
+def abandoned_sentence(report: Report, t: Translator) -> str:
     """That the survey was abandoned and, if the header says so, why; empty if it was not."""
     if report.header.get("end_condition") != "abandoned":
         return ""
     reason = one_line(str(report.header.get("abandon_reason") or ""))
-    return tell("cover.abandoned_for", reason=reason) if reason else tell("cover.abandoned")
+    return t("cover.abandoned_for", reason=reason) if reason else t("cover.abandoned")
 
 
 def _band(warned: Warned) -> Flowable:
@@ -108,7 +108,7 @@ def _band(warned: Warned) -> Flowable:
     return Figure(12 * mm, paint)
 
 
-def cover_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
+def cover_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
     """What is on the cover."""
     header = report.header
     operator = " · ".join(
@@ -118,30 +118,30 @@ def cover_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
     standard = " ".join(str(header[name]) for name in ("standard", "edition") if header.get(name))
     nodes = [str(header.get(name) or NOTHING) for name in ("start_node", "end_node")]
     return [
-        (tell("cover.client"), str(header.get("client") or NOTHING)),
-        (tell("cover.contractor"), str(header.get("contractor") or NOTHING)),
-        (tell("cover.job"), str(header.get("job_ref") or NOTHING)),
-        (tell("cover.nodes"), tell("cover.from_to", start=nodes[0], end=nodes[1])),
-        (tell("cover.inspected"), dates or NOTHING),
-        (tell("cover.operator"), operator or NOTHING),
-        (tell("cover.length"), _length(report, tell)),
-        (tell("cover.standard"), standard or NOTHING),
-        (tell("cover.pack"), report.pack),
+        (t("cover.client"), str(header.get("client") or NOTHING)),
+        (t("cover.contractor"), str(header.get("contractor") or NOTHING)),
+        (t("cover.job"), str(header.get("job_ref") or NOTHING)),
+        (t("cover.nodes"), t("cover.from_to", start=nodes[0], end=nodes[1])),
+        (t("cover.inspected"), dates or NOTHING),
+        (t("cover.operator"), operator or NOTHING),
+        (t("cover.length"), _length(report, t)),
+        (t("cover.standard"), standard or NOTHING),
+        (t("cover.pack"), report.pack),
         (
-            tell("cover.report"),
-            tell("cover.version", report=report.id, revision=report.revision),
+            t("cover.report"),
+            t("cover.version", report=report.id, revision=report.revision),
         ),
-        (tell("cover.made"), tell.instant(report.made_at)),
+        (t("cover.made"), t.instant(report.made_at)),
     ]
 
 
-def _length(report: Report, tell: Teller) -> str:
+def _length(report: Report, t: Translator) -> str:
     if report.distance_m is None:
-        return tell("entry.not_tracked")
-    surveyed = tell.length(report.distance_m)
+        return t("entry.not_tracked")
+    surveyed = t.length(report.distance_m)
     if report.u95_m is not None:
-        surveyed += f" ± {tell.half_width(report.u95_m)} {report.units}"
+        surveyed += f" ± {t.half_width(report.u95_m)} {report.units}"
     known = report.header.get("known_length_m")
     if isinstance(known, int | float) and not isinstance(known, bool):
-        return tell("cover.of_length", surveyed=surveyed, known=tell.length(known))
+        return t("cover.of_length", surveyed=surveyed, known=t.length(known))
     return surveyed

@@ -9,7 +9,7 @@ from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import CondPageBreak, Flowable, PageBreak
 
-from app.reports.content.telling import NOTHING, Teller
+from app.reports.content.translator import NOTHING, Translator
 from app.reports.pdf.flow import Column, Figure, Grid, Heading, note, pairs
 from app.reports.pdf.styles import (
     ACCENT,
@@ -52,37 +52,39 @@ GROUPS: Sequence[tuple[str, Sequence[str]]] = (
 """Every field of the header under a heading."""
 
 
-def header_sheet(report: Report, tell: Teller) -> list[Flowable]:
+def header_sheet(report: Report, t: Translator) -> list[Flowable]:
     """Plan and fields; what is required and empty is named."""
     parts: list[Flowable] = [
-        Heading(tell("header.title")),
-        Figure(34 * mm, lambda canvas: _plan(canvas, report, tell)),
+        Heading(t("header.title")),
+        Figure(34 * mm, lambda canvas: _plan(canvas, report, t)),
     ]
     missing = set(required_to_issue(dict(report.header)))
     for group, names in GROUPS:
-        rows = [row for name in names if (row := header_row(report, tell, name, name in missing))]
+        rows = [row for name in names if (row := header_row(report, t, name, name in missing))]
         if rows:
-            heading = Heading(tell(f"header.{group}"), level=1, bookmark=False)
+            heading = Heading(t(f"header.{group}"), level=1, bookmark=False)
             parts += [CondPageBreak(22 * mm), heading, _two_up(rows)]
     known = {field.name for field in FIELDS}
     others = [
-        (tell.field(name), tell.value(name, value))
+        (t.field(name), t.value(name, value))
         for name, value in report.header.items()
         if name not in known and not is_empty(value)
     ]
     if others:
-        parts += [Heading(tell("header.others"), level=1, bookmark=False), pairs(others)]
+        parts += [Heading(t("header.others"), level=1, bookmark=False), pairs(others)]
     if not report.header:
-        parts.append(note(tell("header.empty")))
+        parts.append(note(t("header.empty")))
     return [*parts, PageBreak()]
 
 
-def header_row(report: Report, tell: Teller, name: str, is_missing: bool) -> tuple[str, str] | None:
+def header_row(
+    report: Report, t: Translator, name: str, is_missing: bool
+) -> tuple[str, str] | None:
     """Name and value of a field; None of one that is empty and may be so."""
     value = report.header.get(name)
     if not is_empty(value):
-        return tell.field(name), tell.value(name, value)
-    return (tell.field(name), tell("header.missing")) if is_missing else None
+        return t.field(name), t.value(name, value)
+    return (t.field(name), t("header.missing")) if is_missing else None
 
 
 def _two_up(rows: list[tuple[str, str]]) -> Grid:
@@ -99,7 +101,7 @@ def _two_up(rows: list[tuple[str, str]]) -> Grid:
     return Grid(columns, cells, after=0)
 
 
-def _plan(canvas: Canvas, report: Report, tell: Teller) -> None:
+def _plan(canvas: Canvas, report: Report, t: Translator) -> None:
     """Both ends, which way the water and the camera went, and where north is."""
     header = report.header
     left, right, y = 36 * mm, WIDTH - 36 * mm, 17 * mm
@@ -117,7 +119,7 @@ def _plan(canvas: Canvas, report: Report, tell: Teller) -> None:
         name = str(header.get(f"{end}_node") or NOTHING)
         style = BODY.bold()
         draw(canvas, at, y + 1.2 * mm, shortened(name, style, room), style, align)
-        draw(canvas, at, y - 2.6 * mm, tell(f"header.plan_{end}"), TINY.soft(), align)
+        draw(canvas, at, y - 2.6 * mm, t(f"header.plan_{end}"), TINY.soft(), align)
         for n, axis in enumerate(("lat", "lon")):
             value = header.get(f"{end}_{axis}")
             if _is_number(value):
@@ -125,12 +127,12 @@ def _plan(canvas: Canvas, report: Report, tell: Teller) -> None:
                 draw(canvas, at, y - (6 + 2.9 * n) * mm, place, TINY.soft(), align)
     middle = (left + right) / 2
     _arrow(canvas, left + 12 * mm, y + 6.5 * mm, 26 * mm, True)
-    draw(canvas, left + 41 * mm, y + 5.6 * mm, tell("header.plan_camera"), SMALL)
+    draw(canvas, left + 41 * mm, y + 5.6 * mm, t("header.plan_camera"), SMALL)
     direction = header.get("direction")
     if direction in ("with_flow", "against_flow"):
         _arrow(canvas, middle - 13 * mm, y, 26 * mm, direction == "with_flow")
-        draw(canvas, middle, y - 6.8 * mm, tell("header.plan_flow"), SMALL, "centre")
-    length = tell("header.plan_length", length=tell.length(report.distance_m))
+        draw(canvas, middle, y - 6.8 * mm, t("header.plan_flow"), SMALL, "centre")
+    length = t("header.plan_length", length=t.length(report.distance_m))
     draw(canvas, middle, y - 11.5 * mm, length, SMALL.bold(), "centre")
     _north(canvas, report, WIDTH - 8 * mm, 25 * mm)
 

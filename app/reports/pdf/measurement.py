@@ -11,7 +11,7 @@ from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import CondPageBreak, Flowable, PageBreak
 
 from app.reports.content.axis import Axis, tick_step_m
-from app.reports.content.telling import NOTHING, Teller
+from app.reports.content.translator import NOTHING, Translator
 from app.reports.pdf.flow import Column, Figure, Grid, Heading, note, pairs
 from app.reports.pdf.styles import INK, RULE, SOFT, TINY, WASH, WIDTH
 from app.reports.pdf.text import draw
@@ -29,62 +29,60 @@ _BINS = 300
 _LEFT = 26 * mm
 
 
-def measurement(report: Report, tell: Teller) -> list[Flowable]:
+def measurement(report: Report, t: Translator) -> list[Flowable]:
     """The page that answers how one knows."""
     if report.is_unmeasured:
         filename = report.source.filename
-        said = note(tell("measurement.imported", filename=filename))
-        return [Heading(tell("measurement.title")), said, PageBreak()]
+        said = note(t("measurement.imported", filename=filename))
+        return [Heading(t("measurement.title")), said, PageBreak()]
     adjusted = report.adjusted
     return [
-        Heading(tell("measurement.title")),
-        note(tell("measurement.method")),
-        Heading(tell("measurement.result"), level=1, bookmark=False),
-        pairs(result_rows(report, tell)),
-        *_along(report, tell),
-        Heading(tell("measurement.corrections"), level=1, bookmark=False),
-        pairs(correction_rows(report, tell)),
-        *(_residuals(adjusted, tell) if adjusted else ()),
+        Heading(t("measurement.title")),
+        note(t("measurement.method")),
+        Heading(t("measurement.result"), level=1, bookmark=False),
+        pairs(result_rows(report, t)),
+        *_along(report, t),
+        Heading(t("measurement.corrections"), level=1, bookmark=False),
+        pairs(correction_rows(report, t)),
+        *(_residuals(adjusted, t) if adjusted else ()),
         CondPageBreak(45 * mm),
-        Heading(tell("measurement.rig"), level=1, bookmark=False),
-        pairs(rig_rows(report, tell)),
+        Heading(t("measurement.rig"), level=1, bookmark=False),
+        pairs(rig_rows(report, t)),
         CondPageBreak(45 * mm),
-        Heading(tell("measurement.video"), level=1, bookmark=False),
-        pairs(video_rows(report, tell)),
+        Heading(t("measurement.video"), level=1, bookmark=False),
+        pairs(video_rows(report, t)),
         PageBreak(),
     ]
 
 
-def result_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
+def result_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
     """How far and how surely."""
     met = report.adjusted.distance_class() if report.adjusted else None
     if report.distance_m is None or met is None:
-        return [(tell("measurement.far_end"), tell("entry.not_tracked"))]
-    half = "" if report.u95_m is None else f" ± {tell.half_width(report.u95_m)} {tell.units}"
+        return [(t("measurement.far_end"), t("entry.not_tracked"))]
+    half = "" if report.u95_m is None else f" ± {t.half_width(report.u95_m)} {t.units}"
     if met.percent is None:
-        text = tell("measurement.class_not_met")
+        text = t("measurement.class_not_met")
     else:
-        floor = tell.length(CLASS_FLOOR_MM / 1000)
-        text = tell("measurement.class_met", percent=f"{met.percent:g}", floor=floor)
-    text += " " + tell(
-        "measurement.class_half", half=f"{tell.half_width(met.half_width_m)} {tell.units}"
-    )
+        floor = t.length(CLASS_FLOOR_MM / 1000)
+        text = t("measurement.class_met", percent=f"{met.percent:g}", floor=floor)
+    text += " " + t("measurement.class_half", half=f"{t.half_width(met.half_width_m)} {t.units}")
     if met.residual_mm is None:
-        text += " " + tell("measurement.class_open")
+        text += " " + t("measurement.class_open")
     rows = [
-        (tell("measurement.far_end"), f"{tell.length(report.distance_m)}{half}"),
-        *makeup_rows(report, tell),
-        (tell("measurement.raw"), tell.length(report.raw_distance_m)),
-        (tell("measurement.class"), text),
-        (tell("measurement.closure"), _closure(report, tell)),
+        (t("measurement.far_end"), f"{t.length(report.distance_m)}{half}"),
+        *makeup_rows(report, t),
+        (t("measurement.raw"), t.length(report.raw_distance_m)),
+        (t("measurement.class"), text),
+        (t("measurement.closure"), _closure(report, t)),
     ]
     if len(report.track):
         counts = {name: int((report.track.status == name).sum()) for name in ("ok", "weak", "lost")}
         total = len(report.track)
         rows.append(
             (
-                tell("measurement.frames"),
-                tell(
+                t("measurement.frames"),
+                t(
                     "measurement.frames_of",
                     total=total,
                     weak=f"{100 * counts['weak'] / total:.1f}",
@@ -95,7 +93,7 @@ def result_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
     return rows
 
 
-def makeup_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
+def makeup_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
     """What the interval at the far end is made of, and what would shrink it most."""
     track = report.track
     makeup = (
@@ -107,63 +105,63 @@ def makeup_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
         return []
 
     def half(half_m: float) -> str:
-        return f"± {tell.half_width(half_m)} {tell.units}"
+        return f"± {t.half_width(half_m)} {t.units}"
 
-    causes = [tell(f"cause.{part.name}") for part in makeup.parts]
+    causes = [t(f"cause.{part.name}") for part in makeup.parts]
     widths = [half(part.half_width_m) for part in makeup.parts]
     if makeup.taped is not None:
-        advice = tell(
+        advice = t(
             "measurement.shrink_tape",
-            length=tell.length(makeup.taped.length_m),
+            length=t.length(makeup.taped.length_m),
             now=half(makeup.half_width_m),
             then=half(makeup.taped.half_width_m),
         )
     elif makeup.half_width_m <= LEAST_M:
-        advice = tell("measurement.shrink_nothing")
+        advice = t("measurement.shrink_nothing")
     else:
-        advice = tell("measurement.shrink_part", part=causes[0])
+        advice = t("measurement.shrink_part", part=causes[0])
     return [
-        (tell("measurement.made_of"), ", ".join(map(" ".join, zip(causes, widths, strict=True)))),
-        (tell("measurement.shrink"), advice),
+        (t("measurement.made_of"), ", ".join(map(" ".join, zip(causes, widths, strict=True)))),
+        (t("measurement.shrink"), advice),
     ]
 
 
-def _closure(report: Report, tell: Teller) -> str:
+def _closure(report: Report, t: Translator) -> str:
     closure = report.adjusted.closure if report.adjusted else None
     if closure is None:
         known_m = number_of(report.header.get("known_length_m"))
         if known_m is None:
-            return tell("measurement.no_closure")
-        return tell("measurement.not_compared", known=tell.length(known_m))
-    return tell(
+            return t("measurement.no_closure")
+        return t("measurement.not_compared", known=t.length(known_m))
+    return t(
         "measurement.closure_of",
-        measured=tell.length(metres(closure.measured_mm)),
-        known=tell.length(metres(closure.known_mm)),
+        measured=t.length(metres(closure.measured_mm)),
+        known=t.length(metres(closure.known_mm)),
         residual=signed(closure.residual_mm, 0),
         percent=signed(closure.residual_percent, 2),
     )
 
 
-def correction_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
+def correction_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
     """What was stated about distances, and what follows."""
     stated, adjusted = report.corrected.stated, report.adjusted
     zero = (
-        tell("measurement.zero_first")
+        t("measurement.zero_first")
         if stated.zero is None
-        else tell(
+        else t(
             "measurement.zero_at",
             frame=stated.zero.frame,
-            offset=tell.length(stated.zero.offset_m),
+            offset=t.length(stated.zero.offset_m),
         )
     )
-    rows = [(tell("measurement.zero"), zero)]
+    rows = [(t("measurement.zero"), zero)]
     for length in stated.lengths:
         rows.append(
             (
-                tell(f"measurement.length_{length.kind}"),
-                tell(
+                t(f"measurement.length_{length.kind}"),
+                t(
                     "measurement.length_of",
-                    length=tell.length(length.length_m),
+                    length=t.length(length.length_m),
                     sigma=f"{length.sigma_mm:g}",
                     first=length.first_frame,
                     last=length.last_frame,
@@ -175,27 +173,27 @@ def correction_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
         segment_mm = report.rig.pipe.segment_length_mm
         rows.append(
             (
-                tell("measurement.joints"),
-                tell(
+                t("measurement.joints"),
+                t(
                     "measurement.joints_of",
                     n=by_joints.joints,
-                    segment=tell.length(None if segment_mm is None else segment_mm / 1000),
+                    segment=t.length(None if segment_mm is None else segment_mm / 1000),
                 ),
             )
         )
     elif stated.joints.use is False:
-        rows.append((tell("measurement.joints"), tell("measurement.joints_off")))
+        rows.append((t("measurement.joints"), t("measurement.joints_off")))
     elif adjusted is not None and adjusted.joints_refusal is not None:
-        rows.append((tell("measurement.joints"), tell.refusal(adjusted.joints_refusal)))
+        rows.append((t("measurement.joints"), t.refusal(adjusted.joints_refusal)))
     if adjusted is not None and adjusted.uncounted_marks:
-        places = (tell.length(metres(mark.distance_mm)) for mark in adjusted.uncounted_marks)
-        text = tell("measurement.marks_off_at", places=", ".join(places))
-        rows.append((tell("measurement.marks_off"), text))
+        places = (t.length(metres(mark.distance_mm)) for mark in adjusted.uncounted_marks)
+        text = t("measurement.marks_off_at", places=", ".join(places))
+        rows.append((t("measurement.marks_off"), text))
     if stated.rig_sigma is not None:
         rows.append(
             (
-                tell("measurement.rig_sigma"),
-                tell(
+                t("measurement.rig_sigma"),
+                t(
                     "measurement.rig_sigma_of",
                     height=f"{stated.rig_sigma.height_mm:g}",
                     focal=f"{stated.rig_sigma.focal_px:g}",
@@ -203,17 +201,17 @@ def correction_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
             )
         )
     if stated.forced:
-        rows.append((tell("measurement.forced"), stated.forced))
+        rows.append((t("measurement.forced"), stated.forced))
     if adjusted is not None:
         if adjusted.correction is not None and adjusted.correction.doubts_rig:
-            rows.append((tell("measurement.rig"), tell("measurement.rig_doubted")))
+            rows.append((t("measurement.rig"), t("measurement.rig_doubted")))
         sigma = "" if adjusted.scale_sigma is None else f" ± {adjusted.scale_sigma:.6f}"
-        rows.append((tell("measurement.scale"), f"{adjusted.scale:.6f}{sigma}"))
+        rows.append((t("measurement.scale"), f"{adjusted.scale:.6f}{sigma}"))
         if adjusted.height is not None:
             rows.append(
                 (
-                    tell("measurement.height"),
-                    tell(
+                    t("measurement.height"),
+                    t(
                         "measurement.height_of",
                         implied=f"{adjusted.height.height_mm:.1f}",
                         u95=f"{U95 * adjusted.height.sigma_mm:.1f}",
@@ -222,15 +220,15 @@ def correction_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
                 )
             )
     if report.corrected.error is not None:
-        rows.append((tell("measurement.error"), report.corrected.error["detail"]))
+        rows.append((t("measurement.error"), report.corrected.error["detail"]))
     return rows
 
 
-def _residuals(adjusted: Adjusted, tell: Teller) -> list[Flowable]:
+def _residuals(adjusted: Adjusted, t: Translator) -> list[Flowable]:
     """What is left at every joint that was used."""
     if not adjusted.evidence:
         return []
-    heads, rows = joint_table(adjusted.evidence, tell)
+    heads, rows = joint_table(adjusted.evidence, t)
     columns = [
         Column(head, width * mm, "right" if n else "left")
         for n, (head, width) in enumerate(zip(heads, (18, 40, 34, 28, 54), strict=True))
@@ -239,7 +237,7 @@ def _residuals(adjusted: Adjusted, tell: Teller) -> list[Flowable]:
 
 
 def joint_table(
-    joints: Iterable[FittedJoint], tell: Teller
+    joints: Iterable[FittedJoint], t: Translator
 ) -> tuple[list[str], Sequence[Sequence[str]]]:
     """Heads and rows: number, place, what is left, frame, how it was seen."""
     names = (
@@ -249,23 +247,23 @@ def joint_table(
     rows = [
         (
             NOTHING if joint.number is None else str(joint.number),
-            f"{tell.number(metres(joint.distance_mm))} ± "
-            f"{tell.half_width(half_width_m(joint.sigma_mm))} {tell.units}",
+            f"{t.number(metres(joint.distance_mm))} ± "
+            f"{t.half_width(half_width_m(joint.sigma_mm))} {t.units}",
             NOTHING if joint.residual_mm is None else f"{signed(joint.residual_mm, 1)} mm",
             str(joint.frame),
-            tell("measurement.by_hand" if joint.is_marked else "measurement.found"),
+            t("measurement.by_hand" if joint.is_marked else "measurement.found"),
         )
         for joint in joints
     ]
-    return [tell(name) for name in names], rows
+    return [t(name) for name in names], rows
 
 
-def rig_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
+def rig_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
     """Camera, mount and wall."""
     camera, mount, pipe = report.rig.camera, report.rig.mount, report.rig.pipe
-    lens = tell(
+    lens = t(
         "measurement.lens",
-        model=tell(f"lens.{camera.model}"),
+        model=t(f"lens.{camera.model}"),
         width=camera.width,
         height=camera.height,
         fx=f"{camera.fx:.1f}",
@@ -275,10 +273,10 @@ def rig_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
     )
     if camera.distortion:
         numbers = ", ".join(f"{value:.5g}" for value in camera.distortion)
-        lens += " " + tell("measurement.distortion", numbers=numbers)
-    place = tell(
+        lens += " " + t("measurement.distortion", numbers=numbers)
+    place = t(
         "measurement.mount",
-        view=tell(f"view.{mount.view}"),
+        view=t(f"view.{mount.view}"),
         height=f"{mount.height_mm:g}",
         lateral=f"{mount.lateral_mm:g}",
         rotation=f"{mount.rotation_deg:g}",
@@ -286,59 +284,59 @@ def rig_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
         roll=f"{mount.roll_deg:g}",
     )
     wall = (
-        tell("measurement.flat")
+        t("measurement.flat")
         if pipe.diameter_mm is None
-        else tell("measurement.circular", diameter=f"{pipe.diameter_mm:g}")
+        else t("measurement.circular", diameter=f"{pipe.diameter_mm:g}")
     )
     if pipe.segment_length_mm is not None:
-        wall += " " + tell("measurement.segment", length=tell.length(pipe.segment_length_mm / 1000))
+        wall += " " + t("measurement.segment", length=t.length(pipe.segment_length_mm / 1000))
     calibration = report.header.get("calibration_id")
     return [
-        (tell("measurement.camera"), lens),
-        (tell("measurement.place"), place),
-        (tell("measurement.wall"), wall),
+        (t("measurement.camera"), lens),
+        (t("measurement.place"), place),
+        (t("measurement.wall"), wall),
         (
-            tell("measurement.calibration"),
-            str(calibration) if calibration else tell("measurement.no_calibration"),
+            t("measurement.calibration"),
+            str(calibration) if calibration else t("measurement.no_calibration"),
         ),
     ]
 
 
-def video_rows(report: Report, tell: Teller) -> list[tuple[str, str]]:
+def video_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
     """The film, and what went wrong with it."""
     source, video = report.source, report.source.video
     picture = f"{video['width']} × {video['height']} px" if "width" in video else NOTHING
     facts = [picture, str(video.get("codec") or "")]
     frames, duration_s = video.get("frames"), video.get("duration_s")
     if frames and duration_s:
-        rate = tell("measurement.rate", frames=frames, rate=f"{frames / duration_s:.3g}")
-        facts += [rate, tell.time(duration_s)]
+        rate = t("measurement.rate", frames=frames, rate=f"{frames / duration_s:.3g}")
+        facts += [rate, t.time(duration_s)]
     rows = [
-        (tell("measurement.file"), source.filename or NOTHING),
+        (t("measurement.file"), source.filename or NOTHING),
         (
-            tell("measurement.size"),
-            tell("measurement.bytes", n=f"{source.size:,}".replace(",", " ")),
+            t("measurement.size"),
+            t("measurement.bytes", n=f"{source.size:,}".replace(",", " ")),
         ),
-        (tell("measurement.pictures"), " · ".join(fact for fact in facts if fact)),
-        ("SHA-256", source.sha256 or tell("measurement.no_hash")),
+        (t("measurement.pictures"), " · ".join(fact for fact in facts if fact)),
+        ("SHA-256", source.sha256 or t("measurement.no_hash")),
     ]
     if report.warning:
-        rows.append((tell("measurement.warning"), report.warning))
+        rows.append((t("measurement.warning"), report.warning))
     if report.error:
-        rows.append((tell("measurement.failure"), report.error))
+        rows.append((t("measurement.failure"), report.error))
     return rows
 
 
-def _along(report: Report, tell: Teller) -> list[Flowable]:
+def _along(report: Report, t: Translator) -> list[Flowable]:
     """Charts over the distance, where there is a track."""
     if not len(report.track):
         return []
     heard = _complained(report)
     height = (46 + 4.4 * len(heard)) * mm
     return [
-        Heading(tell("measurement.along"), level=1, bookmark=False),
-        Figure(height, lambda canvas: _Chart(report, tell, heard).paint(canvas, height)),
-        note(tell("measurement.along_help")),
+        Heading(t("measurement.along"), level=1, bookmark=False),
+        Figure(height, lambda canvas: _Chart(report, t, heard).paint(canvas, height)),
+        note(t("measurement.along_help")),
     ]
 
 
@@ -355,9 +353,9 @@ def _complained(report: Report) -> dict[str, NDArray[np.bool_]]:
 class _Chart:
     """Quality, half-width and complaints over the distance: the worst of each place."""
 
-    def __init__(self, report: Report, tell: Teller, heard: dict[str, NDArray[np.bool_]]) -> None:
+    def __init__(self, report: Report, t: Translator, heard: dict[str, NDArray[np.bool_]]) -> None:
         track = report.track
-        self.tell = tell
+        self.t = t
         self.axis = Axis.of(report)
         self.heard = heard
         share = (track.distance_mm / 1000 - self.axis.first_m) / self.axis.length_m
@@ -384,16 +382,16 @@ class _Chart:
     def paint(self, canvas: Canvas, height: float) -> None:
         """From the top down."""
         y = height - 16 * mm
-        self._curve(canvas, y, 12 * mm, self.quality, 1.0, "1", self.tell("measurement.quality"))
+        self._curve(canvas, y, 12 * mm, self.quality, 1.0, "1", self.t("measurement.quality"))
         y -= 16 * mm
         most_m = float(np.nanmax(self.half_m)) or 0.01
-        top = f"{self.tell.half_width(most_m)} {self.tell.units}"
-        self._curve(canvas, y, 12 * mm, self.half_m, most_m, top, self.tell("measurement.half"))
+        top = f"{self.t.half_width(most_m)} {self.t.units}"
+        self._curve(canvas, y, 12 * mm, self.half_m, most_m, top, self.t("measurement.half"))
         y -= 4.4 * mm
-        lanes = [(self.tell("measurement.weak"), self.weak, SOFT),
-                 (self.tell("measurement.lost"), self.lost, INK)]  # fmt: skip
+        lanes = [(self.t("measurement.weak"), self.weak, SOFT),
+                 (self.t("measurement.lost"), self.lost, INK)]  # fmt: skip
         lanes += [
-            (self.tell(f"complaint.{name}"), self._seen(frames), SOFT)
+            (self.t(f"complaint.{name}"), self._seen(frames), SOFT)
             for name, frames in self.heard.items()
         ]
         for name, seen, colour in lanes:
@@ -436,13 +434,13 @@ class _Chart:
         canvas.drawPath(path, 1, 0)
 
     def _distances(self, canvas: Canvas, y: float) -> None:
-        step_m = tick_step_m(self.tell, self.scale, 14 * mm)
+        step_m = tick_step_m(self.t, self.scale, 14 * mm)
         for distance_m in self.axis.ticks(step_m):
             x = _LEFT + (distance_m - self.axis.first_m) * self.scale
             canvas.setStrokeColor(RULE)
             canvas.setLineWidth(0.4)
             canvas.line(x, y - 0.5 * mm, x, y - 1.6 * mm)
-            text = f"{distance_m / self.tell.per_unit_m:g} {self.tell.units}"
+            text = f"{distance_m / self.t.per_unit_m:g} {self.t.units}"
             is_edge = x > WIDTH - 3 * mm
             draw(canvas, x, y - 4 * mm, text, TINY.soft(), "right" if is_edge else "centre")
 

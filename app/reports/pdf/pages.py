@@ -12,7 +12,7 @@ from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate
 
-from app.reports.content.telling import Teller
+from app.reports.content.translator import Translator
 from app.reports.pdf.fonts import LATIN, font_of
 from app.reports.pdf.styles import (
     ACCENT,
@@ -36,10 +36,10 @@ _TOTAL = "total"
 _TOTAL_DIGITS = 3
 
 
-def made(report: Report, tell: Teller, title: str, story: Sequence[Flowable]) -> bytes:
+def made(report: Report, t: Translator, title: str, story: Sequence[Flowable]) -> bytes:
     """The document as a file; the first page has no head."""
     out = _Sink()
-    foot = _foot(report, tell)
+    foot = _foot(report, t)
     document = BaseDocTemplate(
         cast(IO[bytes], out),
         pageTemplates=[
@@ -129,11 +129,9 @@ def _head(report: Report, title: str) -> Callable[[Canvas], None]:
     return paint
 
 
-def _foot(report: Report, tell: Teller) -> Callable[[Canvas], None]:
+def _foot(report: Report, t: Translator) -> Callable[[Canvas], None]:
     date = report.header.get("date") or f"{report.created_at:%Y-%m-%d}"
-    left = tell(
-        "page.foot", asset=report.asset, date=date, report=report.id, revision=report.revision
-    )
+    left = t("page.foot", asset=report.asset, date=date, report=report.id, revision=report.revision)
 
     def paint(canvas: Canvas) -> None:
         y = 12 * mm
@@ -144,7 +142,7 @@ def _foot(report: Report, tell: Teller) -> Callable[[Canvas], None]:
         draw(canvas, LEFT, y, shortened(left, style, WIDTH - 35 * mm), style)
         # The total is known at the end only: three digits of room for it.
         x = PAGE_WIDTH - RIGHT - width_of("0" * _TOTAL_DIGITS, style)
-        number = tell("page.of", page=canvas.getPageNumber())
+        number = t("page.of", page=canvas.getPageNumber())
         draw(canvas, x, y, number, style, "right")
         canvas.saveState()
         canvas.translate(x, y)

@@ -6,7 +6,7 @@ from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import Flowable, PageBreak
 
-from app.reports.content.telling import Teller
+from app.reports.content.translator import Translator
 from app.reports.pdf.flow import BADGE, Figure, Heading, batches, draw_badge, note
 from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.styles import CELL, RULE, SMALL, WASH, WIDTH
@@ -22,28 +22,28 @@ _PICTURE = 56 * mm
 _CAPTION = 17 * mm
 
 
-def photos(report: Report, tell: Teller) -> list[Flowable]:
+def photos(report: Report, t: Translator) -> list[Flowable]:
     """Pages of photos in the order of the table."""
     shown = [(entry, entry.photo) for entry in report.entries if entry.photo and entry.photo.path]
     if not shown:
-        return [Heading(tell("photos.title")), note(tell("photos.none")), PageBreak()]
+        return [Heading(t("photos.title")), note(t("photos.none")), PageBreak()]
     parts: list[Flowable] = []
     for number, page in enumerate(batches(shown, 6)):
-        title = tell("photos.title")
+        title = t("photos.title")
         if number:
-            title = tell("graphic.continued", title=title)
+            title = t("graphic.continued", title=title)
         parts.append(Heading(title, bookmark=number == 0))
-        parts += [_pair(pair, tell) for pair in batches(page, 2)]
+        parts += [_pair(pair, t) for pair in batches(page, 2)]
         parts.append(PageBreak())
     return parts
 
 
-def _pair(pair: tuple[tuple[Entry, Photo], ...], tell: Teller) -> Figure:
+def _pair(pair: tuple[tuple[Entry, Photo], ...], t: Translator) -> Figure:
     def paint(canvas: Canvas) -> None:
         for n, (entry, photo) in enumerate(pair):
             x = n * (_WIDTH + _GAP)
-            draw_photo(canvas, photo, x, _CAPTION, _WIDTH, _PICTURE, tell)
-            _caption(canvas, entry, photo, x, tell)
+            draw_photo(canvas, photo, x, _CAPTION, _WIDTH, _PICTURE, t)
+            _caption(canvas, entry, photo, x, t)
 
     return Figure(_PICTURE + _CAPTION + 1.5 * mm, paint)
 
@@ -55,7 +55,7 @@ def draw_photo(
     y: float,
     width: float,
     height: float,
-    tell: Teller,
+    t: Translator,
 ) -> None:
     """The picture as large as the field holds it; where there is none, the field says so."""
     canvas.setFillColor(WASH)
@@ -74,26 +74,26 @@ def draw_photo(
     canvas.setLineWidth(0.6)
     canvas.rect(x, y, width, height, 1, 0)
     if photo is None:
-        reason = tell("photos.no_photo")
+        reason = t("photos.no_photo")
     else:
         is_there = path is not None and path.exists()
-        reason = tell("photos.broken" if is_there else "photos.missing", name=photo.name)
+        reason = t("photos.broken" if is_there else "photos.missing", name=photo.name)
     lines = lines_of(reason, CELL.bold(), width - 10 * mm)
     top = y + height / 2 + (len(lines) / 2 - 1) * CELL.leading + 2
     for n, line in enumerate(lines):
         draw(canvas, x + width / 2, top - n * CELL.leading, line.text, line.style, "centre")
 
 
-def _caption(canvas: Canvas, entry: Entry, photo: Photo, x: float, tell: Teller) -> None:
+def _caption(canvas: Canvas, entry: Entry, photo: Photo, x: float, t: Translator) -> None:
     y = _CAPTION - 4.6 * mm
     draw_badge(canvas, x, y - 0.8 * mm, entry.tag.severity)
     indent = BADGE + 1.6 * mm if entry.tag.severity is not None else 0
-    first = tell("photos.caption", seq=entry.seq, place=tell.place(entry), code=tell.code(entry))
+    first = t("photos.caption", seq=entry.seq, place=t.place(entry), code=t.code(entry))
     style = CELL.bold()
     draw(canvas, x + indent, y, shortened(first, style, _WIDTH - indent), style)
-    label = tell.label(entry)
+    label = t.label(entry)
     draw(canvas, x, y - 3.7 * mm, shortened(label, CELL, _WIDTH), CELL)
-    clock = tell.clock_in_words(entry)
-    details = [clock, tell.time(entry.time_s), photo.name]
+    clock = t.clock_in_words(entry)
+    details = [clock, t.time(entry.time_s), photo.name]
     line = " · ".join(part for part in details if part)
     draw(canvas, x, y - 7.1 * mm, shortened(line, SMALL, _WIDTH), SMALL.soft())

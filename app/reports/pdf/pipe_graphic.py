@@ -13,7 +13,7 @@ from reportlab.platypus import Flowable, PageBreak
 
 from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.placement import capacity, spread
-from app.reports.content.telling import NOTHING, Teller
+from app.reports.content.translator import NOTHING, Translator
 from app.reports.pdf.flow import Figure, Heading, batches, draw_badge
 from app.reports.pdf.styles import (
     ACCENT,
@@ -66,16 +66,16 @@ class Sheet:
     parts: int
 
 
-def pipe_graphic(report: Report, tell: Teller) -> list[Flowable]:
+def pipe_graphic(report: Report, t: Translator) -> list[Flowable]:
     """Pages of the graphic, each with the same head."""
     body = HEIGHT - 32 * mm - _LEGEND
     scale, sheets = laid_out(report, body)
     parts: list[Flowable] = []
     for number, sheet in enumerate(sheets, 1):
-        title = tell("graphic.title")
+        title = t("graphic.title")
         if number > 1:
-            title = tell("graphic.continued", title=title)
-        painter = _Painter(report, tell, sheet, scale, body)
+            title = t("graphic.continued", title=title)
+        painter = _Painter(report, t, sheet, scale, body)
         parts += [
             Heading(title, bookmark=number == 1),
             Figure(body + _HEAD / 2 + _LEGEND, painter.paint),
@@ -142,10 +142,10 @@ class _Painter:
     """Draws one sheet."""
 
     def __init__(
-        self, report: Report, tell: Teller, sheet: Sheet, scale: int, height: float
+        self, report: Report, t: Translator, sheet: Sheet, scale: int, height: float
     ) -> None:
         self.report = report
-        self.tell = tell
+        self.t = t
         self.sheet = sheet
         self.scale = scale
         self.points_per_m = 1000 * mm / scale
@@ -175,7 +175,7 @@ class _Painter:
     def _head(self, canvas: Canvas) -> None:
         y = self.top + 7.5 * mm
         style = SMALL.bold().on(ACCENT)
-        draw(canvas, 0, y, self.tell.units, style)
+        draw(canvas, 0, y, self.t.units, style)
         left, right = _STRIP
         for hour, x in ((12, left), (9, self.x_of(9)), (6, self.x_of(6)), (3, self.x_of(3)),
                         (12, right)):  # fmt: skip
@@ -189,14 +189,14 @@ class _Painter:
         canvas.line(0, y - 1.6 * mm, WIDTH, y - 1.6 * mm)
 
     def _columns(self) -> list[tuple[str, float]]:
-        tell = self.tell
+        t = self.t
         return [
-            (tell("entry.severity_short"), 6.5 * mm),
-            (tell("entry.no"), 7.5 * mm),
-            (tell("entry.place"), 24.5 * mm),
-            (tell("entry.code"), 13 * mm),
-            (tell("entry.clock_short"), 13 * mm),
-            (tell("entry.what"), WIDTH - _LABELS - 64.5 * mm),
+            (t("entry.severity_short"), 6.5 * mm),
+            (t("entry.no"), 7.5 * mm),
+            (t("entry.place"), 24.5 * mm),
+            (t("entry.code"), 13 * mm),
+            (t("entry.clock_short"), 13 * mm),
+            (t("entry.what"), WIDTH - _LABELS - 64.5 * mm),
         ]
 
     def _strip(self, canvas: Canvas) -> None:
@@ -219,14 +219,14 @@ class _Painter:
         canvas.line(right, top, right, bottom)
 
     def _ticks(self, canvas: Canvas) -> None:
-        step_m = max(tick_step_m(self.tell, self.points_per_m, 4 * mm), self.tell.per_unit_m)
+        step_m = max(tick_step_m(self.t, self.points_per_m, 4 * mm), self.t.per_unit_m)
         canvas.setLineWidth(0.4)
         axis = Axis(self.sheet.first_m, self.sheet.last_m)
         for distance_m in axis.ticks(step_m):
             y = self.y_of(distance_m)
             canvas.setStrokeColor(INK)
             canvas.line(11 * mm, y, 12.5 * mm, y)
-            draw(canvas, 10 * mm, y - 0.8 * mm, f"{distance_m / self.tell.per_unit_m:g}",
+            draw(canvas, 10 * mm, y - 0.8 * mm, f"{distance_m / self.t.per_unit_m:g}",
                  SMALL, "right")  # fmt: skip
         canvas.setStrokeColor(INK)
         canvas.line(12.5 * mm, self.y_of(axis.first_m), 12.5 * mm, self.y_of(axis.last_m))
@@ -356,17 +356,17 @@ class _Painter:
         canvas.drawPath(path, 1, 0)
 
     def _label(self, canvas: Canvas, entry: Entry, y: float) -> None:
-        tell = self.tell
+        t = self.t
         x, base = _LABELS, y - 0.9 * mm
         draw_badge(canvas, x, y - 1.7 * mm, entry.tag.severity)
-        stretch = tell.stretch(entry)
+        stretch = t.stretch(entry)
         texts = [
             None,
             (str(entry.seq), CELL.soft()),
-            (tell.short_place(entry), CELL.bold()),
-            (tell.code(entry), CELL),
-            (tell.clock(entry), CELL),
-            ((f"{stretch} " if stretch else "") + tell.label(entry), CELL),
+            (t.short_place(entry), CELL.bold()),
+            (t.code(entry), CELL),
+            (t.clock(entry), CELL),
+            ((f"{stretch} " if stretch else "") + t.label(entry), CELL),
         ]
         for text, (_, width) in zip(texts, self._columns(), strict=True):
             if text is not None:
@@ -374,26 +374,26 @@ class _Painter:
             x += width
 
     def _legend(self, canvas: Canvas) -> None:
-        tell = self.tell
-        scale = tell("graphic.scale", scale=f"{self.scale:,}".replace(",", " "))
-        shown = tell(
+        t = self.t
+        scale = t("graphic.scale", scale=f"{self.scale:,}".replace(",", " "))
+        shown = t(
             "graphic.window",
-            first=tell.length(self.sheet.first_m),
-            last=tell.length(self.sheet.last_m),
+            first=t.length(self.sheet.first_m),
+            last=t.length(self.sheet.last_m),
         )
         if self.sheet.parts > 1:
-            shown += " · " + tell("graphic.part", part=self.sheet.part, parts=self.sheet.parts)
+            shown += " · " + t("graphic.part", part=self.sheet.part, parts=self.sheet.parts)
         draw(canvas, 0, 7.2 * mm, one_line(f"{scale} · {shown}"), SMALL.bold())
-        hints = [tell("graphic.legend")]
+        hints = [t("graphic.legend")]
         if water_share(self.report):
-            hints.append(tell("graphic.water"))
+            hints.append(t("graphic.water"))
         if self.report.joints:
-            hints.append(tell("graphic.joints"))
+            hints.append(t("graphic.joints"))
         if self.report.expected_joints:
-            hints.append(tell("graphic.expected_joints"))
+            hints.append(t("graphic.expected_joints"))
         untracked = sum(entry.distance_m is None for entry in self.report.entries)
         if untracked:
-            hints.append(tell("graphic.untracked", n=untracked))
+            hints.append(t("graphic.untracked", n=untracked))
         for n, line in enumerate(lines_of(" ".join(hints), TINY.soft(), WIDTH)[:2]):
             draw(canvas, 0, (3.6 - 2.6 * n) * mm, line.text, line.style)
 

@@ -12,7 +12,7 @@ from reportlab.platypus import Flowable, PageBreak
 
 from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.placement import capacity, spread
-from app.reports.content.telling import Teller
+from app.reports.content.translator import Translator
 from app.reports.pdf.flow import Figure, Heading, note
 from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.styles import (
@@ -38,19 +38,19 @@ _BADGE = 4.4 * mm
 _TALLEST = 110 * mm
 
 
-def unrolled_wall(report: Report, tell: Teller) -> list[Flowable]:
+def unrolled_wall(report: Report, t: Translator) -> list[Flowable]:
     """Strips from the start to the end, as far as the wall was seen."""
     layout = report.layout
-    heading = Heading(tell("wall.title"))
+    heading = Heading(t("wall.title"))
     if not report.wall or layout is None:
-        return [heading, note(tell("wall.none")), PageBreak()]
-    parts: list[Flowable] = [heading, note(tell("wall.help"))]
+        return [heading, note(t("wall.none")), PageBreak()]
+    parts: list[Flowable] = [heading, note(t("wall.help"))]
     axis = Axis.of(report)
     tiles = _placed(report, layout)
     first = math.floor(min(axis.first_m, *(tile.from_m for tile in tiles)) / STRIP_M + 1e-6)
     last = math.ceil(max(axis.last_m, *(tile.to_m for tile in tiles)) / STRIP_M - 1e-6)
     for number in range(first, last):
-        strip = _Strip(report, tell, layout, tiles, number * STRIP_M)
+        strip = _Strip(report, t, layout, tiles, number * STRIP_M)
         if strip.tiles or strip.entries:
             parts.append(Figure(strip.height, strip.paint))
     return [*parts, PageBreak()]
@@ -79,10 +79,10 @@ class _Strip:
     """Five metres of wall."""
 
     def __init__(
-        self, report: Report, tell: Teller, layout: Layout, tiles: list[_Tile], first_m: float
+        self, report: Report, t: Translator, layout: Layout, tiles: list[_Tile], first_m: float
     ) -> None:
         self.report = report
-        self.tell = tell
+        self.t = t
         self.layout = layout
         self.first_m = first_m
         self.last_m = first_m + STRIP_M
@@ -158,14 +158,14 @@ class _Strip:
                     last_y = y
 
     def _distances(self, canvas: Canvas) -> None:
-        step_m = tick_step_m(self.tell, self.scale, 15 * mm)
+        step_m = tick_step_m(self.t, self.scale, 15 * mm)
         for distance_m in Axis(self.first_m, self.last_m).ticks(step_m):
             x = self.x_of(distance_m)
             canvas.setStrokeColor(INK)
             canvas.setLineWidth(0.4)
             canvas.line(x, self.bottom, x, self.bottom - 1.3 * mm)
             is_edge = x > WIDTH - 4 * mm
-            text = f"{decimals(distance_m, 1, unit=self.tell.per_unit_m)} {self.tell.units}"
+            text = f"{decimals(distance_m, 1, unit=self.t.per_unit_m)} {self.t.units}"
             draw(canvas, x, self.bottom - 3.8 * mm, text, TINY.soft(),
                  "right" if is_edge else "centre")  # fmt: skip
 

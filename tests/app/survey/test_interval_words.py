@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.reports.content.telling import FOOT_M
+from app.reports.content.translator import FOOT_M
 from app.survey.interval import U95, half_width_m, half_width_text
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from app.reports.content.condition import SEVERITIES, Overall
-from app.reports.content.telling import Teller
+from app.reports.content.translator import Translator
 from app.reports.content.words import words_of
 from app.reports.pdf.measurement import COMPLAINTS
 from app.survey import checks
@@ -75,8 +75,8 @@ def in_area(area):
 def test_why_joints_do_not_count_is_said_in_the_language_of_the_report():
     refusal = Refusal("English.", "uncountable", {"n": 9, "segment_mm": 1500.0})
 
-    assert Teller("ms", "m").refusal(refusal).startswith("Unit paip 1500 mm tidak dapat dikira")
-    assert Teller("ms", "m").refusal(Refusal("English.", None, {})) == "English."
+    assert Translator("ms", "m").refusal(refusal).startswith("Unit paip 1500 mm tidak dapat dikira")
+    assert Translator("ms", "m").refusal(Refusal("English.", None, {})) == "English."
 
 
 @pytest.mark.parametrize("subject", ["inspection", "observation"])

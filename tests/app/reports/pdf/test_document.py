@@ -13,7 +13,7 @@ from pypdf import PdfReader
 from reports import HEADER, entry, full_report, remarked, report
 
 from app.reports import pdf as document
-from app.reports.content.telling import Teller
+from app.reports.content.translator import Translator
 from app.reports.formats import FORMATS
 from app.reports.tables.table import rows
 from app.survey.rounding import decimals
@@ -207,10 +207,10 @@ def test_it_is_a_format():
 
 
 def test_an_uncertainty_is_never_told_as_zero():
-    tell = Teller("en", "m")
+    t = Translator("en", "m")
 
-    assert tell.place(entry(1, distance_m=1.0, u95_m=0.001)) == "1.00 m ± 0.01 m"
-    assert tell.place(entry(1, distance_m=-0.001, u95_m=0.03)) == "0.00 m ± 0.03 m"
+    assert t.place(entry(1, distance_m=1.0, u95_m=0.001)) == "1.00 m ± 0.01 m"
+    assert t.place(entry(1, distance_m=-0.001, u95_m=0.03)) == "0.00 m ± 0.03 m"
 
 
 def test_the_known_length_of_the_cover_is_not_denied_on_the_page_of_the_measurement():

@@ -1,4 +1,4 @@
-"""Says figures, places and fields in the language and the units of the report."""
+"""Figures, places and fields in the language and the units of the report."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ NOTHING = "–"
 _ALL_ROUND = "12–12"
 
 
-class Teller:
-    """Called with the key of a sentence it says it."""
+class Translator:
+    """The words and the units of a report; called with the key of a sentence, it returns that."""
 
     def __init__(self, language: Language, units: Units) -> None:
         self.language = language
@@ -28,7 +28,7 @@ class Teller:
         self._words = words_of(language)
 
     @classmethod
-    def of(cls, report: Report) -> Teller:
+    def of(cls, report: Report) -> Translator:
         """In the language and units of a report."""
         return cls(report.language, report.units)
 
