@@ -293,11 +293,11 @@ def bench(
                 out.with_suffix(".json").write_text(json, encoding="utf-8")
     typer.echo(markdown)
     if write is not None:
-        words = [f"--calibration {calibration}"] * (calibration is not None)
+        words = ["chainage bench"]
+        words += [] if calibration is None else [f"--calibration {calibration}"]
         words += ["--quick"] * quick + ["--field"] * field
-        words += [f"--metres {metres:g}"] * (metres is not None)
-        command = " ".join(["chainage bench", *words])
-        figures.write_figures(write, name, command, markdown)
+        words += [] if metres is None else [f"--metres {metres:g}"]
+        figures.write_figures(write, name, " ".join(words), markdown)
 
 
 def _require_markers(file: Path, name: str) -> None:

@@ -281,12 +281,13 @@ def test_bench_draws_the_stated_interval_against_the_actual_error(chainage, monk
 
 def test_bench_writes_its_figures_into_a_file(chainage, monkeypatch, tmp_path):
     monkeypatch.setattr("app.lab.bench.run.FIELD_NAMES", ("climb",))
+    monkeypatch.setattr("app.lab.bench.FIELD_LENGTH_MM", 200.0)
     file = tmp_path / "accuracy.md"
     file.write_text("before\n<!-- bench-field:begin -->\nold\n<!-- bench-field:end -->\nafter\n")
-    done = chainage("bench", "--field", "--metres", "0.2", "--write", file)
+    done = chainage("bench", "--field", "--write", file)
     assert done.code == 0
     assert done.out.strip() in file.read_text()
-    assert "by `chainage bench --field --metres 0.2`" in file.read_text()
+    assert "by `chainage bench --field`." in file.read_text()
     assert [line.split()[1] for line in done.out.splitlines()[2:3]] == ["climb"]
     assert file.read_text().startswith("before\n")
     assert file.read_text().endswith("<!-- bench-field:end -->\nafter\n")
