@@ -6,17 +6,23 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import cv2
 import pytest
 from builders import Client, make_clip, serving
 from hypothesis import settings
+from kinds import kind_of, nothing_is_started
 from playwright.sync_api import Browser, sync_playwright
 
 # Two test processes share two cores; the threads of OpenCV would wait for each other busily.
 cv2.setNumThreads(1)
+
+# A browser test imports the product again in every server and child.  Where the environment asks for
+# no bytecode, each would compile all of it anew.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 settings.register_profile("long", max_examples=3000)
 
@@ -42,6 +48,21 @@ CHROMIUM_FLAGS = [
     "--enable-unsafe-swiftshader",
     f"--disable-features={','.join(NOT_WANTED)}",
 ]
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark every test with its one kind."""
+    for item in items:
+        item.add_marker(kind_of(item))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    """Fail a unit test that starts a process or a server, its fixtures included."""
+    if item.get_closest_marker("unit") is None:
+        return (yield)
+    with nothing_is_started(item.name):
+        return (yield)
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,76 @@
+"""Which of four kinds a test is: `unit`, `render`, `server` or `browser`, by what it works with.
+
+The most expensive thing that the file of a test imports, or that the test asks for as a fixture,
+decides.  A unit test runs no other process, no server and no browser and renders no frames; a
+process or a socket in one fails it.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+BROWSER = {"browser", "page", "window"}
+"""Fixtures that are Chromium."""
+
+SERVER = {
+    "server", "shared", "done", "chainage", "served", "serve",
+    "subprocess", "socket", "asyncio", "serving", "LiveServer", "Client", "Process", "process",
+    "Child", "ReadyTracker", "Storm", "FileReader", "listening", "create_app",
+}  # fmt: skip
+"""Fixtures, and names in a test file, that are a server or another process."""
+
+RENDER = {
+    "render", "simulate", "World", "Studio", "WallCaster", "run_trials", "make_clip", "texture", "pair",
+}  # fmt: skip
+"""Names in a test file that make pictures of a wall."""
+
+
+_STARTS = {"subprocess.Popen", "os.posix_spawn", "os.fork", "os.exec", "socket.bind"}
+"""Events of the interpreter that no unit test may cause."""
+
+
+def kind_of(item: pytest.Item) -> str:
+    """The kind of a test."""
+    fixtures = set(getattr(item, "fixturenames", ()))
+    names = fixtures | vars(getattr(item, "module", item)).keys()
+    if fixtures & BROWSER:
+        return "browser"
+    if names & SERVER:
+        return "server"
+    return "render" if names & RENDER else "unit"
+
+
+class _Guard:
+    """An audit hook, which stays for good once it is there, and whether it refuses at present."""
+
+    def __init__(self) -> None:
+        self.test: str | None = None
+        self._is_set = False
+
+    def set_up(self) -> None:
+        if not self._is_set:
+            sys.addaudithook(self._refuse)
+            self._is_set = True
+
+    def _refuse(self, event: str, _: tuple[Any, ...]) -> None:
+        if self.test is not None and event in _STARTS:
+            raise AssertionError(f"{self.test} is a unit test, and causes {event}.")
+
+
+_guard = _Guard()
+
+
+@contextmanager
+def nothing_is_started(test: str) -> Iterator[None]:
+    """For as long as a unit test runs."""
+    _guard.set_up()
+    _guard.test = test
+    try:
+        yield
+    finally:
+        _guard.test = None
