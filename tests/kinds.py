@@ -25,7 +25,8 @@ SERVER = {
 """Fixtures, and names in a test file, that are a server or another process."""
 
 RENDER = {
-    "render", "simulate", "World", "Studio", "WallCaster", "run_trials", "make_clip", "texture", "pair",
+    "render", "simulate", "World", "Studio", "WallCaster", "run_trials", "make_clip",
+    "texture", "pair",
 }  # fmt: skip
 """Names in a test file that make pictures of a wall."""
 
