@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from app.access.access import Access
 from app.alerts.webhook import Client, Webhook
+from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
 from app.inspections.file_reader import CPU_S, FileReader
 from app.inspections.imports import Imports
@@ -40,7 +41,6 @@ from app.storage.packs import PackStore
 from app.storage.preferences import PreferenceStore
 from app.storage.signing_key import SigningKey
 from app.storage.tokens import TokenFile
-from app.survey.checks import Checks
 from app.tracking.cameras import Sources
 from app.tracking.live import Live
 from app.tracking.media import Media

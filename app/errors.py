@@ -1,47 +1,32 @@
-"""What can go wrong in the server, and the one place that knows status codes.
+"""What can go wrong in the server.
 
     vo_core.errors.ChainageError
     └── AppError
         ├── ...NotFound                                   nothing has that id
         ├── Unauthenticated, Forbidden, CrossOrigin, UnknownHost, TooManyAttempts access
         ├── InvalidUpload, OffsetConflict, UploadBusy, ChecksumMismatch, ...      uploads
-        ├── FrameOutsideVideo, StillRunning, NotRunning, ...                      inspections
+        ├── FrameOutsideVideo, StillRunning, ChangedMeanwhile, ...                inspections
         ├── MediaFailed, MediaTimeout, Busy, DiskFull, NotReady, ...NotAvailable  not now, not yet
         ├── InvalidSettings, DataFolderInUse, UnusableDatabase, UnusableBackup,   before the start
         │   AddressNotAvailable, OpenToTheNetwork
         ├── TokenNameTaken, TokenNotFound, UnreadableTokens               `chainage token`
         └── UnreadableKey, UnusableBundle                                 bundles, `chainage verify`
 
-Every failing answer has one body, `{"code": "snake_case", "detail": "a sentence for a person"}`.
+Each has a code, which programs rely on; `app.web.answers` knows the HTTP status of each.
 """
 
 from __future__ import annotations
 
 import errno
+import re
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any
 
-from fastapi import FastAPI, Request
-from fastapi.exceptions import RequestValidationError
-from starlette.exceptions import HTTPException
-from starlette.responses import JSONResponse, Response
-from starlette.websockets import WebSocket, WebSocketState
-
-from app.logs import request_id
-from vo_core.errors import (
-    ChainageError,
-    InvalidCorrection,
-    InvalidRig,
-    RigVideoMismatch,
-    ShapeMismatch,
-    UnreadableVideo,
-)
+from vo_core.errors import ChainageError
 
 
 class AppError(ChainageError):
     """Base of the server's own errors; its text is a sentence for a person."""
-
-    headers: ClassVar[Mapping[str, str]] = {}
 
 
 class InspectionNotFound(AppError):
@@ -79,8 +64,6 @@ class IncompleteWallPoint(AppError):
 class Unauthenticated(AppError):
     """Neither a valid token nor a valid session came with the request."""
 
-    headers: ClassVar[Mapping[str, str]] = {"WWW-Authenticate": "Bearer"}
-
 
 class Forbidden(AppError):
     """The role of the token is not enough."""
@@ -101,8 +84,6 @@ class UnknownHost(AppError):
 class TooManyAttempts(AppError):
     """Too many failed log-ins from one address."""
 
-    headers: ClassVar[Mapping[str, str]] = {"Retry-After": "60"}
-
 
 class InvalidUpload(AppError):
     """A tus request without a header that it needs, or with an unreadable one."""
@@ -110,8 +91,6 @@ class InvalidUpload(AppError):
 
 class UnsupportedTusVersion(AppError):
     """Tus-Resumable is missing or names another version."""
-
-    headers: ClassVar[Mapping[str, str]] = {"Tus-Version": "1.0.0"}
 
 
 class WrongContentType(AppError):
@@ -132,6 +111,15 @@ class OffsetConflict(AppError):
     def __init__(self, offset: int) -> None:
         super().__init__(f"The server holds {offset} bytes of this upload; go on from there.")
         self.offset = offset
+
+
+class ChangedMeanwhile(AppError):
+    """What a change was made of is no longer what is stored."""
+
+    def __init__(self, current: Mapping[str, Any] | None, yours: Mapping[str, Any]) -> None:
+        """Of both in the form in which they are sent; `current` is None if it was deleted."""
+        super().__init__("It was changed meanwhile, so nothing was stored; the answer has both.")
+        self.current, self.yours = current, yours
 
 
 class UploadBusy(AppError):
@@ -234,11 +222,11 @@ class MediaFailed(AppError):
 class NoScene(AppError):
     """The 3D view could not be started."""
 
+    code = "no_3d_view"
+
 
 class Busy(AppError):
     """Too much is waiting already."""
-
-    headers: ClassVar[Mapping[str, str]] = {"Retry-After": "2"}
 
 
 class NotReady(AppError):
@@ -285,162 +273,22 @@ class TokenNotFound(AppError):
     """No valid token has this name."""
 
 
-STATUS: dict[type[Exception], tuple[int, str]] = {
-    InspectionNotFound: (404, "inspection_not_found"),
-    ObservationNotFound: (404, "observation_not_found"),
-    UploadNotFound: (404, "upload_not_found"),
-    PhotoNotFound: (404, "photo_not_found"),
-    FrameNotFound: (404, "frame_not_found"),
-    TileNotFound: (404, "tile_not_found"),
-    WallNotSeen: (404, "wall_not_seen"),
-    PackNotFound: (404, "pack_not_found"),
-    Unauthenticated: (401, "unauthenticated"),
-    Forbidden: (403, "forbidden"),
-    UnreadableTokens: (500, "unreadable_tokens"),
-    UnreadableKey: (500, "unreadable_key"),
-    CrossOrigin: (403, "cross_origin"),
-    UnknownHost: (400, "unknown_host"),
-    TooManyAttempts: (429, "too_many_attempts"),
-    InvalidUpload: (400, "invalid_upload"),
-    UnsupportedTusVersion: (412, "unsupported_tus_version"),
-    WrongContentType: (415, "wrong_content_type"),
-    TooManyUploads: (429, "too_many_uploads"),
-    UploadTooLarge: (413, "upload_too_large"),
-    OffsetConflict: (409, "offset_conflict"),
-    UploadBusy: (423, "upload_busy"),
-    ChecksumMismatch: (460, "checksum_mismatch"),
-    DiskFull: (507, "disk_full"),
-    UploadIncomplete: (409, "upload_incomplete"),
-    RigVideoMismatch: (422, "rig_video_mismatch"),
-    FrameOutsideVideo: (422, "frame_outside_video"),
-    PixelOutsidePicture: (422, "pixel_outside_picture"),
-    LiveSourceRefused: (422, "live_source_refused"),
-    OpenStretches: (409, "open_stretches"),
-    NothingRecorded: (409, "nothing_recorded"),
-    ExportNotAvailable: (409, "export_not_available"),
-    InvalidImport: (422, "invalid_import"),
-    InvalidPack: (422, "invalid_pack"),
-    PackNameTaken: (409, "pack_name_taken"),
-    PackInUse: (409, "pack_in_use"),
-    SampleBeingMade: (409, "sample_being_made"),
-    SampleFailed: (500, "sample_failed"),
-    NotAllTracked: (409, "not_all_tracked"),
-    StillRunning: (409, "still_running"),
-    NotRunning: (409, "not_running"),
-    MediaTimeout: (504, "media_timeout"),
-    MediaFailed: (422, "media_failed"),
-    NoScene: (503, "no_3d_view"),
-    Busy: (503, "busy"),
-    NotReady: (503, "not_ready"),
-    IncompleteWallPoint: (422, "incomplete_wall_point"),
-    InvalidCorrection: (422, "invalid_correction"),
-    InvalidRig: (422, "invalid_rig"),
-    UnreadableVideo: (422, "unreadable_video"),
-    ShapeMismatch: (422, "shape_mismatch"),
-}
-"""Status and code of each error; a class that is not listed is looked up along its MRO."""
-
-EVERYWHERE: dict[int, tuple[str, ...]] = {
-    400: ("bad_request", "unknown_host"),
-    401: ("unauthenticated",),
-    403: ("cross_origin", "forbidden"),
-    408: ("request_timeout",),
-    413: ("body_too_large",),
-    422: ("invalid_request",),
-    500: ("internal_error",),
-    503: ("busy",),
-    507: ("disk_full",),
-}
-"""What any request may be answered with."""
-
 _LONGEST_DETAIL = 4000
 """In characters."""
 
-_HTTP_CODES = {
-    400: ("bad_request", "The request cannot be understood."),
-    404: ("not_found", "There is nothing at this address."),
-    405: ("method_not_allowed", "This address does not take that method."),
-    408: ("request_timeout", "The request did not arrive whole in time; send it again."),
-    413: ("body_too_large", "The body of the request is too large."),
-    416: ("range_not_satisfiable", "The file has no such range."),
-}
+
+def code_of(kind: type[Exception]) -> str:
+    """The name of an error that programs rely on: of InvalidRig invalid_rig."""
+    return getattr(kind, "code", "") or re.sub(r"(?<!^)(?=[A-Z])", "_", kind.__name__).lower()
 
 
-def body_of(error: Exception) -> tuple[int, dict[str, str]]:
-    """Status and body of the answer to `error`; anything unforeseen is a plain 500."""
-    if isinstance(error, OSError) and error.errno in NO_ROOM:  # any write may end so
-        error = DiskFull()
-    for kind in type(error).__mro__:
-        if kind in STATUS:
-            status, code = STATUS[kind]
-            return status, {"code": code, "detail": _bounded(str(error))}
-    if isinstance(error, HTTPException):
-        code, detail = _HTTP_CODES.get(error.status_code, ("request_refused", str(error.detail)))
-        return error.status_code, {"code": code, "detail": detail}
-    return 500, {
-        "code": "internal_error",
-        "detail": "The server met an unexpected fault. It is in the server's log"
-        + (f" as {found}." if (found := request_id.get()) else "."),
-    }
+def described(error: ChainageError) -> dict[str, str]:
+    """Code and detail, as answers and pages have them."""
+    return {"code": code_of(type(error)), "detail": shortened(str(error))}
 
 
-def _bounded(sentence: str) -> str:
+def shortened(sentence: str) -> str:
     """What was sent may stand in it, and that may be long."""
     if len(sentence) <= _LONGEST_DETAIL:
         return sentence
     return f"{sentence[:_LONGEST_DETAIL]} ..."
-
-
-def answer(error: Exception) -> JSONResponse:
-    """The one error response."""
-    status, body = body_of(error)
-    headers = dict(getattr(error, "headers", None) or {})
-    if isinstance(error, OffsetConflict):
-        headers["Upload-Offset"] = str(error.offset)
-    return JSONResponse(body, status, headers)
-
-
-_NOT_REPEATED = ("token", "source", "url")
-"""Fields that may hold a password."""
-
-
-def _validation_sentence(faults: Any) -> str:
-    parts = []
-    for fault in faults:
-        if fault["type"] == "json_invalid":
-            return f"The body is not JSON: {fault['ctx']['error']}."
-        steps = (_legible(str(step)) for step in fault["loc"] if step != "body")
-        where = ".".join(steps) or "the body"
-        found = None if fault["loc"][-1] in _NOT_REPEATED else fault.get("input")
-        shown = f" (found {found!r:.60})" if isinstance(found, str | int | float | bool) else ""
-        message = str(fault["msg"]).removeprefix("Value error, ")
-        parts.append(f"{where}: {message}{shown}")
-    return _bounded("; ".join(parts) + ".")
-
-
-def _legible(name: str) -> str:
-    """A field's name, which a client may have made up."""
-    return name[:60] if name.isprintable() else repr(name[:60])
-
-
-async def _handle(connection: Request | WebSocket, error: Exception) -> Response:
-    response = answer(error)
-    if isinstance(connection, WebSocket):
-        if connection.application_state is not WebSocketState.CONNECTING:
-            raise error
-        await connection.send_denial_response(response)
-    return response
-
-
-async def _handle_validation(request: Request, error: Exception) -> Response:
-    assert isinstance(error, RequestValidationError)  # noqa: S101  (registered for this class only)
-    return JSONResponse(
-        {"code": "invalid_request", "detail": _validation_sentence(error.errors())}, 422
-    )
-
-
-def install(app: FastAPI) -> None:
-    """Give `app` the one body for every error; `middleware.Envelope` has what passes through."""
-    app.add_exception_handler(ChainageError, _handle)
-    app.add_exception_handler(HTTPException, _handle)
-    app.add_exception_handler(RequestValidationError, _handle_validation)

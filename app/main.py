@@ -16,12 +16,13 @@ from types import FrameType
 import uvicorn
 from fastapi import Depends, FastAPI
 
-from app import errors, logs
+from app import logs
 from app.container import Services, running
 from app.errors import AddressNotAvailable, AppError, InvalidSettings, OpenToTheNetwork
 from app.settings import Settings
 from app.storage.database import revision_of
 from app.storage.files import DataFolder
+from app.web import answers
 from app.web.deps import enforce_role
 from app.web.http_protocol import PromptProtocol
 from app.web.middleware import Envelope, Guard
@@ -81,8 +82,8 @@ def create_app(settings: Settings) -> FastAPI:
         redoc_url=None,
     )
     app.state.is_insecure = settings.insecure_lan and not settings.has_tls
-    errors.install(app)
-    # Before the routes: a page asks for a hundred and fifty files, and each route is tried in turn.
+    answers.install(app)
+    # Before the routes, which are tried in turn.
     app.mount("/static", pages.Assets(directory=pages.static_folder()))
     for part in (
         access, me, uploads, imports, inspections, observations, picking, corrections, media,

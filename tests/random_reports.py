@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from reports import LENGTH_M, entry, report, track_of
 
 from app.reports.report import Entry, Report, Source
-from app.storage.tables import Event
 from app.survey.catalogue import built_in
+from app.survey.records import Event
 
 TEXTS = st.one_of(
     st.none(),

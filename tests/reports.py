@@ -13,13 +13,15 @@ import cv2
 import numpy as np
 from builders import clip_rig
 
-from app.inspections.corrections import Corrected
 from app.reports.report import Company, Entry, Photo, Report, Source
-from app.storage.tables import Event
-from app.survey.adjustment import Joints, Length, RigSigma, Stated, Zero, adjust
+from app.survey.adjustment import adjust
 from app.survey.catalogue import built_in
 from app.survey.checks import Issue
+from app.survey.corrected import Corrected
 from app.survey.interval import half_width_m
+from app.survey.records import Event
+from app.survey.stated import Joints, Length, RigSigma, Stated, Zero
+from app.survey.tag import StatedTag
 from vo_core import Rig, Track
 from vo_core.image.health import Health
 from vo_core.joints.finder import Sighting
@@ -71,7 +73,7 @@ ENTERED = (
 
 
 def entry(seq: int, photos: Path | None = None, **fields: Any) -> Entry:
-    """An entry as the service makes it; `fields` as in Entry.
+    """An entry as the service makes it; `fields` as in Entry and in its tag.
 
     Args:
         seq: Its number.
@@ -82,7 +84,6 @@ def entry(seq: int, photos: Path | None = None, **fields: Any) -> Entry:
     defaults: dict[str, Any] = dict.fromkeys(Entry.__dataclass_fields__) | {
         "id": f"00000000-0000-4000-8000-{seq:012d}",
         "seq": seq,
-        "frame": 0 if distance_m is None else round(distance_m * 100),
         "time_s": None if distance_m is None else round(max(0.0, distance_m) * 100 / FPS, 3),
         "u95_m": None if distance_m is None else round(0.02 + 0.0025 * abs(distance_m), 3),
         "raw_m": None if distance_m is None else round(distance_m * 1.002, 3),
@@ -94,9 +95,11 @@ def entry(seq: int, photos: Path | None = None, **fields: Any) -> Entry:
         "tagged_by": "Operator 1",
         "tagged_at": AT + timedelta(seconds=seq),
     }
-    defaults["entered"] = {"frame": defaults["frame"]} | {
-        name: fields[name] for name in ENTERED if fields.get(name) is not None
-    }
+    stated = {name: fields.pop(name, None) for name in ENTERED if name != "clock_from"}
+    frame = fields.pop("frame", 0 if distance_m is None else round(distance_m * 100))
+    defaults["tag"] = StatedTag.model_construct(
+        frame=frame, clock_from=fields.get("clock_from"), **stated
+    )
     return Entry(**defaults | fields)
 
 

@@ -1,6 +1,6 @@
-"""The table of the README: attacks tried, faults survived, load held; not a test.
+"""The table of docs/operating.md: attacks tried, faults survived, load held; not a test.
 
-    python tests/resilience.py [--files 5000] [--rounds 200] [--seconds 45]
+    python tests/resilience.py [--files 5000] [--rounds 200] [--seconds 45] [--write FILE.md]
 
 Runs `fuzz_media`, `faults` and `measure_load` one after the other, 40 minutes on two quiet cores.
 Ends with 1 if a server failed or something acknowledged was lost.
@@ -21,6 +21,11 @@ from faults import Storm, Tally
 from fuzz_media import Attacks, attack
 from measure_load import LOADS, Held, holding, percentile
 
+from app.lab.markdown_figures import replace_figures, write_figures
+
+MARK = "resilience"
+"""Of the table in its file."""
+
 
 def main() -> int:
     """Run it all; 1 if anything was lost."""
@@ -28,23 +33,35 @@ def main() -> int:
     arguments.add_argument("--files", type=int, default=5000)
     arguments.add_argument("--rounds", type=int, default=200)
     arguments.add_argument("--seconds", type=float, default=45)
+    arguments.add_argument("--write", type=Path, help="put the table between its markers here")
     asked = arguments.parse_args()
+    if asked.write:  # known now, not after 40 minutes
+        replace_figures(asked.write.read_text("utf-8"), MARK, "")
     logging.disable()
-    print("| what | tried | came of it |\n|---|---|---|", flush=True)
+    rows: list[str] = []
+
+    def add(*cells: str) -> None:
+        rows.append(f"| {' | '.join(cells)} |")
+        print(rows[-1], flush=True)
+
+    add("what", "tried", "came of it")
+    add("---", "---", "---")
     attacks = attack(asked.files, asked.files // 25, seed=1)
-    _print_row(*_attacked(attacks))
+    add(*_attacked(attacks))
     with tempfile.TemporaryDirectory() as folder:
         storm = Storm(Path(folder), seed=1)
         storm.run(asked.rounds)
     for row in _survived(storm.tally):
-        _print_row(*row)
+        add(*row)
     for name, held in holding(list(LOADS), asked.seconds):
-        _print_row(*_held(name, held))
+        add(*_held(name, held))
+    if asked.write:
+        command = (
+            f"python tests/resilience.py --files {asked.files} --rounds {asked.rounds} "
+            f"--seconds {asked.seconds:g}"
+        )
+        write_figures(asked.write, MARK, command, "\n".join(rows))
     return int(bool(attacks.faults or storm.tally.faults))
-
-
-def _print_row(*cells: str) -> None:
-    print(f"| {' | '.join(cells)} |", flush=True)
 
 
 def _attacked(found: Attacks) -> tuple[str, str, str]:

@@ -1,7 +1,7 @@
 """Pictures of every page, in three widths and both themes: `python tests/screenshots.py FOLDER`.
 
-With `--readme` only `inspection-readme.png` is made, which the README shows.  Not a test: for a
-person to look at.
+Not a test: for a person to look at.  The film that heads the README is made by
+`film_of_the_desk.py`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ sys.path.append(str(Path(__file__).parent / "browser"))
 from steps import Server, log_in
 
 WIDTHS = {360: 800, 1280: 800, 1920: 1080}
-README_SIZE = (1600, 1000)
 THEMES: tuple[Literal["dark", "light"], ...] = ("dark", "light")
 SAMPLE_LIMIT_S = 600
 LIMIT_MS = 60_000
@@ -47,21 +46,14 @@ Show = Callable[[Page, str], None]
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("folder", type=Path)
-    arguments.add_argument("--readme", action="store_true")
     options = arguments.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
     with (
         tempfile.TemporaryDirectory() as data,
         Server(Path(data)) as server,
-        _chromium() as browser,
+        chromium() as browser,
     ):
-        sample = f"/inspections/{_sample(server)}"
-        if options.readme:
-            page = _page(browser, README_SIZE, "dark")
-            log_in(page, server, sample)
-            _show_a_defect(page)
-            page.screenshot(path=options.folder / "inspection-readme.png")
-            return
+        sample = f"/inspections/{tracked_sample(server)}"
         for width, height in WIDTHS.items():
             for theme in THEMES:
                 _picture_all(browser, server, sample, (width, height), theme, options.folder)
@@ -75,7 +67,7 @@ def _picture_all(
     theme: Literal["dark", "light"],
     folder: Path,
 ) -> None:
-    page = _page(browser, size, theme)
+    page = open_page(browser, size, theme)
     page.goto(server.url)
     expect(page.get_by_label("Access token")).to_be_visible()
     page.screenshot(path=folder / f"login-{size[0]}-{theme}.png")
@@ -88,7 +80,7 @@ def _picture_all(
     page.context.close()
 
 
-def _page(browser: Browser, size: tuple[int, int], theme: Literal["dark", "light"]) -> Page:
+def open_page(browser: Browser, size: tuple[int, int], theme: Literal["dark", "light"]) -> Page:
     width, height = size
     context = browser.new_context(
         viewport={"width": width, "height": height}, color_scheme=theme, reduced_motion="reduce"
@@ -200,15 +192,15 @@ def _show_a_defect(page: Page) -> None:
     page.wait_for_function(
         "() => [...document.images].every((image) => image.complete || !image.checkVisibility())"
     )
-    _wait_for_still_3d_view(page)
+    wait_for_still_3d_view(page)
 
 
-def _wait_for_still_3d_view(page: Page) -> None:
+def wait_for_still_3d_view(page: Page, drawn_bytes: int = DRAWN_BYTES) -> None:
     """Until two pictures of it in a row are the same and show more than a background."""
     view = page.locator("viewer-panel iframe")
     expect(view.content_frame.locator("canvas").first).to_be_visible()
     deadline, last = monotonic() + STILL_3D_LIMIT_S, b""
-    while (now := view.screenshot()) != last or len(now) < DRAWN_BYTES:
+    while (now := view.screenshot()) != last or len(now) < drawn_bytes:
         assert monotonic() < deadline, "The 3D view did not come to rest."
         last = now
 
@@ -224,7 +216,7 @@ def _go(page: Page, path: str) -> None:
 
 
 @contextmanager
-def _chromium() -> Iterator[Browser]:
+def chromium() -> Iterator[Browser]:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=installed_chromium(), args=CHROMIUM_FLAGS
@@ -233,7 +225,7 @@ def _chromium() -> Iterator[Browser]:
         browser.close()
 
 
-def _sample(server: Server) -> str:
+def tracked_sample(server: Server) -> str:
     """The sample inspection, rendered and tracked; its id."""
     server.ask("POST", "/api/samples")
     deadline = monotonic() + SAMPLE_LIMIT_S

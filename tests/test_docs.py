@@ -1,20 +1,80 @@
-"""What an operator or a program meets is written where they look."""
+"""What an operator or a program meets is written where they look, and what is written is there."""
 
+import re
+import shlex
 from pathlib import Path
 
 import pytest
+import typer
+import yaml
 
-from app.errors import STATUS
+from app.cli.main import app
+from app.errors import code_of
+from app.reports.formats import FORMATS
 from app.settings import Settings
+from app.web.answers import STATUS
 
 ROOT = Path(__file__).parent.parent
+README = ROOT / "README.md"
+PAGES = {
+    str(path.relative_to(ROOT)): path.read_text("utf-8")
+    for path in (README, ROOT / "ARCHITECTURE.md", *sorted((ROOT / "docs").glob("*.md")))
+}
+MOST_LINES = 120
+"""Of the README: what is longer belongs to a page of docs/."""
+BLOCK = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"\]\(([^)#]+)[^)]*\)")
 
 
 @pytest.mark.parametrize("name", Settings.model_fields)
-def test_each_setting_is_in_the_readme(name):
-    assert f"| `CHAINAGE_{name.upper()}` |" in (ROOT / "README.md").read_text("utf-8")
+def test_each_setting_is_in_the_operators_page(name):
+    assert f"| `CHAINAGE_{name.upper()}` |" in PAGES["docs/operating.md"]
 
 
-@pytest.mark.parametrize("code", [code for _, code in STATUS.values()])
+@pytest.mark.parametrize("code", [code_of(kind) for kind in STATUS])
 def test_each_error_code_is_in_the_architecture(code):
-    assert f"`{code}`" in (ROOT / "ARCHITECTURE.md").read_text("utf-8")
+    assert f"`{code}`" in PAGES["ARCHITECTURE.md"]
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_each_format_is_in_the_page_of_reports(kind):
+    assert f"| `{kind}` |" in PAGES["docs/reports.md"]
+
+
+def test_the_readme_is_short():
+    assert len(README.read_text("utf-8").splitlines()) <= MOST_LINES
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_each_link_leads_to_a_file(page):
+    targets = [link for link in LINK.findall(PAGES[page]) if not link.startswith("http")]
+    missing = [link for link in targets if not ((ROOT / page).parent / link).is_file()]
+    assert not missing
+
+
+def test_each_page_of_docs_is_linked_from_the_readme():
+    linked = set(LINK.findall(PAGES["README.md"]))
+    assert {page for page in PAGES if page.startswith("docs/")} <= linked
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_each_command_of_a_code_block_exists(page):
+    root = typer.main.get_command(app)
+    for line in "".join(BLOCK.findall(PAGES[page])).replace("\\\n", " ").splitlines():
+        program, *words = shlex.split(line, comments=True) or [""]
+        if program != "chainage":
+            continue
+        command = root
+        while words and words[0] in getattr(command, "commands", {}):
+            command = command.commands[words.pop(0)]
+        assert command is not root, line
+        known = {flag for option in command.params for flag in option.opts}
+        assert {word for word in words if word.startswith("--")} <= known, line
+
+
+def test_a_commit_is_checked_by_the_linters_of_ci():
+    config = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text("utf-8"))
+    linters = [hook["entry"] for repo in config["repos"] for hook in repo["hooks"]]
+    run = (ROOT / ".ci/run").read_text("utf-8").splitlines()
+    after_tests = run[run.index("set -x") + 1 :]
+    assert linters == [line for line in after_tests if "pip install" not in line]

@@ -83,24 +83,82 @@ def test_a_library_is_known_in_one_place_only(package, home):
     assert users, f"nobody imports {package}"
 
 
-ROOMS_ABOVE_STORAGE = ["app.tracking", "app.inspections", "app.reports.reports"]
+ROOMS = (
+    ("errors", "logs", "settings"),
+    ("survey",),
+    ("imports", "lab", "storage"),
+    ("jobs", "access"),
+    ("tracking",),
+    ("inspections",),
+    ("alerts", "meter_counter", "reports"),
+    ("viewer",),
+    ("ops",),
+    ("container", "data_folder"),
+    ("web",),
+    ("main",),
+    ("cli",),
+)
+"""From the foundation upward: a room imports only itself and rooms of the floors below."""
+
+
+@pytest.mark.parametrize("floor", range(len(ROOMS)), ids=[" ".join(rooms) for rooms in ROOMS])
+def test_each_room_imports_only_what_lies_below(floor):
+    below = {*(room for rooms in ROOMS[:floor] for room in rooms), *ROOMS[0]}
+    found = {
+        (name, imported)
+        for name, path in modules("app").items()
+        if (room := room_of(name)) in ROOMS[floor]
+        for imported in imports(path)
+        if imported.startswith("app.") and room_of(imported) not in {room, *below}
+    }
+    assert found == set()
+
+
+def test_every_room_has_a_floor():
+    assert {room_of(name) for name in modules("app")} - {""} == {
+        room for rooms in ROOMS for room in rooms
+    }
+
+
+def room_of(name):
+    return (name.split(".") + [""])[1]
 
 
 @pytest.mark.parametrize(
-    ("below", "above"),
+    ("room", "strangers"),
     [
-        ("app/storage", [*ROOMS_ABOVE_STORAGE, "app.web", "app.main", "fastapi", "starlette"]),
-        ("app/jobs", [*ROOMS_ABOVE_STORAGE, "app.web", "app.main", "fastapi", "starlette"]),
-        ("app/tracking", ["app.inspections", "app.viewer", "app.web", "app.main", "fastapi"]),
-        ("app/inspections", ["app.viewer", "app.web", "app.main", "fastapi", "starlette"]),
-        ("app/viewer", ["app.web", "app.main"]),
-        ("app/web/routers", ["app.storage", "app.jobs", "app.main"]),
+        ("errors", ["fastapi", "starlette", "sqlalchemy", "pydantic"]),
+        ("survey", ["fastapi", "starlette", "sqlalchemy", "threading", "asyncio", "sqlite3"]),
+        ("imports", ["fastapi", "starlette", "sqlalchemy", "threading"]),
+        ("storage", ["fastapi", "starlette", "viser"]),
+        ("tracking", ["fastapi", "starlette", "viser"]),
+        ("inspections", ["fastapi", "starlette", "viser"]),
+        ("reports", ["fastapi", "starlette", "viser"]),
     ],
 )
-def test_dependencies_point_down(below, above):
-    assert {package: importers(package, below) for package in above} == {
-        package: set() for package in above
+def test_a_room_does_not_bring_strangers_along(room, strangers):
+    """Through whatever its modules import of us, however far."""
+    known = modules("app", "vo_core")
+    reached = {name for name in known if is_within(name, f"app.{room}")}
+    waiting = list(reached)
+    while waiting:
+        for imported in imports(known[waiting.pop()]):
+            target = imported if imported in known else imported.rpartition(".")[0]
+            if target in known and target not in reached:
+                reached.add(target)
+                waiting.append(target)
+    found = {
+        (name, imported)
+        for name in reached
+        for imported in imports(known[name])
+        if any(is_within(imported, stranger) for stranger in strangers)
     }
+    assert found == set()
+
+
+def test_routers_reach_the_database_and_the_children_through_services_only():
+    found = importers("app.storage", "app/web/routers") | importers("app.jobs", "app/web/routers")
+    assert found == set()
 
 
 def test_no_file_names_a_path_of_a_machine():

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from textures import make_rig, texture
 
 from app.lab.simulation.camera import WallCaster
-from app.lab.simulation.motion import Pose
-from vo_core import Odometry, Rig, Track
+from vo_core import Odometry, Pose, Rig, Track
 
 FloatImage = NDArray[np.float32]
 

@@ -1,9 +1,9 @@
-"""Is a camera in a pipe fit for the method: how the picture of the wall moves, before any drive.
+"""Predicts before any drive whether a camera in a pipe is fit for the method.
 
-The paper (section 2.2, figures 2 to 4) asks this of a camera on the axis and of one above it: the
-direct method needs all of the picture to move by one displacement, but the depth of a round wall
-differs over the picture.  Here for any lens and mount, for the picture as it comes from the camera
-and for the developed wall, which is what the odometry measures on.
+The direct method needs the whole picture to move by one displacement, but the depth of a round wall
+varies over the picture.  The paper (section 2.2, figures 2 to 4) examines this for a camera on the
+axis and one above it.  This module does so for any lens and mount, both for the raw picture and for
+the developed wall, on which the odometry measures.
 """
 
 from __future__ import annotations
@@ -14,8 +14,9 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from vo_core.geometry.rectify import COARSEST, NOMINAL, Rectifier, no_wall_in_view
+from vo_core.geometry.rectify import COARSEST, Rectifier, no_wall_in_view
 from vo_core.geometry.wall import (
+    NOMINAL,
     Points,
     Pose,
     cast,
@@ -31,25 +32,28 @@ from vo_core.rig import Camera, Rig
 from vo_core.types import ByteImage
 
 Grid = NDArray[np.float64]
-"""(rows around, columns along, 2) values over an even grid of wall points."""
+"""(rows around, columns along, 2) values on an even grid of wall points."""
 
 EVEN_ENOUGH = 0.1
-"""Relative spread up to which one shift describes the raw picture, as the paper's method takes it:
-0.05 at 30 degrees and 230 mm, where the paper finds it fit, 1.3 at 150 degrees and 150 mm, where it
-does not."""
+"""Largest relative spread at which one shift describes the raw picture, as the paper's method
+needs.
+
+It is 0.05 at 30 degrees and 230 mm, which the paper finds fit, and 1.3 at 150 degrees and 150 mm,
+which it does not."""
 
 GOOD_OVERLAP = KEYFRAME_OVERLAP["circular"]
-"""Of a frame with the next: above it a keyframe serves several frames."""
+"""Overlap of consecutive frames above which a keyframe serves several frames."""
 
 HEIGHT_ERROR_PERCENT = 1.0
-"""Error of the distance for 1 mm of height above which the height is hard to measure well enough:
-half a millimetre is what a tape gives, and half a percent what contracts ask for."""
+"""Largest error of the distance per mm of height at which a tape measures the height well enough.
+
+A tape is good to half a millimetre, and contracts ask for half a percent."""
 
 COARSE_MM_PER_PX = 2.0
-"""Above this the grain of concrete, which the method lives on, falls within one pixel."""
+"""Above this the grain of concrete, which the method needs, falls within one pixel."""
 
 LEAST_SHARE = 0.5
-"""Of the picture that should show the wall well enough to be measured on."""
+"""Least share of the picture that should show the wall finely enough to measure on."""
 
 
 class Verdict(StrEnum):
@@ -62,7 +66,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """One reason of a verdict."""
+    """One reason for a verdict."""
 
     verdict: Verdict
     sentence: str
@@ -71,7 +75,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Spread:
-    """How evenly a displacement is distributed over the picture, as lengths of its vectors."""
+    """How evenly a displacement is distributed over the picture, by the lengths of its vectors."""
 
     smallest: float
     mean: float
@@ -84,75 +88,79 @@ class Spread:
 
     @classmethod
     def of(cls, displacement: Points) -> Spread:
-        """Over (N, 2) vectors, at least one of them without nan."""
+        """Measure (N, 2) vectors, at least one of them without nan."""
         length = np.linalg.norm(displacement, axis=1)
         return cls(float(np.nanmin(length)), float(np.nanmean(length)), float(np.nanmax(length)))
 
 
 @dataclass(frozen=True)
 class DisplacementField:
-    """How the picture of wall points moves when the robot moves; nan for those not in it."""
+    """Displacement of wall points in the picture by a motion; nan outside the picture."""
 
     wall_mm: Grid
     """(axial, arc) on the developed wall."""
     exact_px: Grid
-    """Displacement of the picture by the whole motion, +u right, +v down."""
+    """Displacement by the whole motion, +u right, +v down."""
     derivative_px: Grid
-    """The paper's total derivative times the motion: what the exact one is for small motions."""
+    """The paper's total derivative times the motion: the limit of the exact one for small
+    motions."""
 
 
 @dataclass(frozen=True)
 class Advice:
-    """What a rig can be expected to do; lengths are mm on the wall."""
+    """Expected performance of a rig; lengths are mm on the wall."""
 
     move: Pose
-    """The motion between two frames that was asked for."""
+    """Motion between two frames."""
     frame_rate_hz: float
     raw_px: Spread
-    """Displacement in px over the picture as it comes from the camera."""
+    """Displacement in px over the raw picture."""
     developed_mm: Spread
-    """Displacement over the part of the developed wall that is measured on.  Uneven for a motion
-    across the pipe: that is no shift of a round wall, and the odometry models it as it is."""
+    """Displacement over the measured part of the developed wall.
+
+    It is uneven for a motion across the pipe, which is no shift of a round wall; the odometry
+    models that motion exactly."""
     developed_drive_mm: Spread
     """The same for the part of the motion along the pipe."""
     finest_mm_per_px: float
     coarsest_mm_per_px: float
     """Along rows or columns of the picture, whichever is coarser."""
     measured_mm_per_px: float
-    """Of the patch in which motion is measured: the frame is reduced first."""
+    """Resolution of the patch, as the frame is reduced before motion is measured."""
     measured_share: float
-    """Of the picture, that shows the wall well enough to be measured on, see `rectify.COARSEST`."""
+    """Share of the picture that shows the wall finely enough to measure on, see
+    `rectify.COARSEST`."""
     axial_mm: tuple[float, float]
     """Wall in the picture along the pipe, from the camera, forward positive."""
     arc_mm: tuple[float, float]
     """Wall in the picture around the pipe, from the invert, right positive."""
     measured_axial_mm: float
     measured_arc_mm: float
-    """Length of the developed wall that is measured on."""
+    """Sides of the measured part of the developed wall."""
     overlap: float
     """Share of the measured wall that is still seen after `move`."""
     good_speed_mm_s: float
-    """Up to here a frame shares with the one before what makes a keyframe last."""
+    """Speed up to which consecutive frames overlap by `GOOD_OVERLAP`."""
     speed_limit_mm_s: float
-    """Beyond it too little wall is common to two frames to measure at all."""
+    """Speed beyond which consecutive frames share too little wall to measure motion."""
     height_error_percent: float
-    """Error of the measured distance when the camera stands 1 mm higher than the rig says."""
+    """Error of the measured distance if the camera stands 1 mm higher than the rig states."""
     findings: tuple[Finding, ...]
 
     @property
     def is_even(self) -> bool:
-        """Does one shift describe the raw picture, as the paper's method needs it?"""
+        """Whether one shift describes the raw picture, as the paper's method needs."""
         return self.raw_px.relative <= EVEN_ENOUGH
 
     @property
     def verdict(self) -> Verdict:
-        """The worst of the findings; without any the rig is fit."""
+        """The worst verdict of the findings; fit if there are none."""
         found = [finding.verdict for finding in self.findings]
         return max(found, key=list(Verdict).index, default=Verdict.FIT)
 
 
 def displacement_px(rig: Rig, wall_xyz: Points, move: Pose) -> Points:
-    """Motion in the picture of (N, 3) world points when the camera goes from the zero to `move`.
+    """Displacement in the picture of (N, 3) world points when the camera moves from zero to `move`.
 
     The content moves opposite to the robot.  For a pinhole camera that looks down and a motion
     within its plane this is -(fx dX + skew dY) / Z and -fy dY / Z: it falls with the depth Z.
@@ -161,7 +169,7 @@ def displacement_px(rig: Rig, wall_xyz: Points, move: Pose) -> Points:
 
 
 def total_derivative_px(rig: Rig, wall_xyz: Points, move: Pose) -> Points:
-    """The paper's total derivative of the pixel of (N, 3) world points, times the motion.
+    """The paper's total derivative of the pixels of (N, 3) world points, times the motion.
 
     du = (du/dX) dX + (du/dY) dY + (du/dyaw) dyaw at the zero, for any lens, by central difference.
     """
@@ -172,12 +180,12 @@ def total_derivative_px(rig: Rig, wall_xyz: Points, move: Pose) -> Points:
 
 
 def developed_displacement_mm(rig: Rig, wall_xyz: Points, move: Pose) -> Points:
-    """Motion (axial, arc) of (N, 3) world points on the rectified picture, see `rectify`."""
+    """Displacement (axial, arc) of (N, 3) world points on the developed wall, see `rectify`."""
     before, after = (
         develop(rig, cast(rig, NOMINAL, sight(rig, pose, wall_xyz))) for pose in (NOMINAL, move)
     )
     moved = after - before
-    if rig.pipe.diameter_mm is not None:  # across the crown the shorter way around
+    if rig.pipe.diameter_mm is not None:  # across the crown take the shorter way around
         turn = np.pi * rig.pipe.diameter_mm
         moved[:, 1] -= turn * np.rint(moved[:, 1] / turn)
     return np.asarray(moved)
@@ -186,7 +194,7 @@ def developed_displacement_mm(rig: Rig, wall_xyz: Points, move: Pose) -> Points:
 def displacement_field(
     rig: Rig, move: Pose, shape: tuple[int, int] = (25, 33)
 ) -> DisplacementField:
-    """The displacement over (rows around, columns along) even points of the measured wall.
+    """Compute the displacement on (rows around, columns along) even points of the measured wall.
 
     Points outside the picture are nan.
 
@@ -201,7 +209,7 @@ def displacement_field(
     wall = enclose(rig, wall_mm)
     uv = _project(rig, wall, NOMINAL)
     with np.errstate(invalid="ignore"):
-        # The border of the patch lies on the border of the picture, give or take rounding.
+        # The border of the patch lies on the border of the picture, up to rounding.
         seen = ((uv >= -1) & (uv <= (rig.camera.width, rig.camera.height))).all(axis=1)
     wall[~seen] = np.nan
     return DisplacementField(
@@ -212,10 +220,12 @@ def displacement_field(
 
 
 def advise(rig: Rig, move: Pose, frame_rate_hz: float = 30.0) -> Advice:
-    """What to expect of a rig, and whether it is fit for the method.
+    """Predict the performance of a rig, and whether it is fit for the method.
 
     Args:
+        rig: The camera in its pipe.
         move: Motion between two frames, not zero.
+        frame_rate_hz: For the speeds.
     Raises:
         InvalidRig: The camera sees no wall.
     """
@@ -262,7 +272,7 @@ def advise(rig: Rig, move: Pose, frame_rate_hz: float = 30.0) -> Advice:
 
 
 def _findings(rig: Rig, advice: Advice) -> tuple[Finding, ...]:
-    """What speaks against the rig, with what to change."""
+    """Collect what speaks against the rig, with what to change."""
     care, unfit = Verdict.CARE, Verdict.UNFIT
     found: list[tuple[bool, Verdict, str]] = [
         (
@@ -308,7 +318,7 @@ def _findings(rig: Rig, advice: Advice) -> tuple[Finding, ...]:
 
 
 def _pixel_grid(camera: Camera) -> Points:
-    """Pixels evenly over the picture, from border to border."""
+    """Pixels spread evenly over the picture, from border to border."""
     u = np.linspace(0, camera.width - 1, 33)
     v = np.linspace(0, camera.height - 1, 25)
     return np.stack(np.meshgrid(u, v), -1).reshape(-1, 2)
@@ -326,7 +336,7 @@ def _project(rig: Rig, wall_xyz: Points, pose: Pose) -> Points:
 
 
 def _mm_per_px(rig: Rig, pixels_uv: Points) -> NDArray[np.float64]:
-    """(N,) mm of wall under a pixel, along the row or the column, whichever is more."""
+    """(N,) mm of wall per pixel, along the row or the column, whichever is larger."""
 
     def wall(offset: tuple[float, float]) -> Points:
         return cast(rig, NOMINAL, robot_rays(rig, pixels_uv + np.array(offset)))
@@ -341,22 +351,22 @@ def _extent(coordinate: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def _overlap(valid: ByteImage, columns: int, rows: int) -> float:
-    """Share of the patch that stays in sight when the content moves by whole pixels."""
+    """Share of the patch that stays in view when the content moves by whole pixels."""
     height, width = valid.shape
     common = valid[rows:, columns:] & valid[: max(0, height - rows), : max(0, width - columns)]
     return float(common.sum() / valid.sum())
 
 
 def _longest_shift_px(valid: ByteImage, share: float) -> int:
-    """How far along the axis the patch can move with at least this share in sight."""
+    """Longest axial motion that keeps at least this share of the patch in view."""
     shifts = range(valid.shape[1])
     return next((k - 1 for k in shifts if _overlap(valid, k, 0) < share), shifts.stop - 1)
 
 
 def _height_error_percent(rig: Rig, measured_xyz: Points) -> float:
-    """Error of the distance for +1 mm of height that the rig does not know of, in percent.
+    """Error of the distance, in percent, per mm by which the camera is higher than the rig states.
 
-    The true camera, higher by a little, moves; its rays are taken to the wall as the rig says.
+    A true camera that is slightly higher moves, and its rays are projected by the stated rig.
     """
     rise_mm, move = 0.01, Pose(x_mm=1.0)  # small against any height; the error is linear in it
     mount = rig.mount.model_copy(update={"height_mm": rig.mount.height_mm + rise_mm})

@@ -1,8 +1,8 @@
 """How many frame periods lie between two frames, by time stamps that need not be exact.
 
-Arrival times of a network camera come in bursts and jitter by more than a period, and recorders
-keep them in files.  So a frame counts as one period after the one before, unless the gap is clearly
-longer: then frames are missing.  Nothing here divides by a single interval.
+Frames of a network camera arrive in bursts and jitter by more than a period, and recorders write
+these times into files.  So each frame counts as one period after the one before, unless the gap is
+clearly longer: then frames are missing.  Nothing here divides by a single interval.
 """
 
 from __future__ import annotations
@@ -11,26 +11,26 @@ from collections import deque
 from statistics import fmean, median
 
 _MEMORY = 31
-"""Intervals of which the period is the median."""
+"""The period is the median of this many intervals."""
 
 _GAP = 1.5
-"""Periods from which an interval counts as a gap."""
+"""An interval longer than this many periods counts as a gap."""
 
 _PERIOD_LIMITS_S = (1 / 240, 2.0)
-"""Of any camera; stamps beyond them are no times."""
+"""Shortest and longest frame period of any camera; other intervals are clipped to them."""
 
 
 class Clock:
-    """Takes the time of every frame."""
+    """Estimates the frame period from time stamps, and counts the periods that have passed."""
 
     def __init__(self) -> None:
         self._last_s: float | None = None
         self._intervals_s: deque[float] = deque(maxlen=_MEMORY)
         self.periods = 0.0
-        """Since the first frame."""
+        """Frame periods since the first frame."""
 
     def tick(self, t_s: float) -> None:
-        """Take the time of the next frame."""
+        """Add the time of the next frame."""
         if self._last_s is not None:
             interval_s = t_s - self._last_s
             if interval_s > 0:
@@ -41,7 +41,7 @@ class Clock:
 
     @property
     def period_s(self) -> float:
-        """From one frame to the next."""
+        """Estimated time from one frame to the next."""
         if not self._intervals_s:
             return _PERIOD_LIMITS_S[1]
         shortest_s, longest_s = _PERIOD_LIMITS_S
@@ -49,7 +49,7 @@ class Clock:
 
     @property
     def jitter(self) -> float:
-        """Mean deviation of an interval from the period, over the period, 1 at most."""
+        """Mean deviation of the intervals from the period, relative to it, at most 1."""
         if not self._intervals_s:
             return 0.0
         period_s = self.period_s

@@ -1,4 +1,4 @@
-"""How the errors of the frames of a track go together, from the variances that it states."""
+"""Correlation of the errors of a track's frames, derived from the variances that it states."""
 
 from __future__ import annotations
 
@@ -15,47 +15,48 @@ Rows = NDArray[np.intp]
 """Indices into the columns of a track."""
 
 TREND = 2.0
-"""Change of the scale over the first metre by a trend, over that by the random walk: beds are laid
-by water and change little from one metre to the next."""
+"""Change of the scale over the first metre by a trend, relative to that by the random walk.
+
+Water lays beds evenly, so they change little from one metre to the next."""
 
 _PARTLY = 0.1
-"""Of the most that a bed may have done, from which it is not alike all along."""
+"""A bed is partial if it deviates from an even one by this share of its largest effect."""
 
 _STEP = 5.0
-"""Times what a track's doubt grows by on a bed, from which it is what came in one step."""
+"""A doubt that grows by this many times its usual rate came in one step."""
 
 _LEAST_RATE = 0.01
-"""What the doubt grows by on a bed, over the way, at least."""
+"""Least growth of the doubt on a bed, per mm."""
 
 _LEAST_WAY_MM = 1.0
-"""From which the tolerances of a rig show in what a track states, written to four digits."""
+"""Least distance at which a rig's tolerances show in a track, which has four decimals."""
 
 _CLEARLY = 1.2
-"""Times the variance by the tolerances, from which there is something beside them."""
+"""A variance beyond this many times that of the tolerances has another source too."""
 
 
 @dataclass(frozen=True)
 class Places:
-    """Where distances are asked for: (N,) frames, and wall points that they see."""
+    """Where distances are needed: (N,) frames, and cameras or wall points seen from them."""
 
     rows: Rows
-    """Of the track."""
+    """Rows of the track."""
     at_mm: Matrix
-    """Axial coordinates by the track: of the cameras, or of what they see."""
+    """Axial coordinates by the track, of the cameras or of wall points."""
 
 
 @dataclass(frozen=True)
 class Bed:
-    """What wall that has not the pipe's shape may have done to the distance, place by place."""
+    """Possible error of the distance by wall without the pipe's shape, place by place."""
 
     distance_mm: Matrix
-    """(N,) of the track, rising."""
+    """(N,) distances of the track, in rising order."""
     doubt_mm: Matrix
-    """(N,) one standard uncertainty there, alike all along; see `bed_mm`."""
+    """(N,) standard uncertainty at these distances, fully correlated; see `bed_mm`."""
 
     @classmethod
     def of(cls, track: Track) -> Bed:
-        """As the track states it."""
+        """Derive the bed from what a track states."""
         doubt_mm = bed_mm(track)
         if not doubt_mm.any():
             return NO_BED
@@ -64,12 +65,12 @@ class Bed:
 
     @property
     def is_there(self) -> bool:
-        """Whether the track shows any."""
+        """Whether the track shows a bed."""
         return len(self.distance_mm) > 0
 
     @property
     def is_partial(self) -> bool:
-        """Whether the track shows one here and none there."""
+        """Whether the track shows a bed in some parts only."""
         if not self.is_there:
             return False
         left_mm = self.doubt_mm - self.share * self.distance_mm
@@ -77,14 +78,14 @@ class Bed:
 
     @property
     def share(self) -> float:
-        """Of the whole way that it may have changed, one sigma."""
+        """Relative change of the whole way by the bed, one sigma."""
         if not self.is_there:
             return 0.0
         far = int(np.abs(self.distance_mm).argmax())
         return float(self.doubt_mm[far] / self.distance_mm[far])
 
     def at(self, at_mm: Matrix) -> Matrix:
-        """The doubt in mm at places of the wall."""
+        """Interpolate `doubt_mm` to places of the wall."""
         if not self.is_there:
             return np.zeros_like(at_mm)
         return np.asarray(np.interp(at_mm, self.distance_mm, self.doubt_mm))
@@ -95,61 +96,60 @@ NO_BED = Bed(np.zeros(0), np.zeros(0))
 
 @dataclass(frozen=True)
 class Drift:
-    """The error of the distance as a random walk, with what single frames add of their own.
+    """Model of the error of the distance: a random walk, plus an independent part of each frame.
 
-    Registration chains keyframes, so that an error stays in all frames after it.  But where the
-    stated variance falls again (a lock after a bridged stretch, a way back), what was there too
-    much cannot have stayed.  So frame t shares the smallest variance of the frames from t on, and
-    the rest is its own.
+    Registration chains keyframes, so an error stays in all frames after it.  Where the stated
+    variance falls again (a lock after a bridged stretch, a way back), the excess has not stayed. So
+    frame t shares the smallest variance of the frames from t on, and the rest is independent.
 
-    The scale may wander too, as over a bed of silt of changing depth.  It belongs to the place on
-    the wall, so that it is the same on the way back; as a random walk of variance q per mm that is
-    0 at the zero of the track it takes the distances u <= v to one side of it together by
-    q (u^2 v / 2 - u^3 / 6), the kernel of cubic splines (Wahba 1978).  A bed that falls or rises
-    all along adds a trend of the scale.  Where the track itself shows a bed, the scale has another
-    value there, and only there.
+    The scale may change too, as over a bed of silt of varying depth. It belongs to the place on the
+    wall, so it is the same on the way back. As a random walk of variance q per mm that starts at
+    the zero of the track, it gives the distances u <= v on one side the covariance q (u^2 v / 2 -
+    u^3 / 6), the kernel of cubic splines (Wahba 1978). A bed that falls or rises all along adds a
+    trend of the scale. Where the track itself shows a bed, and only there, the scale has another
+    value.
     """
 
     shared_mm2: Matrix
-    """(N,), never falling."""
+    """(N,) variance shared with all later frames; it never falls."""
     own_mm2: Matrix
-    """(N,)"""
+    """(N,) independent variance of each frame."""
     distance_mm: Matrix
-    """(N,) of the track."""
+    """(N,) distances of the track."""
     bed: Bed
-    """That the track shows."""
+    """The bed that the track shows."""
     wander: float = 0.0
-    """By how much the scale changes over a metre, relative, one sigma."""
+    """Relative change of the scale over a metre, one sigma."""
 
     @classmethod
     def of(cls, track: Track) -> Drift:
-        """From `sigma_registration_mm`: a scale that is wrong all along is no drift."""
+        """Derive the drift from `sigma_registration_mm`: a constant scale error is no drift."""
         variance = np.square(track.sigma_registration_mm)
         shared = np.minimum.accumulate(variance[::-1])[::-1]
         return cls(shared, variance - shared, track.distance_mm, Bed.of(track))
 
     def without_bed(self) -> Drift:
-        """The same of a track that shows no bed."""
+        """The same drift without the bed."""
         return replace(self, bed=NO_BED)
 
     def places(self, rows: Rows) -> Places:
-        """Of the camera in rows of the track."""
+        """Places of the camera in rows of the track."""
         return Places(rows, self.distance_mm[rows])
 
     def covariance(self, places: Places, others: Places) -> Matrix:
-        """(len(places), len(others)) in mm^2."""
+        """(len(places), len(others)) covariance in mm^2."""
         rows, columns = places.rows, others.rows
         shared = np.minimum.outer(self.shared_mm2[rows], self.shared_mm2[columns])
         own = np.equal.outer(rows, columns) * self.own_mm2[rows][:, None]
         return np.asarray(shared + own + self.wandering(places.at_mm[:, None], others.at_mm))
 
     def variance(self, places: Places) -> Matrix:
-        """(N,) in mm^2."""
+        """(N,) variance in mm^2."""
         own = self.shared_mm2[places.rows] + self.own_mm2[places.rows]
         return np.asarray(own + self.wandering(places.at_mm, places.at_mm))
 
     def between(self, places: Places, others: Places) -> Matrix:
-        """(N,) variance of the way from each of `places` to the one of `others`."""
+        """(N,) variance of the way from each of `places` to its counterpart in `others`."""
         rows, columns = places.rows, others.rows
         shared = np.abs(self.shared_mm2[rows] - self.shared_mm2[columns])
         own = np.where(rows == columns, 0.0, self.own_mm2[rows] + self.own_mm2[columns])
@@ -158,7 +158,7 @@ class Drift:
         return np.asarray(shared + own + both - 2 * self.wandering(here, there))
 
     def wandering(self, here_mm: Matrix, there_mm: Matrix) -> Matrix:
-        """Covariance in mm^2 of distances, as far as it comes from a scale that wanders."""
+        """Covariance of distances by a changing scale, in mm^2."""
         u, v = np.abs(here_mm), np.abs(there_mm)
         low, high = np.minimum(u, v), np.maximum(u, v)
         same_side = np.sign(here_mm) == np.sign(there_mm)
@@ -169,15 +169,15 @@ class Drift:
 
     @property
     def changes(self) -> bool:
-        """Whether the scale may be another one at another place."""
+        """Whether the scale may change along the run."""
         return self.wander > 0 or self.bed.is_there
 
 
 def bed_mm(track: Track) -> Matrix:
-    """(N,) standard uncertainty in mm by wall that has not the pipe's shape, signed as distance.
+    """(N,) standard uncertainty in mm by wall without the pipe's shape, signed like the distance.
 
-    A track states it beside its registration and its rig's tolerances, which alone are in the
-    frames before a bed is noticed.  It grows along the bed only, and stays behind it.
+    A track contains it beside its registration and its rig's tolerances; frames before a bed
+    contain only those two. It grows along the bed only, and stays after its end.
     """
     way_mm = np.abs(track.distance_mm)
     squares = np.square(track.sigma_distance_mm) - np.square(track.sigma_registration_mm)
@@ -191,7 +191,7 @@ def bed_mm(track: Track) -> Matrix:
 
 
 def _given_back(doubt_mm: Matrix, distance_mm: Matrix) -> Matrix:
-    """What came in one step when a bed, or its end, was noticed, along the way before."""
+    """Spread the step at which a bed or its end was detected over the way before it."""
     doubt_mm, steps = doubt_mm.copy(), np.abs(np.diff(doubt_mm))
     ways = np.abs(np.diff(distance_mm))
     growing = steps > _LEAST_RATE * np.maximum(ways, 1e-3)
@@ -209,7 +209,7 @@ def _given_back(doubt_mm: Matrix, distance_mm: Matrix) -> Matrix:
 
 
 def own_scale_sigma(track: Track) -> float:
-    """Relative, by what a raw track states beside its registration and `bed_mm`."""
+    """Relative scale uncertainty that a raw track contains beside registration and `bed_mm`."""
     far = int(np.abs(track.distance_mm).argmax())
     own = track.sigma_distance_mm[far] ** 2 - track.sigma_registration_mm[far] ** 2
     if track.distance_mm[far] == 0:
@@ -219,7 +219,7 @@ def own_scale_sigma(track: Track) -> float:
 
 
 def row_of(track: Track, frame: int) -> int:
-    """The row of a frame.
+    """Find the row of a frame.
 
     Raises:
         InvalidCorrection: The track has no such frame.

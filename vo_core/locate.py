@@ -22,7 +22,7 @@ from vo_core.geometry.motion import (
 )
 from vo_core.geometry.rectify import Rectifier
 from vo_core.geometry.sway import Sway, kept, spread
-from vo_core.geometry.wall import Pose
+from vo_core.geometry.wall import Pose, apart_mm
 from vo_core.image.filters import taper
 from vo_core.image.resample import double, halve, resample, resample_mask
 from vo_core.matching.align import (
@@ -50,48 +50,53 @@ from vo_core.state import RATE_SIGMA, UNKNOWN_RATE, State, tilt_sigma_rad
 from vo_core.types import ByteImage, GrayImage, Matrix
 
 LEAST_OVERLAP = 0.15
-"""Below this share of common wall a reference is out of reach."""
+"""A reference that shares less wall than this with a frame is out of reach."""
 
-STANDS_PX, APART_PX = 3.0, 6.0
-"""Content that moved by less stands still, and by more it moves beside one that stands."""
+STANDS_PX = 3.0
+"""Below this motion of the content the robot counts as standing still."""
+
+APART_PX = 6.0
+"""A second peak counts as separate motion beside a standstill only beyond this."""
 
 RIVAL = 0.9
-"""Share of the best support that makes another pose as good."""
+"""A pose with at least this share of the best support counts as equally good."""
 
-CLEARER, LEAST_CLEARER = 0.3, 0.01
-"""How much better a block must agree to speak for one motion and not the other, and the share of
-such blocks that unmasks a fixed pattern."""
+CLEARER = 0.3
+"""A block votes for one motion against another if its trust is higher by this."""
+
+LEAST_CLEARER = 0.01
+"""Share of blocks voting against a standstill from which it counts as a fixed pattern."""
 
 CERTAIN = 14.0
-"""Significance (see `LOCK`) from which an alignment is sure."""
+"""Significance (see `LOCK`) from which an alignment gets the status `ok`."""
 
 _DIFFERENCE = np.zeros((POSE, PARAMETERS))
 _DIFFERENCE[:, MOVING], _DIFFERENCE[:, REFERENCE] = np.eye(POSE), -np.eye(POSE)
 _KNOWN = [*range(MOUNT.stop)[REFERENCE], *range(MOUNT.stop)[MOUNT]]
 _KEPT = [*range(MOUNT.stop)[MOVING], *range(MOUNT.stop)[MOUNT]]
-"""Parameters that are known beforehand, and those that are kept."""
+"""Indices of the parameters with a prior, and of those kept in the state."""
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A frame as it is compared: normalised, free of the fixed pattern, low-passed."""
+    """A frame prepared for comparison: low-passed, normalised, without the fixed pattern."""
 
     fine: GrayImage
 
     @cached_property
     def coarse(self) -> GrayImage:
-        """Half the size, for the correlation."""
+        """The picture at half the size, for the correlation."""
         return halve(self.fine)
 
     @cached_property
     def doubled(self) -> GrayImage:
-        """Twice the size, for the alignment."""
+        """The picture at twice the size, for the alignment."""
         return double(self.fine)
 
 
 @dataclass(frozen=True)
 class Reference:
-    """A frame that others are located against."""
+    """A frame against which others are located."""
 
     picture: Picture
     valid: ByteImage
@@ -100,12 +105,12 @@ class Reference:
 
     @property
     def pose(self) -> Pose:
-        """Of its camera."""
+        """Pose of the camera in this frame."""
         return self.state.pose
 
     @cached_property
     def template(self) -> Template:
-        """Gradients and tensors, made when first needed."""
+        """Gradients and tensors for the alignment, computed when first needed."""
         return Template.of(self.picture.doubled, self.valid, row_step=2)
 
 
@@ -114,47 +119,47 @@ class Fix:
     """A pose measured against a reference."""
 
     state: State
-    """The reference's own uncertainty is in it."""
+    """Includes the uncertainty of the reference."""
     reference: Reference
     alignment: Alignment
     moved_px: float
-    """How far the content lies from where the reference shows it: the median over its blocks."""
+    """Median displacement of the blocks from where the reference shows them."""
     change: Matrix
-    """(6,) of the pose since the reference, without what is usual for this robot."""
+    """(6,) change of the pose since the reference, without the habit prior."""
     change_variance: Matrix
-    """(6,)"""
+    """(6,) variances of `change`."""
     is_ambiguous: bool = False
-    """Does another pose fit as well (a wall that repeats itself)?"""
+    """Whether another pose fits equally well, as on a wall that repeats itself."""
     is_doubtful: bool = False
-    """Is it a standstill that speaks for a fixed pattern, were the motion not out of reach?"""
+    """Whether this standstill would count as a fixed pattern if the other motion were in reach."""
 
     @property
     def pose(self) -> Pose:
-        """Of the moving camera."""
+        """Pose of the camera in the located frame."""
         return self.state.pose
 
 
 @dataclass(frozen=True)
 class Outlook:
-    """What is known of the robot and the lens before a picture is located."""
+    """What is known about the robot and the lens before a picture is located."""
 
     reach_mm: float
-    """How far from the guess the robot can be; inf if that is not known."""
+    """Largest distance of the robot from the guess; inf if unknown."""
     last: Pose
-    """At the last fix."""
+    """Pose at the last fix."""
     since_s: float
-    """Since then."""
+    """Time since the last fix."""
     reliability: Matrix | None
-    """(blocks,) how well each block used to agree when the robot moved: dirt and water lie in bad
-    ones. None before the robot has moved."""
+    """(blocks,) mean trust in each block while the robot moved: low where dirt or water lies.
+    None before the robot has moved."""
     sway: Sway
     """How far this robot leaves its mean pose."""
     rate: Matrix | None
-    """(3,) change of x, y and yaw a second between the last two fixes."""
+    """(3,) change of x, y and yaw per second between the last two fixes."""
     shear_rad: float = 0.0
-    """By how much coding may have sheared a picture, one sigma; 0 where it is too good for that."""
+    """Standard deviation of the shear by coding; 0 in a film that is not coarsely coded."""
     is_bound: bool = False
-    """Does nothing out of reach count, not even a stop?"""
+    """Whether every pose out of reach is rejected, even a standstill."""
 
 
 class Locator:
@@ -163,7 +168,7 @@ class Locator:
     def __init__(self, rectifier: Rectifier) -> None:
         self._rig, self._grid = rectifier.rig, rectifier.grid
         self._tilt_rad = tilt_sigma_rad(self._rig)
-        """How well the tilt of the mount is known, one sigma."""
+        """Standard deviation of the mount's tilt by the rig."""
         self._blocks = BlockGrid.over(self._grid.shape)
         self.valid = rectifier.valid
         self._whole = self._blocks.whole(self.valid)
@@ -179,19 +184,19 @@ class Locator:
     def locate(
         self, reference: Reference, picture: Picture, guess: Pose, outlook: Outlook
     ) -> Fix | None:
-        """The pose of a picture whose wall lies within the coarse correlation's reach of a guess.
+        """Find the pose of a picture near a guess, within the reach of the coarse correlation.
 
-        Two peaks can both be good: dirt on the lens says standstill and running water its own
-        speed where the wall says the robot's motion.  Standstill is left out where the robot
-        cannot stop that hard or where it is a fixed pattern (see `_is_pattern`); else the blocks
-        decide that have shown the wall before.
+        Two peaks can both be good: dirt on the lens shows a standstill, and running water its own
+        speed.  A standstill is rejected where the robot cannot stop that hard or where it is a
+        fixed pattern (see `_is_pattern`); otherwise those blocks decide that have shown the wall
+        before.
         """
         fixes = self._fixes(reference, picture, guess, outlook)
         in_reach = [fix for fix in fixes if _off_mm(fix, guess) <= outlook.reach_mm]
         return self._best(in_reach if outlook.is_bound else fixes, in_reach, outlook, guess)
 
     def search(self, reference: Reference, picture: Picture, outlook: Outlook) -> Fix | None:
-        """The pose without any guess: no motion, and the rotation of the polar spectrum."""
+        """Find the pose without a guess: from no motion, and from the rotation by polar spectra."""
         window = taper(self._coarse_valid, min(self._coarse_valid.shape) // 2)
         pictures = (reference.picture, picture)
         before, now = (polar_spectrum(p.coarse, window) for p in pictures)
@@ -211,8 +216,8 @@ class Locator:
         yaw_rad = reference.pose.yaw_rad
         starts = [moved_by_content(guess, shift_mm, yaw_rad) for shift_mm in shifts_mm]
         aligned = [self._align(reference, picture, start, outlook) for start in starts]
-        # The peaks of wall and water may be one lobe, whose top is neither: so try the guess too,
-        # unless a motion explains all that is seen.
+        # The peaks of wall and water may merge into one lobe whose top is neither.  So the guess is
+        # tried too, unless one motion explains all blocks.
         is_lobe = any(1 < np.hypot(peak.dx_px, peak.dy_px) < LOBE_PX for peak in peaks)
         if is_lobe and not any(fix and _explains_all(fix) for fix in aligned):
             aligned.append(self._align(reference, picture, guess, outlook))
@@ -221,9 +226,9 @@ class Locator:
     def _best(
         self, found: list[Fix], in_reach: list[Fix], outlook: Outlook, guess: Pose
     ) -> Fix | None:
-        """The fix of the wall: of those that are as good the one nearest to a guess by the speed.
+        """The fix that shows the wall: of equally good ones the nearest to the guess.
 
-        It is uncertain by the distance to the others.
+        Its variance includes the distance to the other good ones.
         """
         fixes = [fix for fix in found if self._is_credible(fix, found, in_reach, outlook)]
         if not fixes:
@@ -253,26 +258,26 @@ class Locator:
     def _is_credible(
         self, fix: Fix, found: list[Fix], in_reach: list[Fix], outlook: Outlook
     ) -> bool:
-        """Is it no standstill that only the lens shows?
+        """Whether a fix shows the wall and not a standstill of the lens only.
 
-        Dirt stands still against every reference.  A robot that stops dead stands against the
-        newest picture only; against an older one it would have to jump back to stand.
+        Dirt stands still against every reference.  A robot that stops dead stands still against
+        the newest picture only; against an older one it would have had to jump back.
         """
         if not _stands(fix):
             return True
         if fix in in_reach:
             return not any(_is_pattern(fix, other) for other in in_reach)
-        back_mm = _distance_mm(fix.pose, outlook.last)
+        back_mm = apart_mm(fix.pose, outlook.last)
         if in_reach or back_mm > APART_PX * self._grid.mm_per_px:
             return False
         return not any(_is_pattern(fix, other) for other in found)
 
     def overlap(self, reference: Reference, pose: Pose) -> float:
-        """Share of the reference's wall that a camera at `pose` sees, about."""
+        """Approximate share of the reference's wall that a camera at `pose` sees."""
         return self._grid.common(reference.pose, pose)
 
     def _peaks(self, reference: Reference, picture: Picture, guess: Pose) -> list[Peak]:
-        """Phase correlation of the reference with the picture moved by the guess, coarse px."""
+        """Peaks of the phase correlation after moving the picture by the guess, coarse px."""
         moved = self._coarse_motion.positions(_parameters(reference, guess))
         positions = (moved - 0.5) / 2  # of the half-size picture
         maps = self._coarse_blocks.dense(positions)
@@ -330,17 +335,17 @@ class Locator:
         if not fit.converged or is_open or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
             return None
         moved_px = np.hypot(*(self._blocks.centres(fit.positions) - self._centres).T)
-        at = fit.parameters[MOVING]
-        # What the picture shows of the reference it shows of the first frame, too, as far as the
-        # errors of both are one (fixed-point smoothing; Meditch 1967).
+        pose = Pose.of(fit.parameters[MOVING])
+        # What the picture shows about the reference it also shows about the first frame, as far as
+        # their errors are correlated (fixed-point smoothing; Meditch 1967).
         before = reference.state
         gain = before.with_start.T @ inverse(before.covariance)
         news = fit.parameters[_KNOWN] - parameters[_KNOWN]
         state = State(
-            pose=Pose(*at.tolist()),
+            pose=pose,
             mount_rad=fit.parameters[MOUNT],
             covariance=covariance,
-            rate=Prior(_rate(Pose(*at.tolist()), outlook), UNKNOWN_RATE.information),
+            rate=Prior(_rate(pose, outlook), UNKNOWN_RATE.information),
             start=before.start + gain @ news,
             with_start=fit.covariance[np.ix_(_KEPT, _KNOWN)] @ gain.T,
         )
@@ -357,7 +362,7 @@ class Locator:
 
 
 def _known(reference: Reference, parameters: Matrix) -> Prior:
-    """What is known of the reference and of the mount."""
+    """Prior of the reference pose and the mount."""
     information = np.zeros((PARAMETERS, PARAMETERS))
     information[np.ix_(_KNOWN, _KNOWN)] = inverse(reference.state.covariance)
     return Prior(parameters, information)
@@ -366,10 +371,10 @@ def _known(reference: Reference, parameters: Matrix) -> Prior:
 def _habit(
     reference: Reference, start: Pose, parameters: Matrix, sway: Sway, reach_mm: float
 ) -> Prior:
-    """How the pose usually follows from the reference's.
+    """Prior of how the pose usually follows from the pose of the reference.
 
-    A part of its deviation from the mean pose is left, and some of the robot's sway comes new.
-    Along the pipe the start may be off by `reach_mm`, one sigma.
+    A part of the deviation from the mean pose remains, and new sway of the robot adds to it.  Along
+    the pipe the standard deviation is `reach_mm`.
     """
     way_mm = start.x_mm - reference.pose.x_mm
     left = kept(way_mm)
@@ -388,14 +393,13 @@ def _habit(
 
 
 def _rate(pose: Pose, outlook: Outlook) -> Matrix:
-    """(3,) change of x, y and yaw a second since the last fix."""
-    last = outlook.last
-    way = np.array([pose.x_mm - last.x_mm, pose.y_mm - last.y_mm, pose.yaw_rad - last.yaw_rad])
-    return way / max(outlook.since_s, 1e-3)
+    """(3,) change of x, y and yaw per second since the last fix."""
+    way = (pose.vector - outlook.last.vector)[:RATES]
+    return np.asarray(way / max(outlook.since_s, 1e-3))
 
 
 def _widened(prior: Prior, further: Prior) -> Prior:
-    """The same with further parameters behind those that it has."""
+    """A prior extended by that of further parameters."""
     count = len(prior.mean)
     wide = np.zeros((count + len(further.mean),) * 2)
     wide[:count, :count], wide[count:, count:] = prior.information, further.information
@@ -403,16 +407,16 @@ def _widened(prior: Prior, further: Prior) -> Prior:
 
 
 def _stands(fix: Fix) -> bool:
-    """Does the picture lie on the reference, to within what a fixed pattern pulls it?"""
+    """Whether the picture lies on the reference, within the pull of a fixed pattern."""
     return fix.moved_px < STANDS_PX
 
 
 def _is_pattern(fix: Fix, other: Fix) -> bool:
-    """Is `fix` the standstill of what sticks to the lens, and `other` the motion of the wall?
+    """Whether `fix` is the standstill of dirt on the lens, and `other` the motion of the wall.
 
-    A wall that stands still agrees everywhere, also where a repeating texture agrees once more a
-    period off. Dirt agrees where it lies only: elsewhere some places speak for the motion that do
-    not speak for standstill.
+    A wall that stands still agrees in all blocks, even where a repeating texture also agrees one
+    period off.  Dirt agrees only where it lies: some other blocks agree with the motion and not
+    with the standstill.
     """
     if other.moved_px < APART_PX:
         return False
@@ -421,35 +425,31 @@ def _is_pattern(fix: Fix, other: Fix) -> bool:
 
 
 def _off_mm(fix: Fix, guess: Pose) -> float:
-    """How far the robot is from a guess, by what it moved since the reference.
+    """Distance of the robot from a guess, measured by its motion since the reference.
 
-    A clear picture after poor ones corrects where both were taken, by millimetres beside the axis;
-    that is no motion of the robot.
+    A clear picture after poor ones also corrects the pose of the reference, by millimetres beside
+    the axis; that is no motion of the robot.
     """
-    corrected = Pose(*fix.alignment.parameters[REFERENCE].tolist())
+    corrected = Pose.of(fix.alignment.parameters[REFERENCE])
     moved, expected = _since(corrected, fix.pose), _since(fix.reference.pose, guess)
     return float(np.hypot(*(moved - expected)))
 
 
 def _since(reference: Pose, pose: Pose) -> Matrix:
-    """(2,) way ahead and to the right, mm, in the axes of the reference."""
+    """(2,) motion ahead and to the right, mm, in the axes of the reference."""
     cos, sin = np.cos(reference.yaw_rad), np.sin(reference.yaw_rad)
     x_mm, y_mm = pose.x_mm - reference.x_mm, pose.y_mm - reference.y_mm
     return np.array([cos * x_mm + sin * y_mm, cos * y_mm - sin * x_mm])
 
 
 def _explains_all(fix: Fix) -> bool:
-    """Do all places that both pictures show agree so well that none can speak for another motion?
+    """Whether all blocks agree so well that none can vote for another motion.
 
-    None can agree by `CLEARER` better than those do.
+    No block can exceed such a trust by `CLEARER`.
     """
     seen = fix.alignment.overlap * np.count_nonzero(fix.reference.template.seen)
     agree = np.count_nonzero(fix.alignment.trust >= 1 - CLEARER)
     return bool(agree >= (1 - LEAST_CLEARER) * seen)
-
-
-def _distance_mm(a: Pose, b: Pose) -> float:
-    return float(np.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm))
 
 
 def _parameters(reference: Reference, pose: Pose) -> Matrix:

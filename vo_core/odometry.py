@@ -1,27 +1,29 @@
 """Visual odometry on the developed wall: one pose a frame, with its uncertainty.
 
 The path of a frame through `Odometry.step`: rectify -> low-pass -> normalise -> remove the fixed
-pattern -> predict -> locate against the keyframe, else the newest frame -> pose and status -> teach
-the fixed pattern.  Frames that show nothing new (black, repeated, unrecognised) are bridged by the
-motion before them and say so.  Times only say where to look first: no stamp moves a pose.
+pattern -> predict -> locate against the keyframe, else the newest frame -> pose and status ->
+update the fixed pattern. Frames that show nothing new (black, repeated, unrecognised) get the
+status `lost`, and the motion before them goes on. Time stamps only guide the search: they move no
+pose.
 """
 
 from __future__ import annotations
 
-from dataclasses import astuple, replace
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
+from vo_core.bridge import bridged
 from vo_core.clock import Clock
 from vo_core.errors import InvalidTime
 from vo_core.geometry.bed import Bed
 from vo_core.geometry.height import scale_sigma
-from vo_core.geometry.motion import POSE
+from vo_core.geometry.motion import POSE, RATES
 from vo_core.geometry.rectify import BOTTOM, TOP, WHOLE, Rectifier, Rows
 from vo_core.geometry.sway import Sway
 from vo_core.geometry.tilt import MountTilt
-from vo_core.geometry.wall import Pose
+from vo_core.geometry.wall import Pose, apart_mm
 from vo_core.image.filters import low_pass, normalise
 from vo_core.image.health import NO_HEALTH, Health, HealthGauge
 from vo_core.image.pattern import FixedPattern
@@ -36,87 +38,86 @@ from vo_core.track import Estimate, Status
 from vo_core.types import GrayImage, Image, Matrix
 
 KEYFRAME_OVERLAP = {"circular": 0.68, "flat": 0.5}
-"""Below this share of common wall the current frame becomes the reference.
+"""The current frame becomes the keyframe once it shares less wall than this with the old one.
 
-On a floor only the chain of keyframes shows the heading: fewer, longer links drift less (yaw rms
-0.28 degrees at 0.68, 0.08 at 0.5).  In a pipe the shear shows it, and more overlap pays."""
+On a floor only the chain of keyframes shows the heading, so fewer and longer links drift less (yaw
+rms 0.28 degrees at 0.68, 0.08 at 0.5).  In a pipe the shear shows the heading too, and more overlap
+is better."""
 
 COARSE_OVERLAP = 0.35
-"""The same in a coarsely coded film, where a picture that was coded anew (an I frame) becomes the
-reference at once: few links, and from new picture to new picture.
+"""Like `KEYFRAME_OVERLAP`, for a coarsely coded film.
 
-Two such pictures agree to 0.02 degrees up to six frames apart (crf 38), others to 0.16 only."""
+There a picture that was coded as a whole (an I frame) becomes the keyframe at once, so that links
+are few and lead from I frame to I frame.  Two I frames agree to 0.02 degrees up to six frames apart
+(crf 38), other pictures to 0.16 degrees only."""
 
 FRESH = 0.1
-"""Share of skipped blocks below which a picture of such a film was coded anew."""
+"""A picture of a coarsely coded film with a smaller share of skipped blocks counts as an I
+frame."""
 
 LEAST_CONTRAST = 0.5
-"""Deviation in grey levels, noise averaged away, below which a frame shows nothing (black, fog)."""
+"""A frame with a smaller deviation in grey levels, after averaging out noise, shows nothing."""
 
 ACCELERATION_MM_S2 = 2000.0
-"""What a robot can do; what a picture shows beyond that is not the robot's motion."""
+"""Largest acceleration of a robot; a picture that shows more does not show the robot's motion."""
 
 REACH_PX = 2.0
-"""By how many pixels of the patch a good prediction may be off."""
+"""Largest error of a good prediction, in pixels of the patch."""
 
 APART = 4.0
-"""Pixels of the patch by which two guesses must differ to be tried both."""
+"""Two guesses are both tried if they differ by more than this, in pixels of the patch."""
 
 REPEATED_LIMIT_S = 0.3
-"""A picture that repeats itself for longer shows a robot that stands."""
+"""A picture repeated for longer than this shows a robot that stands still."""
 
 STOPPED = 0.5
-"""Share of the predicted way below which a robot stood while its picture repeated itself."""
+"""The robot stood still during repeated pictures if it went less than this share of the
+prediction."""
 
 LOST_LIMIT_S = 1.0
-"""After so long without a fix the newest picture becomes a reference, at a guessed pose."""
+"""After this time without a fix the newest picture becomes a reference, at the predicted pose."""
 
 PATTERN_STEP = 0.1
-"""Share of the patch that the wall must move before the fixed pattern learns from a frame again."""
+"""The fixed pattern learns from a frame once the wall has moved by this share of the patch."""
 
 RELIABILITY_GAIN, RELIABILITY_FLOOR = 0.05, 0.05
-"""Share of the newest frame in the mean, and what every block keeps: a lens may be wiped."""
+"""Weight of the newest frame in the mean reliability, and the least reliability of a block.
+
+The floor lets a block recover after the lens was wiped."""
 
 LINK_ERROR = (0.0, 0.0, 0.0, 0.01, np.radians(0.003), np.radians(0.003), 0.0, 0.0)
-"""Error of z, pitch and roll, mm and rad, that each keyframe adds beyond its covariance."""
-
-BRIDGE_SPEED = 0.1
-"""Relative change of speed, one sigma, that a loss may hide."""
-
-BRIDGE_ACCELERATION = np.array([500.0, 200.0, 0.5])
-"""mm/s^2 along and across, rad/s^2, one sigma, that a loss may hide."""
+"""Standard deviation that each keyframe adds to z, pitch and roll beyond its covariance, mm and
+rad."""
 
 TURN_ERROR = np.radians([0.03, 1.0])
-"""Error of a keyframe's turn that has one sign for many keyframes, rad: see `_systematic`.
+"""Systematic error of a keyframe's turn, rad: a constant and a noise term, see `_systematic`.
 
-Video coding and what is left of the lamp turn each registration a little.  Without this the chained
-yaw would be trusted more than the shear, by which a cylinder shows where its axis is, and drifts
-(measured on coded video: yaw rms 0.05 degrees with it, 0.15 to 1.2 without).
+Video coding and the rest of the lamp's light turn each registration a little, with the same sign
+over many keyframes. Without this term the chained yaw would outweigh the shear, which shows where
+the axis of a cylinder is, and would drift (yaw rms on coded video: 0.05 degrees with it, 0.15 to
+1.2 without).
 """
 
 SHEAR_ERROR = float(np.radians(0.5))
-"""By how much coarse coding shears a picture (see `CodedMotion`), rad, were it pure noise.
+"""Standard deviation of the shear by coarse coding (see `CodedMotion`) at a fidelity of 0, rad.
 
-Measured from I frames to the P frames behind them: 0.12 degrees at crf 38 (fidelity 0.8 to 0.6),
-of one sign, where the blocks alone would state 0.05.  At crf 30 it is 0.07 degrees, and one more
-unknown in every frame would cost more than it brings.
+Measured from I frames to the P frames that follow: 0.12 degrees at crf 38 (fidelity 0.8 to 0.6),
+with one sign, where the scatter of the blocks states 0.05. At crf 30 it is 0.07 degrees, and one
+more unknown in each frame would cost more accuracy than it gains.
 """
 
 FIDELITY_GAIN = 0.1
-"""Share of the newest frame in the mean fidelity."""
+"""Weight of the newest frame in the mean fidelity."""
 
 SCALE_ERROR = np.array([5e-5, 9e-4])
-"""Share of the distance to which misfits of one sign add up: see `_systematic`.
+"""Systematic error of the distance, relative: a constant and a noise term, see `_systematic`.
 
-It grows with the unevenness of the picture, because blur and coding differ where resolution does.
+It is multiplied by the unevenness of the picture, because blur and coding vary with the resolution.
 """
-
-UNKNOWN_SPEED = np.array([300.0, 20.0, 0.1])
-"""mm/s along and across, rad/s, one sigma, before any motion was seen."""
 
 
 class Odometry:
-    """The state between frames; `step` takes one frame after the other."""
+    """Tracks the camera through a film; `step` takes one frame after the other."""
 
     def __init__(self, rig: Rig) -> None:
         self.rig = rig
@@ -125,60 +126,61 @@ class Odometry:
         self._rectify = Rectifier(rig)
         self._interlacing = Interlacing(self._rectify)
         self._first: tuple[Image, Rows] | None = None
-        """The picture at the zero point and how it was read, until the fields are certain."""
+        """Picture at the zero point and the rows that were read, until the order of fields is
+        certain."""
         self._blocks = BlockGrid.over(self._rectify.grid.shape)
         self._skipping = Skipping(self._blocks)
         self._is_torn = False
-        """Does the last frame hold skipped blocks?"""
+        """Whether the last frame holds skipped blocks."""
         self._is_fresh = False
-        """Was it coded anew as a whole, in a film of skipped blocks?"""
+        """Whether the last frame is an I frame of a coarsely coded film."""
         self._locator = Locator(self._rectify)
         self._pattern = FixedPattern()
         self._gauge = HealthGauge(self._rectify.valid)
         self._pattern_pose = Pose()
         self._reliability: Matrix | None = None
-        """(blocks,) running mean of the trust in each block, over frames that showed motion."""
+        """(blocks,) running mean of the trust in each block over frames that showed motion."""
         self._keyframe: Reference | None = None
         self._fallback: Reference | None = None
-        """The newest frame with a fix; after a long loss the newest one, at a guessed pose."""
+        """Newest frame with a fix; after a long loss the newest frame, at its predicted pose."""
         self._state = self._fixed = State.at_start(rig)
-        """At the last frame, and at the last frame that was measured."""
+        """State at the last frame, and at the last frame with a fix."""
         rows, columns = self._rectify.grid.shape
         side_mm = self._rectify.grid.mm_per_px
         self._sway, self._bed = Sway(rig), Bed(rig, (columns * side_mm, rows * side_mm))
         self._fidelity = 1.0
-        """Running mean of how well the blocks that agree do so."""
+        """Running mean of `Alignment.fidelity`."""
         self._model_mm = 0.0
-        """Error of one sign that may have added up, signed like the distance."""
+        """Systematic error that may have accumulated, signed like the distance."""
         self._velocity: Matrix | None = None
-        """mm along, mm across, rad a frame period; unknown before the second fix."""
+        """(3,) mm along, mm across and rad per frame period; None before the second fix."""
         self._clock = Clock()
         self._fix_periods = 0.0
-        """Of the clock at the last fix."""
+        """`Clock.periods` at the last fix."""
         self._frame = 0
         self._is_noiseless = False
-        """Did the robot stand, and no noise show it?"""
+        """Whether the film has shown a standstill as equal pictures, without noise."""
         self._is_held = False
-        """Did the last picture only repeat the one before?"""
+        """Whether the last picture only repeated the one before."""
         self._pose_before = Pose()
         self._health: Health | None = NO_HEALTH
-        """Of the last frame, once it was asked for."""
+        """Health of the last frame; None until it is measured."""
         self.patch: GrayImage | None = None
         """The last frame on the developed wall, as `Rectifier` makes it."""
         self.rows = WHOLE
-        """Of the last frame, that were exposed at its own time."""
+        """Rows of the last frame that were exposed at its own time."""
 
     def step(self, image: Image, t_s: float) -> Estimate:
-        """Take the next frame.
+        """Estimate the pose of the camera in the next frame.
 
         Args:
             image: (H, W) or (H, W, 3), of the rig's size; left unchanged.
-            t_s: Its presentation or arrival time, a hint of how far the robot may have gone.
+            t_s: Presentation or arrival time, a hint of how far the robot may have gone.
         Returns:
-            Estimate: The pose; `lost` when the wall was not recognised and the motion was bridged.
+            Estimate: The pose; its status is `lost` if the wall was not recognised.
         Raises:
-            ShapeMismatch: The image has not the size that the rig states.
-            InvalidTime: The time is no finite number.
+            ShapeMismatch: The size of the image is not the one that the rig states.
+            InvalidTime: The time is not a finite number.
         """
         if not np.isfinite(t_s):
             raise InvalidTime(f"Frame {self._frame} has the time {t_s} s; it must be finite.")
@@ -189,8 +191,8 @@ class Odometry:
         self._keep_zero(self.rows)
         patch = self._rectify(image, self.rows)
         normal = normalise(low_pass(patch))
-        way_mm = _vector(self._predict()) - _vector(self._state.pose)
-        skipped = self._skipping(normal, way_mm[:2] / self._rectify.grid.mm_per_px)
+        way_mm = (self._predict().vector - self._state.pose.vector)[:2]
+        skipped = self._skipping(normal, way_mm / self._rectify.grid.mm_per_px)
         self._is_torn = bool(skipped.any())
         self._is_fresh = self._skipping.is_coarse and skipped.mean() < FRESH
         picture = Picture(blank(self._blocks, self._pattern.remove(normal), skipped))
@@ -213,9 +215,12 @@ class Odometry:
         self._frame += 1
         return estimate
 
-    @property
-    def health(self) -> Health:
-        """Of the last frame; its sharpness is measured against the frames that were asked of."""
+    def measure_health(self) -> Health:
+        """Measure how good the last frame is to track on.
+
+        Sharpness is relative: the frame is compared with the frames that were measured before it,
+        and joins them.  A second call for the same frame returns the same result.
+        """
         if self._health is None and self.patch is not None:
             self._health = self._gauge.take(
                 self.patch,
@@ -226,7 +231,7 @@ class Odometry:
 
     @property
     def tilt(self) -> MountTilt:
-        """Of the mount against the rig, by all frames until now."""
+        """Tilt of the mount against the rig, estimated from all frames so far."""
         pitch, roll = np.degrees(self._state.mount_rad).tolist()
         variance = np.diag(self._state.covariance)[POSE:]
         pitch_sigma, roll_sigma = np.degrees(np.sqrt(variance)).tolist()
@@ -237,10 +242,15 @@ class Odometry:
         """Frame periods since the last fix."""
         return self._clock.periods - self._fix_periods
 
-    def _keep_zero(self, rows: Rows) -> None:
-        """Put the zero point where the first picture was taken, if its wrong field was read.
+    @property
+    def _gone_s(self) -> float:
+        """Seconds since the last fix."""
+        return self._gone * self._clock.period_s
 
-        What was measured since holds, from another moment on: half a frame of motion too much.
+    def _keep_zero(self, rows: Rows) -> None:
+        """Move the zero point if the wrong field of the first picture was read.
+
+        The poses since then are then off by the motion between the two fields, half a frame.
         """
         if self._first is None:
             return
@@ -261,7 +271,7 @@ class Odometry:
             self._first = None
 
     def _shift(self, x_mm: float, y_mm: float) -> None:
-        """Move all that was measured against the zero point."""
+        """Shift all poses by a move of the zero point."""
 
         def shifted(pose: Pose) -> Pose:
             return replace(pose, x_mm=pose.x_mm + x_mm, y_mm=pose.y_mm + y_mm)
@@ -279,11 +289,11 @@ class Odometry:
             self._fallback = self._keyframe
 
     def _is_repeated(self, patch: GrayImage) -> bool:
-        """Is it the last picture once more, although the robot was moving?
+        """Whether a recorder repeated the last picture although the robot was moving.
 
-        Every camera's noise is new in each picture; of one that stands still, too, coding leaves a
-        little.  A recorder that repeats a picture leaves nothing, but not for long.  In a film that
-        left nothing of a standstill before, a repeated picture is one, too.
+        Sensor noise differs from picture to picture, and coding keeps a little of it even at a
+        standstill.  A picture that a recorder repeats is equal to the bit, but not for long.  In a
+        film that has shown a standstill as equal pictures, equal pictures are a standstill again.
         """
         if self.patch is None or self._velocity is None:
             return False
@@ -291,16 +301,15 @@ class Odometry:
             return False
         if np.hypot(*self._velocity[:2]) <= self._rectify.grid.mm_per_px:
             self._is_noiseless = True
-        lasts_s = self._gone * self._clock.period_s
-        return not self._is_noiseless and lasts_s <= REPEATED_LIMIT_S
+        return not self._is_noiseless and self._gone_s <= REPEATED_LIMIT_S
 
     def _judge_repeats(self, fix: Fix) -> None:
-        """Was it a stop that the pictures hid that repeated themselves before this one?"""
-        way_mm = _apart_mm(self._predict(), self._fixed.pose)
-        self._is_noiseless |= _apart_mm(fix.pose, self._fixed.pose) < STOPPED * way_mm
+        """Check whether the repeated pictures before this one were a standstill."""
+        way_mm = apart_mm(self._predict(), self._fixed.pose)
+        self._is_noiseless |= apart_mm(fix.pose, self._fixed.pose) < STOPPED * way_mm
 
     def _predict(self) -> Pose:
-        """The pose if the robot went on as before, but never out of sight of the last fix."""
+        """Continue the motion as before, but not beyond the wall seen at the last fix."""
         if self._velocity is None:
             return self._fixed.pose
         x, y, yaw = self._velocity * self._gone * min(1.0, self._most_periods / self._gone)
@@ -309,7 +318,7 @@ class Odometry:
 
     @property
     def _most_periods(self) -> float:
-        """In which the robot leaves the wall that it saw at the last fix."""
+        """Frame periods in which the robot leaves the wall that it saw at the last fix."""
         if self._velocity is None:
             return 0.0
         columns = self._rectify.grid.shape[1]
@@ -317,8 +326,8 @@ class Odometry:
         return float(view_mm / max(abs(self._velocity[0]), 1e-9))
 
     def _outlook(self) -> Outlook:
-        """What to expect of the next frame."""
-        reach_mm, gone_s = np.inf, self._gone * self._clock.period_s
+        """What is known of the next frame before it is located."""
+        reach_mm, gone_s = np.inf, self._gone_s
         if self._velocity is not None:
             way_mm = float(np.hypot(*self._velocity[:2])) * self._gone
             reach_mm = ACCELERATION_MM_S2 * gone_s**2 + REACH_PX * self._rectify.grid.mm_per_px
@@ -330,17 +339,17 @@ class Odometry:
         )
 
     def _measure(self, picture: Picture) -> Fix | None:
-        """The pose by the keyframe, else by the newest frame.
+        """Locate a picture against the keyframe, else against the newest frame.
 
-        Sought where the robot would be had it gone on, then where it was, then without a guess.
+        The search starts from the predicted pose, then from the last one, then without a guess.
         """
         outlook, predicted = self._outlook(), self._predict()
         references = [r for r in (self._keyframe, self._fallback) if r is not None]
         guesses = [predicted]
         if self._is_torn:
-            # Texture that was skipped for some frames and then moved on lies whole ways off.
+            # Texture that was skipped for some frames lies whole frame steps from its place.
             outlook = replace(outlook, is_bound=True)
-        elif _apart_mm(predicted, self._fixed.pose) > APART * self._rectify.grid.mm_per_px:
+        elif apart_mm(predicted, self._fixed.pose) > APART * self._rectify.grid.mm_per_px:
             guesses.append(self._fixed.pose)
         for guess, reference in product(guesses, references):
             if self._locator.overlap(reference, guess) >= LEAST_OVERLAP:
@@ -366,13 +375,13 @@ class Odometry:
         self._sway.learn(fix.change, fix.change_variance)
         self._sway.follow(fix.pose, np.diag(fix.state.covariance)[:6])
         self._bed.take(fix.change, self._fixed.pose.x_mm, fix.pose.x_mm)
-        # A standstill that may be dirt says nothing of the speed, so the next frame can unmask it.
+        # A standstill that may be dirt sets no speed, so that the next frame can disprove it.
         if fix.is_doubtful and self._reliability is None:
             self._velocity = None
         else:
-            velocity = (_vector(fix.pose) - _vector(self._fixed.pose)) / self._gone
+            velocity = (fix.pose.vector - self._fixed.pose.vector)[:RATES] / self._gone
             if self._skipping.is_coarse and self._velocity is not None:
-                # Noise that a bridge would carry far off.
+                # A bridge would extrapolate the noise of a single step.
                 velocity = np.array([(velocity[0] + self._velocity[0]) / 2, 0.0, 0.0])
             self._velocity = velocity
         self._state = self._fixed = fix.state
@@ -386,21 +395,19 @@ class Odometry:
         return "ok" if sure else "weak", float(np.clip(fix.alignment.agreement, 0.0, 1.0))
 
     def _bridge(self, picture: Picture, *, is_new: bool) -> tuple[Status, float]:
-        """Go on as before, less and less certain; anchor anew when the old wall is out of sight."""
-        gone, gone_s = self._gone, self._gone * self._clock.period_s
-        unknown = UNKNOWN_SPEED * self._clock.period_s
-        if self._velocity is not None:
-            unknown = BRIDGE_SPEED * np.abs(self._velocity)
-            unknown[0] += abs(self._velocity[0]) * max(0.0, 1 - self._most_periods / gone)
-        drift = unknown * gone
-        drift += np.minimum(BRIDGE_ACCELERATION * gone_s / 2, UNKNOWN_SPEED) * gone_s
-        covariance = self._fixed.covariance.copy()
-        covariance[:3, :3] += np.diag(np.square(drift))
-        covariance[3:6, 3:6] += self._sway.covariance[3:6, 3:6] * min(gone_s, 1.0)
-        self._state = replace(self._fixed, pose=self._predict(), covariance=covariance)
+        """Continue the motion before; take a new reference once the old wall is out of sight."""
+        self._state = bridged(
+            self._fixed,
+            self._predict(),
+            self._velocity,
+            self._sway,
+            periods=self._gone,
+            most_periods=self._most_periods,
+            period_s=self._clock.period_s,
+        )
         if is_new and self._keyframe is not None:
-            out_of_sight = gone > (1 - LEAST_OVERLAP) * self._most_periods > 0
-            if out_of_sight or gone_s > LOST_LIMIT_S:
+            out_of_sight = self._gone > (1 - LEAST_OVERLAP) * self._most_periods > 0
+            if out_of_sight or self._gone_s > LOST_LIMIT_S:
                 self._fallback = self._reference(picture)
         return "lost", 0.0
 
@@ -410,9 +417,9 @@ class Odometry:
         return Reference(picture, self._locator.valid, replace(self._state, covariance=covariance))
 
     def _learn(self, normal: GrayImage, fix: Fix) -> None:
-        """Teach the fixed pattern and the reliability one frame for each piece of new wall."""
+        """Update the fixed pattern and the reliability, once for each piece of new wall."""
         step_mm = PATTERN_STEP * max(normal.shape) * self._rectify.grid.mm_per_px
-        moved_mm = np.hypot(*(_vector(self._state.pose) - _vector(self._pattern_pose))[:2])
+        moved_mm = apart_mm(self._state.pose, self._pattern_pose)
         if self._pattern.count > 0 and moved_mm < step_mm:
             return
         if self._pattern.count > 0:
@@ -424,7 +431,7 @@ class Odometry:
         self._pattern_pose = self._state.pose
 
     def _estimate(self, t_s: float, status: Status, quality: float) -> Estimate:
-        pose = Pose(*(np.array(astuple(self._state.pose)) - self._state.start))
+        pose = Pose.of(self._state.pose.vector - self._state.start)
         sigma_mm = float(np.sqrt(self._state.covariance[0, 0] + self._model_mm**2))
         scale_mm = np.hypot(self._scale_sigma * pose.x_mm, self._bed.sigma_mm)
         return Estimate(
@@ -445,22 +452,14 @@ class Odometry:
 
 
 def _systematic(error: Matrix, fix: Fix) -> float:
-    """Error of one sign: a part that is always there, and one that grows with the noise.
+    """Systematic error of a fix: error[0] + error[1] * (1 - fidelity).
 
-    Noise in the pictures pulls a registration a little, always the same way.
+    Noise in the pictures shifts each registration a little, always with the same sign.
     """
     return float(error[0] + error[1] * (1 - fix.alignment.fidelity))
 
 
-def _apart_mm(a: Pose, b: Pose) -> float:
-    return float(np.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm))
-
-
-def _vector(pose: Pose) -> Matrix:
-    return np.array([pose.x_mm, pose.y_mm, pose.yaw_rad])
-
-
 def _contrast(patch: GrayImage) -> float:
-    """Deviation in grey levels at an eighth of the size, where noise is averaged away."""
+    """Standard deviation in grey levels at an eighth of the size, where noise averages out."""
     rows, columns = (max(side // 8, 1) for side in patch.shape)
     return float(reduce_to(patch[: rows * 8, : columns * 8], (columns, rows)).std())

@@ -1,7 +1,7 @@
 """The method of "Monocular visual odometry for in-pipe inspection robot", exactly as published.
 
-Kept for comparison and teaching; `Odometry` is the method to use.  What the paper does not have is
-not added: no window, no sub-pixel peak, no keyframe, no rejection, a plane for the wall.
+It serves comparison and teaching; use `Odometry` for measurements.  Nothing is added to the paper's
+method: no window, no sub-pixel peak, no keyframe and no rejection, and the wall is a plane.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from vo_core.track import Estimate
 from vo_core.types import GrayImage, Image
 
 ANGLES_DEG = tuple(range(-10, 11))
-"""Equation (7): theta = -10 .. 10."""
+"""Rotations that are tried: theta = -10 .. 10 degrees, equation (7)."""
 
 
 def phase_correlation(previous: Image, current: Image) -> GrayImage:
     """c of equations (5) and (6), (H, W), from two spectra; 1 at a perfect match.
 
-    F{C} = F{I_t-1} F*{I_t} / |F{I_t-1} F*{I_t}|,  c = F^-1{C}, member by member.  The arg max is
-    minus the motion of the content.
+    F{C} = F{I_t-1} F*{I_t} / |F{I_t-1} F*{I_t}|, c = F^-1{C}, element by element. The maximum lies
+    at minus the motion of the content.
     """
     product = cv2.mulSpectrums(previous, current, 0, conjB=True)
     magnitude = cv2.magnitude(product[..., 0], product[..., 1])
@@ -35,14 +35,14 @@ def phase_correlation(previous: Image, current: Image) -> GrayImage:
 def displacement(previous: GrayImage, current: GrayImage) -> tuple[float, float, float, float]:
     """(dx px, dy px, dtheta deg, peak): equations (6) and (7).
 
-    dtheta is the turn of I_t-1 that gives the highest peak; dx, dy is the place of that peak.
+    dtheta is the rotation of I_t-1 with the highest peak; (dx, dy) is the position of that peak.
     """
     height, width = previous.shape
     centre = ((width - 1) / 2, (height - 1) / 2)
     spectrum = cv2.dft(current, flags=cv2.DFT_COMPLEX_OUTPUT)
     best = (0.0, 0.0, 0.0, -np.inf)
     for theta_deg in ANGLES_DEG:
-        # OpenCV counts angles the other way round: from x towards -y.
+        # OpenCV counts angles in the opposite sense, from x towards -y.
         turn = cv2.getRotationMatrix2D(centre, -theta_deg, 1.0)
         turned = cv2.warpAffine(previous, turn, (width, height), flags=cv2.INTER_LINEAR)
         surface = phase_correlation(cv2.dft(turned, flags=cv2.DFT_COMPLEX_OUTPUT), spectrum)
@@ -58,7 +58,7 @@ def displacement(previous: GrayImage, current: GrayImage) -> tuple[float, float,
 def wall_motion_mm(
     camera: Camera, height_mm: float, dx_px: float, dy_px: float
 ) -> tuple[float, float]:
-    """(dX, dY) in mm of the camera's axes: equation (8).
+    """(dX, dY) in mm in the camera's axes: equation (8).
 
     dY = dy Z / fy,  dX = (dx - (alpha / Z) dY) Z / fx.  The paper prints alpha without a unit;
     with K's off-diagonal term in px, u = fx X/Z + alpha Y/Z + cx gives dx = (fx dX + alpha dY) /
@@ -70,10 +70,10 @@ def wall_motion_mm(
 
 
 class PaperOdometry:
-    """Frame to frame by the paper's equations, chained to [X, Y, theta].
+    """Tracks frame to frame by the paper's equations, chained to [X, Y, theta].
 
     Raises:
-        InvalidRig: The camera does not look down, for which the paper has no equations.
+        InvalidRig: The camera does not look down; the paper has no equations for that.
     """
 
     def __init__(self, rig: Rig) -> None:
@@ -86,10 +86,11 @@ class PaperOdometry:
         self._frame = 0
 
     def step(self, image: Image, t_s: float) -> Estimate:
-        """Take the next frame; the paper rejects none, so that the status is always `ok`.
+        """Estimate the pose of the next frame; the paper rejects none, so the status is always
+        `ok`.
 
         Raises:
-            ShapeMismatch: The image has not the size that the rig states.
+            ShapeMismatch: The size of the image is not the one that the rig states.
         """
         camera, height_mm = self.rig.camera, self.rig.mount.height_mm
         current = np.asarray(grey_frame(camera, image), np.float32)
@@ -99,7 +100,7 @@ class PaperOdometry:
             self._chain(
                 *wall_motion_mm(camera, height_mm, dx_px, dy_px), float(np.radians(theta_deg))
             )
-            # All that the method can say of its error: the peak lies on a whole pixel.
+            # The only error that the method knows: the peak lies on a whole pixel.
             self._variance_mm2 += (height_mm / camera.fx) ** 2 / 12
         self._previous = current
         self._frame += 1
@@ -118,10 +119,10 @@ class PaperOdometry:
         )
 
     def _chain(self, dx_mm: float, dy_mm: float, turn_rad: float) -> None:
-        """Add a step: the content turned by `turn_rad`, so the camera turned by minus that.
+        """Add a step; the content turned by `turn_rad`, so the camera turned by minus that.
 
-        The peak of (5) lies at minus the motion of the content, which is the motion of the camera,
-        but in the axes of the current picture: the reference was turned before it was correlated.
+        The peak of (5) lies at minus the motion of the content. That is the motion of the camera in
+        the axes of the current picture, as the reference was rotated before it was correlated.
         """
         mount_rad = float(np.radians(self.rig.mount.rotation_deg))
         heading_rad = self._yaw_rad - turn_rad + mount_rad

@@ -25,33 +25,35 @@ from vo_core.matching.correlate import (
 from vo_core.types import ByteImage, GrayImage, Image, Matrix
 
 COARSE_SIDE_PX = 320
-"""Longest side of the pictures that are correlated, and aligned first."""
+"""Longest side of the reduced pictures, which are correlated and aligned first."""
 
 LONGEST_PX = 16000
-"""OpenCV resamples pictures below 32768 px only, and they are doubled."""
+"""Longest side of a picture; OpenCV resamples only below 32768 px, and pictures are doubled."""
 
 BORDER_PX = 8
+"""Width of the border that is left out of the alignment."""
 
 COARSE_SIGMA_PX, FINE_SIGMA_PX = 1.0, 0.5
-"""Low-pass of the small pictures, which are aligned from further off, and of the large ones: there
-the finest texture shows the motion best."""
+"""Low-pass of the reduced pictures, which are aligned from farther away, and of the full ones,
+where the finest texture shows the motion best."""
 
 SETTLED = 2
-"""See `align`: three parameters that any texture determines may be extrapolated soon."""
+"""See `align`: any texture determines three parameters, so extrapolation can start early."""
 
 NEAR_PX, ENOUGH_PX = 0.02, 0.004
-"""Pixels of the large pictures where the alignment of the small ones ends, and where theirs."""
+"""Step at which the alignment of the reduced and of the full pictures ends, in full pixels."""
 
 NEARLY_PX = 0.02
-"""So near to the reference a picture is sampled at its own pixels, as good as."""
+"""Passes end once the picture is shifted back to within this distance of the reference."""
 
 MOST_PASSES = 3
+"""Most alignments of the full pictures."""
 
 LEAST_COMMON_PX = 16
-"""Shortest side of what two pictures have in common that can be measured on."""
+"""Shortest side of the common part of two pictures."""
 
 SINC_REACH_PX, SINC_BETA = 10, 8.0
-"""Of the interpolation (Kaiser's window): exact to 0.0003 px up to 0.4 cycles per px."""
+"""Reach and Kaiser window of the interpolation: exact to 0.0003 px up to 0.4 cycles per px."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +70,7 @@ class Shift:
     rotation_rad: float
     """Positive from x (right) to y (down)."""
     quality: float
-    """Share of the texture that is seen again, 0 (no lock) to 1."""
+    """Share of common texture, 0 (no lock) to 1."""
 
 
 NO_LOCK = Shift(0.0, 0.0, 0.0, 0.0)
@@ -77,20 +79,20 @@ Window = tuple[slice, ...]
 
 
 def register(reference: Image, moving: Image) -> Shift:
-    """Rigid motion of the image content between two pictures.
+    """Measure the rigid motion of the image content between two pictures.
 
     Phase correlation (Kuglin & Hines 1975) on locally normalised pictures gives the shift and the
     polar spectrum the rotation; Gauss-Newton on the pictures refines all three together. Where two
-    parts of the picture move by two shifts (a step in depth), it is that of the larger part.
+    parts of the picture move differently (a step in depth), the larger part counts.
 
     Args:
         reference, moving: (H, W) or (H, W, 3), the same shape, at least 32x32; uint8, uint16 or
             float. They are left unchanged.
     Returns:
-        Shift: quality is 0 when the two do not show the same wall (no texture, no overlap) or
+        Shift: quality is 0 if the pictures do not show the same wall (no texture, no overlap) or
             leave a direction open (straight lines).
     Raises:
-        ShapeMismatch: The arrays differ in shape, are no pictures or above `LONGEST_PX`.
+        ShapeMismatch: The arrays differ in shape, are no pictures or exceed `LONGEST_PX`.
     """
     if np.shape(reference) != np.shape(moving):
         raise ShapeMismatch(
@@ -135,7 +137,7 @@ def _each(change: Callable[[Image], GrayImage], pair: tuple[Image, Image]) -> Pa
 
 
 def _best_start(pair: Pair, starts: list[Matrix], enough_px: float) -> Matrix | None:
-    """Aligned; of two that both may be right, the one where more of the picture agrees."""
+    """Align from each start, and return the result for which more of the picture agrees."""
     reference, moving = pair
     template, centre = _template(reference), (np.array(moving.shape[::-1]) - 1) / 2
     fits = [_fitted(template, moving, start, centre, enough_px) for start in starts]
@@ -150,9 +152,9 @@ def _template(reference: GrayImage) -> Template:
 def _fitted(
     template: Template, moving: GrayImage, start: Matrix, centre: Matrix, enough_px: float
 ) -> Alignment | None:
-    """The alignment of a normalised picture; None where it does not show the template's wall."""
+    """Align a normalised picture; None if it does not show the wall of the template."""
     nodes, everywhere = template.grid.nodes(), np.ones(moving.shape, np.uint8)
-    # Up to the border it can be compared only where nothing comes in from beyond it.
+    # The border can be compared only if nothing moves in from beyond it.
     stays = np.abs(rigid(start, nodes, centre) - nodes).max() < 1
     fit = align(
         template,
@@ -169,9 +171,9 @@ def _fitted(
 
 
 def _common(shape: tuple[int, ...], whole_px: Matrix) -> tuple[Window, Window]:
-    """What both pictures show after a shift by whole pixels: in the reference, in the moving one.
+    """The common part after a shift by whole pixels, in the reference and in the moving picture.
 
-    Compared so, what is then normalised has the same neighbourhood in both, also at the border.
+    Cropped to it, both pictures are normalised with the same neighbourhood, even at the border.
     """
     shift = whole_px[::-1]
     size = np.maximum(np.array(shape) - np.abs(shift), 0)
@@ -183,7 +185,7 @@ def _common(shape: tuple[int, ...], whole_px: Matrix) -> tuple[Window, Window]:
 
 
 def _shifted_back(image: GrayImage, part_px: Matrix) -> GrayImage:
-    """So that no sample lies between two pixels, which would draw it to one of them."""
+    """Shift by a part of a pixel, so that samples between pixels are not biased to either."""
     along, down = (_sinc_kernel(part) for part in part_px.tolist())
     back = cv2.sepFilter2D(image, cv2.CV_32F, along, down, borderType=cv2.BORDER_REFLECT_101)
     return np.asarray(back, np.float32)
@@ -199,7 +201,7 @@ def _low_pass(image: GrayImage, sigma_px: float) -> GrayImage:
 
 
 def _sinc_kernel(part_px: float) -> GrayImage:
-    """The filter that makes f(n + part) of f(n), for a part of a pixel."""
+    """Filter that turns f(n) into f(n + part), for a part of a pixel."""
     x = np.arange(-SINC_REACH_PX, SINC_REACH_PX + 1) - part_px
     window = np.i0(SINC_BETA * np.sqrt(np.maximum(1 - (x / (SINC_REACH_PX + 1)) ** 2, 0)))
     kernel = np.sinc(x) * window
@@ -207,9 +209,9 @@ def _sinc_kernel(part_px: float) -> GrayImage:
 
 
 def _inner(shape: tuple[int, ...]) -> ByteImage:
-    """1 but for a border, where the neighbourhood of the normalisation lies half outside.
+    """Mask without the border, where half of the normalisation's neighbourhood is missing.
 
-    A small picture can spare none.
+    A small picture keeps its border.
     """
     valid = np.ones(shape, np.uint8)
     if min(shape) >= 12 * BORDER_PX:
@@ -230,7 +232,7 @@ def rigid(q: Matrix, points: Points, centre: Matrix) -> Points:
 
 
 def _starts(reference: GrayImage, moving: GrayImage) -> list[Matrix]:
-    """Where to start: the best peak without rotation or with that of the polar spectrum."""
+    """Starts: the best peaks without rotation and with the rotation by polar spectra."""
     shape = reference.shape
     everywhere = np.ones(shape, np.uint8)
     window = taper(everywhere, min(shape) // 2)
@@ -238,7 +240,7 @@ def _starts(reference: GrayImage, moving: GrayImage) -> list[Matrix]:
     target = spectrum(moving, window)
     rotation = rotation_between(before, now)
     candidates = []
-    # A turn that moves no corner by a pixel correlates as well as none.
+    # A rotation that moves no corner by a pixel does not change the correlation.
     for angle in (0.0, rotation) if abs(rotation) * max(shape) / 2 > 1 else (0.0,):
         turned = _moved(reference, np.array([0.0, 0.0, angle])) if angle else reference
         (peak,) = best_peaks(correlation(spectrum(turned, window), target))
@@ -253,7 +255,7 @@ def _starts(reference: GrayImage, moving: GrayImage) -> list[Matrix]:
 def _on_overlap(
     reference: GrayImage, moving: GrayImage, start: Matrix
 ) -> list[tuple[Matrix, Peak]]:
-    """Correlate once more, the reference moved by the start, on what both then show."""
+    """Correlate once more on the common part, with the reference moved by the start."""
     seen = _moved(np.ones_like(reference), start)
     window = taper(seen, max(8, min(reference.shape) // 6))
     surface = correlation(spectrum(_moved(reference, start), window), spectrum(moving, window))

@@ -1,4 +1,4 @@
-"""The rig file: camera, mount and pipe, checked field by field."""
+"""The rig file: camera, mount and pipe, validated field by field."""
 
 from __future__ import annotations
 
@@ -18,11 +18,10 @@ class _Part(BaseModel):
 
     @classmethod
     def parse(cls, fields: object, *, origin: str = "the rig") -> Self:
-        """Check fields that come from a file or a request; `origin` names where from.
+        """Validate fields that come from a file or a request; `origin` names their source.
 
         Raises:
-            InvalidRig: A value that is not allowed; the text names field, value and what is
-            allowed.
+            InvalidRig: A value is not allowed; the message names field, value and allowed values.
         """
         try:
             return cls.model_validate(fields)
@@ -39,7 +38,7 @@ class _Part(BaseModel):
 
 
 def _unusable(origin: str, reasons: str) -> str:
-    """As sentences; the last one may be a question."""
+    """Format the reasons as sentences; the last one may be a question."""
     return f"{origin} cannot be used. {reasons}{'' if reasons.endswith('?') else '.'}"
 
 
@@ -52,11 +51,11 @@ _OTHER_UNITS: dict[str, tuple[tuple[str, float, float, float], ...]] = {
     ),
     "segment_length_mm": (("metres", 1000.0, 0.5, 20.0), ("centimetres", 10.0, 50.0, 100.0)),
 }
-"""Of a length that is too small in mm: units it may be in, mm each, and from and to which value."""
+"""Other units of a length that is too small in mm: name, mm per unit, least and largest value."""
 
 
 def _meant(field: str, value: object) -> str:
-    """What was probably meant by a length that is too small; nothing if that is not known."""
+    """Suggest what was meant by a length that is too small; empty if unknown."""
     name = field.rpartition(".")[2]
     if not isinstance(value, int | float):
         return ""
@@ -72,13 +71,14 @@ Pixels = Annotated[int, Field(ge=32, le=8192)]
 
 
 _LONGEST_SIDE = {"pinhole": 7.5, "fisheye": 12.5}
-"""Most focal lengths along a side of the picture: 150 degrees of a plane, and a picture of which a
-fisheye fills half the width."""
+"""Longest side of a picture in focal lengths: a view of 150 degrees for a pinhole, and a picture of
+which a fisheye fills half the width."""
 
 FURTHEST_CENTRE = 2.0
-"""Picture sizes by which the principal point can lie outside (a cropped picture)."""
+"""Largest distance of the principal point outside a cropped picture, in picture sizes."""
 
 LEAST_HEIGHT_MM = 5.0
+"""Least height of a camera above the wall."""
 
 
 class Camera(_Part):
@@ -119,7 +119,7 @@ class Camera(_Part):
         """Check that a lens can have these focal lengths and this principal point.
 
         Raises:
-            InvalidRig: One cannot be; the text names field and value and what was probably meant.
+            InvalidRig: A value is impossible; the message names field, value and probable meaning.
         """
         sides = (("fx", self.fx, "width", self.width), ("fy", self.fy, "height", self.height))
         for name, focal_px, side, pixels in sides:
@@ -156,7 +156,7 @@ class Camera(_Part):
 
 
 class Mount(_Part):
-    """Where the camera sits on the robot; the robot frame is x forward, y right, z down."""
+    """Position and orientation of the camera on the robot, whose x is forward, y right, z down."""
 
     view: Literal["down", "forward"] = Field(
         description="down: optical axis to the invert; forward: along the pipe."
@@ -184,7 +184,7 @@ class Mount(_Part):
         """Check that a camera can sit at this height.
 
         Raises:
-            InvalidRig: It is nearer to the wall than any lens; the text says what was meant.
+            InvalidRig: It is nearer to the wall than any lens; the message suggests another unit.
         """
         if self.height_mm < LEAST_HEIGHT_MM:
             raise InvalidRig(
@@ -214,7 +214,7 @@ class Pipe(_Part):
 
 
 class Tolerance(_Part):
-    """How well the rig is known: one standard uncertainty (68 %) each.
+    """Standard uncertainty (68 %) of each value of the rig.
 
     The defaults are those of a tape and a data sheet.
     """
@@ -229,7 +229,7 @@ class Tolerance(_Part):
 
 
 class Rig(_Part):
-    """Camera, mount and pipe: all that turns pixels into millimetres, and how well it is known."""
+    """Camera, mount and pipe, which convert pixels to millimetres, and their tolerances."""
 
     camera: Camera
     mount: Mount
@@ -252,12 +252,12 @@ class Rig(_Part):
 
     @classmethod
     def parse(cls, fields: object, *, origin: str = "the rig") -> Self:
-        """Check a rig that comes from a file or a request, also for what cannot be.
+        """Validate a rig from a file or a request, including values that are physically impossible.
 
-        A rig that is stored is read as it is.
+        Stored rigs are read without this check.
 
         Raises:
-            InvalidRig: A value that is not allowed or cannot be; the text names it.
+            InvalidRig: A value is not allowed or impossible; the message names it.
         """
         rig = super().parse(fields, origin=origin)
         try:
@@ -272,7 +272,7 @@ class Rig(_Part):
         """Read a rig file.
 
         Raises:
-            InvalidRig: No such file, not JSON, or a value that is not allowed; the text names each.
+            InvalidRig: No such file, not JSON, or a value is not allowed; the message names each.
         """
         path = Path(path)
         try:
@@ -283,7 +283,7 @@ class Rig(_Part):
             raise InvalidRig(f"{path.name} is not a JSON file: {error}.") from error
 
     def known_to(self, **tolerance: float) -> Rig:
-        """The same rig with these fields of `tolerance` in place of its own."""
+        """Replace fields of the rig's `tolerance`."""
         changed = self.tolerance.model_dump() | tolerance
         return self.model_copy(update={"tolerance": Tolerance.parse(changed, origin="tolerance")})
 

@@ -1,8 +1,8 @@
-"""Where frames come from: video files, opened so that a hostile one can do no harm.
+"""Reads video files, and opens them so that a hostile file does no harm.
 
-Every decision here is about untrusted media: fixed lists of containers and codecs, only the `file`
-protocol, no file-like objects (those have no protocol list), a bound on the picture size that also
-holds when it changes in mid-stream.  Decode in a child process all the same.
+All media are untrusted: containers and codecs come from fixed lists, only the `file` protocol is
+allowed, file-like objects are not (they have no protocol list), and the bound on the picture size
+also holds when the size changes in mid-stream. Decode in a child process all the same.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ CODECS = frozenset(
     + ("vp8", "vp9", "av1", "libdav1d")
 )
 MAX_PIXELS = 4096 * 2304
-"""Largest picture that is decoded, 4K; a decoder refuses more, also in mid-stream."""
+"""Largest picture that is decoded, 4K; decoders reject larger ones, even in mid-stream."""
 MAX_FRAMES = 1_000_000
-"""Most frames of one video, nine hours at 30 a second: four bytes of a hostile file make one."""
+"""Most frames of one video, nine hours at 30 per second; a hostile file makes one of four bytes."""
 
 _OPEN_AND_READ_TIMEOUT_S = (10, 10)
 _FRAMES_AHEAD = 4
@@ -61,13 +61,13 @@ class Frame:
 
 
 def frame_of(picture: VideoFrame, index: int, t_s: float) -> Frame:
-    """A decoded picture as a frame."""
+    """Wrap a decoded picture as a frame."""
     return Frame(index, t_s, _grey(picture), picture)
 
 
 @dataclass(frozen=True)
 class VideoInfo:
-    """What the container says of its video; none of it is trusted for timing."""
+    """What the container states about its video; none of it is trusted for timing."""
 
     width: int
     height: int
@@ -83,11 +83,11 @@ class VideoInfo:
 class VideoFile:
     """A video file as an iterable context manager of `Frame`s, each with its exact time.
 
-    After the loop `problem` says in a sentence what was damaged or missing, or is None.
+    After the loop `problem` is a sentence about what was damaged or missing, or None.
 
     Raises:
-        UnreadableVideo: No such file, a container or codec that is not accepted, no video stream,
-            or a picture above `MAX_PIXELS`.
+        UnreadableVideo: The file is missing, container or codec are not accepted, there is no video
+            stream, or a picture exceeds `MAX_PIXELS`.
     """
 
     def __init__(self, path: Path | str) -> None:
@@ -110,7 +110,7 @@ class VideoFile:
         self._container.close()
 
     def __iter__(self) -> Iterator[Frame]:
-        """Every decodable frame in presentation order, once."""
+        """Yield every decodable frame once, in presentation order."""
         decoder = _Decoder(self._container, self._stream)
         size_wh = (self.info.width, self.info.height)
         index, last_s = 0, None
@@ -131,7 +131,7 @@ class VideoFile:
         self.problem = _summary(decoder, index, last_s, self._stream.frames, self.info)
 
     def read_ahead(self) -> Iterator[Frame]:
-        """The same frames, decoded by a second thread while the caller works on those before."""
+        """Yield the same frames, decoded by a second thread while the caller uses those before."""
         source = iter(self)
         ahead = deque(self._thread.submit(next, source, None) for _ in range(_FRAMES_AHEAD))
         while (frame := ahead.popleft().result()) is not None:
@@ -139,9 +139,9 @@ class VideoFile:
             yield frame
 
     def seek(self, t_s: float) -> None:
-        """Go to the key frame at or before `t_s`, about; the next loop starts there.
+        """Seek to about the key frame at or before `t_s`; the next loop starts there.
 
-        A file too damaged to be sought in is read on from where it stands.
+        A file too damaged for seeking is read on from its current position.
         """
         base = self._stream.time_base
         if base is not None:
@@ -150,7 +150,7 @@ class VideoFile:
 
 
 def read_frame(path: Path | str, t_s: float) -> ByteImage:
-    """The picture shown at presentation time `t_s` in colour, (H, W, 3) BGR.
+    """Read the picture shown at presentation time `t_s` in colour, (H, W, 3) BGR.
 
     Raises:
         UnreadableVideo: The file cannot be opened, or ends before that time.
@@ -164,14 +164,15 @@ def read_frame(path: Path | str, t_s: float) -> ByteImage:
 
 
 _SEEK_BACK_S = (0.0, 1.0, 4.0, 16.0, math.inf)
-"""Without an index (MPEG-TS) a seek may land after the frame: then go further and further back."""
+"""Seconds to seek before the frame, one after the other: without an index (MPEG-TS) a seek may end
+after it."""
 
 _ROUNDING_S = 1e-5
-"""Times come back from track files, which have six decimals."""
+"""Tolerance of times, which come from track files with six decimals."""
 
 
 def _from_here(video: VideoFile, t_s: float) -> ByteImage | None:
-    """The first frame at or after `t_s`, None if the source already stands behind it."""
+    """Read on to the first frame at or after `t_s`; None if the source is already after it."""
     is_first = True
     try:
         for frame in video:
@@ -180,7 +181,7 @@ def _from_here(video: VideoFile, t_s: float) -> ByteImage | None:
             if frame.t_s >= t_s - _ROUNDING_S:
                 return frame.to_bgr()
             is_first = False
-    except UnreadableVideo:  # nothing can be decoded from here on; there may be before
+    except UnreadableVideo:  # nothing can be decoded from here on, perhaps from an earlier position
         return None
     return None
 
@@ -200,7 +201,7 @@ def _open(path: Path) -> tuple[InputContainer, VideoStream]:
                 "codec_whitelist": ",".join(sorted(CODECS)),
             },
         )
-    except MemoryError:  # FFmpeg's too: it says nothing about the file
+    except MemoryError:  # also raised by FFmpeg; it does not mean that the file is damaged
         raise
     except (FFmpegError, ValueError) as error:
         raise UnreadableVideo(
@@ -215,10 +216,10 @@ def _open(path: Path) -> tuple[InputContainer, VideoStream]:
 
 
 def checked_stream(container: InputContainer, name: str) -> VideoStream:
-    """The first video stream, with bounds on what its decoder will take.
+    """Select the first video stream, and bound what its decoder accepts.
 
     Raises:
-        UnreadableVideo: There is none, or of a codec or a size that is not accepted.
+        UnreadableVideo: There is none, or its codec or size is not accepted.
     """
     stream = next(iter(container.streams.video), None)
     # PyAV gives a stream without a decoder for codecs that FFmpeg does not know.
@@ -240,7 +241,7 @@ def checked_stream(container: InputContainer, name: str) -> VideoStream:
 
 
 def _describe(container: InputContainer, stream: VideoStream) -> VideoInfo:
-    """Read all meta data now: PyAV crashes the interpreter when asked after closing."""
+    """Read all metadata now: PyAV crashes the interpreter when it is read after closing."""
     duration_s = max((container.duration or 0) / av.time_base, 0.0)
     rate_hz = max(float(stream.average_rate or 0), 0.0)
     frames = stream.frames or round(duration_s * rate_hz)
@@ -258,7 +259,7 @@ def _describe(container: InputContainer, stream: VideoStream) -> VideoInfo:
 
 
 class _Decoder:
-    """Packets to pictures, going on after a damaged packet (a plain decode loop would stop)."""
+    """Decodes packets to pictures, and continues after a damaged packet, unlike a plain loop."""
 
     MAX_FAULTS = 1000
 
@@ -294,7 +295,7 @@ class _Decoder:
                 return
             try:
                 yield from packet.decode()
-            except MemoryError:  # not a damaged packet: nothing may be left out in silence
+            except MemoryError:  # no damaged packet: a frame must not be left out silently
                 raise
             except FFmpegError:
                 self.damaged_packets += 1
@@ -304,10 +305,10 @@ class _Decoder:
 def _summary(
     decoder: _Decoder, frames: int, last_s: float, stated_frames: int, info: VideoInfo
 ) -> str | None:
-    """What was wrong with the file, in a sentence; None if nothing was.
+    """Describe in a sentence what was wrong with the file; None if nothing was.
 
-    A demuxer may pass over damage in silence, so the count that the container states is compared,
-    with room for frames that an edit list hides on purpose.
+    A demuxer may skip damage silently.  So the number of frames is compared with the count that the
+    container states, with a margin for frames that an edit list hides on purpose.
     """
     parts = list(decoder.faults)
     if frames < stated_frames - 1 - 0.005 * stated_frames:
@@ -321,7 +322,7 @@ def _summary(
 
 
 def _grey(picture: VideoFrame) -> ByteImage:
-    """Luma as it lies in the decoder's first plane; copying it is quicker than converting."""
+    """Copy the luma from the decoder's first plane, which is faster than converting."""
     name = picture.format.name
     if name.startswith(_LUMA_FIRST) and not name.endswith(("le", "be")):
         plane = picture.planes[0]

@@ -1,8 +1,8 @@
-"""What is known of the camera at a frame: its pose, the tilt of its mount, and the first pose."""
+"""The state that is estimated at each frame: pose, tilt of the mount, and the pose of frame 0."""
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,43 +16,46 @@ START_SIGMA = {
     "circular": (1e-3, 4.0, np.radians(1), 1e-3, 1e-5, 1e-5),
     "flat": (1e-3, 0.5, np.radians(0.2), 1e-3, 1e-5, 1e-5),
 }
-"""Of the first pose, in the order of `Pose`, mm and rad.  A film may begin anywhere on the way of a
-robot that sways, and the pipe shows how it stands; on a floor the first pose defines the axes."""
+"""Standard deviation of the first pose by shape of the pipe, in the order of `Pose`, mm and rad.
+
+A film may begin anywhere on the path of a robot that sways; a pipe shows how the robot stands then.
+On a floor the first pose defines the axes."""
 
 LEAST_TILT_DEG = 1e-3
-"""No mount is known better, so that its uncertainty can be inverted."""
+"""Lower limit of the mount's tilt uncertainty, so that its covariance can be inverted."""
 
 RATE_SIGMA = np.array([100.0, 30.0, 0.3])
-"""How well the change of x, y and yaw is known from the frame before, mm/s and rad/s."""
+"""Standard deviation of the rate of x, y and yaw predicted from the frame before, mm/s and
+rad/s."""
 
 UNKNOWN_RATE = Prior(np.zeros(RATES), np.diag(1 / np.square(RATE_SIGMA)))
-"""Before anything moved."""
+"""Prior of the rate before any motion was measured."""
 
 
 def tilt_sigma_rad(rig: Rig) -> float:
-    """How well the rig states pitch and roll of the mount, one sigma."""
+    """Standard deviation of the mount's pitch and roll by the tolerance of the rig, rad."""
     return float(np.radians(max(rig.tolerance.tilt_deg, LEAST_TILT_DEG)))
 
 
 @dataclass(frozen=True)
 class State:
-    """A pose and the tilt of the mount, and how well both are known."""
+    """Pose of the camera and tilt of the mount, with their covariance."""
 
     pose: Pose
     mount_rad: Matrix
     """(2,) pitch and roll of the mount against the rig."""
     covariance: Matrix
-    """(8, 8), in the order of `Pose`, then the mount."""
+    """(8, 8): the pose in the order of `Pose`, then the mount."""
     rate: Prior
-    """(3,) change of x, y and yaw a second, about."""
+    """(3,) approximate change of x, y and yaw per second."""
     start: Matrix
-    """(6,) pose of the first frame, as far as it is known by now, in the order of `Pose`."""
+    """(6,) current estimate of the pose of frame 0, in the order of `Pose`."""
     with_start: Matrix
-    """(8, 6) covariance of pose and mount with it."""
+    """(8, 6) covariance of pose and mount with `start`."""
 
     @classmethod
     def at_start(cls, rig: Rig) -> State:
-        """Before the first frame: at the zero point, as far as the rig and a pipe say."""
+        """State before the first frame: the zero point, with the uncertainty of rig and pipe."""
         tilt_rad = tilt_sigma_rad(rig)
         covariance = np.diag(np.square([*START_SIGMA[rig.pipe.shape], tilt_rad, tilt_rad]))
         return cls(
@@ -65,14 +68,14 @@ class State:
         )
 
     def known_to(self, tilt_rad: float) -> State:
-        """The same with the mount known no worse than the rig states, one sigma `tilt_rad`.
+        """Limit the mount's uncertainty to what the rig states, `tilt_rad`.
 
-        Where the rig is wrong, blocks disagree, and each keyframe adds their scatter to what it
-        inherits.  A tilt that the pictures hardly show (the roll of a fisheye on the axis of the
-        pipe) would drift away without bound, and with it the sway that it is seen by.  So what
-        the rig states is fused in again as far as it was forgotten (Kalman 1960).
+        Where the rig is wrong, blocks disagree, and each keyframe adds their scatter to the
+        uncertainty that it inherits.  A tilt that the pictures hardly show (the roll of a fisheye
+        on the axis of the pipe) would then drift without bound, and the estimated sway with it.
+        So the rig's statement is fused in again as far as it was forgotten (Kalman 1960).
         """
-        mean, start = np.array([*astuple(self.pose), *self.mount_rad]), self.start
+        mean, start = np.concatenate([self.pose.vector, self.mount_rad]), self.start
         covariance, with_start = self.covariance, self.with_start
         for tilt in (POSE, POSE + 1):
             variance = covariance[tilt, tilt]
@@ -83,6 +86,4 @@ class State:
                 with_start = with_start - np.outer(gain, with_start[tilt])
                 mean = mean - gain * mean[tilt]
                 covariance = covariance - np.outer(gain, covariance[tilt])
-        return State(
-            Pose(*mean[:POSE].tolist()), mean[POSE:], covariance, self.rate, start, with_start
-        )
+        return State(Pose.of(mean[:POSE]), mean[POSE:], covariance, self.rate, start, with_start)

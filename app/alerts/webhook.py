@@ -25,11 +25,12 @@ from urllib.parse import urlsplit
 
 from app.errors import Busy, DiskFull, InspectionNotFound, ObservationNotFound
 from app.inspections.inspections import Inspections
-from app.inspections.observations import Observations, ObservationView
+from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.logs import about
 from app.storage.alerts import EMERGENCY, AlertStore
 from app.storage.tables import Alert, Inspection
+from app.survey.place import ObservationView
 from app.survey.rounding import metres
 from app.tracking.live import Event, ObservationsChanged
 
@@ -181,16 +182,14 @@ class Webhook:
             view = self._observations.get(alert.inspection_id, alert.observation_id)
         except (InspectionNotFound, ObservationNotFound):
             return None
-        if view.row.fields.get("severity") != EMERGENCY:
+        if view.row.tag.severity != EMERGENCY:
             return None
         label = self._label(inspection, view)
         return json.dumps(message(alert, inspection, view, label, page_root)).encode()
 
     def _label(self, inspection: Inspection, view: ObservationView) -> str | None:
-        fields = view.row.fields
-        kind = self._packs.table_of(inspection.header).named(
-            fields.get("code"), fields.get("char1"), fields.get("char2")
-        )
+        tag = view.row.tag
+        kind = self._packs.table_of(inspection.header).named(tag.code, tag.char1, tag.char2)
         return kind.label if kind else None
 
     def _post(self, client: Client, body: bytes) -> None:
@@ -218,7 +217,7 @@ def message(
     label: str | None,
     page_root: str,
 ) -> dict[str, Any]:
-    """The body of the POST; the README shows its form."""
+    """The body of the POST; docs/operating.md shows its form."""
     row, place = view.row, view.place
     return {
         "event": EVENT,
@@ -234,10 +233,10 @@ def message(
             "id": row.id,
             "distance_m": metres(place.distance_mm) if place else None,
             "distance_u95_m": place.u95_m if place else None,
-            "code": row.fields.get("code"),
+            "code": row.tag.code,
             "label": label,
             "clock": view.clock,
-            "remark": row.fields.get("remark"),
+            "remark": row.tag.remark,
             "severity": EMERGENCY,
             "tagged_by": row.created_by,
             "tagged_at": row.created_at.isoformat(timespec="seconds"),

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from datetime import datetime
 from enum import StrEnum
@@ -550,12 +550,19 @@ def bench(
     quick: Annotated[
         bool, typer.Option("--quick", help="A few scenarios over a short path: two minutes.")
     ] = False,
+    field: Annotated[
+        bool,
+        typer.Option(
+            "--field", help="Accuracy of Chainage alone on ten scenarios of the field: ten minutes."
+        ),
+    ] = False,
     metres: Annotated[
         float | None,
         typer.Option(
             min=0.2,
             max=6.0,
-            help="Path of each scenario; the targets are for 6.  [default: 2; 0.25 with --quick]",
+            help="Path of each scenario; the targets are for 6.  [default: 2; 6 with --field; "
+            "0.25 with --quick]",
         ),
     ] = None,
     out: Annotated[
@@ -570,48 +577,84 @@ def bench(
             show_default=False,
         ),
     ] = None,
+    write: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.md",
+            help="Also replace the figures in this file, between <!-- bench:begin --> and "
+            "<!-- bench:end --> (bench-field with --field, bench-intervals with --calibration).",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Accuracy and speed on every scenario, against the paper's method and other peers."""
     from app.lab import bench as benchmark
+    from app.lab import markdown_figures as figures
     from app.lab.simulation import SCENARIOS
 
-    if calibration is not None:
-        _calibrate_interval(calibration, quick=quick)
-        return
+    if field and (quick or calibration is not None):
+        raise typer.BadParameter("goes without --quick and --calibration", param_hint="--field")
     if out is not None:
         require_folder(out, "--out")
-    default_mm = benchmark.QUICK_LENGTH_MM if quick else benchmark.LENGTH_MM
-    length_mm = default_mm if metres is None else 1000 * metres
-    choose = benchmark.quick_scenarios if quick else benchmark.all_scenarios
+    name = "bench-intervals" if calibration else "bench-field" if field else "bench"
+    if write is not None:
+        _require_markers(write, name)
+
     with _progress() as progress:
         task = progress.add_task("bench", total=None)
 
         def report(what: str, done: int, total: int) -> None:
             progress.update(task, description=what, completed=done, total=total)
 
-        rows = benchmark.bench(choose(length_mm), on_progress=report)
-        track_time = benchmark.time_track(SCENARIOS["nominal"], 1 if quick else 3, report)
-    markdown = benchmark.to_markdown(rows, track_time)
+        if calibration is not None:
+            markdown = _calibrate_interval(calibration, report, quick=quick)
+        else:
+            track_time = None
+            if field:
+                default_mm, choose = benchmark.FIELD_LENGTH_MM, benchmark.field_scenarios
+            elif quick:
+                default_mm, choose = benchmark.QUICK_LENGTH_MM, benchmark.quick_scenarios
+            else:
+                default_mm, choose = benchmark.LENGTH_MM, benchmark.all_scenarios
+            scenarios = choose(default_mm if metres is None else 1000 * metres)
+            methods = benchmark.OURS_ALONE if field else benchmark.METHODS
+            rows = benchmark.bench(scenarios, methods=methods, on_progress=report)
+            if field:
+                markdown = benchmark.to_short_markdown(rows)
+            else:
+                track_time = benchmark.time_track(SCENARIOS["nominal"], 1 if quick else 3, report)
+                markdown = benchmark.to_markdown(rows, track_time)
+            if out is not None:
+                json = benchmark.to_json(rows, track_time)
+                out.with_suffix(".md").write_text(markdown, encoding="utf-8")
+                out.with_suffix(".json").write_text(json, encoding="utf-8")
     typer.echo(markdown)
-    if out is not None:
-        out.with_suffix(".md").write_text(markdown, encoding="utf-8")
-        out.with_suffix(".json").write_text(benchmark.to_json(rows, track_time), encoding="utf-8")
+    if write is not None:
+        words = [f"--calibration {calibration}"] * (calibration is not None)
+        words += ["--quick"] * quick + ["--field"] * field
+        words += [f"--metres {metres:g}"] * (metres is not None)
+        command = " ".join(["chainage bench", *words])
+        figures.write_figures(write, name, command, markdown)
 
 
-def _calibrate_interval(plot: Path, *, quick: bool) -> None:
+def _require_markers(file: Path, name: str) -> None:
+    """Known now, not after an hour of work."""
+    from app.lab.markdown_figures import replace_figures
+
+    try:
+        replace_figures(file.read_text(encoding="utf-8"), name, "")
+    except (OSError, ValueError) as error:
+        raise typer.BadParameter(f"{file}: {error}", param_hint="--write") from error
+
+
+def _calibrate_interval(plot: Path, report: Callable[[str, int, int], None], *, quick: bool) -> str:
     from app.lab import intervals
 
     _require_picture(plot, "--calibration")
-    with _progress() as progress:
-        task = progress.add_task("bench", total=None)
-
-        def report(what: str, done: int, total: int) -> None:
-            progress.update(task, description=what, completed=done, total=total)
-
-        rigs = intervals.QUICK_RIGS if quick else intervals.RIGS
-        trials = intervals.run_trials(intervals.films(), rigs, report)
-    typer.echo(intervals.to_markdown(trials))
+    rigs = intervals.QUICK_RIGS if quick else intervals.RIGS
+    trials = intervals.run_trials(intervals.films(), rigs, report)
     intervals.plot(trials, plot)
+    return intervals.to_markdown(trials)
 
 
 def _token_file(data: Path | None) -> TokenFile:

@@ -40,8 +40,8 @@ def export(
 
     What the format cannot hold is reported on standard error.
     """
+    from app.data_folder import reading
     from app.errors import ExportNotAvailable, UnusableDatabase
-    from app.reports.data_folder import reading
     from app.reports.formats import FORMATS
     from app.reports.report import Company
     from app.settings import Settings

@@ -30,9 +30,9 @@ from pydantic import (
 from pydantic_core import ErrorDetails
 
 from app.errors import InvalidImport
-from app.imports.survey import LONGEST_REMARK
-from app.survey.adjustment import Stated
-from app.survey.catalogue.header import LONGEST_TEXT, faults
+from app.survey.given import LINE, TEXT, Frame, Header
+from app.survey.stated import JointsIn, Stated, StatedIn
+from app.survey.tag import StatedTag
 from vo_core import Rig, Track
 from vo_core.errors import InvalidRig, RigVideoMismatch
 from vo_core.geometry.tilt import MountTilt
@@ -58,7 +58,7 @@ Part = TypeVar("Part", bound=BaseModel)
 
 
 @dataclass(frozen=True)
-class Tag:
+class ImportedTag:
     """An observation as it was stated."""
 
     id: str
@@ -71,6 +71,11 @@ class Tag:
     created_at: datetime
     edited_by: str | None
     edited_at: datetime | None
+
+    @property
+    def stated(self) -> StatedTag:
+        """The fields, which were checked when the file was read."""
+        return StatedTag.kept(self.fields)
 
 
 @dataclass(frozen=True)
@@ -114,7 +119,7 @@ class WholeInspection:
     health: Sequence[Health]
     sightings: tuple[Sighting, ...]
     tilt: MountTilt | None
-    tags: tuple[Tag, ...]
+    tags: tuple[ImportedTag, ...]
     """In the order of their numbers."""
     events: tuple[Happening, ...]
     """Oldest first."""
@@ -156,7 +161,7 @@ def read(content: bytes) -> WholeInspection:
         error_code=inspection.error_code,
         created_at=inspection.created_at,
         finished_at=inspection.finished_at,
-        stated=Stated.from_json(file.corrections.stated.model_dump(mode="json")),
+        stated=file.corrections.stated.to_stated(),
         revision=inspection.revision,
         track=track,
         health=tuple(health),
@@ -179,24 +184,8 @@ class _Part(BaseModel):
     model_config = ConfigDict(strict=True, extra="ignore", allow_inf_nan=False, frozen=True)
 
 
-class _Whole(BaseModel):
-    """Strict, and nothing may be passed over, as it would change what is meant."""
-
-    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
-
-
-# The bounds are those of the API: `ObservationIn` and `StatedIn` of `app.web.schemas` say the same.
-_LINE = r"^[^\x00-\x1f\x7f-\x9f]*$"
-_TEXT = r"^[^\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]*$"
-_Frame = Annotated[int, Field(ge=0, le=2**31)]
-_Pixel = Annotated[
-    list[Annotated[float, Field(ge=-100_000, le=100_000)]], Field(min_length=2, max_length=2)
-]
-_Letter = Annotated[str, StringConstraints(pattern=r"^[A-Z][A-Z0-9]?$")]
-_Clock = Annotated[int, Field(ge=1, le=12)]
-_Quantity = Annotated[float, Field(ge=-1e6, le=1e6)]
-_Who = Annotated[str, StringConstraints(max_length=100, pattern=_LINE)]
-_Sentence = Annotated[str, StringConstraints(max_length=4000, pattern=_TEXT)]
+_Who = Annotated[str, StringConstraints(max_length=100, pattern=LINE)]
+_Sentence = Annotated[str, StringConstraints(max_length=4000, pattern=TEXT)]
 _INSTANT = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9:.]{5,15}(?:Z|[+-][0-9]{2}:?[0-9]{2})")
 
 
@@ -213,19 +202,11 @@ _ObservationId = Annotated[
     str,
     StringConstraints(pattern=r"^[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}$"),
 ]
-_EXACT = Field(ge=1 - 2**53, le=2**53 - 1)
-_HeaderValue = (
-    Annotated[str, StringConstraints(max_length=LONGEST_TEXT, pattern=_TEXT)]
-    | Annotated[int, _EXACT]
-    | Annotated[float, _EXACT]
-    | bool
-    | None
-)
 
 
 class _Source(_Part):
     kind: Literal["upload", "live", "import"]
-    filename: Annotated[str, StringConstraints(max_length=255, pattern=_LINE)]
+    filename: Annotated[str, StringConstraints(max_length=255, pattern=LINE)]
     size: Annotated[int, Field(ge=0, le=2**53 - 1)]
     sha256: Annotated[str, StringConstraints(pattern=r"^([0-9a-f]{64})?$")]
 
@@ -235,24 +216,21 @@ class _Video(_Part):
 
     width: Annotated[int, Field(ge=1, le=8192)]
     height: Annotated[int, Field(ge=1, le=8192)]
-    codec: Annotated[str, StringConstraints(max_length=100, pattern=_LINE)] = ""
-    container: Annotated[str, StringConstraints(max_length=100, pattern=_LINE)] = ""
-    pixel_format: Annotated[str, StringConstraints(max_length=100, pattern=_LINE)] | None = None
+    codec: Annotated[str, StringConstraints(max_length=100, pattern=LINE)] = ""
+    container: Annotated[str, StringConstraints(max_length=100, pattern=LINE)] = ""
+    pixel_format: Annotated[str, StringConstraints(max_length=100, pattern=LINE)] | None = None
     frames: Annotated[int, Field(ge=0, le=2**31)] | None = None
     duration_s: Annotated[float, Field(ge=0, le=1e8)] | None = None
     rate_hz: Annotated[float, Field(ge=0, le=1e6)] | None = None
-    media_type: Annotated[str, StringConstraints(max_length=100, pattern=_LINE)] = ""
+    media_type: Annotated[str, StringConstraints(max_length=100, pattern=LINE)] = ""
     playable: bool = False
 
 
 class _Inspection(_Part):
     id: _Id
-    name: Annotated[str, StringConstraints(min_length=1, max_length=200, pattern=_LINE)]
+    name: Annotated[str, StringConstraints(min_length=1, max_length=200, pattern=LINE)]
     status: Literal["queued", "running", "done", "failed", "cancelled"]
-    header: Annotated[
-        dict[Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,49}$")], _HeaderValue],
-        Field(max_length=100),
-    ]
+    header: Header
     rig: dict[str, Any]
     source: _Source
     video: _Video
@@ -263,52 +241,14 @@ class _Inspection(_Part):
     created_at: _Instant
     finished_at: _Instant | None = None
 
-    @model_validator(mode="after")
-    def _known_fields_fit(self) -> _Inspection:
-        if found := faults(self.header):
-            raise ValueError("; ".join(found))
-        return self
 
-
-class _Zero(_Whole):
-    frame: _Frame
-    offset_m: Annotated[float, Field(ge=-10_000, le=10_000)]
-
-
-class _Length(_Whole):
-    first_frame: _Frame
-    last_frame: _Frame
-    length_m: Annotated[float, Field(gt=0, le=100_000)]
-    sigma_mm: Annotated[float, Field(gt=0, le=100_000)]
-    kind: Literal["tape", "known"]
-
-
-class _Mark(_Whole):
-    frame: _Frame
-    pixel: _Pixel
-
-
-class _LeftOut(_Whole):
-    frame: _Frame
-
-
-class _Joints(_Whole):
+class _Joints(JointsIn):
     use: bool | None = False
-    marked: Annotated[list[_Mark], Field(max_length=1000)] = Field(default_factory=list)
-    left_out: Annotated[list[_LeftOut], Field(max_length=10_000)] = Field(default_factory=list)
+    """Files that do not say so are older than joints that count by themselves."""
 
 
-class _RigSigma(_Whole):
-    height_mm: Annotated[float, Field(gt=0, le=1000)]
-    focal_px: Annotated[float, Field(ge=0, le=1000)]
-
-
-class _Stated(_Whole):
-    zero: _Zero | None = None
-    lengths: Annotated[list[_Length], Field(max_length=100)] = Field(default_factory=list)
+class _Stated(StatedIn):
     joints: _Joints = Field(default_factory=_Joints)
-    rig_sigma: _RigSigma | None = None
-    forced: _Sentence | None = None
 
 
 class _Corrections(_Part):
@@ -325,35 +265,10 @@ class _Event(_Part):
     remark: _Sentence | None = None
 
 
-class _Entered(_Whole):
-    frame: _Frame
-    pixel: _Pixel | None = None
-    code: Annotated[str, StringConstraints(pattern=r"^[A-Z][A-Z0-9]{1,7}$")] | None = None
-    char1: _Letter | None = None
-    char2: _Letter | None = None
-    quant1: _Quantity | None = None
-    quant2: _Quantity | None = None
-    clock_from: _Clock | None = None
-    clock_to: _Clock | None = None
-    severity: Annotated[int, Field(ge=0, le=5)] | None = None
-    continuous: Annotated[str, StringConstraints(pattern=r"^[ABC][1-9][0-9]{0,2}$")] | None = None
-    remark: _Sentence | None = None
-
-
-class _EnteredOrImported(_Entered):
-    """With what only the file of an imported survey states."""
-
-    remark: Annotated[str, StringConstraints(max_length=LONGEST_REMARK, pattern=_TEXT)] | None = (
-        None
-    )
-    at_joint: bool | None = None
-    photo_name: Annotated[str, StringConstraints(max_length=255, pattern=_LINE)] | None = None
-
-
 class _Tag(_Part):
     id: _ObservationId
     seq: Annotated[int, Field(ge=1, le=2**31)]
-    fields: _EnteredOrImported
+    fields: StatedTag
     photo_sha256: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")] | None = None
     """Older exports have none."""
     created_by: _Who
@@ -371,7 +286,7 @@ _LEVEL = ("z_mm", "pitch_deg", "roll_deg")
 
 
 class _TrackColumns(_Part):
-    frame: Annotated[list[_Frame], _Rows]
+    frame: Annotated[list[Frame], _Rows]
     time_s: Annotated[list[Annotated[float, Field(ge=0, le=1e9)]], _Rows]
     x_mm: Annotated[list[_Number], _Rows]
     y_mm: Annotated[list[_Number], _Rows]
@@ -444,7 +359,7 @@ class _HealthPart(_Part):
 
 
 class _Sighting(_Part):
-    frame: _Frame
+    frame: Frame
     ahead_mm: Annotated[float, Field(ge=-1e6, le=1e6)]
     sigma_mm: Annotated[float, Field(gt=0, le=1e6)]
     contrast: Annotated[float, Field(ge=-1e6, le=1e6)]
@@ -484,11 +399,11 @@ def _require_same_length(columns: BaseModel) -> None:
         raise ValueError(f"the columns must have the same number of rows (found {told})")
 
 
-def _tag(tag: _Tag) -> Tag:
-    return Tag(
+def _tag(tag: _Tag) -> ImportedTag:
+    return ImportedTag(
         id=tag.id,
         seq=tag.seq,
-        fields=tag.fields.model_dump(exclude_none=True),
+        fields=tag.fields.to_json(),
         photo_sha256=tag.photo_sha256,
         created_by=tag.created_by,
         created_at=tag.created_at,

@@ -15,6 +15,7 @@ from datetime import date
 from typing import Any
 
 from app.survey.catalogue.header import FIELDS, LONGEST_TEXT, faults
+from app.survey.tag import LONGEST_IMPORTED_REMARK, StatedTag
 
 MOST_SURVEYS = 200
 MOST_OBSERVATIONS = 10_000
@@ -22,7 +23,6 @@ MOST_OBSERVATIONS = 10_000
 MOST_OF_FILE = 20_000
 """Observations of all surveys of a file."""
 MOST_WARNINGS = 1000
-LONGEST_REMARK = 40_000
 """Ten times what the API takes: an export adds to it, and spells other letters in Latin ones."""
 LONGEST_PHOTO_NAME = 255
 _MOST_HEADER_FIELDS = 100
@@ -75,22 +75,22 @@ class ImportedObservation:
     """Into the film, which is not here either."""
     line: int | None = None
 
-    def fields(self) -> dict[str, Any]:
-        """As they are PUT, without a frame; and what only an imported survey states itself."""
-        stated = {
-            "code": self.code,
-            "char1": self.char1,
-            "char2": self.char2,
-            "quant1": self.quant1,
-            "quant2": self.quant2,
-            "clock_from": self.clock_from,
-            "clock_to": self.clock_to,
-            "continuous": self.stretch,
-            "remark": self.remark[:LONGEST_REMARK] or None,
-            "at_joint": self.at_joint or None,
-            "photo_name": self.photo or None,
-        }
-        return {name: value for name, value in stated.items() if value is not None}
+    def tag(self, frame: int) -> StatedTag:
+        """As it is kept, at a frame of the track that is made of the survey."""
+        return StatedTag.model_construct(
+            frame=frame,
+            code=self.code,
+            char1=self.char1,
+            char2=self.char2,
+            quant1=self.quant1,
+            quant2=self.quant2,
+            clock_from=self.clock_from,
+            clock_to=self.clock_to,
+            continuous=self.stretch,
+            remark=self.remark[:LONGEST_IMPORTED_REMARK] or None,
+            at_joint=self.at_joint or None,
+            photo_name=self.photo or None,
+        )
 
 
 @dataclass(frozen=True)
@@ -219,12 +219,13 @@ def coded(observation: ImportedObservation, notes: Notes) -> ImportedObservation
             value = None
         changes[name] = value
     remark = ", ".join(part for part in said if part)
-    if len(remark) > LONGEST_REMARK:
+    if len(remark) > LONGEST_IMPORTED_REMARK:
         notes.add(
-            f"The remark has {len(remark)} characters; the first {LONGEST_REMARK} are kept.",
+            f"The remark has {len(remark)} characters; "
+            f"the first {LONGEST_IMPORTED_REMARK} are kept.",
             observation.line,
         )
-    changes["remark"] = remark[:LONGEST_REMARK]
+    changes["remark"] = remark[:LONGEST_IMPORTED_REMARK]
     photo = observation.photo or ""
     if len(photo) > LONGEST_PHOTO_NAME:
         notes.add(f"The name of the photo is longer than {LONGEST_PHOTO_NAME} characters and cut.")

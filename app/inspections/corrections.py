@@ -10,50 +10,41 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections import OrderedDict
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any
 
-from app.errors import DiskFull, body_of
+from cachetools import LRUCache
+
+from app.errors import ChangedMeanwhile, DiskFull, described
 from app.storage.inspections import InspectionStore, Rescaling
 from app.storage.tables import ENDED, Inspection
-from app.survey.adjustment import Adjusted, Joints, Refusal, Stated, adjust
-from app.survey.interval import half_width_m
+from app.survey.adjustment import Adjusted, Refusal, adjust
+from app.survey.corrected import Corrected
 from app.survey.makeup import Makeup, makeup_of
 from app.survey.notices import Notice, notices_of
-from app.survey.rounding import metres, rounded
+from app.survey.stated import Joints, Stated
+from app.survey.track_rows import estimate_at
+from app.survey.versions import version_of
 from app.tracking.live import Live
 from app.tracking.tracks import Tracks
 from vo_core import Rig, Track
 from vo_core.errors import InvalidCorrection
-from vo_core.geometry.tilt import MountTilt
 from vo_core.track import Estimate
 
 logger = logging.getLogger(__name__)
 
-_SOLVED_KEPT = 8
+_SOLVED_FRAMES_KEPT = 1_000_000
+"""Frames of the solutions that are kept: some 100 bytes each beside the raw track."""
+_LEAST_FRAMES = 10_000
+"""A shorter one counts as so many: of joints and what else there is beside frames."""
 _STATED_KEPT = 512
+_MOST_TRIES = 5
+"""Of a change that others are faster with."""
 _SOLVE_EVERY_S = 5.0
 _SOLVE_SHARE = 0.1
 """While a run goes on it is solved so often at most, and for so much of the time: some 10 ms for a
 minute of video with joints, seconds for an hour with a hundred of them."""
-
-Value = TypeVar("Value")
-
-
-@dataclass(frozen=True)
-class Corrected:
-    """What was stated, what follows, and what is wrong with it."""
-
-    stated: Stated
-    adjusted: Adjusted | None
-    """None if it cannot be applied; by a part of what was stated if it once could."""
-    error: dict[str, str] | None
-    """Code and detail."""
-    refusal: Refusal | None = None
-    """The same for pages in other languages, where it can be said."""
-    tilt: MountTilt | None = None
-    """Of the mount against the rig, as far as the run has gone; None if it was not measured."""
 
 
 @dataclass(frozen=True)
@@ -93,8 +84,8 @@ class Corrections:
         self._live = live
         self._lock = threading.Lock()
         """Guards the two below."""
-        self._statements: OrderedDict[str, _Statement] = OrderedDict()
-        self._solutions: OrderedDict[str, _Solution] = OrderedDict()
+        self._statements: LRUCache[str, _Statement] = LRUCache(_STATED_KEPT)
+        self._solutions: LRUCache[str, _Solution] = LRUCache(_SOLVED_FRAMES_KEPT, _frames_of)
 
     def get(self, inspection_id: str) -> Corrected:
         """What holds now.
@@ -117,17 +108,38 @@ class Corrections:
                 self._tracks.get(inspection_id), rig, stated, self._tracks.sightings(inspection_id)
             )
         except InvalidCorrection as error:
-            return Corrected(stated, None, body_of(error)[1], Refusal.of(error))
+            return Corrected(stated, None, described(error), Refusal.of(error))
         tilt = self._tracks.tilt(inspection_id)
         return Corrected(stated, adjusted, _refusal(adjusted), tilt=tilt)
 
-    def put(self, inspection_id: str, stated: Stated, remark: str | None, who: str) -> Corrected:
+    def put(
+        self,
+        inspection_id: str,
+        stated: Stated,
+        remark: str | None,
+        who: str,
+        *,
+        replaces: str | None = None,
+    ) -> Corrected:
         """State it in place of what was stated before; it is committed and synced on return.
 
+        Args:
+            inspection_id: Which.
+            stated: All that is stated from now on.
+            remark: Why.
+            who: For the record.
+            replaces: Version of what it was made of; None replaces whatever there is.
         Raises:
             InspectionNotFound: There is none of this id.
             InvalidCorrection: It cannot be applied to the track as it is; nothing was stored.
+            ChangedMeanwhile: Something else than `replaces` is stated; nothing was stored.
         """
+
+        def require(stored: Mapping[str, Any]) -> None:
+            current = Stated.from_json(stored).to_json()
+            if replaces is not None and version_of(current) != replaces:
+                raise ChangedMeanwhile(current, stated.to_json())
+
         statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
         began_s = time.monotonic()
         adjusted = adjust(
@@ -139,7 +151,12 @@ class Corrections:
         if adjusted.refused is not None:
             raise InvalidCorrection(adjusted.refused.refusal())
         revision = self._inspections.correct(
-            inspection_id, who, stated.to_json(), remark, unstated=Stated().to_json()
+            inspection_id,
+            who,
+            stated.to_json(),
+            remark,
+            unstated=Stated().to_json(),
+            require=require,
         )
         corrected = Corrected(stated, adjusted, None)
         self._keep(inspection_id, _Statement(revision, stated, statement.rig))
@@ -153,18 +170,44 @@ class Corrections:
             self._live.corrected(inspection_id)
         return replace(corrected, tilt=self._tracks.tilt(inspection_id))
 
-    def rescaled(self, inspection_id: str, change: Rescaling) -> None:
+    def change(
+        self, inspection_id: str, change: Callable[[Stated], Stated], remark: str | None, who: str
+    ) -> Corrected:
+        """State what `change` makes of what is stated, also while others state something else.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+            InvalidCorrection: It cannot be applied to the track as it is; nothing was stored.
+            ChangedMeanwhile: Others were faster again and again; nothing was stored.
+        """
+        for tries_left in reversed(range(_MOST_TRIES)):
+            before = self.get(inspection_id)
+            try:
+                return self.put(
+                    inspection_id, change(before.stated), remark, who, replaces=before.version
+                )
+            except ChangedMeanwhile:
+                if not tries_left:
+                    raise
+        raise AssertionError  # the last try returns or raises
+
+    def rescaled(self, inspection_id: str, change: Rescaling) -> bool:
         """Record that the newest solution has another scale than was published; all is read again.
+
+        False if something else was stated meanwhile: then nothing is recorded.
 
         Raises:
             InspectionNotFound: There is none of this id.
             DiskFull: It could not be recorded.
         """
         statement, solution = self._statement(inspection_id), self._last_solution(inspection_id)
-        revision = self._inspections.rescale(inspection_id, change)
+        revision = self._inspections.rescale(inspection_id, change, statement.revision)
+        if revision is None:
+            return False
         self._keep(inspection_id, replace(statement, revision=revision))
         self._keep_solution(inspection_id, replace(solution, revision=revision))
         self._live.corrected(inspection_id)
+        return True
 
     def newest(self, inspection_id: str) -> Adjusted:
         """The last solution of any age; cheap."""
@@ -201,6 +244,12 @@ class Corrections:
         adjusted = self.adjusted(inspection_id)
         _, is_growing = self._tracks.run(inspection_id)
         return adjusted.extended(self._tracks.get(inspection_id)) if is_growing else adjusted.track
+
+    def at(self, inspection_id: str, frame: int | None) -> Estimate | None:
+        """The corrected estimate of a frame, None for the newest; None if it is not tracked."""
+        raw = self._tracks.get(inspection_id)
+        estimate = estimate_at(raw, len(raw) - 1 if frame is None else frame)
+        return None if estimate is None else self.estimate(inspection_id, estimate)
 
     def estimate(self, inspection_id: str, raw: Estimate) -> Estimate:
         """The corrected estimate of a frame that was just tracked; cheap."""
@@ -283,7 +332,7 @@ class Corrections:
         except InvalidCorrection as failure:
             unadjusted = stated.within(len(raw)).unadjusted()
             adjusted = adjust(raw, statement.rig, unadjusted, sightings)
-            error, refusal = body_of(failure)[1], Refusal.of(failure)
+            error, refusal = described(failure), Refusal.of(failure)
         corrected = Corrected(statement.stated, adjusted, error, refusal)
         now_s = time.monotonic()
         solution = _Solution(statement.revision, run, now_s, now_s - began_s, corrected, adjusted)
@@ -305,132 +354,21 @@ class Corrections:
         with self._lock:
             known = self._statements.get(inspection_id)
             if known is None or known.revision <= statement.revision:
-                _remember(self._statements, inspection_id, statement, _STATED_KEPT)
-            return self._statements[inspection_id]
+                known = self._statements[inspection_id] = statement
+            return known
 
     def _keep_solution(self, inspection_id: str, solution: _Solution) -> None:
         with self._lock:
             known = self._solutions.get(inspection_id)
             if known is None or known.revision <= solution.revision:
-                _remember(self._solutions, inspection_id, solution, _SOLVED_KEPT)
-
-
-def reason_of(refusal: Refusal) -> dict[str, Any] | None:
-    """The name of a refusal and what changes in its sentence; None where it has none."""
-    if refusal.reason is None:
-        return None
-    return {"code": refusal.reason, "params": dict(refusal.values)}
-
-
-def result_of(corrected: Corrected) -> dict[str, Any] | None:
-    """What came out, in figures for people: metres of distance, mm of what is left."""
-    adjusted = corrected.adjusted
-    if adjusted is None:
-        return None
-    met = adjusted.distance_class()
-    if met is None:
-        return None
-    done, closure, height = adjusted.correction, adjusted.closure, adjusted.height
-    refusal = adjusted.joints_refusal
-    return {
-        "scale": _rounded(adjusted.scale, 6),
-        "scale_sigma": _rounded(adjusted.scale_sigma, 6),
-        "findings": [
-            {
-                "evidence": str(found.evidence),
-                "scale": _rounded(found.scale, 6),
-                "sigma": _rounded(found.sigma, 6),
-            }
-            for found in (done.findings if done else ())
-        ],
-        "residuals": [
-            {
-                "name": left.name,
-                "measured_m": _metres(left.measured_mm),
-                "residual_mm": _rounded(left.residual_mm, 2),
-            }
-            for left in adjusted.residuals()
-        ],
-        "joints": [
-            {
-                "number": joint.number,
-                "distance_m": _metres(joint.distance_mm),
-                "u95_m": half_width_m(joint.sigma_mm),
-                "residual_mm": _rounded(joint.residual_mm, 2),
-                "frame": joint.frame,
-                "is_marked": joint.is_marked,
-                "other_frames": list(joint.others),
-            }
-            for joint in adjusted.evidence
-        ],
-        "uncounted_marks": [
-            {"frame": mark.frame, "distance_m": _metres(mark.distance_mm)}
-            for mark in adjusted.uncounted_marks
-        ],
-        "expected_joints": [
-            {"number": joint.number, "distance_m": _metres(joint.distance_mm)}
-            for joint in adjusted.expected_joints
-        ],
-        "joints_refusal": None if refusal is None else refusal.sentence,
-        "joints_reason": None if refusal is None else reason_of(refusal),
-        "by_joints": _by_joints(adjusted),
-        "notices": [
-            {"code": notice.code, "params": notice.params}
-            for notice in notices_of(adjusted, corrected.tilt)
-        ],
-        "closure": None
-        if closure is None
-        else {
-            "known_length_m": _metres(closure.known_mm),
-            "measured_m": _metres(closure.measured_mm),
-            "residual_mm": _rounded(closure.residual_mm, 1),
-            "residual_percent": _rounded(closure.residual_percent, 3),
-            "sigma_mm": _rounded(closure.sigma_mm, 1),
-        },
-        "height": None
-        if height is None
-        else {
-            "height_mm": _rounded(height.height_mm, 2),
-            "sigma_mm": _rounded(height.sigma_mm, 2),
-        },
-        "distance_class": {
-            "percent": met.percent,
-            "half_width_m": met.half_width_m,
-            "residual_m": _metres(met.residual_mm),
-            "length_m": _metres(met.length_mm),
-        },
-    }
-
-
-def _by_joints(adjusted: Adjusted) -> dict[str, Any] | None:
-    """What the joints have done to the scale; None if they do not count."""
-    found = adjusted.by_joints
-    if found is None:
-        return None
-    return {
-        "joints": found.joints,
-        "scale": _rounded(found.scale, 4),
-        "sigma": _rounded(found.sigma, 4),
-        "lower_mm": _rounded(found.lower_mm, 3),
-    }
-
-
-def _metres(mm: float | None) -> float | None:
-    return None if mm is None else metres(mm)
-
-
-def _rounded(value: float | None, digits: int) -> float | None:
-    return None if value is None else rounded(float(value), digits)
+                self._solutions[inspection_id] = solution
 
 
 def _refusal(adjusted: Adjusted) -> dict[str, str] | None:
     if adjusted.refused is None:
         return None
-    return body_of(InvalidCorrection(adjusted.refused.refusal()))[1]
+    return described(InvalidCorrection(adjusted.refused.refusal()))
 
 
-def _remember(kept: OrderedDict[str, Value], inspection_id: str, value: Value, most: int) -> None:
-    kept[inspection_id] = value
-    kept.move_to_end(inspection_id)
-    while len(kept) > most:
-        kept.popitem(last=False)
+def _frames_of(solution: _Solution) -> int:
+    return min(max(len(solution.adjusted.raw), _LEAST_FRAMES), _SOLVED_FRAMES_KEPT)

@@ -21,16 +21,19 @@ from datetime import UTC, datetime
 from typing import Any
 
 from app.errors import PackNotFound
-from app.imports.chainage_json import Happening, Tag, WholeInspection
+from app.imports.chainage_json import Happening, ImportedTag, WholeInspection
 from app.imports.survey import ImportedObservation, ImportedSurvey, clean
 from app.inspections.file_reader import FileReader
 from app.inspections.packs import Packs
 from app.storage.files import DataFolder, sync_folder, write_durably
 from app.storage.imports import ImportStore
-from app.storage.tables import BROUGHT_IN, ENDED, IMPORTED, Event, Inspection, Observation
-from app.survey.adjustment import Stated
+from app.storage.tables import ENDED, IMPORTED, Inspection
+from app.survey.records import BROUGHT_IN, Event, Observation
+from app.survey.stated import Stated
+from app.survey.tag import StatedTag
+from app.survey.track_rows import estimate_at, is_unmeasured
 from app.tracking.queue import track_metadata
-from app.tracking.tracks import Tracks, estimate_at, is_unmeasured
+from app.tracking.tracks import Tracks
 from app.tracking.videos import NO_FILM, unfilmed_columns
 from vo_core import Rig, Track
 from vo_core.geometry.tilt import MountTilt
@@ -120,7 +123,7 @@ class Imports:
             _PICTURE_WH, float(run.track.time_s[-1]) if has_times else None
         )
         observations = [
-            _observation(inspection.id, seq, {"frame": seq - 1, **row.fields()}, who)
+            _observation(inspection.id, seq, row.tag(seq - 1), who)
             for seq, row in enumerate(rows, 1)
         ]
         events = [_created(inspection, filename, who), *(_tagged(it, who) for it in observations)]
@@ -303,27 +306,25 @@ def _name(text: str) -> str:
     return clean(text, _LONGEST_NAME) or "Imported survey"
 
 
-def _observation(inspection_id: str, seq: int, fields: Mapping[str, Any], who: str) -> Observation:
+def _observation(inspection_id: str, seq: int, tag: StatedTag, who: str) -> Observation:
     return Observation(
         inspection_id=inspection_id,
         id=str(uuid.uuid4()),
         seq=seq,
-        frame=fields["frame"],
-        fields=dict(fields),
+        tag=tag,
         photo_error=NO_FILM,
         created_at=datetime.now(UTC),
         created_by=who,
     )
 
 
-def _restored(inspection_id: str, tag: Tag) -> Observation:
+def _restored(inspection_id: str, tag: ImportedTag) -> Observation:
     return Observation(
         inspection_id=inspection_id,
         id=tag.id,
         seq=tag.seq,
-        frame=tag.fields["frame"],
-        fields=dict(tag.fields),
-        photo_frame=tag.fields["frame"] if tag.photo_sha256 else None,
+        tag=tag.stated,
+        photo_frame=tag.stated.frame if tag.photo_sha256 else None,
         photo_sha256=tag.photo_sha256,
         photo_error=NO_FILM,
         created_at=tag.created_at,
@@ -365,7 +366,7 @@ def _tagged(observation: Observation, who: str) -> Event:
         who=who,
         at=observation.created_at,
         before=None,
-        after=observation.fields,
+        after=observation.tag.to_json(),
     )
 
 

@@ -44,13 +44,14 @@ from app.storage.inspections import InspectionStore, Summary
 from app.storage.observations import ObservationStore
 from app.storage.tables import ENDED, Inspection
 from app.survey.stretches import open_stretches
+from app.survey.track_rows import estimate_at, since
 from app.tracking.cameras import Sources
 from app.tracking.live import CameraStatus, Live, Progress
 from app.tracking.media import Media
 from app.tracking.queue import Tracking, track_metadata
 from app.tracking.recorder import Recorder
 from app.tracking.runs import Runs
-from app.tracking.tracks import Tracks, estimate_at, since
+from app.tracking.tracks import Tracks
 from app.tracking.videos import NO_FILM, file_name, unrecorded_columns, video_columns
 from vo_core import Estimate, Rig, Track
 from vo_core.geometry.rectify import require_wall_in_view

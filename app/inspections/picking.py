@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from app.errors import IncompleteWallPoint, WallNotSeen
 from app.inspections.corrections import Corrections
-from app.inspections.observations import Course
 from app.storage.inspections import InspectionStore
+from app.survey.place import Course
 from app.tracking.tracks import Tracks
 from vo_core import Rig, Track
 from vo_core.geometry.rectify import Rectifier

@@ -169,8 +169,7 @@ class Samples:
             files / "video.mp4", rig, NAME, header(rig, datetime.now().astimezone())
         )
         for tag in tags(SAMPLE.shortened(LENGTH_MM)):
-            fields = {"frame": tag.frame, "pixel": list(tag.pixel), **tag.fields}
-            self._observations.put(inspection_id, str(uuid.uuid4()), fields, WHO)
+            self._observations.put(inspection_id, str(uuid.uuid4()), tag, WHO)
         write_durably(self._note, inspection_id.encode())
 
     def _rendered(self) -> Path:

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from app.errors import Busy, DiskFull, InspectionNotFound
-from app.inspections.corrections import Corrections, reason_of
+from app.inspections.corrections import Corrections
 from app.storage.inspections import InspectionStore, Rescaling
 from app.storage.tables import ENDED
 from app.survey.adjustment import Adjusted
+from app.survey.corrected import reason_of
 from app.survey.interval import LEAST_M, U95
 from app.tracking.live import Event, Update
 from app.tracking.tracks import Tracks
@@ -102,8 +103,8 @@ class Scaling(Worker):
         revision = self._corrections.revision(inspection_id)
         if revision == told.revision and is_other(told.scale, scale, adjusted):
             change = Rescaling(WHO, told.scale, scale or _why_not(adjusted), _remark(adjusted))
-            self._corrections.rescaled(inspection_id, change)
-            logger.info("Inspection %s: %s", inspection_id, _remark(adjusted))
+            if self._corrections.rescaled(inspection_id, change):
+                logger.info("Inspection %s: %s", inspection_id, _remark(adjusted))
             revision = self._corrections.revision(inspection_id)
         elif revision == told.revision:
             scale = told.scale

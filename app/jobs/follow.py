@@ -139,7 +139,7 @@ class Follower:
 
     def _look(self, frame: Frame, estimate: Estimate) -> None:
         """What else a tracked frame shows."""
-        self._health.append(_gauged(estimate.frame, self._odometry.health))
+        self._health.append(_gauged(estimate.frame, self._odometry.measure_health()))
         patch = self._odometry.patch
         if patch is not None and self._joints.wants(estimate):
             self._joints.spread(patch, estimate)

@@ -9,9 +9,7 @@ import msgspec
 
 from app.jobs.messages import Row
 from app.jobs.parts import Between
-
-UNKNOWN_ACCELERATION_MM_S2 = 500.0
-"""One sigma of what a robot may have done unseen; the odometry bridges a loss by the same."""
+from vo_core.bridge import BRIDGE_ACCELERATION_MM_S2
 
 _UNKNOWN_MOVE_MM = 10_000.0
 """One sigma of where a robot is that was moved by hand: a culvert's length."""
@@ -43,7 +41,7 @@ def between(before: Row, after: Row, skipped: Sequence[tuple[int, float]]) -> It
     for frame, time_s in skipped:
         passed_s = time_s - before.time_s
         share = passed_s / length_s
-        unseen_mm = UNKNOWN_ACCELERATION_MM_S2 * passed_s * (length_s - passed_s) / 2
+        unseen_mm = BRIDGE_ACCELERATION_MM_S2 * passed_s * (length_s - passed_s) / 2
         yield msgspec.structs.replace(
             before,
             frame=frame,

@@ -28,8 +28,8 @@ from app.meter_counter.protocol import (
     refused,
     status,
 )
-from app.survey.adjustment import Zero
 from app.survey.rounding import metres, rounded
+from app.survey.stated import Zero
 from app.tracking.live import Event, Update
 from vo_core.errors import ChainageError
 from vo_core.track import Estimate
@@ -193,10 +193,13 @@ class MeterCounter:
         inspection_id, estimate = newest
         try:
             with about(inspection_id):
-                stated = self._corrections.get(inspection_id).stated
                 zero = Zero(estimate.frame, rounded(value_m, 3))
-                restated = msgspec.structs.replace(stated, zero=zero)
-                self._corrections.put(inspection_id, restated, None, NAME)
+                self._corrections.change(
+                    inspection_id,
+                    lambda stated: msgspec.structs.replace(stated, zero=zero),
+                    None,
+                    NAME,
+                )
         except (AppError, ChainageError) as refusal:
             return str(refusal)
         return None

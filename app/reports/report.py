@@ -9,13 +9,14 @@ from datetime import datetime
 from pathlib import Path
 from typing import IO, Any, Literal
 
-from app.inspections.corrections import Corrected
 from app.reports.bundle.signing import Signer
-from app.storage.tables import Event
 from app.survey.adjustment import Adjusted, ExpectedJoint, FittedJoint
 from app.survey.catalogue.table import Code
 from app.survey.checks import Issue
-from app.tracking.tracks import is_unmeasured
+from app.survey.corrected import Corrected
+from app.survey.records import Event
+from app.survey.tag import StatedTag
+from app.survey.track_rows import is_unmeasured
 from vo_core import Rig, Track
 from vo_core.image.health import Health
 from vo_core.joints.finder import Sighting
@@ -46,7 +47,8 @@ class Entry:
 
     id: str
     seq: int
-    frame: int
+    tag: StatedTag
+    """What a person stated; all else follows from it, from track and rig."""
     time_s: float | None
     """Of the frame in the video; None, as all of its place, before the frame is tracked."""
     distance_m: float | None
@@ -60,23 +62,15 @@ class Entry:
     """To the far end, if its distance is known."""
     joint_no: int | None
     at_joint: bool
-    code: str | None
-    """None for a tag whose details are still to come."""
-    char1: str | None
-    char2: str | None
     kind: Code | None
     """What the code pack calls it; None for a code that is not in it."""
-    quant1: float | None
-    quant2: float | None
     clock_from: int | None
-    clock_to: int | None
+    """As it was entered, else as the pixel shows it, to the hour."""
     cont_id: int | None
     """Number of its stretch."""
     cont_role: Role | None
     cont_length_m: float | None
     """Of the stretch, given at its start once it is finished."""
-    severity: int | None
-    remark: str | None
     photo: Photo | None
     x_m: float | None
     """The wall point: along the axis, right of it, below it (or below the camera's floor)."""
@@ -88,18 +82,16 @@ class Entry:
     tagged_at: datetime
     edited_at: datetime | None
     edited_by: str | None
-    entered: Mapping[str, Any]
-    """What a person stated, as it was PUT; all above follows from it, from track and rig."""
 
     @property
     def unit1(self) -> str | None:
         """Of `quant1`, by the code pack."""
-        return self.kind.unit_q1 if self.kind and self.quant1 is not None else None
+        return self.kind.unit_q1 if self.kind and self.tag.quant1 is not None else None
 
     @property
     def unit2(self) -> str | None:
         """Of `quant2`, by the code pack."""
-        return self.kind.unit_q2 if self.kind and self.quant2 is not None else None
+        return self.kind.unit_q2 if self.kind and self.tag.quant2 is not None else None
 
     def label(self, language: Language) -> str | None:
         """What the code means, in the words of its pack."""
@@ -227,7 +219,7 @@ class Report:
         for entry in self.entries:
             key = entry.id if entry.cont_id is None else f"stretch {entry.cont_id}"
             known = found.get(key)
-            if known is None or (entry.severity or 0) > (known.severity or 0):
+            if known is None or (entry.tag.severity or 0) > (known.tag.severity or 0):
                 found[key] = entry
         kept = {entry.id for entry in found.values()}
         return tuple(entry for entry in self.entries if entry.id in kept)

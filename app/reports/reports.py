@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+import threading
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
+from cachetools import TTLCache
 from numpy.typing import NDArray
 
 from app.errors import ExportNotAvailable
+from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
-from app.inspections.observations import Observations, ObservationView, rig_of
+from app.inspections.observations import Observations, rig_of
 from app.inspections.packs import Packs
 from app.reports.bundle.signing import Signer
 from app.reports.content.naming import ascii_file_name, safe_file_name
@@ -21,19 +24,22 @@ from app.reports.formats import FORMATS
 from app.reports.report import Company, Entry, Language, Photo, Report, Role, Source, Units, Written
 from app.storage.files import Places
 from app.storage.inspections import InspectionStore
-from app.storage.tables import IMPORTED
+from app.storage.tables import ENDED, IMPORTED
 from app.survey.catalogue.header import number_of
 from app.survey.catalogue.table import CodeTable
-from app.survey.checks import Checks
 from app.survey.interval import half_width_m
+from app.survey.place import ObservationView
 from app.survey.rounding import metres, rounded
 from app.survey.stretches import role_and_number, stretches
-from app.tracking.tracks import Tracks, is_unmeasured
+from app.survey.track_rows import is_unmeasured
+from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
 from vo_core import Rig
 from vo_core.errors import InvalidRig
 
 _ROLES: Mapping[str, Role] = {"A": "start", "C": "change", "B": "finish"}
+_KEPT_S, _KEPT_BYTES = 60.0, 64 * 2**20
+"""Written reports are kept so long: a page asks for the losses of one and then for the report."""
 _LONGEST_PHOTO_STEM = 100
 """Of an asset in the name of a photo: file systems and exchange formats hold 255 characters."""
 
@@ -75,11 +81,16 @@ class Reports:
         self._company = company
         self._signer = signer
         self._draw_scene = draw_scene
+        self._lock = threading.Lock()
+        """Guards the next."""
+        self._kept: TTLCache[Hashable, Export] = TTLCache(
+            _KEPT_BYTES, _KEPT_S, getsizeof=lambda export: export.written.size
+        )
 
     def export(
         self, inspection_id: str, kind: str, *, language: Language = "en", units: Units = "m"
     ) -> Export:
-        """The report as a file.
+        """The report as a file; asked for again soon, as after its losses, it is the same one.
 
         Args:
             inspection_id: Of any state.
@@ -95,10 +106,20 @@ class Reports:
             raise ExportNotAvailable(
                 f"There is no export as {kind}; there are {', '.join(FORMATS)}."
             )
+        key = (inspection_id, kind, language, units, self._inspections.state(inspection_id))
+        with self._lock:
+            known = self._kept.get(key)
+        if known is not None:
+            return known
         form = FORMATS[kind]
         report = self.report(inspection_id, language=language, units=units)
         name = safe_file_name(f"{report.name}-{form.stem}{form.suffix}")
-        return Export(name, form.media_type, form.write(report))
+        export = Export(name, form.media_type, form.write(report))
+        can_be_kept = export.written.file is None and export.written.size <= _KEPT_BYTES
+        if report.status in ENDED and can_be_kept:
+            with self._lock:
+                self._kept[key] = export
+        return export
 
     def report(
         self, inspection_id: str, *, language: Language = "en", units: Units = "m"
@@ -170,7 +191,7 @@ class Reports:
 
     def _photo(self, view: ObservationView, asset: str) -> Photo | None:
         row = view.row
-        if stated := row.fields.get("photo_name"):
+        if stated := row.tag.photo_name:
             return Photo(stated, None, None)
         if not row.is_photographed:
             return None
@@ -222,16 +243,14 @@ def _entry(
     line: _Line | None,
     lengths_m: Mapping[str, float],
 ) -> Entry:
-    row, place, fields = view.row, view.place, view.row.fields
-    role, number = (
-        role_and_number(fields["continuous"]) if fields.get("continuous") else (None, None)
-    )
+    row, place, tag = view.row, view.place, view.row.tag
+    role, number = role_and_number(tag.continuous) if tag.continuous else (None, None)
     x_m, y_m, z_m = _wall_point_m(view, rig)
     lon, lat = line.at(place.distance_mm) if line and place else (None, None)
     return Entry(
         id=row.id,
         seq=row.seq,
-        frame=row.frame,
+        tag=tag,
         time_s=rounded(place.time_s, 3) if place else None,
         distance_m=_metres(place.distance_mm) if place else None,
         u95_m=place.u95_m if place else None,
@@ -240,19 +259,11 @@ def _entry(
         to_go_m=_to_go_m(header, place.distance_mm) if place else None,
         joint_no=place.joint_no if place else None,
         at_joint=place is not None and view.at_joint,
-        code=fields.get("code"),
-        char1=fields.get("char1"),
-        char2=fields.get("char2"),
-        kind=table.named(fields.get("code"), fields.get("char1"), fields.get("char2")),
-        quant1=fields.get("quant1"),
-        quant2=fields.get("quant2"),
+        kind=table.named(tag.code, tag.char1, tag.char2),
         clock_from=view.clock,
-        clock_to=fields.get("clock_to"),
         cont_id=number,
         cont_role=_ROLES[role] if role else None,
         cont_length_m=lengths_m.get(row.id),
-        severity=fields.get("severity"),
-        remark=fields.get("remark"),
         photo=photo,
         x_m=x_m,
         y_m=y_m,
@@ -263,7 +274,6 @@ def _entry(
         tagged_at=row.created_at,
         edited_at=row.edited_at,
         edited_by=row.edited_by,
-        entered=fields,
     )
 
 

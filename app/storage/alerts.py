@@ -11,7 +11,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from app.storage.database import Database
-from app.storage.tables import ALERT_STATES, Alert, Event, Observation
+from app.storage.tables import ALERT_STATES, Alert, EventRow, ObservationRow
 
 EMERGENCY = 5
 """The severity that must not wait."""
@@ -21,7 +21,7 @@ _WAITING_AT_MOST = 1000
 
 
 def note_emergency(
-    session: Session, row: Observation, before: dict[str, Any] | None, *, was_deleted: bool
+    session: Session, row: ObservationRow, before: dict[str, Any] | None, *, was_deleted: bool
 ) -> None:
     """Within the session that stores an observation: have the client notified if it became severe.
 
@@ -93,7 +93,7 @@ class AlertStore:
     def record_told(self, alert_id: str) -> None:
         """The client has taken it; the history says so."""
 
-        def record(row: Alert, now: datetime) -> Event:
+        def record(row: Alert, now: datetime) -> EventRow:
             row.state, row.told_at, row.error = "told", now, None
             row.tries += 1
             return _event(row, "told", now)
@@ -103,7 +103,7 @@ class AlertStore:
     def record_failure(self, alert_id: str, error: str, next_at: datetime | None) -> None:
         """A try has failed; without a next one the history says that nobody was notified."""
 
-        def record(row: Alert, now: datetime) -> Event | None:
+        def record(row: Alert, now: datetime) -> EventRow | None:
             row.error = error
             row.tries += 1
             if next_at is not None:
@@ -122,7 +122,7 @@ class AlertStore:
 
         self._change(alert_id, record)
 
-    def _change(self, alert_id: str, record: Callable[[Alert, datetime], Event | None]) -> None:
+    def _change(self, alert_id: str, record: Callable[[Alert, datetime], EventRow | None]) -> None:
         def apply(session: Session) -> None:
             row = session.get(Alert, alert_id)
             if row is None:
@@ -134,8 +134,8 @@ class AlertStore:
         self._database.write(apply)
 
 
-def _event(row: Alert, action: str, at: datetime, remark: str | None = None) -> Event:
-    return Event(
+def _event(row: Alert, action: str, at: datetime, remark: str | None = None) -> EventRow:
+    return EventRow(
         inspection_id=row.inspection_id,
         observation_id=row.observation_id,
         action=action,

@@ -8,7 +8,8 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.storage.database import Database
-from app.storage.tables import Event, Inspection, Observation
+from app.storage.tables import EventRow, Inspection, ObservationRow
+from app.survey.records import Event, Observation
 
 
 class ImportStore:
@@ -20,7 +21,7 @@ class ImportStore:
     def has_known(self, inspection_id: str) -> bool:
         """Whether there is, or ever was, an inspection of this id: its events stay."""
         with self._database.read() as session:
-            event = select(Event.id).where(Event.inspection_id == inspection_id).limit(1)
+            event = select(EventRow.id).where(EventRow.inspection_id == inspection_id).limit(1)
             is_deleted = session.scalar(event) is not None
             return is_deleted or session.get(Inspection, inspection_id) is not None
 
@@ -41,7 +42,7 @@ class ImportStore:
         def insert(session: Session) -> None:
             session.add(inspection)
             session.flush()
-            session.add_all(observations)
-            session.add_all(events)
+            session.add_all(map(ObservationRow.of, observations))
+            session.add_all(map(EventRow.of, events))
 
         self._database.write(insert)

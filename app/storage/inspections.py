@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
@@ -13,7 +13,9 @@ from sqlalchemy.orm import Session
 from app.errors import InspectionNotFound, StillRunning
 from app.storage.database import Database
 from app.storage.packs import require_pack_of
-from app.storage.tables import ENDED, RESCALED, RIG_CHANGED, Event, Inspection, Observation
+from app.storage.tables import ENDED, EventRow, Inspection, ObservationRow
+from app.survey.records import RESCALED, RIG_CHANGED, Event
+from app.survey.versions import Require
 from vo_core.track import Estimate
 
 
@@ -82,6 +84,22 @@ class InspectionStore:
             query = _SUMMARY.order_by(Inspection.created_at.desc(), Inspection.id)
             return [Summary(*found) for found in session.execute(query)]
 
+    def state(self, inspection_id: str) -> tuple[Hashable, ...]:
+        """What differs after all that changes the report of an inspection that has ended.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        newest = select(func.max(EventRow.id)).where(EventRow.inspection_id == inspection_id)
+        photos = select(
+            func.count(ObservationRow.photo_error),
+            func.sum(cast(ObservationRow.photo_frame == ObservationRow.frame, Integer)),
+        ).where(ObservationRow.inspection_id == inspection_id)
+        with self._database.read() as session:
+            row = existing(session, inspection_id)
+            made = tuple(session.execute(photos).one())
+            return (row.revision, row.status, row.finished_at, session.scalar(newest), *made)
+
     def counts(self) -> dict[str, int]:
         """How many have each status."""
         query = select(Inspection.status, func.count()).group_by(Inspection.status)
@@ -90,11 +108,13 @@ class InspectionStore:
 
     def events(self, inspection_id: str, observation_id: str | None = None) -> list[Event]:
         """Everything that was done to the inspection or to one observation, oldest first."""
-        query = select(Event).where(Event.inspection_id == inspection_id).order_by(Event.id)
+        query = (
+            select(EventRow).where(EventRow.inspection_id == inspection_id).order_by(EventRow.id)
+        )
         if observation_id is not None:
-            query = query.where(Event.observation_id == observation_id)
+            query = query.where(EventRow.observation_id == observation_id)
         with self._database.read() as session:
-            return list(session.scalars(query))
+            return [row.record() for row in session.scalars(query.order_by(EventRow.id))]
 
     def add(self, inspection: Inspection, who: str) -> None:
         """A new one; `inspection` may be used on as what get() returns."""
@@ -106,18 +126,26 @@ class InspectionStore:
         self._database.write(insert)
 
     def change(
-        self, inspection_id: str, who: str, name: str | None, header: Mapping[str, Any] | None
+        self,
+        inspection_id: str,
+        who: str,
+        name: str | None,
+        header: Mapping[str, Any] | None,
+        require: Require | None = None,
     ) -> None:
         """Give another name or another header; None leaves it as it is.
 
         Raises:
             InspectionNotFound: There is none of this id.
             PackNotFound: The header names a code pack that does not exist.
+            Exception: What `require` raises of the name and header that are stored.
         """
 
         def apply(session: Session) -> None:
             row = existing(session, inspection_id)
             before = _editable(row)
+            if require is not None:
+                require(before)
             if header is not None and header.get("code_pack") != row.header.get("code_pack"):
                 require_pack_of(session, header)
             row.name = row.name if name is None else name
@@ -136,6 +164,7 @@ class InspectionStore:
         remark: str | None,
         *,
         unstated: Mapping[str, Any],
+        require: Require | None = None,
     ) -> int:
         """Replace what was stated about the distances; the revision after it.
 
@@ -143,11 +172,14 @@ class InspectionStore:
 
         Raises:
             InspectionNotFound: There is none of this id.
+            Exception: What `require` raises of what is stored.
         """
 
         def apply(session: Session) -> int:
             row = existing(session, inspection_id)
             before, after = row.corrections or dict(unstated), dict(corrections)
+            if require is not None:
+                require(before)
             if after != before:
                 row.corrections = after
                 row.revision += 1
@@ -157,15 +189,19 @@ class InspectionStore:
 
         return self._database.write(apply)
 
-    def rescale(self, inspection_id: str, change: Rescaling) -> int:
+    def rescale(self, inspection_id: str, change: Rescaling, revision: int) -> int | None:
         """Record that distances have another scale by what the run has shown; the revision then.
+
+        None, and nothing is recorded, if it is not that of `revision` any more.
 
         Raises:
             InspectionNotFound: There is none of this id.
         """
 
-        def apply(session: Session) -> int:
+        def apply(session: Session) -> int | None:
             row = existing(session, inspection_id)
+            if row.revision != revision:
+                return None
             row.revision += 1
             row.corrected_mm = row.sigma_corrected_mm = None
             session.add(
@@ -179,12 +215,12 @@ class InspectionStore:
         """What the last such record says holds; None without one, or if it holds no longer."""
         with self._database.read() as session:
             newest = session.scalars(
-                select(Event)
+                select(EventRow)
                 .where(
-                    Event.inspection_id == inspection_id,
-                    Event.action.in_(("corrected", RESCALED)),
+                    EventRow.inspection_id == inspection_id,
+                    EventRow.action.in_(("corrected", RESCALED)),
                 )
-                .order_by(Event.id.desc())
+                .order_by(EventRow.id.desc())
                 .limit(1)
             ).first()
             if newest is None or newest.action != RESCALED:
@@ -422,12 +458,12 @@ _NOT_FOUND = "There is no such inspection."
 _SUMMARY = (
     select(
         Inspection,
-        func.count(Observation.id),
-        func.max(cast(Observation.fields["severity"].as_string(), Integer)),
+        func.count(ObservationRow.id),
+        func.max(cast(ObservationRow.fields["severity"].as_string(), Integer)),
     )
     .outerjoin(
-        Observation,
-        and_(Observation.inspection_id == Inspection.id, Observation.deleted_at.is_(None)),
+        ObservationRow,
+        and_(ObservationRow.inspection_id == Inspection.id, ObservationRow.deleted_at.is_(None)),
     )
     .group_by(Inspection.id)
 )
@@ -468,7 +504,9 @@ def _queue_again(session: Session, row: Inspection) -> None:
     row.corrected_mm = row.sigma_corrected_mm = None
     # A photo that was missing for want of a track gets another chance.
     session.execute(
-        update(Observation).where(Observation.inspection_id == row.id).values(photo_error=None)
+        update(ObservationRow)
+        .where(ObservationRow.inspection_id == row.id)
+        .values(photo_error=None)
     )
 
 
@@ -498,8 +536,8 @@ def _event(
     before: dict[str, Any] | None,
     after: dict[str, Any] | None,
     remark: str | None = None,
-) -> Event:
-    return Event(
+) -> EventRow:
+    return EventRow(
         inspection_id=inspection.id,
         action=action,
         who=who,

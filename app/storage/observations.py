@@ -12,11 +12,13 @@ from app.errors import ObservationNotFound
 from app.storage.alerts import note_emergency
 from app.storage.database import Database
 from app.storage.inspections import existing
-from app.storage.tables import Event, Observation
+from app.storage.tables import EventRow, ObservationRow
+from app.survey.records import Observation
+from app.survey.tag import StatedTag
 
 
 class ObservationStore:
-    """Rows come back detached: what is done to them stays without effect on the database."""
+    """What comes back is apart from the database."""
 
     def __init__(self, database: Database, *, has_webhook: bool = False) -> None:
         """Over a database; with a webhook a severe observation is put into its outbox, too."""
@@ -30,31 +32,31 @@ class ObservationStore:
             ObservationNotFound: There never was one.
         """
         with self._database.read() as session:
-            return _existing(session, inspection_id, observation_id)
+            return _existing(session, inspection_id, observation_id).record()
 
     def listed(self, inspection_id: str) -> list[Observation]:
         """Those that are not deleted, in the order of their numbers."""
         query = (
-            select(Observation)
-            .where(Observation.inspection_id == inspection_id, Observation.deleted_at.is_(None))
-            .order_by(Observation.seq)
+            select(ObservationRow)
+            .where(
+                ObservationRow.inspection_id == inspection_id, ObservationRow.deleted_at.is_(None)
+            )
+            .order_by(ObservationRow.seq)
         )
         with self._database.read() as session:
-            return list(session.scalars(query))
+            return [row.record() for row in session.scalars(query)]
 
     def listed_with_deleted(self, inspection_id: str) -> list[Observation]:
         """Every one there ever was, in the order of their numbers."""
         query = (
-            select(Observation)
-            .where(Observation.inspection_id == inspection_id)
-            .order_by(Observation.seq)
+            select(ObservationRow)
+            .where(ObservationRow.inspection_id == inspection_id)
+            .order_by(ObservationRow.seq)
         )
         with self._database.read() as session:
-            return list(session.scalars(query))
+            return [row.record() for row in session.scalars(query)]
 
-    def put(
-        self, inspection_id: str, observation_id: str, fields: dict[str, Any], who: str
-    ) -> bool:
+    def put(self, inspection_id: str, observation_id: str, tag: StatedTag, who: str) -> bool:
         """Create, replace or bring back; whether anything changed.
 
         Raises:
@@ -62,10 +64,10 @@ class ObservationStore:
         """
 
         def apply(session: Session) -> bool:
-            row = session.get(Observation, (inspection_id, observation_id))
+            row = session.get(ObservationRow, (inspection_id, observation_id))
             before = None if row is None else row.fields
             was_deleted = row is not None and row.deleted_at is not None
-            is_changed = _put(session, inspection_id, observation_id, fields, who)
+            is_changed = _put(session, inspection_id, observation_id, tag.to_json(), who)
             if is_changed and self._has_webhook:
                 row = _existing(session, inspection_id, observation_id)
                 note_emergency(session, row, before, was_deleted=was_deleted)
@@ -112,14 +114,14 @@ class ObservationStore:
     def inspections_without_photos(self) -> list[str]:
         """Ids of the inspections that miss a photo."""
         with self._database.read() as session:
-            query = _WITHOUT_PHOTO.with_only_columns(Observation.inspection_id).distinct()
+            query = _WITHOUT_PHOTO.with_only_columns(ObservationRow.inspection_id).distinct()
             return list(session.scalars(query))
 
     def without_photo(self, inspection_id: str) -> list[Observation]:
         """Those whose photo is neither made nor given up."""
         with self._database.read() as session:
-            query = _WITHOUT_PHOTO.where(Observation.inspection_id == inspection_id)
-            return list(session.scalars(query))
+            query = _WITHOUT_PHOTO.where(ObservationRow.inspection_id == inspection_id)
+            return [row.record() for row in session.scalars(query)]
 
     def record_photo(self, shown: Observation, sha256: str) -> None:
         """The photo of `shown` is made; without effect if its frame was changed meanwhile."""
@@ -143,10 +145,10 @@ class ObservationStore:
         self._database.write(record)
 
 
-_WITHOUT_PHOTO = select(Observation).where(
-    Observation.deleted_at.is_(None),
-    Observation.photo_error.is_(None),
-    or_(Observation.photo_frame.is_(None), Observation.photo_frame != Observation.frame),
+_WITHOUT_PHOTO = select(ObservationRow).where(
+    ObservationRow.deleted_at.is_(None),
+    ObservationRow.photo_error.is_(None),
+    or_(ObservationRow.photo_frame.is_(None), ObservationRow.photo_frame != ObservationRow.frame),
 )
 
 
@@ -158,13 +160,15 @@ def _put(
     session: Session, inspection_id: str, observation_id: str, fields: dict[str, Any], who: str
 ) -> bool:
     now = datetime.now(UTC)
-    row = session.get(Observation, (inspection_id, observation_id))
+    row = session.get(ObservationRow, (inspection_id, observation_id))
     if row is None:
         existing(session, inspection_id)
         highest = session.scalar(
-            select(func.max(Observation.seq)).where(Observation.inspection_id == inspection_id)
+            select(func.max(ObservationRow.seq)).where(
+                ObservationRow.inspection_id == inspection_id
+            )
         )
-        row = Observation(
+        row = ObservationRow(
             inspection_id=inspection_id,
             id=observation_id,
             seq=(highest or 0) + 1,
@@ -191,23 +195,23 @@ def _put(
     return True
 
 
-def _existing(session: Session, inspection_id: str, observation_id: str) -> Observation:
-    row = session.get(Observation, (inspection_id, observation_id))
+def _existing(session: Session, inspection_id: str, observation_id: str) -> ObservationRow:
+    row = session.get(ObservationRow, (inspection_id, observation_id))
     if row is None:
         raise ObservationNotFound("There is no such observation.")
     return row
 
 
-def _unchanged(session: Session, shown: Observation) -> Observation | None:
-    row = session.get(Observation, (shown.inspection_id, shown.id))
+def _unchanged(session: Session, shown: Observation) -> ObservationRow | None:
+    row = session.get(ObservationRow, (shown.inspection_id, shown.id))
     return row if row is not None and row.frame == shown.frame else None
 
 
 def _log(
-    session: Session, row: Observation, action: str, who: str, before: dict[str, Any] | None
+    session: Session, row: ObservationRow, action: str, who: str, before: dict[str, Any] | None
 ) -> None:
     session.add(
-        Event(
+        EventRow(
             inspection_id=row.inspection_id,
             observation_id=row.id,
             action=action,

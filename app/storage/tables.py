@@ -10,12 +10,9 @@ from sqlalchemy.engine import Dialect
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 from sqlalchemy.types import TypeDecorator
 
-RESCALED = "rescaled"
-"""The action of an event that Chainage itself has caused: joints have changed the scale."""
-RIG_CHANGED = "rig_changed"
-"""The action of an event: tracked again with another rig."""
-BROUGHT_IN = "imported"
-"""The action of an event: an inspection of another server came to this one, as it was."""
+from app.survey.records import Event, Observation
+from app.survey.tag import StatedTag
+
 ENDED = ("done", "failed", "cancelled")
 """States of an inspection that last."""
 STATES = ("queued", "running", *ENDED)
@@ -109,8 +106,8 @@ class Inspection(Base):
         return self.video_file != ""
 
 
-class Observation(Base):
-    """A defect or a note, anchored to a frame and a pixel; its distance is never stored."""
+class ObservationRow(Base):
+    """A row of `app.survey.records.Observation`."""
 
     __tablename__ = "observations"
 
@@ -120,7 +117,6 @@ class Observation(Base):
     id: Mapped[str] = mapped_column(String(36), primary_key=True)
     """UUID made by the client, so that a repeated PUT is the same observation."""
     seq: Mapped[int]
-    """1, 2, ... within the inspection; never used twice."""
     frame: Mapped[int]
     fields: Mapped[dict[str, Any]]
     """What was PUT, as it was accepted."""
@@ -135,19 +131,45 @@ class Observation(Base):
     edited_by: Mapped[str | None] = mapped_column(String(100))
     deleted_at: Mapped[datetime | None]
 
-    @property
-    def is_photographed(self) -> bool:
-        """Whether there is a photo of its frame, here or where it was exported."""
-        return self.photo_frame == self.frame
+    @classmethod
+    def of(cls, observation: Observation) -> ObservationRow:
+        """To be added to a session."""
+        return cls(
+            inspection_id=observation.inspection_id,
+            id=observation.id,
+            seq=observation.seq,
+            frame=observation.frame,
+            fields=observation.tag.to_json(),
+            photo_frame=observation.photo_frame,
+            photo_sha256=observation.photo_sha256,
+            photo_error=observation.photo_error,
+            created_at=observation.created_at,
+            created_by=observation.created_by,
+            edited_at=observation.edited_at,
+            edited_by=observation.edited_by,
+            deleted_at=observation.deleted_at,
+        )
 
-    @property
-    def has_photo(self) -> bool:
-        """Whether that photo is here."""
-        return self.is_photographed and self.photo_error is None
+    def record(self) -> Observation:
+        """What the row holds, apart from the session."""
+        return Observation(
+            inspection_id=self.inspection_id,
+            id=self.id,
+            seq=self.seq,
+            tag=StatedTag.kept(self.fields),
+            photo_frame=self.photo_frame,
+            photo_sha256=self.photo_sha256,
+            photo_error=self.photo_error,
+            created_at=self.created_at,
+            created_by=self.created_by,
+            edited_at=self.edited_at,
+            edited_by=self.edited_by,
+            deleted_at=self.deleted_at,
+        )
 
 
-class Event(Base):
-    """Who changed what, when, from what to what; never changed or deleted."""
+class EventRow(Base):
+    """A row of `app.survey.records.Event`."""
 
     __tablename__ = "events"
     __table_args__ = (Index("ix_events_subject", "inspection_id", "observation_id"),)
@@ -161,7 +183,34 @@ class Event(Base):
     before: Mapped[dict[str, Any] | None]
     after: Mapped[dict[str, Any] | None]
     remark: Mapped[str | None] = mapped_column(Text)
-    """Why, in the words of who did it."""
+
+    @classmethod
+    def of(cls, event: Event) -> EventRow:
+        """To be added to a session, which gives it its id."""
+        return cls(
+            inspection_id=event.inspection_id,
+            observation_id=event.observation_id,
+            action=event.action,
+            who=event.who,
+            at=event.at,
+            before=None if event.before is None else dict(event.before),
+            after=None if event.after is None else dict(event.after),
+            remark=event.remark,
+        )
+
+    def record(self) -> Event:
+        """What the row holds, apart from the session."""
+        return Event(
+            id=self.id,
+            inspection_id=self.inspection_id,
+            observation_id=self.observation_id,
+            action=self.action,
+            who=self.who,
+            at=self.at,
+            before=self.before,
+            after=self.after,
+            remark=self.remark,
+        )
 
 
 class Alert(Base):

@@ -10,13 +10,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal, cast
+from typing import Literal
 
-import msgspec
 import numpy as np
 
 from app.survey.interval import half_width_m
-from app.tracking.tracks import estimate_at, is_unmeasured, wall_point_of
+from app.survey.stated import Joints, Length, Mark, RigSigma, Stated, Zero
+from app.survey.track_rows import estimate_at, is_unmeasured, wall_point_of
 from vo_core import Rig, Track
 from vo_core.drift import Bed, row_of
 from vo_core.errors import InvalidCorrection, InvalidRig
@@ -26,16 +26,12 @@ from vo_core.joints.lattice import SCALE_SIGMA, Joint
 from vo_core.scale.correction import (
     DOUBT,
     Correction,
-    Evidence,
-    JointSpacing,
-    KnownLength,
     Residual,
-    StatedScale,
     correct,
     joint_spacing,
-    rig_scale,
     zeroed,
 )
+from vo_core.scale.evidence import Evidence, JointSpacing, KnownLength, StatedScale, rig_scale
 from vo_core.scale.proposal import ScaleProposal
 from vo_core.track import Estimate
 from vo_core.types import Matrix
@@ -64,92 +60,6 @@ CLASS_FLOOR_MM = 300.0
 """Contracts ask for a per cent of the length, but for no more than a foot."""
 
 Source = Literal["odometry", "joint", "closure", "typed"]
-
-
-class Zero(msgspec.Struct, frozen=True):
-    """The frame whose camera is `offset_m` past the zero point."""
-
-    frame: int
-    offset_m: float
-
-
-class Length(msgspec.Struct, frozen=True):
-    """A length between the camera's places in two frames."""
-
-    first_frame: int
-    last_frame: int
-    length_m: float
-    sigma_mm: float
-    kind: Literal["tape", "known"]
-    """known: of the whole asset, so that what is left of it is the closure."""
-
-
-class Mark(msgspec.Struct, frozen=True):
-    """A joint that a person has clicked on."""
-
-    frame: int
-    pixel: tuple[float, float]
-
-
-class LeftOut(msgspec.Struct, frozen=True):
-    """Sightings in this frame are no joints."""
-
-    frame: int
-
-
-class Joints(msgspec.Struct, frozen=True):
-    """Whether joints count, and which."""
-
-    use: bool | None = None
-    """None: nobody has said so; they count by themselves where they can be counted for certain."""
-    marked: tuple[Mark, ...] = ()
-    left_out: tuple[LeftOut, ...] = ()
-
-
-class RigSigma(msgspec.Struct, frozen=True):
-    """How well the rig is known, one sigma."""
-
-    height_mm: float
-    focal_px: float
-
-
-class Stated(msgspec.Struct, frozen=True):
-    """All that was stated about the distances of an inspection."""
-
-    zero: Zero | None = None
-    lengths: tuple[Length, ...] = ()
-    joints: Joints = Joints()
-    rig_sigma: RigSigma | None = None
-    forced: str | None = None
-    """Why a known length holds although the track contradicts it."""
-
-    @classmethod
-    def from_json(cls, fields: Mapping[str, Any]) -> Stated:
-        """As it is stored and sent; what is left out is not stated."""
-        return msgspec.convert(fields, cls)
-
-    def to_json(self) -> dict[str, Any]:
-        """As it is stored and sent."""
-        return cast(dict[str, Any], msgspec.json.decode(msgspec.json.encode(self)))
-
-    def within(self, rows: int) -> Stated:
-        """What of it can be used while the track has only so many rows yet."""
-        return msgspec.structs.replace(
-            self,
-            zero=self.zero if self.zero and self.zero.frame < rows else None,
-            lengths=tuple(
-                length
-                for length in self.lengths
-                if max(length.first_frame, length.last_frame) < rows
-            ),
-            joints=msgspec.structs.replace(
-                self.joints, marked=tuple(m for m in self.joints.marked if m.frame < rows)
-            ),
-        )
-
-    def unadjusted(self) -> Stated:
-        """Only what cannot contradict the track."""
-        return Stated(zero=self.zero, rig_sigma=self.rig_sigma, joints=Joints(use=False))
 
 
 @dataclass(frozen=True)

@@ -12,17 +12,13 @@ from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any, Literal
 
-from app.inspections.corrections import Corrected, Corrections
-from app.inspections.observations import Observations, ObservationView
-from app.inspections.packs import Packs
-from app.storage.files import Places
-from app.storage.inspections import InspectionStore
 from app.survey.catalogue.header import required_to_issue
 from app.survey.catalogue.table import Code, CodeTable
+from app.survey.corrected import Corrected
 from app.survey.interval import half_width_m
+from app.survey.place import ObservationView
 from app.survey.rounding import decimals, metres
 from app.survey.stretches import Stretch, stretches
-from app.tracking.tracks import Tracks
 from vo_core import Track
 from vo_core.image.health import Health, complaints
 
@@ -85,47 +81,10 @@ class Case:
         return next(view for view in self.views if view.row.id == observation_id)
 
 
-class Checks:
-    """Runs all rules over an inspection as it stands."""
-
-    def __init__(
-        self,
-        inspections: InspectionStore,
-        observations: Observations,
-        corrections: Corrections,
-        tracks: Tracks,
-        packs: Packs,
-        folder: Places,
-    ) -> None:
-        self._inspections = inspections
-        self._observations = observations
-        self._corrections = corrections
-        self._tracks = tracks
-        self._packs = packs
-        self._folder = folder
-
-    def run(self, inspection_id: str) -> list[Issue]:
-        """What blocks first, each kind in the order of the rules.
-
-        Raises:
-            InspectionNotFound: There is none of this id.
-        """
-        row = self._inspections.get(inspection_id)
-
-        def photo_is_there(view: ObservationView) -> bool:
-            return self._folder.photo(row.id, view.row.id, view.row.frame).exists()
-
-        case = Case(
-            header=row.header,
-            views=self._observations.all(inspection_id),
-            table=self._packs.table_of(row.header),
-            corrected=self._corrections.get(inspection_id),
-            track=self._corrections.track(inspection_id),
-            health=self._tracks.health(inspection_id).since(0),
-            photo_is_there=photo_is_there,
-        )
-        issues = [issue for rule in RULES for issue in rule(case)]
-        return sorted(issues, key=lambda issue: issue.level)  # "block" is before "warn"
+def run(case: Case) -> list[Issue]:
+    """All that stands against the report: what blocks first, each kind in the order of RULES."""
+    issues = [issue for rule in RULES for issue in rule(case)]
+    return sorted(issues, key=lambda issue: issue.level)  # "block" is before "warn"
 
 
 def header_fields(case: Case) -> Iterator[Issue]:
@@ -140,7 +99,7 @@ def header_fields(case: Case) -> Iterator[Issue]:
 
 def start_and_finish(case: Case) -> Iterator[Issue]:
     """The first and the last observation; packs of other families have other codes for them."""
-    there = {view.row.fields.get("code") for view in case.views}
+    there = {view.row.tag.code for view in case.views}
     in_pack = {row.code for row in case.table.rows}
     if START_CODE in in_pack and START_CODE not in there:
         yield Issue(
@@ -185,7 +144,7 @@ def codes(case: Case) -> Iterator[Issue]:
     for row in case.table.rows:
         known.setdefault(row.code, []).append(row)
     for view in case.views:
-        code = view.row.fields.get("code")
+        code = view.row.tag.code
         if code is None:
             yield _about(view, "block", "no_code", "has no code yet")
         elif code not in known:
@@ -197,8 +156,8 @@ def codes(case: Case) -> Iterator[Issue]:
 
 
 def _characters(view: ObservationView, rows: list[Code]) -> Iterator[Issue]:
-    fields = view.row.fields
-    char1, char2 = fields.get("char1") or "", fields.get("char2") or ""
+    tag = view.row.tag
+    char1, char2 = tag.char1 or "", tag.char2 or ""
     firsts = {row.char1 for row in rows}
     seconds = {row.char2 for row in rows if row.char1 == char1}
     for name, value, allowed in (("char1", char1, firsts), ("char2", char2, seconds)):
@@ -207,28 +166,26 @@ def _characters(view: ObservationView, rows: list[Code]) -> Iterator[Issue]:
         if not value:
             yield _missing(view, name)
         else:
-            code = fields["code"]
-            text = f"has {name} {value}, which {code} does not know"
-            yield _about(
-                view, "block", "unknown_character", text, code=code, field=name, value=value
-            )
+            text = f"has {name} {value}, which {tag.code} does not know"
+            params = {"code": str(tag.code), "field": name, "value": value}
+            yield _about(view, "block", "unknown_character", text, **params)
         return
 
 
 def _needs(view: ObservationView, table: CodeTable) -> Iterator[Issue]:
-    fields = view.row.fields
-    row = table.find(fields["code"], fields.get("char1"), fields.get("char2"))
-    if row is None or str(fields.get("continuous", "")).startswith("B"):
+    tag = view.row.tag
+    row = table.find(tag.code, tag.char1, tag.char2)
+    if row is None or (tag.continuous or "").startswith("B"):
         return  # the finish of a stretch has what its start has
     if row.needs_clock == "yes" and view.clock is None:
         yield _missing(view, "clock_from")
     for name, need in (("quant1", row.needs_q1), ("quant2", row.needs_q2)):
-        if need == "yes" and fields.get(name) is None:
+        if need == "yes" and getattr(tag, name) is None:
             yield _missing(view, name)
 
 
 def _missing(view: ObservationView, name: str) -> Issue:
-    code = view.row.fields["code"]
+    code = str(view.row.tag.code)
     text = f"is coded {code} and needs {name}"
     return _about(view, "block", "attribute_missing", text, code=code, field=name)
 
@@ -238,7 +195,7 @@ def photos(case: Case) -> Iterator[Issue]:
     for view in case.views:
         if view.row.has_photo and not case.photo_is_there(view):
             yield _about(view, "block", "photo_missing", "has lost the file of its photo")
-        severity = view.row.fields.get("severity")
+        severity = view.row.tag.severity
         if not view.row.is_photographed and severity is not None and severity >= SEVERE:
             text = f"has severity {severity} and no photo"
             yield _about(view, "warn", "severe_without_photo", text, severity=severity)
@@ -283,7 +240,7 @@ def _one_stretch(case: Case, stretch: Stretch) -> Iterator[Issue]:
     number = {"stretch": stretch.number}
     names = ("code", "char1", "char2")
     for row in (*stretch.changes, *stretch.finishes):
-        if any(row.fields.get(name) != start.fields.get(name) for name in names):
+        if any(getattr(row.tag, name) != getattr(start.tag, name) for name in names):
             yield Issue(
                 "block",
                 "stretch_codes_differ",
@@ -344,9 +301,9 @@ def overlapping_stretches(case: Case) -> Iterator[Issue]:
 
 def duplicates(case: Case) -> Iterator[Issue]:
     """The same code, distance and clock twice."""
-    placed = [view for view in case.views if view.place and view.row.fields.get("code")]
+    placed = [view for view in case.views if view.place and view.row.tag.code]
     for one, other in combinations(placed, 2):
-        both = (one.row.fields.get("continuous"), other.row.fields.get("continuous"))
+        both = (one.row.tag.continuous, other.row.tag.continuous)
         if _kind(one) != _kind(other) or any(both):
             continue
         if one.place and other.place and _are_near(one.place.distance_mm, other.place.distance_mm):
@@ -355,8 +312,8 @@ def duplicates(case: Case) -> Iterator[Issue]:
 
 
 def _kind(view: ObservationView) -> tuple[Any, ...]:
-    fields = view.row.fields
-    return (*(fields.get(name) for name in ("code", "char1", "char2")), view.clock)
+    tag = view.row.tag
+    return (tag.code, tag.char1, tag.char2, view.clock)
 
 
 def _are_near(one_mm: float, other_mm: float) -> bool:
@@ -366,8 +323,8 @@ def _are_near(one_mm: float, other_mm: float) -> bool:
 def remarks(case: Case) -> Iterator[Issue]:
     """Z stands for "other": only a remark says what."""
     for view in case.views:
-        fields = view.row.fields
-        if "Z" in (fields.get("char1"), fields.get("char2")) and not fields.get("remark"):
+        tag = view.row.tag
+        if "Z" in (tag.char1, tag.char2) and not tag.remark:
             yield _about(view, "warn", "other_without_remark", "is coded Z, other, without remark")
 
 
@@ -377,7 +334,7 @@ def joints(case: Case) -> Iterator[Issue]:
     if adjusted is None or not adjusted.joints:
         return
     for view in case.views:
-        code = view.row.fields.get("code")
+        code = view.row.tag.code
         if code in JOINT_CODES and view.place is not None and view.place.joint is None:
             text = f"is coded {code}, but no joint is near"
             yield _about(view, "warn", "no_joint_near", text, code=code)

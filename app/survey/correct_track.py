@@ -11,7 +11,8 @@ from vo_core import Rig, Track
 from vo_core.errors import InvalidCorrection, InvalidTrack
 from vo_core.geometry.height import Height, implied_height
 from vo_core.joints import finder as joints
-from vo_core.scale.correction import TAPE_SIGMA_MM, Correction, KnownLength, correct, rig_scale
+from vo_core.scale.correction import Correction, correct
+from vo_core.scale.evidence import TAPE_SIGMA_MM, KnownLength, rig_scale
 from vo_core.scale.proposal import ScaleProposal, propose
 from vo_core.track import metadata_of
 

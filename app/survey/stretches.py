@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal, cast
 
-from app.storage.tables import Observation
+from app.survey.records import Observation
 
 Role = Literal["A", "B", "C"]
 """A start, B finish, C change."""
@@ -41,7 +41,7 @@ def stretches(observations: Iterable[Observation]) -> list[Stretch]:
     """Those that the observations belong to, in the order of their numbers."""
     found: dict[int, Stretch] = {}
     for row in observations:
-        continuous = row.fields.get("continuous")
+        continuous = row.tag.continuous
         if continuous is None:
             continue
         role, number = role_and_number(continuous)

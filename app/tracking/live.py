@@ -118,18 +118,18 @@ class Live:
         health: Health | None = None,
     ) -> None:
         """Notify the listeners; while an inspection is active its newest update is kept."""
-        update = Update(
-            inspection_id,
-            next(self._seq),
-            state,
-            progress,
-            estimates,
-            jpeg,
-            captured_s,
-            camera,
-            health,
-        )
-        with self._lock:
+        with self._lock:  # of two at once the one with the higher number is kept
+            update = Update(
+                inspection_id,
+                next(self._seq),
+                state,
+                progress,
+                estimates,
+                jpeg,
+                captured_s,
+                camera,
+                health,
+            )
             if state in ENDED:
                 self._newest.pop(inspection_id, None)
             else:

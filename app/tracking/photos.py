@@ -16,10 +16,12 @@ from app.logs import about
 from app.storage.files import DataFolder, write_durably
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
-from app.storage.tables import ENDED, Inspection, Observation
+from app.storage.tables import ENDED, Inspection
+from app.survey.records import Observation
+from app.survey.track_rows import estimate_at
 from app.tracking.live import Event, Live, Update, WallChanged
 from app.tracking.media import Media
-from app.tracking.tracks import Tracks, estimate_at
+from app.tracking.tracks import Tracks
 from app.tracking.videos import NO_FILM
 from app.tracking.worker import Worker
 from vo_core.errors import ChainageError

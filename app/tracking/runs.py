@@ -14,8 +14,9 @@ from app.errors import DiskFull
 from app.jobs.messages import Batch
 from app.jobs.process import Child
 from app.storage.tables import Inspection
+from app.survey.track_rows import estimate_at
 from app.tracking.live import CameraStatus, Live, Progress
-from app.tracking.tracks import Tracks, estimate_at
+from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health

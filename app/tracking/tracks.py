@@ -3,31 +3,33 @@
 from __future__ import annotations
 
 import threading
-from array import array
-from collections import OrderedDict
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sized
 from dataclasses import fields
-from typing import TypeVar
+from pathlib import Path
+from typing import Any, TypeVar, get_args
 
 import numpy as np
+from cachetools import LRUCache
+from numpy.typing import NDArray
 
 from app.jobs import parts
 from app.jobs.parts import Mark
 from app.storage.files import Places, write_durably
+from app.tracking.columns import GrowingColumns
 from vo_core.geometry.tilt import MountTilt
-from vo_core.geometry.wall import WallPoint, wall_point
 from vo_core.image.health import Health
 from vo_core.joints.finder import Sighting, from_csv, to_csv
-from vo_core.rig import Rig
-from vo_core.track import COLUMNS, Estimate, Track, metadata_of
+from vo_core.track import COLUMNS, Estimate, Status, Track, metadata_of
 
 HEALTH = tuple(field.name for field in fields(Health))
 """Names of the columns."""
 
-Kept = TypeVar("Kept")
+Kept = TypeVar("Kept", bound=Sized)
 
-_CACHED = 8
-_NUMBERS = tuple(name for name in COLUMNS if name not in ("frame", "status"))
+FRAMES_KEPT = 1_000_000
+"""Frames of finished tracks that are kept in memory: 116 bytes each, and 20 of their health."""
+_LEAST_FRAMES = 1_000
+"""A shorter track counts as so many, so that the number of tracks is bounded too."""
 
 
 class HealthColumns:
@@ -38,31 +40,36 @@ class HealthColumns:
     """
 
     def __init__(self) -> None:
-        self.columns = {name: array("f") for name in HEALTH}
+        self._columns = GrowingColumns(dict.fromkeys(HEALTH, np.float32))
 
     def __len__(self) -> int:
-        return len(self.columns[HEALTH[0]])
+        return len(self._columns)
 
     def note(self, frame: int, health: Health) -> None:
         """Add a frame; one that is there already stays."""
         missing = frame + 1 - len(self)
-        for name, column in self.columns.items():
-            column.extend([getattr(health, name)] * missing)
+        if missing > 0:
+            values = {name: np.full(missing, getattr(health, name)) for name in HEALTH}
+            self._columns.extend(missing, values)
 
-    def since(self, frame: int) -> list[Health]:
-        """Of every frame from this one on."""
-        columns = [column[frame:] for column in self.columns.values()]
-        return [Health(*values) for values in zip(*columns, strict=True)]
+    def columns(self) -> dict[str, NDArray[np.float32]]:
+        """As they are now; read-only, and not copied."""
+        return self._columns.views()
 
     def copy(self) -> HealthColumns:
         """As it is now."""
         same = HealthColumns()
-        same.columns = {name: column[:] for name, column in self.columns.items()}
+        same._columns = self._columns.copy()
         return same
+
+    def since(self, frame: int) -> list[Health]:
+        """Of every frame from this one on."""
+        columns = [column[frame:].tolist() for column in self.columns().values()]
+        return [Health(*values) for values in zip(*columns, strict=True)]
 
     def to_csv(self) -> str:
         """health.csv: a header, then a row a frame."""
-        rows = zip(*self.columns.values(), strict=True)
+        rows = zip(*(column.tolist() for column in self.columns().values()), strict=True)
         lines = (f"{n}," + ",".join(f"{v:.4f}" for v in row) for n, row in enumerate(rows))
         return "\n".join([",".join(("frame", *HEALTH)), *lines]) + "\n"
 
@@ -70,9 +77,10 @@ class HealthColumns:
     def from_csv(cls, text: str) -> HealthColumns:
         """Read what `to_csv` made."""
         read = cls()
-        for line in text.splitlines()[1:]:
-            frame, *values = line.split(",")
-            read.note(int(frame), Health(*map(float, values)))
+        columns = zip(*(line.split(",") for line in text.splitlines()[1:]), strict=True)
+        values = dict(zip(("frame", *HEALTH), columns, strict=False))
+        if values:
+            read._columns.extend(len(values["frame"]), values)
         return read
 
 
@@ -84,20 +92,24 @@ class _Growing:
         self.sightings: list[Sighting] = []
         self.tilt: MountTilt | None = None
         self.left_out: list[Mark] = []
-        self.columns = {name: array("d") for name in _NUMBERS}
-        self.status: list[str] = []
+        self.columns = GrowingColumns(_DTYPES)
 
-    def append(self, estimate: Estimate) -> None:
-        for name, column in self.columns.items():
-            column.append(getattr(estimate, name))
-        self.status.append(estimate.status)
+    def append(self, estimates: Iterable[Estimate]) -> None:
+        rows = list(estimates)
+        begin = len(self.columns)
+        values: dict[str, Any] = {name: [getattr(e, name) for e in rows] for name in COLUMNS}
+        # Row i is frame i, whatever number a tracker has given it.
+        values["frame"] = np.arange(begin, begin + len(rows))
+        self.columns.extend(len(rows), values)
 
     def track(self) -> Track:
-        return Track(
-            frame=np.arange(len(self.status)),
-            status=np.array(self.status, np.str_),
-            **{name: np.array(column) for name, column in self.columns.items()},
-        )
+        return Track(**self.columns.views())
+
+
+_DTYPES = {name: np.dtype(np.float64) for name in COLUMNS} | {
+    "frame": np.dtype(np.int64),
+    "status": np.array(get_args(Status)).dtype,
+}
 
 
 class Tracks:
@@ -108,8 +120,10 @@ class Tracks:
         self._lock = threading.Lock()
         self._growing: dict[str, _Growing] = {}
         self._runs: dict[str, int] = {}
-        self._read: OrderedDict[str, Track] = OrderedDict()
-        self._health: OrderedDict[str, HealthColumns] = OrderedDict()
+        self._read: LRUCache[str, Track] = _cache()
+        self._health: LRUCache[str, HealthColumns] = _cache()
+        self._reading: dict[str, threading.Lock] = {}
+        """Held by whoever reads the files of an inspection, so that they are read once."""
 
     def begin(self, inspection_id: str) -> None:
         """Start an empty track; an earlier one is dropped."""
@@ -131,8 +145,7 @@ class Tracks:
         growing.health = self.health(inspection_id).copy()
         growing.sightings = self.sightings(inspection_id)
         growing.tilt = self.tilt(inspection_id)
-        growing.columns = {name: array("d", getattr(track, name)) for name in _NUMBERS}
-        growing.status = [str(status) for status in track.status]
+        growing.columns.extend(len(track), {name: getattr(track, name) for name in COLUMNS})
         with self._lock:
             self._growing[inspection_id] = growing
             self._runs[inspection_id] = self._runs.get(inspection_id, 0) + 1
@@ -142,9 +155,7 @@ class Tracks:
     def append(self, inspection_id: str, estimates: Iterable[Estimate]) -> None:
         """Add the next frames."""
         with self._lock:
-            growing = self._growing[inspection_id]
-            for estimate in estimates:
-                growing.append(estimate)
+            self._growing[inspection_id].append(estimates)
 
     def note(
         self,
@@ -199,7 +210,7 @@ class Tracks:
         write_durably(self._folder.health(inspection_id), health.to_csv().encode())
         write_durably(self._folder.track(inspection_id), track.to_csv(metadata).encode())
         with self._lock:
-            _remember(self._health, inspection_id, health)
+            self._health[inspection_id] = health
             # The track is read from its file from now on, so that what is worked out of it is the
             # same after a restart; it is gone already if it is written once more.
             self._growing.pop(inspection_id, None)
@@ -210,6 +221,7 @@ class Tracks:
             self._growing.pop(inspection_id, None)
             self._read.pop(inspection_id, None)
             self._health.pop(inspection_id, None)
+            self._reading.pop(inspection_id, None)
 
     def run(self, inspection_id: str) -> tuple[int, bool]:
         """Which run made the track, and whether it goes on; a run only adds rows."""
@@ -217,31 +229,22 @@ class Tracks:
             return self._runs.get(inspection_id, 0), inspection_id in self._growing
 
     def get(self, inspection_id: str) -> Track:
-        """The track as far as it is, perhaps empty."""
+        """The track as far as it is, perhaps empty; of a run that goes on nothing is copied."""
         with self._lock:
             growing = self._growing.get(inspection_id)
             if growing is not None:
                 return growing.track()
-            known = self._read.get(inspection_id)
-            if known is not None:
-                self._read.move_to_end(inspection_id)
-                return known
-        # Read without the lock: a long file must not hold up the tracking of another one.
         path = self._folder.track(inspection_id)
-        if not path.exists():
-            return Track.from_estimates(())
-        track = Track.from_csv(path.read_text("utf-8"))
-        with self._lock:
-            if inspection_id not in self._growing:
-                self._remember(inspection_id, track)
-        return track
+        track = self._kept(self._read, inspection_id, lambda: _read_track(path))
+        return Track.from_estimates(()) if track is None else track
 
     def newest_mm(self, inspection_id: str) -> float:
         """Raw distance of the last frame of a run that goes on; 0 without one."""
         with self._lock:
             growing = self._growing.get(inspection_id)
-            columns = growing.columns["distance_mm"] if growing is not None else ()
-            return columns[-1] if columns else 0.0
+            if growing is None or not len(growing.columns):
+                return 0.0
+            return float(growing.columns.view("distance_mm")[-1])
 
     def health(self, inspection_id: str) -> HealthColumns:
         """How good the frames were to measure on, as far as they are tracked."""
@@ -249,17 +252,34 @@ class Tracks:
             growing = self._growing.get(inspection_id)
             if growing is not None:
                 return growing.health.copy()
-            known = self._health.get(inspection_id)
+        path = self._folder.health(inspection_id)
+        health = self._kept(self._health, inspection_id, lambda: _read_health(path))
+        return HealthColumns() if health is None else health
+
+    def _kept(
+        self, cache: LRUCache[str, Kept], inspection_id: str, read: Callable[[], Kept | None]
+    ) -> Kept | None:
+        """What a cache holds of an inspection, else what is read; None if there is no file.
+
+        It is read outside the lock that tracking needs, once however many ask for it, and kept
+        unless another run has begun since.
+        """
+        with self._lock:
+            known = cache.get(inspection_id)
+            reading = self._reading.setdefault(inspection_id, threading.Lock())
         if known is not None:
             return known
-        path = self._folder.health(inspection_id)
-        if not path.exists():
-            return HealthColumns()
-        health = HealthColumns.from_csv(path.read_text("utf-8"))
-        with self._lock:
-            if inspection_id not in self._growing:
-                _remember(self._health, inspection_id, health)
-        return health
+        with reading:
+            with self._lock:
+                known, run = cache.get(inspection_id), self._runs.get(inspection_id, 0)
+            if known is not None:
+                return known
+            found = read()
+            with self._lock:
+                is_current = self._runs.get(inspection_id, 0) == run
+                if found is not None and is_current and inspection_id not in self._growing:
+                    cache[inspection_id] = found
+            return found
 
     def sightings(self, inspection_id: str) -> list[Sighting]:
         """Joints that were seen while tracking, in the order of their frames."""
@@ -282,44 +302,23 @@ class Tracks:
         with path.open(encoding="utf-8") as lines:
             return MountTilt.from_metadata(metadata_of(lines))
 
-    def _remember(self, inspection_id: str, track: Track) -> None:
-        _remember(self._read, inspection_id, track)
+
+def _cache() -> LRUCache[str, Kept]:
+    def frames(kept: Kept) -> int:
+        return min(max(len(kept), _LEAST_FRAMES), FRAMES_KEPT)
+
+    return LRUCache(FRAMES_KEPT, frames)
 
 
-def _remember(cache: OrderedDict[str, Kept], inspection_id: str, kept: Kept) -> None:
-    cache[inspection_id] = kept
-    while len(cache) > _CACHED:
-        cache.popitem(last=False)
-
-
-def estimate_at(track: Track, frame: int) -> Estimate | None:
-    """The estimate of one frame, None where the track has not arrived."""
-    if not 0 <= frame < len(track):
+def _read_track(path: Path) -> Track | None:
+    try:
+        return Track.from_csv(path.read_text("utf-8"))
+    except FileNotFoundError:
         return None
-    values = {name: float(getattr(track, name)[frame]) for name in _NUMBERS}
-    return Estimate(frame=frame, status=str(track.status[frame]), **values)  # type: ignore[arg-type]
 
 
-def wall_point_of(rig: Rig, pixel: tuple[float, float], estimate: Estimate) -> WallPoint | None:
-    """The wall point that a pixel of a frame shows, None where none is seen."""
-    return wall_point(
-        rig,
-        pixel,
-        estimate.x_mm,
-        estimate.y_mm,
-        estimate.yaw_deg,
-        z_mm=estimate.z_mm,
-        pitch_deg=estimate.pitch_deg,
-        roll_deg=estimate.roll_deg,
-    )
-
-
-def is_unmeasured(track: Track) -> bool:
-    """Whether another program has measured the distances: they have no sigma and no quality."""
-    return not (track.sigma_distance_mm.any() or track.quality.any())
-
-
-def since(track: Track, frame: int) -> Track:
-    """Only the rows from `frame` on."""
-    columns = {name: getattr(track, name)[frame:] for name in ("frame", "status", *_NUMBERS)}
-    return Track(**columns)
+def _read_health(path: Path) -> HealthColumns | None:
+    try:
+        return HealthColumns.from_csv(path.read_text("utf-8"))
+    except FileNotFoundError:
+        return None

@@ -48,7 +48,7 @@ def start_private_server(socket_path: Path) -> viser.ViserServer:
     """
     _prepare(socket_path)
     started: Future[viser.ViserServer] = Future()
-    with _silent_console():
+    with _silent_console(), _unix_sockets():
         threading.Thread(
             target=_start, args=(socket_path, started), name="viser-start", daemon=True
         ).start()
@@ -108,11 +108,31 @@ def _serve_on_socket(handler: Any, host: Any = None, port: Any = None, **options
     return _serve(handler, host, port, **options)
 
 
+_sockets_lock = threading.Lock()
+_sockets_users = 0
+
+
+@contextmanager
+def _unix_sockets() -> Iterator[None]:
+    """Let viser serve on a unix socket, for which it has no option.
+
+    It looks `websockets.serve` up on every start; nobody else does meanwhile who names a host so.
+    """
+    global _sockets_users
+    with _sockets_lock:
+        _sockets_users += 1
+        websockets_server.serve = _serve_on_socket  # type: ignore[assignment,misc]
+    try:
+        yield
+    finally:
+        with _sockets_lock:
+            _sockets_users -= 1
+            if not _sockets_users:
+                websockets_server.serve = _serve  # type: ignore[misc]
+
+
 # A browser may leave between the look at who is there and the message to it.
 warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
-
-# viser looks the function up in this module on every start and has no option for a socket.
-websockets_server.serve = _serve_on_socket  # type: ignore[assignment,misc]
 
 
 class LoopEvent(asyncio.Event):

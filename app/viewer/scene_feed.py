@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import threading
+import logging
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from app.errors import InspectionNotFound, TileNotFound
 from app.inspections.corrections import Corrections
 from app.inspections.inspections import Inspections
-from app.inspections.observations import Observations, ObservationView, rig_of
+from app.inspections.observations import Observations, rig_of
 from app.inspections.packs import Packs
 from app.survey.adjustment import Adjusted
 from app.survey.catalogue.table import CodeTable
+from app.survey.place import ObservationView
 from app.survey.rounding import metres
 from app.survey.stretches import stretches
 from app.tracking.live import (
@@ -25,8 +26,8 @@ from app.tracking.live import (
     Update,
     WallChanged,
 )
-from app.tracking.tracks import estimate_at
 from app.tracking.unrolled import Unrolled
+from app.tracking.worker import Worker
 from app.viewer.scene import (
     CameraMode,
     CulvertScene,
@@ -38,6 +39,10 @@ from app.viewer.scene import (
 )
 from app.viewer.wording import Language
 from vo_core import Track
+
+logger = logging.getLogger(__name__)
+
+_STOP_TIMEOUT_S = 10.0
 
 
 @dataclass(frozen=True)
@@ -52,8 +57,30 @@ class Look:
     wording: Wording = field(default_factory=Wording)
 
 
-class SceneFeed:
-    """One scene, and what keeps it up to date."""
+@dataclass
+class _Due:
+    """What is to be drawn next; of all that has changed meanwhile only the newest."""
+
+    frames: Update | None = None
+    """The newest that was tracked."""
+    path_is_reset: bool = False
+    track: bool = False
+    """All of it, from the corrected track."""
+    robot: bool = False
+    wall: bool = False
+    wording: bool = False
+    pins: bool = False
+
+    def __bool__(self) -> bool:
+        return self != _Due()
+
+
+class SceneFeed(Worker):
+    """One scene, and what keeps it up to date.
+
+    Events and wishes only note what is due; a thread of its own reads it and draws.  So nobody who
+    tags or tracks waits for a drawing, and as one thread alone draws, what it read last is shown.
+    """
 
     def __init__(
         self,
@@ -71,6 +98,7 @@ class SceneFeed:
 
         `look` is asked each time something is drawn, so that the newest wish counts.
         """
+        super().__init__("scene-feed", stop_timeout_s=_STOP_TIMEOUT_S)
         self._inspection_id = inspection_id
         self._look = look
         self._unrolled = unrolled
@@ -82,7 +110,7 @@ class SceneFeed:
         rig = rig_of(inspection)
         self._wall_layout = unrolled.layout(rig)
         self.scene = CulvertScene(rig, socket_path)
-        self._lock = threading.Lock()
+        self._due = _Due()
         self._drawn = 0
         """Frames whose path is drawn."""
         self._joints_of: Adjusted | None = None
@@ -90,40 +118,78 @@ class SceneFeed:
         self._subscription = ExitStack()
         self._subscription.enter_context(live.listening(inspection_id, self._on_event))
         try:
-            self._draw_track()
-            self._draw_wall()
-            self.show_look()
+            self._set_look()
+            self._draw(_Due(track=True, wall=True, wording=True))
         except BaseException:
-            self.close()
+            self._subscription.close()
+            self.scene.close()
             raise
+        self.start()
 
     def close(self) -> None:
-        """Stop following, disconnect every browser."""
+        """Stop following, disconnect every browser; blocks until what is in hand is drawn."""
         self._subscription.close()
+        self.stop()
         self.scene.close()
 
     def show_look(self) -> None:
-        """Draw all that the page wishes; blocks for some milliseconds."""
+        """Draw soon all that the page wishes."""
+        self._set_look()
+        self._note(robot=True, wording=True)
+
+    def show_robot(self) -> None:
+        """Let the robot go soon where the page wants it."""
+        self._note(robot=True)
+
+    def show_wording(self) -> None:
+        """Name everything soon in the language of the page."""
+        self._note(wording=True)
+
+    def _set_look(self) -> None:
         look = self._look()
         self.scene.set_camera(look.mode)
         self.scene.select(look.selected)
-        self.show_robot()
-        self.show_wording()
 
-    def show_robot(self) -> None:
-        """The robot goes where the page wants it; blocks for some milliseconds."""
-        self._show_robot(self._corrections.track(self._inspection_id))
+    def _note(self, **due: bool | Update | None) -> None:
+        with self._changed:
+            for name, value in due.items():
+                setattr(self._due, name, value)
+            self._changed.notify_all()
 
-    def show_wording(self) -> None:
-        """Name everything in the language of the page; blocks for some milliseconds."""
-        self.scene.set_wording(self._look().wording)
-        self._draw_pins()
+    def _work(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._due or self._stopping)
+                if self._stopping:
+                    return
+                due, self._due = self._due, _Due()
+            try:
+                self._draw(due)
+            except InspectionNotFound:  # deleted while somebody looked at it
+                logger.debug("Inspection %s has been deleted.", self._inspection_id)
+            except Exception:
+                logger.exception("Inspection %s could not be drawn.", self._inspection_id)
+
+    def _draw(self, due: _Due) -> None:
+        if due.path_is_reset:
+            self._drawn = 0
+            self.scene.reset_path()
+        if due.track:
+            self._draw_track()
+        elif due.frames is not None:
+            self._draw_frames(due.frames)
+        if due.robot or due.track:
+            self._draw_robot()
+        if due.wall:
+            self._draw_wall()
+        if due.wording:
+            self.scene.set_wording(self._look().wording)
+        if due.wording or due.pins:
+            self._draw_pins()
 
     def _draw_track(self) -> None:
         track = self._corrections.track(self._inspection_id)
-        with self._lock:
-            self._extend_path(track)
-        self._show_robot(track)
+        self._extend_path(track)
         self._draw_joints(self._corrections.adjusted(self._inspection_id))
 
     def _draw_joints(self, adjusted: Adjusted) -> None:
@@ -131,10 +197,8 @@ class SceneFeed:
             self._joints_of = adjusted
             self.scene.set_joints(joint_marks(adjusted))
 
-    def _show_robot(self, track: Track) -> None:
-        wanted = self._look().frame
-        frame = len(track) - 1 if wanted is None else wanted
-        estimate = estimate_at(track, frame)
+    def _draw_robot(self) -> None:
+        estimate = self._corrections.at(self._inspection_id, self._look().frame)
         if estimate is not None:
             self.scene.show_pose(estimate)
 
@@ -180,51 +244,32 @@ class SceneFeed:
         self.scene.set_pins(_pins(views, table, self._look().wording.language))
 
     def _on_event(self, event: Event) -> None:
-        with suppress(InspectionNotFound):  # deleted while somebody looked at it
-            self._draw_after(event)
-
-    def _draw_after(self, event: Event) -> None:
+        """Called where something is published: it only notes what is due."""
         match event:
+            case Update(estimates=(), state="running"):
+                self._note(frames=None, path_is_reset=True, wall=True, pins=True)
             case Update(estimates=()):
-                self._on_state(event.state)
+                self._note(pins=True)  # distances appear, or go, with the track
             case Update():
-                self._on_frames(event)
+                self._note(frames=event)
             case DistancesCorrected():
-                self._on_correction()
+                self._note(path_is_reset=True, track=True, wall=True, pins=True)
             case WallChanged():
-                self._draw_wall()
+                self._note(wall=True)
             case ObservationsChanged():
-                self._draw_pins()
+                self._note(pins=True)
 
-    def _on_state(self, state: str) -> None:
-        if state == "running":
-            self._take_path_away()
-            self._draw_wall()
-        self._draw_pins()  # distances appear, or go, with the track
-
-    def _on_correction(self) -> None:
-        self._take_path_away()
-        self._draw_track()
-        self._draw_wall()
-        self._draw_pins()
-
-    def _take_path_away(self) -> None:
-        with self._lock:
-            self._drawn = 0
-            self.scene.reset_path()
-
-    def _on_frames(self, update: Update) -> None:
+    def _draw_frames(self, update: Update) -> None:
         new = [self._corrections.estimate(self._inspection_id, raw) for raw in update.estimates]
-        with self._lock:
-            if new[0].frame == self._drawn:
-                self.scene.extend_path(
-                    [e.distance_mm for e in new],
-                    [e.y_mm for e in new],
-                    [e.sigma_distance_mm for e in new],
-                )
-                self._drawn += len(new)
-            else:  # the scene was made between two batches
-                self._extend_path(self._corrections.track(self._inspection_id))
+        if new[0].frame == self._drawn:
+            self.scene.extend_path(
+                [e.distance_mm for e in new],
+                [e.y_mm for e in new],
+                [e.sigma_distance_mm for e in new],
+            )
+            self._drawn += len(new)
+        else:  # other batches came since the last was drawn
+            self._extend_path(self._corrections.track(self._inspection_id))
         self._draw_joints(self._corrections.newest(self._inspection_id))
         if self._look().frame is None:
             self.scene.show_pose(new[-1])
@@ -262,20 +307,20 @@ def _pins(views: Sequence[ObservationView], table: CodeTable, language: Language
 def _pin(
     view: ObservationView, finish: ObservationView | None, table: CodeTable, language: Language
 ) -> Pin:
-    fields, place = view.row.fields, view.place
+    tag, place = view.row.tag, view.place
     assert place is not None  # noqa: S101  (only observations with a place become pins)
     wall = place.wall
-    code = " ".join(fields[name] for name in ("code", "char1", "char2") if fields.get(name))
-    row = table.named(fields.get("code"), fields.get("char1"), fields.get("char2"))
+    code = " ".join(filter(None, (tag.code, tag.char1, tag.char2)))
+    row = table.named(tag.code, tag.char1, tag.char2)
     label = None if row is None else row.label_ms if language == "ms" else row.label
     return Pin(
         id=view.row.id,
         distance_m=metres(place.distance_mm),
-        clock=fields.get("clock_from", wall.clock_h if wall else None),
+        clock=tag.clock_from or (wall.clock_h if wall else None),
         u95_m=place.u95_m,
-        severity=fields.get("severity"),
+        severity=tag.severity,
         label=f"{code} {label.partition(':')[0]}" if label else code or "?",
         lateral_m=wall.lateral_mm / 1000 if wall else 0.0,
-        clock_to=fields.get("clock_to") if "clock_from" in fields else None,
+        clock_to=tag.clock_to if tag.clock_from else None,
         finish_m=metres(finish.place.distance_mm) if finish and finish.place else None,
     )

@@ -28,7 +28,7 @@ from app.viewer.scene import CameraMode, CulvertScene, ViewerUnavailable, Wordin
 from app.viewer.scene_feed import Look, SceneFeed
 
 MOST_OPEN = 48
-"""Views at a time; each has two threads, four file handles and its copy of the wall's pictures."""
+"""Views at a time; each has three threads, four file handles and a copy of the wall's pictures."""
 _CLOSE_UNUSED_AFTER_S = 10.0
 """A browser whose line was cut is back sooner."""
 _SWEEP_S = 2.0
@@ -47,11 +47,11 @@ class PageView:
     left_at_s: float = 0.0
     """When the last 3D view went, by time.monotonic."""
 
-    async def show_frame(self, frame: int | None) -> None:
+    def show_frame(self, frame: int | None) -> None:
         """The robot goes to this frame and stays; None lets it follow the tracking again."""
         self.look = replace(self.look, frame=frame)
         if self.feed is not None:
-            await asyncio.to_thread(self.feed.show_robot)
+            self.feed.show_robot()
 
     def set_camera(self, mode: CameraMode) -> None:
         """Where the observer stands."""
@@ -65,11 +65,11 @@ class PageView:
         if self.feed is not None:
             self.feed.scene.select(observation_id)
 
-    async def set_wording(self, wording: Wording) -> None:
+    def set_wording(self, wording: Wording) -> None:
         """Language and unit of the labels."""
         self.look = replace(self.look, wording=wording)
         if self.feed is not None:
-            await asyncio.to_thread(self.feed.show_wording)
+            self.feed.show_wording()
 
 
 class Scenes:
@@ -134,15 +134,15 @@ class Scenes:
                 await _close(view)
             if self.count() >= MOST_OPEN:
                 raise NoScene(f"{MOST_OPEN} 3D views are open already, and no more are allowed.")
-            socket_path = self._sockets / str(next(self._numbers))
+            socket_path, look = self._sockets / str(next(self._numbers)), view.look
             try:
                 view.feed = await asyncio.to_thread(
                     SceneFeed, inspection_id, socket_path, *self._parts, lambda: view.look
                 )
             except ViewerUnavailable as error:
                 raise NoScene(f"The 3D view could not be started: {error}") from error
-            # The page may have wished for something else meanwhile.
-            await asyncio.to_thread(view.feed.show_look)
+            if view.look != look:  # the page has wished for something else meanwhile
+                view.feed.show_look()
             return view.feed
 
     def count(self) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from app.errors import NoScene
 from app.reports.report import Entry, Report
-from app.tracking.tracks import estimate_at
+from app.survey.track_rows import estimate_at
 from app.viewer.scene import Pin, ViewerUnavailable, WallLayout, WallTile, Wording, still_page
 from app.viewer.scene_feed import joint_marks
 
@@ -57,16 +57,16 @@ def _ends(report: Report) -> set[int]:
 def _pin(entry: Entry, finish: Entry | None, report: Report) -> Pin | None:
     if entry.distance_m is None:
         return None
-    code = " ".join(part for part in (entry.code, entry.char1, entry.char2) if part)
+    code = " ".join(part for part in (entry.tag.code, entry.tag.char1, entry.tag.char2) if part)
     label = entry.label(report.language)
     return Pin(
         id=entry.id,
         distance_m=entry.distance_m,
         clock=entry.clock_from,
         u95_m=entry.u95_m,
-        severity=entry.severity,
+        severity=entry.tag.severity,
         label=f"{code} {label.partition(':')[0]}" if label else code or "?",
         lateral_m=entry.y_m or 0.0,
-        clock_to=entry.clock_to if entry.clock_from is not None else None,
+        clock_to=entry.tag.clock_to if entry.clock_from is not None else None,
         finish_m=finish.distance_m if finish else None,
     )

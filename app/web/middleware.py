@@ -17,7 +17,8 @@ from starlette.responses import RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.access.access import Access, Principal
-from app.errors import AppError, CrossOrigin, Unauthenticated, UnknownHost, answer, body_of
+from app.errors import AppError, CrossOrigin, Unauthenticated, UnknownHost
+from app.web.answers import answer, body_of
 
 logger = logging.getLogger(__name__)
 

@@ -59,7 +59,8 @@ export function setText(element, text) {
  */
 export function patchList(container, items, keyOf, create, update) {
   const present = new Map([...container.children].map((child) => [child.dataset.key, child]));
-  items.forEach((item, i) => {
+  let next = container.firstElementChild;
+  for (const item of items) {
     const key = String(keyOf(item));
     let child = present.get(key);
     if (!child) {
@@ -68,7 +69,8 @@ export function patchList(container, items, keyOf, create, update) {
     }
     present.delete(key);
     update(child, item);
-    if (container.children[i] !== child) container.insertBefore(child, container.children[i] ?? null);
-  });
+    if (child === next) next = next.nextElementSibling;
+    else container.insertBefore(child, next);
+  }
   for (const child of present.values()) child.remove();
 }

@@ -98,8 +98,14 @@ export class Observations extends Store {
       }
     }
     this.#nextStretch = Math.max(this.#nextStretch, next);
-    this.#publish([...known.values()]);
+    this.#publish(this.#asKnown([...known.values()]));
     this.#awaitPhotos();
+  }
+
+  /** What has not changed stays the same object, so that nobody works it out again. */
+  #asKnown(items) {
+    const before = new Map(this.value.map((item) => [item.id, item]));
+    return items.map((item) => (isSame(before.get(item.id), item) ? before.get(item.id) : item));
   }
 
   find(id) {

@@ -34,6 +34,10 @@ const SAME_PLACE_MM = 5;
 export class Track extends EventTarget {
   #path;
   #columns = emptyColumns();
+  /** Of the first `#ranged` rows. */
+  #low = Infinity;
+  #high = -Infinity;
+  #ranged = 0;
   /** Rises when the track begins anew: what was worked out from an earlier one is void. */
   generation = 0;
 
@@ -53,12 +57,13 @@ export class Track extends EventTarget {
 
   /** The least and the greatest distance in mm, 0 without a track. */
   get range() {
-    let [low, high] = [Infinity, -Infinity];
-    for (const mm of this.#columns.distance_mm) {
-      if (mm < low) low = mm;
-      if (mm > high) high = mm;
+    const distances = this.#columns.distance_mm;
+    for (; this.#ranged < distances.length; this.#ranged += 1) {
+      const mm = distances[this.#ranged];
+      if (mm < this.#low) this.#low = mm;
+      if (mm > this.#high) this.#high = mm;
     }
-    return low <= high ? { low, high } : { low: 0, high: 0 };
+    return this.#low <= this.#high ? { low: this.#low, high: this.#high } : { low: 0, high: 0 };
   }
 
   /** @returns {Row|null} */
@@ -84,15 +89,19 @@ export class Track extends EventTarget {
   /** Fetches it from the first row again: its distances have been corrected. */
   async reload(signal) {
     const { columns } = await get(`${this.#path}&since=0`, signal);
-    for (const name of COLUMNS) this.#columns[name] = columns[name];
-    this.generation += 1;
+    this.#begin(columns);
     this.dispatchEvent(new Event('change'));
   }
 
   clear() {
-    this.#columns = emptyColumns();
-    this.generation += 1;
+    this.#begin(emptyColumns());
     this.dispatchEvent(new Event('change'));
+  }
+
+  #begin(columns) {
+    for (const name of COLUMNS) this.#columns[name] = columns[name];
+    [this.#low, this.#high, this.#ranged] = [Infinity, -Infinity, 0];
+    this.generation += 1;
   }
 
   /** The frame that is on screen at this media time; -1 without a track. */

@@ -27,6 +27,8 @@ export class WallGrid {
   #grid;
   /** Of the wall below the camera, in mm; null where a camera looks along the pipe. */
   #depth;
+  /** Of the grid, each with its bounds on the wall: of thousands of defects few are in the picture. */
+  #strips;
 
   /** Of an inspection; null for a rig that sees no wall at all. */
   static async load(id, signal) {
@@ -43,6 +45,7 @@ export class WallGrid {
     this.#grid = grid;
     const seen = grid.down_mm.flat().filter((down) => down !== null).sort((a, b) => a - b);
     this.#depth = seen[0] > 0 ? seen[seen.length >> 1] : null;
+    this.#strips = stripsOf(grid);
   }
 
   /**
@@ -68,16 +71,11 @@ export class WallGrid {
    * @param {Pose} pose
    */
   pixel(xMm, yMm, pose) {
-    const { cols, rows, u, v, axial_mm: axial, right_mm: right } = this.#grid;
     const [a, r] = fromWorld(xMm, yMm, this.#depth, pose);
-    for (let i = 0; i + 1 < rows; i += 1) {
-      for (let j = 0; j + 1 < cols; j += 1) {
-        const corner = (di, dj) => ({
-          a: axial[i + di][j + dj], r: right[i + di][j + dj], u: u[j + dj], v: v[i + di],
-        });
-        const found =
-          inTriangle(a, r, corner(0, 0), corner(0, 1), corner(1, 0)) ??
-          inTriangle(a, r, corner(1, 1), corner(0, 1), corner(1, 0));
+    for (const strip of this.#strips) {
+      if (!isWithin(strip, a, r)) continue;
+      for (const triangle of strip.triangles) {
+        const found = isWithin(triangle, a, r) && inTriangle(a, r, ...triangle.corners);
         if (found) return found;
       }
     }
@@ -182,9 +180,33 @@ function fromWorld(x, y, depth, pose) {
   return [(ahead * depth) / down, (right * depth) / down];
 }
 
+/** The triangles between neighbours of the grid, a strip for each of its rows, within their bounds. */
+function stripsOf({ cols, rows, u, v, axial_mm: axial, right_mm: right }) {
+  const corner = (i, j) => ({ a: axial[i][j], r: right[i][j], u: u[j], v: v[i] });
+  const halvesOf = (i, j) => [
+    [corner(i, j), corner(i, j + 1), corner(i + 1, j)],
+    [corner(i + 1, j + 1), corner(i, j + 1), corner(i + 1, j)],
+  ];
+  const strips = Array.from({ length: rows - 1 }, (_, i) =>
+    Array.from({ length: cols - 1 }, (__, j) => halvesOf(i, j))
+      .flat()
+      .filter((corners) => corners.every(({ a }) => a !== null))
+      .map((corners) => ({ corners, ...boundsOf(corners) })),
+  );
+  return strips.map((triangles) => ({ triangles, ...boundsOf(triangles.flatMap(({ corners }) => corners)) }));
+}
+
+function boundsOf(points) {
+  const [ahead, right] = [points.map(({ a }) => a), points.map(({ r }) => r)];
+  return {
+    aLow: Math.min(...ahead), aHigh: Math.max(...ahead), rLow: Math.min(...right), rHigh: Math.max(...right),
+  };
+}
+
+const isWithin = ({ aLow, aHigh, rLow, rHigh }, a, r) => a >= aLow && a <= aHigh && r >= rLow && r <= rHigh;
+
 /** Pixel of the wall point (a, r) by barycentric coordinates, or null outside the triangle. */
 function inTriangle(a, r, p, q, s) {
-  if (p.a === null || q.a === null || s.a === null) return null;
   const area = (q.a - p.a) * (s.r - p.r) - (s.a - p.a) * (q.r - p.r);
   if (Math.abs(area) < 1e-9) return null;
   const wq = ((a - p.a) * (s.r - p.r) - (s.a - p.a) * (r - p.r)) / area;

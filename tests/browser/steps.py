@@ -93,7 +93,12 @@ class Server:
         self._process.wait()
 
     def ask(
-        self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None
+        self,
+        method: str,
+        path: str,
+        body: object = None,
+        headers: Mapping[str, str] | None = None,
+        timeout_s: float = 30,
     ) -> HTTPResponse:
         """A request of a program, with the token; bytes go as they are, the rest as JSON."""
         content = body if isinstance(body, bytes) or body is None else json.dumps(body).encode()
@@ -101,7 +106,7 @@ class Server:
         request = urllib.request.Request(  # noqa: S310
             self.url + path, content, all_headers | dict(headers or {}), method=method
         )
-        response: HTTPResponse = urllib.request.urlopen(request, timeout=30)  # noqa: S310
+        response: HTTPResponse = urllib.request.urlopen(request, timeout=timeout_s)  # noqa: S310
         return response
 
     def track(self, video: Path, rig: Path) -> str:

@@ -88,11 +88,9 @@ def test_distances_are_told_and_typed_in_feet_where_that_is_chosen(site: Page) -
     with site.expect_navigation():
         site.evaluate(
             """async () => {
-              // The page's own module: under another address its elements would be defined twice.
-              const { src } = document.querySelector('script[type=module]');
-              const { redrawWith } = await import(
-                src.replace('main.js', 'components/settings-dialog/settings-dialog.js'));
-              redrawWith({ units: 'ft' });
+              const { preferences } = await import('/static/core/preferences.js');
+              await preferences.save({ units: 'ft' });
+              location.reload();
             }"""
         )
     assert _written(site, IN_FEET) == IN_FEET

@@ -354,6 +354,19 @@ def test_the_address_follows_the_selection_and_leads_back_to_it(
     expect_frame(desk, 7)
 
 
+def test_of_marks_on_one_spot_of_the_picture_the_gravest_is_taken(
+    desk: Page, server: Server, inspection: str, empty: str
+) -> None:
+    put(server, empty, frame=0, severity=1)
+    grave = put(server, empty, frame=0, severity=4)
+    put(server, empty, frame=0, severity=2)
+    desk.reload()
+    expect(desk.locator(".defect")).to_have_count(3)
+    expect_frame(desk, 0)
+    desk.locator(".stage__overlay").click()
+    expect(desk).to_have_url(f"{server.url}/inspections/{inspection}?defect={grave}")
+
+
 def test_the_list_is_filtered_and_walked_by_keys(desk: Page, server: Server, empty: str) -> None:
     put(server, empty, frame=3, code="BAB", char1="B", char2="A", quant1=0.5, severity=5)
     put(server, empty, frame=9, code="BBA", char1="A", remark="by the headwall")

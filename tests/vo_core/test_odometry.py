@@ -5,9 +5,10 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from films import film
 from textures import make_rig
 
-from app.lab.simulation import SCENARIOS, render
+from app.lab.simulation import SCENARIOS
 from vo_core import InvalidRig, Odometry, ShapeMismatch, Track
 from vo_core.errors import InvalidTime
 from vo_core.paper import PaperOdometry
@@ -46,7 +47,7 @@ def drive(name, length_mm=1000.0, make=Odometry):
     scenario = SCENARIOS[name].shortened(length_mm)
     odometry = make(scenario.rig)
     estimates, truth = [], []
-    for frame in render(scenario):
+    for frame in film(scenario):
         estimates.append(odometry.step(frame.image, frame.t_s))
         truth.append((frame.x_mm, frame.y_mm, frame.yaw_deg))
     return Track.from_estimates(estimates), np.array(truth).T
@@ -71,7 +72,7 @@ def test_a_camera_that_looks_along_the_pipe_is_followed():
     camera = {"fx": 266.0, "fy": 266.0}
     rig = make_rig(camera=camera, mount={"view": "forward", "height_mm": 150.0})
     scenario = replace(SCENARIOS["nominal"].shortened(700.0), rig=rig)
-    frames = list(render(scenario))
+    frames = film(scenario)
     track = run([f.image for f in frames], frames, rig)
     assert set(track.status) == {"ok"}
     assert np.abs(track.distance_mm - [f.x_mm for f in frames]).max() < 1.0
@@ -95,7 +96,7 @@ def test_a_camera_in_any_mount_is_followed(kind):
     scenario = replace(
         SCENARIOS["nominal"].shortened(500.0), rig=make_rig(camera=camera, mount=mount)
     )
-    frames = list(render(scenario))
+    frames = film(scenario)
     track = run([f.image for f in frames], frames, scenario.rig)
     assert np.abs(track.distance_mm - [f.x_mm for f in frames]).max() < 0.3
     assert np.abs(track.yaw_deg - [f.yaw_deg for f in frames]).max() < 0.3
@@ -126,7 +127,7 @@ NOMINAL = SCENARIOS["nominal"].shortened(1200.0)
 
 @pytest.fixture(scope="module")
 def frames():
-    return list(render(NOMINAL))
+    return film(NOMINAL)
 
 
 def run(images, frames, rig=NOMINAL.rig):
@@ -196,7 +197,7 @@ def test_a_robot_that_stands_reads_standstill(frames):
 
 
 def test_dirt_that_comes_on_the_way_is_not_read_as_standstill(frames):
-    dirty = list(render(replace(SCENARIOS["dirty_lens"].shortened(1200.0), contrast=1.0)))
+    dirty = film(replace(SCENARIOS["dirty_lens"].shortened(1200.0), contrast=1.0))
     images = [
         f.image if n < 40 else d.image for n, (f, d) in enumerate(zip(frames, dirty, strict=True))
     ]

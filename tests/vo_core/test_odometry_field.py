@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from films import film
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from textures import make_rig
 from worlds import World, follow, small_rig, speckle, stored
 
-from app.lab.simulation import SCENARIOS, Scenario, render
+from app.lab.simulation import SCENARIOS, Scenario
 from app.lab.simulation.scenario import Shaking
 from vo_core import Odometry, Rig
 from vo_core.clock import Clock
@@ -122,7 +123,7 @@ def test_without_a_readout_time_a_rolling_shutter_is_a_global_one():
 def followed(scenario: Scenario) -> tuple[list, np.ndarray, Rig]:
     """Estimates and true distances of a rendered run."""
     odometry, estimates, true_mm = Odometry(scenario.rig), [], []
-    for frame in render(scenario):
+    for frame in film(scenario):
         estimates.append(odometry.step(frame.image, frame.t_s))
         true_mm.append(frame.x_mm)
     return estimates, np.array(true_mm), scenario.rig

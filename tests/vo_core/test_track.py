@@ -1,6 +1,7 @@
 """Track files: the columns that other programs rely on."""
 
 import json
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -57,6 +58,30 @@ def test_an_empty_track_has_a_header_only():
 def test_a_wrong_track_is_refused_with_its_line(text, said):
     with pytest.raises(InvalidTrack, match=said):
         Track.from_csv(text)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("0.033333", "nan", "Line 4 .*nan is not finite"),
+        ("weak", "weakly", "Line 4 .*'weakly'"),
+        ("\n2,", "\n1,", "Line 5 .* out of order"),
+        ("\n2,", "\n2,,", "Line 5"),
+    ],
+)
+def test_a_wrong_line_of_our_own_file_is_named(old, new, said):
+    text = Track.from_estimates(ROWS).to_csv({"any": 1}).replace(old, new)
+    with pytest.raises(InvalidTrack, match=said):
+        Track.from_csv(text)
+
+
+def test_our_own_file_is_read_as_another_with_the_same_columns_is():
+    text = Track.from_estimates(ROWS).to_csv({"any": 1})
+    ours, other = Track.from_csv(text), Track.from_csv(text.replace("roll_deg", "roll_deg,note"))
+    for field in fields(Track):
+        one, same = getattr(ours, field.name), getattr(other, field.name)
+        assert one.tolist() == same.tolist()
+        assert one.dtype.kind == same.dtype.kind
 
 
 def test_tum_is_in_metres_with_a_unit_quaternion():

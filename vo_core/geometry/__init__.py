@@ -1,1 +1,1 @@
-"""Camera, mount and pipe: rays, the developed wall, motion on it."""
+"""Geometry of camera, mount and pipe: rays, the developed wall, and motion on it."""

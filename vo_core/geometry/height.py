@@ -1,13 +1,13 @@
-"""What the height of the camera, or its focal length, has to do with the scale of a track.
+"""How the height of the camera, or its focal length, affects the scale of a track.
 
-Let the rig state a height that is wrong by a factor 1 + e.  How far is one factor right for a
+Let the rig state a height that is wrong by a factor 1 + e.  How well does one factor correct the
 track?  Measured on rendered runs of 6 m with e = 3 %:
-- Over a flat floor x, y and distance are wrong by 1 + e exactly, and yaw is right.
+- Over a flat floor x, y and distance are wrong by exactly 1 + e, and yaw is right.
 - In a circular pipe the depth of the wall beside the invert changes less than the height.  The
-  distance is wrong by one factor all along still (what scaling leaves is below 0.05 mm at 30
-  degrees of view and 0.3 mm with a fisheye), but by one nearer to 1: see `reading`.
-- There y is shown by the shear that an offset from the axis gives when driving on, whatever the
-  height.  Scaled with the rest it becomes wrong by e y: less than 0.5 mm on 14 mm of sway.
+  distance is still wrong by one factor all along (after scaling, errors are below 0.05 mm at 30
+  degrees of view and 0.3 mm with a fisheye), but the factor is nearer to 1: see `reading`.
+- In a pipe the shear shows y, independent of the height.  Scaling y with the rest makes it wrong by
+  e y: less than 0.5 mm on 14 mm of sway.
 - A camera that looks along the pipe measures by the diameter; its height hardly matters.
 """
 
@@ -18,8 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vo_core.errors import InvalidRig
-from vo_core.geometry.rectify import NOMINAL, Rectifier, developed
+from vo_core.geometry.rectify import Rectifier, developed
 from vo_core.geometry.wall import (
+    NOMINAL,
     Pose,
     cast,
     enclose,
@@ -31,25 +32,30 @@ from vo_core.rig import Rig
 from vo_core.types import Matrix
 
 LEAST_INFLUENCE = 0.2
-"""Relative change of the distance over that of the height, below which no height is derived."""
+"""No height is derived if the distance changes by less than this share of the height's change."""
 
 _SMALL = 1e-3
-"""Relative change by which derivatives are taken."""
+"""Relative step of the numerical derivatives."""
 
 
 @dataclass(frozen=True)
 class Height:
-    """The height that the rig should have had."""
+    """The camera height that the rig should have stated."""
 
     height_mm: float
     sigma_mm: float
 
 
 def implied_height(rig: Rig, scale: float, sigma: float) -> Height | None:
-    """The height that explains a scale, if all else in the rig is right; with its uncertainty.
+    """Derive the height that explains a scale if all else in the rig is right.
 
-    None where the height hardly matters (a camera that looks along the pipe), and where no rig may
-    have it, as it would be outside the pipe.
+    Args:
+        rig: As it is stated.
+        scale: True length over that of the track.
+        sigma: Standard uncertainty of `scale`.
+    Returns:
+        None where the height hardly matters (a camera that looks along the pipe), and where the
+        camera would be outside the pipe.
     """
     height_mm, pixels = rig.mount.height_mm, _patch_pixels(rig)
     for _ in range(8):  # Newton's method; the reading is close to a power of the height
@@ -64,35 +70,35 @@ def implied_height(rig: Rig, scale: float, sigma: float) -> Height | None:
         truth = Rig.parse(_with_height(rig, height_mm).model_dump())
     except InvalidRig:
         return None
-    # Where a wide view does not read evenly, the measurement need not weigh it as the mean does.
+    # Over a wide view readings differ, and the measurement may weight them unlike the mean.
     uneven = np.nanstd(_readings(rig, truth, pixels))
     return Height(height_mm, float(np.hypot(sigma / scale, uneven) * height_mm / abs(power)))
 
 
 @dataclass(frozen=True)
 class ScaleEffects:
-    """Relative errors of the distance by one standard uncertainty of what the rig states, signed.
+    """Relative errors of the distance for one standard uncertainty of each tolerance, signed.
 
-    Positive where the track of a rig that states too much reads too long.
+    Positive where a value that is stated too large makes the track too long.
     """
 
     height: float
     focal: float
     diameter: float
     tilt: float
-    """Pitch and roll of the mount together, not below 0."""
+    """Pitch and roll of the mount together, never negative."""
 
     @property
     def sigma(self) -> float:
-        """All of them, added in quadrature."""
+        """Relative standard uncertainty: all errors added in quadrature."""
         return float(np.linalg.norm([self.height, self.focal, self.diameter, self.tilt]))
 
 
 def scale_effects(rig: Rig) -> ScaleEffects:
-    """What each tolerance of the rig does to the distance.
+    """Compute how each tolerance of the rig affects the distance.
 
-    The lengths by their derivatives; a tilt of the mount has none where the camera looks straight
-    down, so it is tried to either side.
+    Lengths use derivatives.  Where the camera looks straight down the derivative by a tilt is 0, so
+    tilts are tried to either side.
     """
     tolerance, pixels = rig.tolerance, _patch_pixels(rig)
     camera, mount, pipe = rig.camera, rig.mount, rig.pipe
@@ -102,7 +108,7 @@ def scale_effects(rig: Rig) -> ScaleEffects:
         return float(np.log(_mean_reading(rig, truth, pixels) / read))
 
     def share(truth: Rig, relative: float) -> float:
-        """Of a relative uncertainty, by a rig whose true value is larger by `_SMALL`."""
+        """Effect of a relative uncertainty, by a rig whose true value is larger by `_SMALL`."""
         return -effect(truth) * relative / _SMALL
 
     longer = {"fx": camera.fx * (1 + _SMALL), "fy": camera.fy * (1 + _SMALL)}
@@ -138,11 +144,11 @@ def scale_sigma(rig: Rig) -> float:
 
 
 def reading(rig: Rig, truth: Rig) -> float:
-    """What a track made with `rig` reads for each millimetre that a camera of `truth` drives.
+    """Distance that a track made with `rig` reads per mm that a camera of `truth` drives.
 
-    The mean over the wall on which motion is measured; in a pipe not all of it moves alike.
-    Tracks of rendered pipes with the height wrong by 3 % read the same to 0.0002 at 30 degrees of
-    view; with a fisheye in the axis 2.5 % instead of 1.7 %, as the invert counts for more.
+    It is the mean over the measured wall, which in a pipe does not move evenly.  Tracks of rendered
+    pipes with the height wrong by 3 % agree with it to 0.0002 at 30 degrees of view; with a fisheye
+    on the axis they read 2.5 % instead of 1.7 %, as the invert has more weight.
     """
     return _mean_reading(rig, truth, _patch_pixels(rig))
 
@@ -152,7 +158,7 @@ def _mean_reading(rig: Rig, truth: Rig, pixels: Matrix) -> float:
 
 
 def _patch_pixels(rig: Rig) -> Matrix:
-    """(N, 2) where the rig sees points of its patch; that takes longer than all the rest here."""
+    """(N, 2) pixels of points of the patch; computing them takes longer than all the rest here."""
     rectifier = Rectifier(rig)
     row, column = np.nonzero(rectifier.valid[::8, ::8])
     patch_mm = rectifier.grid.to_mm(8.0 * np.column_stack([column, row]).astype(np.float64))
@@ -160,7 +166,7 @@ def _patch_pixels(rig: Rig) -> Matrix:
 
 
 def _readings(rig: Rig, truth: Rig, pixels: Matrix) -> Matrix:
-    """(N,) at points of the patch: the pixels of the true camera, taken to the wall by the rig."""
+    """(N,) readings at points of the patch: pixels of the true camera, projected by the rig."""
     wall = cast(truth, NOMINAL, robot_rays(truth, pixels))
     step_mm = _SMALL * truth.mount.height_mm
     behind, ahead = (
@@ -171,7 +177,7 @@ def _readings(rig: Rig, truth: Rig, pixels: Matrix) -> Matrix:
 
 
 def _power(read: float, changed: float) -> float:
-    """Relative change of a reading over the relative change, `_SMALL`, that makes `changed`."""
+    """Logarithmic slope of a reading that a relative change of `_SMALL` made `changed`."""
     return float(np.log(changed / read) / np.log1p(_SMALL))
 
 

@@ -1,22 +1,22 @@
-"""How the developed wall moves in a patch when the robot moves: the exact motion model.
+"""The exact motion model: how the developed wall moves in a patch when the robot moves.
 
-A patch is rectified as if the camera stood centred, straight and at the stated height.  Otherwise
-driving on shears and bends the patch (by dx y / (R h) for y mm beside the axis of a cylinder), and
-a rigid fit reads half of a shear as rotation.  So the model is not rigid: each patch point goes out
-along its ray to the wall from the reference pose, and back from there to the patch of the moving
-camera.
+A patch is rectified as if the camera stood centred, straight and at the stated height. If it stands
+otherwise, driving on shears and bends the patch (by dx y / (R h) for y mm beside the axis of a
+cylinder), and a rigid fit would read half of the shear as rotation. So the model is not rigid: it
+casts each point of the patch along its ray from the reference pose to the wall, and projects the
+wall point back into the patch of the moving camera.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from operator import attrgetter
 
 import numpy as np
 
-from vo_core.geometry.rectify import NOMINAL, PatchGrid
+from vo_core.geometry.rectify import PatchGrid
 from vo_core.geometry.shutter import Exposure
 from vo_core.geometry.wall import (
+    NOMINAL,
     Points,
     Pose,
     Poses,
@@ -32,23 +32,20 @@ from vo_core.rig import Rig
 from vo_core.types import Matrix
 
 POSE = 6
-"""Parameters of a pose, in the order of `Pose`: x, y, yaw, z, pitch, roll."""
+"""Number of parameters of a pose."""
 
 MOVING, REFERENCE = slice(0, POSE), slice(POSE, 2 * POSE)
 MOUNT = slice(2 * POSE, 2 * POSE + 2)
-"""Pitch and roll by which the mount differs from the rig, in both pictures alike."""
+"""Pitch and roll of the mount beyond the rig's, the same in both pictures."""
 
 PARAMETERS = 2 * POSE + 2
 
-_numbers = attrgetter(*Pose.__match_args__)
-"""Of a pose, in its order; `astuple` would copy each of them deeply."""
-
 RATES = 3
-"""Of x, y and yaw, where a shutter rolls."""
+"""Number of rates, those of x, y and yaw, that a rolling shutter needs."""
 
 
 class WallMotion:
-    """The motion model at fixed points of the patch, whose rays are computed once.
+    """The motion model at fixed points of the patch; their rays are computed once.
 
     q = (moving pose, reference pose, pitch and roll of the mount) in mm and rad, (14,).
     """
@@ -63,7 +60,7 @@ class WallMotion:
         pose = [grid.mm_per_px, grid.mm_per_px, turn_rad, turn_rad * rig.mount.height_mm]
         pose += [tilt_rad, tilt_rad]
         self.scales = np.array([*pose, *pose, tilt_rad, tilt_rad])
-        """Steps of q that move the content by about a pixel, at the border of the patch."""
+        """Steps of q that move the content at the border of the patch by about a pixel."""
 
     def positions(self, q: Matrix) -> Points:
         """w(q): where the points of a reference's patch lie in the moving camera's patch, px."""
@@ -71,17 +68,17 @@ class WallMotion:
         return self.grid.to_px(self.appears(reference, moving))
 
     def appears(self, reference: Pose | Poses, moving: Pose | Poses) -> Points:
-        """Where the moving camera shows the points of the reference's patch, (axial, arc) mm."""
+        """(N, 2) where the moving camera sees the points of the reference, (axial, arc) mm."""
         wall = cast(self._rig, reference, self._rays)
         return develop(self._rig, cast(self._rig, NOMINAL, sight(self._rig, moving, wall)))
 
     def linearise(self, q: Matrix) -> tuple[Points, Matrix]:
         """w(q) and dw/dq at the points, (N, 2) and (N, 2, 14), of a global shutter.
 
-        A change of the reference moves the wall point W = o + v along the wall, one of the moving
-        camera the ray d = R' (W - o) by which it sees W; the patch shows where the nominal camera
-        sees d.  A point of the wall stays on it: of a change u only the part (I - r n' / n'r) u
-        counts, with the ray r and the normal n.
+        A change of the reference pose moves the wall point W = o + v along the wall.  A change of
+        the moving pose moves the ray d = R' (W - o) to W, and the patch shows d as the nominal
+        camera sees it.  Wall points stay on the wall, so of a change u only the part
+        (I - r n' / n'r) u counts, with the ray r and the normal n.
         """
         moving, reference = poses(q)
         wall = cast(self._rig, reference, self._rays)
@@ -105,10 +102,10 @@ class WallMotion:
 
 
 class RollingMotion:
-    """The same of a rolling shutter: each point has the poses of the rows that show it.
+    """The motion model of a rolling shutter: each point has the poses of the rows that show it.
 
-    q = (that of `WallMotion`, rate, rate of the reference), (20,): how fast x, y and yaw change, in
-    mm/s and rad/s.  Rows of different times show it, as a shear or a stretch of the picture.
+    q = (q of `WallMotion`, rate, rate of the reference), (20,), with the rates of x, y and yaw in
+    mm/s and rad/s.  As the rows differ in time, rates shear or stretch the picture.
     """
 
     def __init__(self, motion: WallMotion) -> None:
@@ -119,7 +116,7 @@ class RollingMotion:
         return self._appears(q)[0]
 
     def linearise(self, q: Matrix) -> tuple[Points, Matrix]:
-        """w(q) and dw/dq; by the poses that of a global shutter, which is near enough."""
+        """w(q) and dw/dq; slopes by the poses are those of a global shutter, near enough."""
         positions, offset_s = self._appears(q)
         by_pose = self._motion.linearise(q[:PARAMETERS])[1]
         by_rate = by_pose[..., :RATES] * offset_s[:, None, None]
@@ -128,7 +125,7 @@ class RollingMotion:
         return positions, np.concatenate([by_pose, by_rate, before], -1)
 
     def _appears(self, q: Matrix) -> tuple[Points, Matrix]:
-        """w(q), and when each point was exposed in the moving picture, s."""
+        """w(q), and the exposure time of each point in the moving picture, s from its own time."""
         motion, (rate, before) = self._motion, q[PARAMETERS:].reshape(2, RATES)
         moving, reference = poses(q)
         then = _along(reference, before, motion.exposure.offset_s)
@@ -139,20 +136,20 @@ class RollingMotion:
 
 
 class CodedMotion:
-    """The same of pictures that a coder sheared: q has one more number behind it, rad.
+    """A motion model plus a shear by video coding; the last element of q is the shear, rad.
 
-    A coder predicts the motion of a block from those before it, and keeps what is nearly right.
-    The wall moves faster at the borders of the picture than in its middle, so from the upper
-    border on blocks move too fast, and below the middle too slowly: by 0.12 px of the patch on
-    either side, measured on H.264 at crf 30.  Driving on beside the axis looks the same: without
-    this number two pictures 10 mm apart would put the camera 7 mm aside, and be sure of it.
+    A coder predicts the motion of a block from the blocks before it, and keeps a prediction that is
+    nearly right.  The wall moves faster at the borders of the picture than in its middle, so blocks
+    move too fast from the upper border on and too slowly below the middle: by 0.12 px of the patch
+    on either side, measured on H.264 at crf 30. Driving beside the axis looks the same: without the
+    shear two pictures 10 mm apart would place the camera 7 mm aside, with a small uncertainty.
     """
 
     def __init__(self, motion: WallMotion | RollingMotion, points_px: Points) -> None:
         self._motion = motion
         self._arc_px = points_px[:, 1] - points_px[:, 1].mean()
         self.turn_rad = 1 / float(np.abs(self._arc_px).max())
-        """Shear that moves the content by a pixel at the border."""
+        """Shear that moves the content at the border by a pixel."""
 
     def positions(self, q: Matrix) -> Points:
         """w(q), (N, 2) px."""
@@ -171,19 +168,19 @@ class CodedMotion:
 
 
 def parameters(moving: Pose, reference: Pose, mount_rad: Matrix) -> Matrix:
-    """q of `WallMotion`; `mount_rad` is (2,), pitch and roll."""
-    return np.array([*_numbers(moving), *_numbers(reference), *mount_rad])
+    """Join poses and mount to the q of `WallMotion`; `mount_rad` is (2,), pitch and roll."""
+    return np.concatenate([moving.vector, reference.vector, mount_rad])
 
 
 def poses(q: Matrix) -> tuple[Pose, Pose]:
-    """The moving and the reference pose of q, with the tilt of the mount in both."""
+    """Split q into the moving and the reference pose, each with the tilt of the mount."""
     tilt = np.array([0.0, 0.0, 0.0, 0.0, *q[MOUNT]])
-    return Pose(*(q[MOVING] + tilt).tolist()), Pose(*(q[REFERENCE] + tilt).tolist())
+    return Pose.of(q[MOVING] + tilt), Pose.of(q[REFERENCE] + tilt)
 
 
 def _along(pose: Pose, rate: Matrix, offset_s: Matrix) -> Poses:
-    """The pose at other times, (N,) each."""
-    x, y, yaw = np.array(_numbers(pose))[:RATES, None] + rate[:, None] * offset_s
+    """The pose at the times `offset_s`, (N,) each."""
+    x, y, yaw = pose.vector[:RATES, None] + rate[:, None] * offset_s
     still = np.zeros_like(offset_s)
     return Poses(x, y, yaw, pose.z_mm + still, pose.pitch_rad + still, pose.roll_rad + still)
 
@@ -204,10 +201,10 @@ def _on_wall(rows: Points, ray: Points, normal: Points) -> Points:
 
 
 def _by_pose(rows: Matrix, pose: Pose, arm: Points) -> Matrix:
-    """(N, 2, 6) what rows (N, 2, 3) make of a shift of the origin, and of its turns times an arm.
+    """(N, 2, 6) slopes of rows (N, 2, 3) by a shift of the origin and by its turns on an arm.
 
-    Turns are about the world's z (yaw), the yawed y (pitch) and the robot's x (roll); of a turn w
-    the arm moves by w x arm, and a . (w x arm) = w . (arm x a).
+    Turns are about the world's z (yaw), the yawed y (pitch) and the robot's x (roll).  A turn w
+    moves the end of the arm by w x arm, and a . (w x arm) = w . (arm x a).
     """
     x, y, z = np.moveaxis(rows, -1, 0)
     ahead, right, down = arm.T[..., None]
@@ -221,7 +218,7 @@ def _by_pose(rows: Matrix, pose: Pose, arm: Points) -> Matrix:
 
 
 def moved_by_content(pose: Pose, shift_mm: tuple[float, float], reference_yaw_rad: float) -> Pose:
-    """The pose of a camera that sees the content `shift_mm` (axial, arc) off the expected place.
+    """Correct a pose whose content appears `shift_mm` (axial, arc) off the expected place.
 
     Content moves opposite to the camera, in the axes of the reference: d = -R(yaw_reference) s.
     """

@@ -1,8 +1,7 @@
-"""Every frame resampled onto the developed wall of the known pipe.
+"""Resamples every frame onto the developed wall of the known pipe.
 
-There the robot's motion is one shift over the whole picture, nearly (see `motion` for the rest),
-whatever lens and mount the camera has; that is what makes the paper's direct method right in a
-pipe and not on a plane only.
+There the robot's motion is nearly one shift of the whole picture (see `motion` for the rest), for
+any lens and mount. This makes the paper's direct method valid in a pipe, not only over a plane.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ import numpy as np
 
 from vo_core.errors import InvalidRig
 from vo_core.geometry.wall import (
+    NOMINAL,
     Points,
     Pose,
     cast,
@@ -28,24 +28,25 @@ from vo_core.rig import Rig
 from vo_core.types import AnyImage, ByteImage, GrayImage, Image
 
 PATCH_SIDE_PX = 320
-"""Longest side of a patch, about; frames are reduced to it first, or to twice that (see `EVEN`):
-noise and cost fall with the square of it."""
+"""Approximate longest side of a patch.
+
+Frames are first reduced to this size, or to twice this size (see `EVEN`), because noise and cost
+fall with the square of the reduction."""
 
 MULTIPLE_PX = 4
-"""Sides of a patch are multiples of it: reductions by whole numbers are many times quicker."""
+"""Sides of a patch are multiples of this: reductions by whole numbers are many times faster."""
 
 LEAST_PX = 16
-"""Shortest side of a patch that can be measured on."""
+"""Shortest side of a patch on which motion can be measured."""
 
 COARSEST = 3.0
-"""Where a pixel covers more than this many times the finest one, the picture is left out."""
+"""Parts of the picture whose pixels cover this many times the finest mm per px are left out."""
 
 EVEN = 1.3
-"""Above this unevenness frames are averaged on the wall and not in the picture: where the picture
-is compressed towards its border, an average there lies outward of its centre, and every distance
-reads too long (by 0.06 % looking forward)."""
+"""Above this unevenness frames are averaged on the wall instead of in the picture.
 
-NOMINAL = Pose()
+Where the picture is compressed towards its border, an average in the picture lies outward of its
+centre, and every distance reads too long (by 0.06 % looking forward)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +57,7 @@ class Rows:
     step: int
 
     def of(self, image: AnyImage) -> AnyImage:
-        """Those rows, (H / step, W, ...)."""
+        """Select these rows of a picture, (H / step, W, ...)."""
         return image[self.first :: self.step]
 
 
@@ -67,7 +68,7 @@ TOP, BOTTOM = Rows(0, 2), Rows(1, 2)
 
 @dataclass(frozen=True)
 class PatchGrid:
-    """The rectangle of the developed wall that a rig sees, sampled evenly."""
+    """An even raster over the rectangle of the developed wall that a rig sees."""
 
     axial_mm: float
     """Axial coordinate of the centre of pixel (0, 0), from the camera."""
@@ -78,22 +79,22 @@ class PatchGrid:
     """(rows along the arc, columns along the axis)."""
 
     def to_mm(self, xy_px: Points) -> Points:
-        """(..., 2) patch pixels (column, row) to (axial mm, arc mm)."""
+        """Convert (..., 2) patch pixels (column, row) to (axial mm, arc mm)."""
         return np.asarray(xy_px * self.mm_per_px + (self.axial_mm, self.arc_mm))
 
     def to_px(self, axial_arc_mm: Points) -> Points:
-        """(..., 2) (axial mm, arc mm) to patch pixels (column, row)."""
+        """Convert (..., 2) (axial mm, arc mm) to patch pixels (column, row)."""
         return np.asarray((axial_arc_mm - (self.axial_mm, self.arc_mm)) / self.mm_per_px)
 
     def common(self, one: Pose, other: Pose) -> float:
-        """Share of the wall that is seen from both poses, about."""
+        """Approximate share of the wall in view that is seen from both poses."""
         rows, columns = self.shape
         axial = abs(other.x_mm - one.x_mm) / (columns * self.mm_per_px)
         arc = abs(other.y_mm - one.y_mm) / (rows * self.mm_per_px)
         return max(0.0, 1 - axial) * max(0.0, 1 - arc)
 
     def finer(self, times: int) -> PatchGrid:
-        """The same rectangle with so many pixels in the place of one, each way."""
+        """The same rectangle with each pixel divided into `times` by `times`."""
         step_mm = self.mm_per_px / times
         back_mm = (self.mm_per_px - step_mm) / 2
         rows, columns = self.shape
@@ -103,9 +104,9 @@ class PatchGrid:
 
 
 class Rectifier:
-    """Resamples frames of one rig onto the developed wall; the maps are computed once.
+    """Resamples frames of one rig onto the developed wall, with maps that are computed once.
 
-    Patches are (rows, columns) with columns rising forward along the pipe and rows to the right.
+    Patches are (rows, columns); columns run forward along the pipe and rows to the right.
     `unevenness` is the picture's coarsest resolution on the wall over its finest, 1 to `COARSEST`.
 
     Raises:
@@ -125,29 +126,29 @@ class Rectifier:
         self._field_rows: dict[Rows, Image] = {}
 
     def __call__(self, image: Image, rows: Rows = WHOLE) -> GrayImage:
-        """The patch that a frame shows, (rows, columns) float32, meaningless outside `valid`.
+        """Resample a frame to its patch, (rows, columns) float32, meaningless outside `valid`.
 
         Args:
-            rows: The rows of the frame that are looked at, each at its own place.
+            rows: The rows of the frame to use, each at its own place.
         Raises:
-            ShapeMismatch: The frame has not the size that the rig states.
+            ShapeMismatch: The size of the frame is not the one that the rig states.
         """
         seen = rows.of(grey_frame(self.rig.camera, image))
         reduced = reduce_to(seen, self._reduced(seen.shape[0]))
         maps = (self._maps[0], self._rows_in(rows, seen.shape[0]))
-        # Outside the frame its border goes on: a black edge would be texture to what follows.
+        # The border is continued outside the frame, because a black edge would count as texture.
         fine = cv2.remap(reduced, *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         return reduce_to(fine, self.grid.shape[::-1])
 
     def _reduced(self, height: int) -> tuple[int, int]:
-        """Width and height to which a frame, or a field of so many rows, is reduced."""
+        """Width and height to which a frame, or a field of `height` rows, is reduced."""
         return self._reduced_wh[0], min(self._reduced_wh[1], height)
 
     def _rows_in(self, rows: Rows, height: int) -> Image:
-        """The map's rows in what a reduction leaves of those rows of a frame, `height` of them.
+        """The row map for the reduced picture of these rows of a frame, `height` of them.
 
-        The rays have their places in the frame: nothing moves by half a row, as it would if a
-        field were doubled.
+        Each ray keeps its place in the frame, so nothing moves by half a row as it would if a field
+        were doubled.
         """
         if rows == WHOLE:
             return self._maps[1]
@@ -159,7 +160,7 @@ class Rectifier:
         return self._field_rows[rows]
 
     def _lookup(self, fine: PatchGrid) -> tuple[tuple[Image, Image], ByteImage]:
-        """Where the fine grid lies in the reduced frame, and the mask of the patch."""
+        """Positions of the fine grid in the reduced frame, and the mask of the patch."""
         rows, columns = fine.shape
         xy = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), -1).reshape(-1, 2)
         wall = enclose(self.rig, fine.to_mm(xy.astype(np.float64)))
@@ -185,7 +186,7 @@ def require_wall_in_view(rig: Rig) -> None:
 
 
 def no_wall_in_view(rig: Rig) -> InvalidRig:
-    """What is raised where no pixel shows the wall, with what to check."""
+    """The error for a camera in which no pixel shows the wall, with what to check."""
     mount, camera = rig.mount, rig.camera
     return InvalidRig(
         f"The camera sees no wall with view '{mount.view}', pitch_deg {mount.pitch_deg:g}, "
@@ -196,9 +197,9 @@ def no_wall_in_view(rig: Rig) -> InvalidRig:
 
 
 def _visible_grid(rig: Rig) -> tuple[PatchGrid, float]:
-    """The bounding rectangle of the wall that the picture shows well enough (see `COARSEST`).
+    """Bounding rectangle of the wall that the picture shows finely enough (see `COARSEST`).
 
-    And how uneven the picture is there: its coarsest mm per px over its finest.
+    The second value is the unevenness: the coarsest mm per px there over the finest.
     """
     camera = rig.camera
     u = np.linspace(0, camera.width - 1, 65)
@@ -217,7 +218,7 @@ def _visible_grid(rig: Rig) -> tuple[PatchGrid, float]:
     corners[1:, 1:] |= good
     points = wall_mm[corners]
     low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
-    # No more pixels than the reduced frame has: a wide lens would pay for sampling the same again.
+    # No more pixels than the reduced frame has: with a wide lens more would add cost and no detail.
     least_mm = float(np.sqrt(np.prod(high - low) / (camera.width * camera.height)))
     reduction = max(1.0, max(camera.width, camera.height) / PATCH_SIDE_PX)
     step_mm = max(float(np.median(mm_per_px[good])), least_mm) * reduction
@@ -234,5 +235,5 @@ def _visible_grid(rig: Rig) -> tuple[PatchGrid, float]:
 
 
 def developed(rig: Rig, pixels_uv: Points) -> Points:
-    """(axial mm, arc mm) that the pixels show from the nominal pose; nan where there is no wall."""
+    """Project pixels to (axial mm, arc mm) from the nominal pose; nan where no wall is seen."""
     return develop(rig, cast(rig, NOMINAL, robot_rays(rig, pixels_uv)))

@@ -1,8 +1,8 @@
-"""Rolling shutter: when each row of a picture was exposed, for points of the developed wall.
+"""Rolling shutter: the exposure times of points of the developed wall.
 
-Row r of H is exposed at t + readout (r / H - 1/2), t being the frame's time.  A patch is rectified
-from the nominal pose, so the row in which it holds a place is known from the rig alone, in the
-reference and in the moving picture alike.
+Row r of H is exposed at t + readout (r / H - 1/2), where t is the frame's time. A patch is
+rectified from the nominal pose, so the rig alone determines the row that shows a place of the
+patch, in the reference and in the moving picture.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from vo_core.rig import Rig
 from vo_core.types import Matrix
 
 _STEP_MM = 0.5
-"""Of the numerical derivative; rows bend over many millimetres."""
+"""Step of the numerical derivatives; rows bend over many millimetres."""
 
 
 def exposure_s(rig: Rig, axial_arc_mm: Points) -> Matrix:
-    """Time from the frame's own time to the exposure of places of the developed wall.
+    """Compute when places of the developed wall were exposed, from the frame's own time.
 
     Args:
         axial_arc_mm: (..., 2), from the nominal pose, as `PatchGrid.to_mm` gives them.
@@ -37,18 +37,18 @@ def exposure_s(rig: Rig, axial_arc_mm: Points) -> Matrix:
 
 @dataclass(frozen=True)
 class Exposure:
-    """When fixed places of a reference's patch were exposed, and how that changes around them."""
+    """Exposure times of fixed places of a reference's patch, with their first two derivatives."""
 
     offset_s: Matrix
     """(N,) from the frame's own time."""
     slope: Matrix
-    """(N, 2) change with the axial and with the arc coordinate, s/mm."""
+    """(N, 2) slope along the axial and the arc coordinate, s/mm."""
     bend: Matrix
-    """(N, 2, 2) change of the slope, s/mm^2: wide lenses show rows as curves."""
+    """(N, 2, 2) second derivatives, s/mm^2: wide lenses show rows as curves."""
 
     @classmethod
     def of(cls, rig: Rig, axial_arc_mm: Points) -> Exposure:
-        """Of (N, 2) places, as `exposure_s` takes them."""
+        """Compute the times of (N, 2) places, as `exposure_s` takes them."""
         steps_mm = _STEP_MM * np.array([[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)])
         around = exposure_s(rig, axial_arc_mm[:, None, :] + steps_mm)
         # The place itself is 4; 1 and 7 lie behind and ahead of it, 3 and 5 to its left and right.
@@ -61,11 +61,12 @@ class Exposure:
         return cls(at, slope / (2 * _STEP_MM), bend / _STEP_MM**2)
 
     def of_moved(self, moved_mm: Matrix, velocity_mm_s: Matrix) -> Matrix:
-        """When the places were exposed in a picture that shows them elsewhere, s from its time.
+        """Exposure times of the places in a picture that shows them elsewhere, s from its time.
 
         A place that appears at w at the frame's time, and drifts with V, is exposed dt later, when
-        it appears at w + V dt: dt = T(w + V dt) with T as above, so dt = T(w) / (1 - T'(w) V).  The
-        two are continued from the place in the reference to the second order.
+        it appears at w + V dt: dt = T(w + V dt), so dt = T(w) / (1 - T'(w) V), where T gives the
+        exposure time of a place.  T and T' are expanded about the place in the reference to second
+        order.
 
         Args:
             moved_mm: (..., N, 2): where the moving picture would show the places at its own

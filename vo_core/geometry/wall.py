@@ -12,6 +12,7 @@ the right, so that arc = R phi; on a floor the arc is Y itself.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from operator import attrgetter
 
 import cv2
 import numpy as np
@@ -26,7 +27,7 @@ Points = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Pose of the camera: [X, Y, theta] of the paper, and what soft wheels add to it.
+    """Pose of the camera: [X, Y, theta] of the paper, with the height and the tilt of soft wheels.
 
     The robot's axes are turned by R_z(yaw) R_y(pitch) R_x(roll), all right-handed.
     """
@@ -42,10 +43,29 @@ class Pose:
     roll_rad: float = 0.0
     """Right side down."""
 
+    @property
+    def vector(self) -> Matrix:
+        """(6,) x, y, yaw, z, pitch, roll in mm and rad; covariances keep the same order."""
+        return np.array(_fields_of(self), np.float64)
+
+    @classmethod
+    def of(cls, vector: Matrix) -> Pose:
+        """The pose of such a vector: the inverse of `vector`."""
+        return cls(*vector.tolist())
+
+
+_fields_of = attrgetter(*Pose.__match_args__)
+"""The numbers of a pose in their order; `astuple` would copy each of them deeply."""
+
+
+def apart_mm(one: Pose, other: Pose) -> float:
+    """Distance between two poses in the plane of x and y."""
+    return float(np.hypot(one.x_mm - other.x_mm, one.y_mm - other.y_mm))
+
 
 @dataclass(frozen=True, slots=True)
 class Poses:
-    """Many poses at once: arrays that broadcast against the (..., N) rays that go with them."""
+    """Many poses at once: arrays that broadcast against the (..., N) rays cast from them."""
 
     x_mm: Matrix
     y_mm: Matrix
@@ -55,9 +75,13 @@ class Poses:
     roll_rad: Matrix
 
 
+NOMINAL = Pose()
+"""A camera that stands straight at the zero point, at the height that the rig states."""
+
+
 @dataclass(frozen=True, slots=True)
 class WallPoint:
-    """Where on the wall a pixel looks."""
+    """The place on the wall that a pixel shows."""
 
     distance_mm: float
     """Axial coordinate of the wall point, not of the camera."""
@@ -70,17 +94,14 @@ class WallPoint:
 def wall_point(
     rig: Rig,
     pixel_uv: tuple[float, float],
-    x_mm: float = 0.0,
-    y_mm: float = 0.0,
-    yaw_deg: float = 0.0,
-    *,
-    z_mm: float = 0.0,
-    pitch_deg: float = 0.0,
-    roll_deg: float = 0.0,
+    pose: Pose = NOMINAL,
 ) -> WallPoint | None:
-    """The wall point that a pixel shows from the given pose, by exact ray casting, or None."""
-    yaw, pitch, roll = np.radians([yaw_deg, pitch_deg, roll_deg]).tolist()
-    (point,) = cast(rig, Pose(x_mm, y_mm, yaw, z_mm, pitch, roll), robot_rays(rig, [pixel_uv]))
+    """Find the wall point that a pixel shows from a pose, by exact ray casting.
+
+    Returns:
+        None where the ray of the pixel meets no wall.
+    """
+    (point,) = cast(rig, pose, robot_rays(rig, [pixel_uv]))
     if not np.isfinite(point).all():
         return None
     ((distance_mm, arc_mm),) = develop(rig, point[None])

@@ -1,1 +1,1 @@
-"""Pictures by themselves: filters, resampling, the fixed pattern, health."""
+"""Operations on single pictures: filters, resampling, the fixed pattern, health."""

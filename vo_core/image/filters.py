@@ -8,23 +8,23 @@ import numpy as np
 from vo_core.types import ByteImage, GrayImage
 
 FLOOR = 0.003
-"""Contrast added to the local one, so that flat areas are not blown up to noise."""
+"""Added to the local contrast, so that noise in flat areas is not amplified."""
 
 BLACK_GREY = 2.0
-"""Grey levels added to the light: where there is none there is no contrast."""
+"""Grey levels added to the light, so that black areas get no contrast."""
 
 LIGHT_PX, NEIGHBOURHOOD_PX = 24.0, 8.0
-"""Sigmas of what counts as light, and as local."""
+"""Sigmas of the light, and of the neighbourhood in which contrast is normalised."""
 
 _REDUCTION = 4
 
 
 def normalise(image: GrayImage) -> GrayImage:
-    """Local normalisation: gain, shading and lamp spot go, texture gets one strength everywhere.
+    """Remove gain, shading and lamp spot, and give the texture the same strength everywhere.
 
-    n = d / (sqrt(G d^2) + floor) with d = r - G r and r = I / light, G a Gaussian.  The light goes
-    first, because it multiplies: left in, its slope would displace the slow part of the texture
-    by sigma^2 times the relative slope, a third of a pixel towards standstill.
+    n = d / (sqrt(G d^2) + floor) with d = r - G r and r = I / light, G a Gaussian.  The light is
+    divided out first because it is a factor: otherwise its slope would displace the slow part of
+    the texture by sigma^2 times the relative slope, a third of a pixel towards standstill.
 
     Args:
         image: (H, W), grey levels, low-passed.
@@ -34,7 +34,7 @@ def normalise(image: GrayImage) -> GrayImage:
     lit = np.maximum(image, 0)
     light = smooth(lit, LIGHT_PX)
     light += np.float32(BLACK_GREY)
-    # In place: whole pictures that are made and dropped cost more than the arithmetic.
+    # In place, because allocating whole pictures costs more than the arithmetic.
     detail = np.divide(lit, light, out=lit)
     detail -= smooth(detail, NEIGHBOURHOOD_PX)
     deviation = smooth(detail * detail, NEIGHBOURHOOD_PX)
@@ -45,12 +45,12 @@ def normalise(image: GrayImage) -> GrayImage:
 
 
 def low_pass(image: GrayImage) -> GrayImage:
-    """Gaussian of 1 px: bilinear samples are exact on smooth pictures only."""
+    """Smooth with a Gaussian of 1 px: bilinear samples are accurate on smooth pictures only."""
     return np.asarray(cv2.GaussianBlur(image, (7, 7), 1.0), np.float32)
 
 
 def gradient(image: GrayImage) -> tuple[GrayImage, GrayImage]:
-    """Along the rows and along the columns, per px (Scharr)."""
+    """Gradient along the rows and along the columns, per px (Scharr)."""
     along, down = (
         cv2.Scharr(image, cv2.CV_32F, dx, 1 - dx, scale=1 / 32, borderType=cv2.BORDER_REFLECT_101)
         for dx in (1, 0)
@@ -59,7 +59,7 @@ def gradient(image: GrayImage) -> tuple[GrayImage, GrayImage]:
 
 
 def smooth(image: GrayImage, sigma_px: float) -> GrayImage:
-    """A wide Gaussian at a quarter of the size: the same to 1 %, at a tenth of the cost."""
+    """Wide Gaussian, computed at a quarter of the size: equal to 1 %, at a tenth of the cost."""
     height, width = image.shape
     small_wh = (max(width // _REDUCTION, 1), max(height // _REDUCTION, 1))
     small = cv2.resize(image, small_wh, interpolation=cv2.INTER_AREA)
@@ -68,10 +68,10 @@ def smooth(image: GrayImage, sigma_px: float) -> GrayImage:
 
 
 def taper(valid: ByteImage | GrayImage, margin_px: int) -> GrayImage:
-    """A window: 1 inside, falling to 0 within `margin_px` of the border and of invalid parts.
+    """Window that is 1 inside and falls to 0 within `margin_px` of borders and invalid parts.
 
     The share of valid pixels around a pixel falls from 1 to a half at a straight border; a smooth
-    step (3 r^2 - 2 r^3) makes the window of that.
+    step (3 r^2 - 2 r^3) maps it to the window.
     """
     inside = (valid > 0.5).astype(np.float32)
     side = 2 * margin_px + 1

@@ -1,9 +1,8 @@
-"""The fixed pattern: dirt, burnt-in text, lamp edges: what moves with the camera, not the wall.
+"""The fixed pattern, which moves with the camera and not with the wall: dirt, text, lamp edges.
 
-A mean over frames would do, but what is left of the scene in a mean of few frames is itself a
-fixed pattern and pulls every registration towards standstill (about 1/N px).  So only what is
-significant is removed: where the mean of N frames exceeds `SIGNIFICANT` of its own standard
-errors, and by that excess only.
+A plain mean of N frames still contains some of the scene, which is itself a fixed pattern and
+shifts every registration towards standstill (by about 1/N px). So only the significant part is
+removed: the excess of the mean over `SIGNIFICANT` of its own standard errors.
 """
 
 from __future__ import annotations
@@ -16,19 +15,21 @@ import numpy as np
 from vo_core.types import GrayImage
 
 SIGNIFICANT = 3.0
+"""Standard errors of the mean that are not removed."""
+
 MEMORY = 100
-"""Frames over which the pattern is averaged: a lens that gets wet on the way is followed."""
+"""Frames over which the pattern is averaged, so that a lens may get wet on the way."""
 
 LEAST = 6
-"""Frames before anything is removed."""
+"""Least number of frames before anything is removed."""
 
 ALONG_PX = 65
-"""What is longer than that along the rows may well be the wall's."""
+"""Structures that are longer along the rows may belong to the wall."""
 
 
 @dataclass
 class FixedPattern:
-    """Running mean and mean square, pixel by pixel, of pictures of different parts of the wall."""
+    """Estimates the fixed pattern from pictures of different parts of the wall."""
 
     count: int = 0
     _mean: GrayImage | None = None
@@ -36,7 +37,7 @@ class FixedPattern:
     _pattern: GrayImage | None = None
 
     def add(self, picture: GrayImage) -> None:
-        """Learn from a normalised picture; its wall must differ from that of those before."""
+        """Add a normalised picture that shows another part of the wall than those before."""
         self.count += 1
         if self._mean is None or self._power is None:
             self._mean, self._power = picture.copy(), picture * picture
@@ -52,9 +53,9 @@ class FixedPattern:
 
     @property
     def share(self) -> float:
-        """Of the pictures' energy that is the pattern's.
+        """Share of the pictures' energy that belongs to the pattern.
 
-        What runs along the rows is left out, because a water line or a seam along the pipe stays
+        Structures along the rows are left out, because a water line or a seam along the pipe stays
         in its place too.
         """
         if self._mean is None or self._power is None or self.count < LEAST:
@@ -62,12 +63,12 @@ class FixedPattern:
         return _share(self._mean, self._power, min(self.count, MEMORY))
 
     def remove(self, picture: GrayImage) -> GrayImage:
-        """The picture without the pattern known so far."""
+        """Subtract the pattern as estimated so far."""
         return picture if self._pattern is None else picture - self._pattern
 
 
 def _share(mean: GrayImage, power: GrayImage, frames: int) -> float:
-    """Energy of the pattern over that of the pictures, free of what chance leaves in a mean."""
+    """Energy of the pattern over that of the pictures, without the share expected by chance."""
     spots = mean - cv2.blur(mean, (ALONG_PX, 1))
     chance = (power.mean() - (mean * mean).mean()) / (frames - 1)
     energy = float((spots * spots).mean() - chance)

@@ -15,11 +15,11 @@ SMALLEST_PX = 32
 
 
 def to_grey(image: Image) -> Image:
-    """Grey picture on the scale 0 to 255, uint8 or float32; the input is left alone.
+    """Convert to grey on the scale 0 to 255, uint8 or float32; the input is not changed.
 
     Args:
-        image: (H, W) or (H, W, 3) BGR; uint8, uint16, or float (within 0 to 1 it is scaled; what
-            is negative, infinite or no number is black).
+        image: (H, W) or (H, W, 3) BGR; uint8, uint16, or float (values within 0 to 1 are scaled;
+            negative or not finite ones count as black).
     Raises:
         ShapeMismatch: Another number of dimensions or channels, or smaller than 32x32.
     """
@@ -43,10 +43,10 @@ def to_grey(image: Image) -> Image:
 
 
 def grey_frame(camera: Camera, image: Image) -> Image:
-    """A frame of this camera in grey, as `to_grey` makes it.
+    """Convert a frame of this camera to grey, see `to_grey`.
 
     Raises:
-        ShapeMismatch: The frame has not the camera's size, or is no picture.
+        ShapeMismatch: The frame has another size than the camera, or is no picture.
     """
     grey = to_grey(image)
     height, width = grey.shape
@@ -59,13 +59,13 @@ def grey_frame(camera: Camera, image: Image) -> Image:
 
 
 _NO_MAP: Any = None
-"""remap takes columns and rows in one array or in two; the stubs know two only."""
+"""Placeholder: remap takes columns and rows in one array or two, its stubs only two."""
 
 
 def resample(image: GrayImage, positions_px: GrayImage) -> GrayImage:
-    """The picture at (H, W, 2) positions (column, row), bilinear; 0 outside.
+    """Sample a picture at (H, W, 2) positions (column, row), bilinear; 0 outside.
 
-    Bilinear on purpose: the bicubic tables of OpenCV round positions to 1/32 px.
+    Bilinear, because the bicubic tables of OpenCV round positions to 1/32 px.
     """
     return np.asarray(
         cv2.remap(image, positions_px, _NO_MAP, cv2.INTER_LINEAR, borderValue=0), np.float32
@@ -73,7 +73,7 @@ def resample(image: GrayImage, positions_px: GrayImage) -> GrayImage:
 
 
 def resample_colour(image: ByteImage, positions_px: GrayImage) -> ByteImage:
-    """A colour picture at (H, W, 2) positions (column, row), bilinear; outside, its border."""
+    """Sample a colour picture like `resample`, but with the border continued outside."""
     seen = cv2.remap(
         image, positions_px, _NO_MAP, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
@@ -81,26 +81,26 @@ def resample_colour(image: ByteImage, positions_px: GrayImage) -> ByteImage:
 
 
 def resample_mask(mask: ByteImage, positions_px: GrayImage) -> ByteImage:
-    """The nearest value of a mask at (H, W, 2) positions (column, row); 0 outside."""
+    """Sample a mask at (H, W, 2) positions (column, row), nearest pixel; 0 outside."""
     return np.asarray(
         cv2.remap(mask, positions_px, _NO_MAP, cv2.INTER_NEAREST, borderValue=0), np.uint8
     )
 
 
 def reduce_to(image: Image, size_wh: tuple[int, int]) -> GrayImage:
-    """A smaller picture, each pixel the mean of the area that it covers."""
+    """Reduce a picture; each pixel becomes the mean of the area that it covers."""
     if image.shape[1::-1] == size_wh:
         return np.asarray(image, np.float32)
     return np.asarray(cv2.resize(image, size_wh, interpolation=cv2.INTER_AREA), np.float32)
 
 
 def halve(image: GrayImage) -> GrayImage:
-    """Half the size by averaging 2x2; an odd last row or column is left out."""
+    """Halve the size by averaging 2x2 pixels; an odd last row or column is left out."""
     height, width = image.shape
     even = image[: height // 2 * 2, : width // 2 * 2]
     return reduce_to(even, (width // 2, height // 2))
 
 
 def double(image: AnyImage) -> AnyImage:
-    """Twice the size, smooth: pixel p of the picture lies at 2 p."""
+    """Double the size, smoothly: pixel p moves to 2 p."""
     return np.asarray(cv2.pyrUp(image), image.dtype)

@@ -1,1 +1,1 @@
-"""Pipe joints: rings on the wall, and which of them are joints."""
+"""Pipe joints: detects rings on the wall, and decides which of them are joints."""

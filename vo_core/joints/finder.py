@@ -1,10 +1,10 @@
-"""Pipe joints: dark or bright rings, found on the developed wall while a video is tracked.
+"""Detects pipe joints: dark or bright rings on the developed wall, while a video is tracked.
 
-Every few millimetres of way a frame is spread onto strips of the wall, each pixel where the exact
-pose of the frame puts it: there a joint is a straight line at one axial coordinate, whatever the
-yaw and the lateral offset of the robot.  What goes round is told from cracks and stains by sectors
-of the arc, each with a profile of its own: a ring is what most of the sectors agree on, or most of
-those to either side where silt hides the invert.
+Every few millimetres a frame is added to strips of the wall, each pixel at the place that the exact
+pose of the frame gives it. There a joint is a straight line at one axial coordinate, for any yaw
+and lateral offset of the robot. The arc is divided into sectors, each with its own profile, to
+separate rings from cracks and stains: a ring shows in most sectors, or in most of those on both
+flanks where silt hides the invert.
 """
 
 from __future__ import annotations
@@ -20,77 +20,78 @@ from numpy.typing import NDArray
 from vo_core.drift import row_of
 from vo_core.errors import InvalidTrack
 from vo_core.geometry.height import scale_sigma
-from vo_core.geometry.rectify import NOMINAL, Rectifier
-from vo_core.geometry.wall import cast, develop, enclose, sight
+from vo_core.geometry.rectify import Rectifier
+from vo_core.geometry.wall import NOMINAL, cast, develop, enclose, sight
 from vo_core.rig import Rig
 from vo_core.track import Estimate, Track
 from vo_core.types import GrayImage, Image, Matrix
 
 SECTORS = 16
-"""Parts of the visible arc with a profile each."""
+"""Number of sectors of the visible arc; each has its own profile."""
 
 ROUND = 0.6
-"""Share of the sectors that must show a ring half as strong as the middle one of them does; water
-over a third of the picture may hide it."""
+"""Share of the sectors that must show a ring at least half as strong as the median sector does.
+
+Water over a third of the picture may hide the rest."""
 
 ROUND_ON_FLANKS = 0.75
-"""The same of the sectors to either side, where silt hides the middle half: on one side alone it is
-none."""
+"""The same for the sectors on both flanks, where silt hides the middle half: a line on one flank
+alone is no ring."""
 
 RING_WIDTHS_MM = (1.5, 3.0, 6.0, 12.0)
-"""Sigmas of the filters that look for rings: gaps of 3 mm to bands of mortar of 30 mm."""
+"""Sigmas of the ring filters, for gaps of 3 mm to bands of mortar of 30 mm."""
 
 SIGNIFICANCE = 6.0
-"""A ring stands out of the wall around it by so many robust standard deviations."""
+"""Least contrast of a ring, in robust standard deviations of the wall around it."""
 
 LEAST_CONTRAST = 0.003
-"""Added to the wall's own deviation: a ring below some percent of brightness is none."""
+"""Added to the wall's deviation, so that a contrast of less than some percent is no ring."""
 
 COVERED = 0.9
-"""Share of a filter's surround that must have been seen as often as the rest."""
+"""Least share of a filter's surround that was seen as often as the rest."""
 
 BINNING_PX = 0.1
-"""What pixels that fall into bins leave of a position, one sigma."""
+"""Position error by binning pixels, one sigma."""
 
 MISPLACED_MM = 3.0
-"""A frame that may lie so far beside the wall that was spread before, one sigma, starts it anew;
-less only widens a ring."""
+"""A frame whose position relative to the strips is more uncertain than this, one sigma, starts new
+strips; a smaller uncertainty only widens a ring."""
 
 STRIP_BINS = 2048
-"""Columns of a strip of wall; at most a handful of strips is held."""
+"""Columns of a strip of wall; only a few strips are held at a time."""
 
 SAME_JOINT_MM = 50.0
-"""Sightings nearer than that are one joint: half the shortest segment that a rig may state."""
+"""Sightings closer than this are one joint: half the shortest segment that a rig may state."""
 
 _STEPS_PER_VIEW = 8
-"""Frames spread onto the wall while it passes through the view."""
+"""Frames that are added to the wall while it passes through the view."""
 
 _SURROUND = 3.0
-"""Width of the surround over that of the centre."""
+"""Width of a filter's surround over that of its centre."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sighting:
-    """A joint seen once; on a way there and back it is seen twice."""
+    """One sighting of a ring; on a way there and back a ring has two."""
 
     frame: int
-    """In which the ring is nearest to the middle of the view."""
+    """Frame in which the ring is nearest to the middle of the view."""
     ahead_mm: float
-    """From the camera in this frame along the axis to the ring, so that it moves with the track."""
+    """Axial distance from the camera in this frame to the ring; so the ring follows the track."""
     sigma_mm: float
     """Standard deviation of `ahead_mm`."""
     contrast: float
-    """Brightness relative to the wall beside it, less 1: negative for a dark ring."""
+    """Brightness relative to the wall beside the ring, minus 1: negative for a dark ring."""
 
 
 _COLUMNS = tuple(field.name for field in fields(Sighting))
 
 
 class JointFinder:
-    """Takes the frames of a run one after the other; memory does not grow with the run.
+    """Detects rings in the frames of a run, one after the other; memory does not grow with the run.
 
-    Strips of wall that the camera has left are searched and dropped, so that a joint that is seen
-    again later is a sighting of its own.
+    Strips of wall that the camera has left are searched and dropped, so a ring that is passed again
+    gives a new sighting.
     """
 
     def __init__(self, rig: Rig) -> None:
@@ -110,33 +111,33 @@ class JointFinder:
         self._middle_mm = grid.axial_mm + columns / 2 * grid.mm_per_px
         self._step_mm = columns * grid.mm_per_px / _STEPS_PER_VIEW
         self._last: Estimate | None = None
-        """Of the last frame that was spread."""
+        """Estimate of the last frame that was added."""
         self._strips: dict[int, _Strip] = {}
         self._open: set[int] = set()
-        """Strips that were not searched yet; others are kept as their neighbours only."""
+        """Strips not searched yet; other strips are kept only as their neighbours."""
         self._places_mm: dict[int, list[float]] = {}
-        """Of the rings that were found in strips which others still need."""
+        """Rings found in the strips that are kept."""
         self._found: list[Sighting] = []
         self._taken = 0
 
     def add(self, image: Image, estimate: Estimate) -> None:
-        """Take a frame and its pose, in the order of the video.
+        """Add a frame with its pose, in the order of the video.
 
         Raises:
-            ShapeMismatch: The image has not the size that the rig states.
+            ShapeMismatch: The size of the image is not the one that the rig states.
         """
         if self.wants(estimate):
             self.spread(self._rectify(image), estimate)
 
     def wants(self, estimate: Estimate) -> bool:
-        """Would `add` look at this frame?"""
+        """Whether `add` would use a frame with this pose."""
         if estimate.status == "lost":
             return False
         last = self._last
         return last is None or abs(estimate.distance_mm - last.distance_mm) >= self._step_mm
 
     def spread(self, patch: GrayImage, estimate: Estimate) -> None:
-        """Take a frame that is wanted, as `Rectifier` has put it onto the wall."""
+        """Add a frame that is wanted, rectified by `Rectifier`."""
         last = self._last
         if last is not None and _variance(estimate) - _variance(last) > MISPLACED_MM**2:
             self._close(self._open)  # after a loss the wall continues at another place
@@ -144,23 +145,23 @@ class JointFinder:
         self._last = estimate
 
     def take(self) -> list[Sighting]:
-        """Sightings that were found since the last call, on wall that the camera has left."""
+        """Return the sightings since the last call, on wall that the camera has left."""
         found, self._taken = self._found[self._taken :], len(self._found)
         return found
 
     def finish(self) -> list[Sighting]:
-        """All sightings, in the order of their frames."""
+        """Search the rest, and return all sightings in the order of their frames."""
         self._close(self._open)
         return sorted(self._found, key=lambda sighting: sighting.frame)
 
     def _spread(self, patch: GrayImage, estimate: Estimate) -> None:
-        """Add a patch to the strips, each pixel at its place on the wall."""
+        """Add each pixel of a patch to the strips at its place on the wall."""
         columns = patch.shape[1]
         rows = patch.shape[0] // self._pooled
         size_wh = (columns, rows)
         relative = _relative(patch)[: rows * self._pooled]
         pooled = cv2.resize(relative, size_wh, interpolation=cv2.INTER_AREA)
-        # Axial coordinates from the camera first: bins must not lose digits far into a pipe.
+        # Axial coordinates are taken from the camera, to keep their precision far into a pipe.
         pose = replace(estimate.pose, x_mm=0.0)
         axial, arc = develop(self._rig, cast(self._rig, pose, self._rays)).T
         low_mm, high_mm = self._arc_mm
@@ -190,7 +191,7 @@ class JointFinder:
             )
 
     def _close(self, leaving: set[int]) -> None:
-        """Search strips that are complete, and drop what no other one needs any more."""
+        """Search complete strips, and drop those that are no longer needed as neighbours."""
         for k in sorted(leaving):
             beside = [self._strips.get(k + i, _EMPTY) for i in (-1, 0, 1)]
             total = np.hstack([strip.total for strip in beside])
@@ -198,14 +199,14 @@ class JointFinder:
             for ring in find_rings(total, count, [w / self._bin_mm for w in RING_WIDTHS_MM]):
                 column = ring.at_px - STRIP_BINS
                 at_mm = (k * STRIP_BINS + column) * self._bin_mm
-                # A ring on the border of two strips may peak in each of them.
+                # A ring on the border of two strips may be found in both.
                 beside_mm = [at for i in (-1, 1) for at in self._places_mm.get(k + i, ())]
                 is_known = any(abs(at_mm - at) < SAME_JOINT_MM for at in beside_mm)
                 if 0 <= column < STRIP_BINS and not is_known:
                     self._places_mm.setdefault(k, []).append(at_mm)
                     frame, camera_mm = self._strips[k].seen_from(int(column))
                     ahead_mm = at_mm - camera_mm
-                    # Where the rig is wrong, places off the middle have scales of their own.
+                    # Where the rig is wrong, places away from the middle have another scale.
                     off_mm = self._scale_sigma * (ahead_mm - self._middle_mm)
                     sigma_mm = float(np.hypot(ring.sigma_px * self._bin_mm, off_mm))
                     self._found.append(Sighting(frame, ahead_mm, sigma_mm, ring.contrast))
@@ -228,7 +229,7 @@ class _Strip:
     def add(
         self, total: Matrix, count: Matrix, estimate: Estimate, first: int, middle: float
     ) -> None:
-        """Add columns from `first` on, those that lie in the strip; `middle` is the view's."""
+        """Add what lies in the strip; `first` and the view's `middle` are its columns."""
         begin, end = max(first, 0), min(first + total.shape[1], STRIP_BINS)
         here, there = slice(begin, end), slice(begin - first, end - first)
         self.total[:, here] += total[:, there]
@@ -240,7 +241,7 @@ class _Strip:
         self._camera_mm[nearer] = estimate.distance_mm
 
     def seen_from(self, column: int) -> tuple[int, float]:
-        """Frame and distance of the camera that had the column nearest to the middle."""
+        """Frame and camera distance at which a column was nearest to the middle of the view."""
         return int(self._frame[column]), float(self._camera_mm[column])
 
 
@@ -248,10 +249,10 @@ _EMPTY = _Strip()
 
 
 def places_mm(track: Track, sightings: Sequence[Sighting]) -> Matrix:
-    """(N,) axial coordinates of the rings by a track.
+    """Axial coordinates of the rings by a track, (N,).
 
     Raises:
-        InvalidCorrection: The track has not the frame of a sighting.
+        InvalidCorrection: The track does not have the frame of a sighting.
     """
     rows = [row_of(track, sighting.frame) for sighting in sightings]
     ahead = np.array([sighting.ahead_mm for sighting in sightings])
@@ -259,7 +260,7 @@ def places_mm(track: Track, sightings: Sequence[Sighting]) -> Matrix:
 
 
 def numbered(track: Track, sightings: Sequence[Sighting]) -> list[int]:
-    """The number of the joint of each sighting, from 0 in the order of the distance."""
+    """Number the joint of each sighting, from 0 in the order of the distance."""
     at_mm = places_mm(track, sightings)
     order = np.argsort(at_mm)
     number = np.zeros(len(order), np.int64)
@@ -270,9 +271,9 @@ def numbered(track: Track, sightings: Sequence[Sighting]) -> list[int]:
 def to_csv(
     track: Track, sightings: Sequence[Sighting], metadata: Mapping[str, object] | None = None
 ) -> str:
-    """joints.csv: `# key: value` lines, the header, a row a sighting.
+    """Write joints.csv: `# key: value` lines, the header, and a row for each sighting.
 
-    `joint` and `distance_mm` are for people; they follow from the track and are not read again.
+    `joint` and `distance_mm` are for people: they follow from the track and are ignored on reading.
     """
     lines = [f"# {key}: {value}" for key, value in (metadata or {}).items()]
     lines.append(",".join(("joint", *_COLUMNS, "distance_mm")))
@@ -306,23 +307,23 @@ def from_csv(text: str) -> list[Sighting]:
 
 @dataclass(frozen=True, slots=True)
 class Ring:
-    """A ring in a piece of wall."""
+    """A ring in a part of the wall."""
 
     at_px: float
-    """Column, 0 at the left border of the first one."""
+    """Column, counted from the left border of the first one."""
     sigma_px: float
     contrast: float
 
 
 def find_rings(total: GrayImage, count: GrayImage, widths_px: Iterable[float]) -> list[Ring]:
-    """Rings in a piece of developed wall, most significant first.
+    """Detect rings in a part of the developed wall, most significant first.
 
-    Ridges over several widths (difference of Gaussians along the axis, Lindeberg 1998), where most
-    of the sectors show them with one sign, against the deviation of the whole piece.
+    A ring is a ridge at one of several widths (difference of Gaussians along the axis, Lindeberg
+    1998) that most sectors show with the same sign, significant against the deviation of the part.
 
     Args:
-        total, count: (sectors, columns), sum of brightness about 1 and number of samples.
-        widths_px: Sigmas to look for; those below 1.5 px are widened to it.
+        total, count: (sectors, columns), sum of the brightness about 1 and number of samples.
+        widths_px: Sigmas of the filters, raised to at least 1.5 px.
     """
     rows = np.arange(len(total))
     flanks = np.abs(rows - rows.mean()) > len(rows) / 4
@@ -333,7 +334,7 @@ def find_rings(total: GrayImage, count: GrayImage, widths_px: Iterable[float]) -
         layers.append(_Layer.of(answers[flanks], covered[flanks], width, ROUND_ON_FLANKS))
     significance = np.stack([layer.significance for layer in layers])
     strongest = significance.max(axis=0)
-    # A gap and the mortar beside it are one joint, and the surround answers with the other sign.
+    # A gap and the mortar beside it are one joint, and the surround has the opposite sign.
     reach = int(np.ceil(2 * _SURROUND * layers[-1].width_px))
     rings = []
     while (peak := int(strongest.argmax())) >= 0 and strongest[peak] >= SIGNIFICANCE:
@@ -344,24 +345,24 @@ def find_rings(total: GrayImage, count: GrayImage, widths_px: Iterable[float]) -
 
 
 Covered = NDArray[np.bool_]
-"""(sectors, columns)"""
+"""(sectors, columns) where a filter's surround was seen."""
 
 
 @dataclass(frozen=True)
 class _Layer:
-    """Answers of one filter."""
+    """Responses of one filter."""
 
     width_px: float
     answers: Matrix
-    """(sectors, columns)."""
+    """(sectors, columns) response of each sector."""
     median: Matrix
-    """(columns,) over the sectors, 0 where too few were seen."""
+    """(columns,) median over the sectors, 0 where too few were seen."""
     significance: Matrix
-    """(columns,) size of the median over its deviation along the wall, 0 where nothing is round."""
+    """(columns,) median relative to its deviation along the wall, 0 where too few sectors agree."""
 
     @classmethod
     def of(cls, answers: Matrix, covered: Covered, width_px: float, share: float) -> _Layer:
-        """By the answers of some sectors, a share of which must agree."""
+        """Combine the responses of some sectors, a share of which must agree."""
         ordered = np.sort(np.where(covered, answers, np.nan), axis=0)  # nan comes last
         seen = covered.sum(axis=0)
         columns = np.arange(answers.shape[1])
@@ -378,12 +379,12 @@ class _Layer:
         return cls(width_px, answers, median, is_round * size / (noise + LEAST_CONTRAST))
 
     def ring(self, peak: int) -> Ring:
-        """The ring about a column: where the median peaks, and how the sectors scatter."""
+        """Locate the ring near a column by the median's peak and the scatter of the sectors."""
         sign = np.sign(self.median[peak])
         reach = int(np.ceil(1.5 * self.width_px))
         left, right = max(peak - reach, 1), min(peak + reach, len(self.median) - 2)
         at = np.array([_peak(sign * row, left, right) for row in self.answers])
-        # A chip of the edge reaches over two sectors.
+        # A chipped edge covers two sectors, so only half of them are independent.
         scatter = 1.4826 * np.median(np.abs(at - np.median(at))) / np.sqrt(len(at) / 2)
         return Ring(
             _peak(sign * self.median, left, right) + 0.5,
@@ -393,14 +394,12 @@ class _Layer:
 
 
 def _filtered(total: GrayImage, count: GrayImage, width_px: float) -> tuple[Matrix, Covered]:
-    """(sectors, columns) how much brighter the centre is than its surround, and where that was seen
-    whole.
-    """
+    """(sectors, columns) centre minus surround, and where the surround was seen completely."""
     centre, surround = (
         _blurred(total, sigma) / np.maximum(_blurred(count, sigma), 1e-9)
         for sigma in (width_px, _SURROUND * width_px)
     )
-    # Where a run begins and ends the wall passed a part of the view only, and shading shows.
+    # At the ends of a run the wall passed only a part of the view, and shading remains.
     samples = count.sum(axis=0, keepdims=True)
     whole = (count > 0) & (samples >= 0.5 * np.median(samples[samples > 0]))
     covered = _blurred(whole.astype(np.float32), _SURROUND * width_px) > COVERED
@@ -408,7 +407,7 @@ def _filtered(total: GrayImage, count: GrayImage, width_px: float) -> tuple[Matr
 
 
 def _peak(values: Matrix, left: int, right: int) -> float:
-    """Where the largest value of [left, right] lies, by a parabola through its neighbours."""
+    """Position of the largest value in [left, right], by a parabola through its neighbours."""
     k = left + int(values[left : right + 1].argmax())
     before, at, after = values[k - 1 : k + 2]
     bend = 2 * at - before - after
@@ -416,7 +415,7 @@ def _peak(values: Matrix, left: int, right: int) -> float:
 
 
 def _blurred(image: GrayImage, sigma_px: float) -> GrayImage:
-    """Along the rows only, nothing beyond the border."""
+    """Smooth along the rows, with zeros beyond the border."""
     side = 2 * int(np.ceil(3 * sigma_px)) + 1
     return np.asarray(
         cv2.GaussianBlur(image, (side, 1), sigma_px, sigmaY=1.0, borderType=cv2.BORDER_CONSTANT)
@@ -424,7 +423,7 @@ def _blurred(image: GrayImage, sigma_px: float) -> GrayImage:
 
 
 def _relative(patch: GrayImage) -> GrayImage:
-    """Brightness over that of the surroundings, so that lamp, vignette and gain go out."""
+    """Divide by the brightness of the surroundings, which removes lamp, vignette and gain."""
     height, width = patch.shape
     small_wh = (max(width // 8, 1), max(height // 8, 1))
     small = cv2.resize(patch, small_wh, interpolation=cv2.INTER_AREA)

@@ -1,11 +1,10 @@
-"""Joints of known spacing: which of the rings that were seen are joints, and how they are counted.
+"""Decides which rings are joints of known spacing, and counts them.
 
 The joints of a pipe lie on a lattice of known spacing and unknown offset, and the track that
-measures them has an unknown scale; some joints are not seen, and some rings are none.  The most
-likely chain of sightings is found from each to the next by dynamic programming (Viterbi 1967), over
-every scale that a wrong rig may cause, and a bed of silt or water.  The scale may change from joint
-to joint, at a price; so no scale slips by a segment over a long way, because it would have to miss
-every single joint on it.
+measures them has an unknown scale; some joints are missed, and some rings are no joints. Dynamic
+programming (Viterbi 1967) finds the most likely chain of sightings, over every scale that a wrong
+rig, silt or water may cause. The scale may change from joint to joint, at a cost. Over a long way
+no chain slips by a segment, because it would have to miss every joint on the way.
 """
 
 from __future__ import annotations
@@ -25,83 +24,88 @@ from vo_core.track import Track
 from vo_core.types import Matrix
 
 SCALE_SIGMA = 0.02
-"""Relative error, one sigma, with which the height of a camera is known."""
+"""Default relative uncertainty of the scale, by the height of the camera, one sigma."""
 
 SCATTER_MM = 6.0
-"""What single segments may differ from the stated length, one sigma, before it is measured."""
+"""Scatter of single segments about the stated length, one sigma, before it is measured."""
 
 PRIOR_SCATTER_MM = 3.0
-"""The same, as far as it is believed against the joints themselves: a few may agree by chance."""
+"""Lower limit of the measured scatter, because a few joints may agree by chance."""
 
 EDGE_SIGMA_MM = 0.5
-"""Joints are broken and filled: seen anew, in another light, one is found so far off."""
+"""Position error of a sighting, one sigma: broken and filled edges look different in another
+light."""
 
 _STEP = 0.001
-"""Between the scales that are tried.  A step moves a joint by a millimetre or two against the one
-before."""
+"""Step between the scales that are tried; it moves a joint by one or two millimetres against the
+joint before."""
 
 _LOWEST, _HIGHEST = 0.75, 1.10
-"""Scales that are tried, over what is known of it: silt is nearer than the wall, so that the track
-over-reads by up to a third; water makes the wall seem nearer than it is, by a quarter of its depth.
-"""
+"""Range of the scales that are tried, relative to the known scale.
+
+Silt is nearer than the wall, so the track reads up to a third too long; water makes the wall seem
+nearer by a quarter of the water's depth."""
 
 _UNUSUAL = 0.1
-"""Share of the runs whose scale has nothing to do with what is known of it: any of the above."""
+"""Share of the runs whose scale is unrelated to the known one and may be any in that range."""
 
 _REACH = 20
-"""A joint is followed by another one within so many sightings."""
+"""The next joint is looked for among this many sightings."""
 
 _RING = 2.0
-"""Log odds that a ring is a joint, by what the finder shows beside them."""
+"""Log odds that a ring of the finder is a joint."""
 
 _UNLIKE = 3.0
-"""Log odds against two joints of one pipe of which one is a dark ring and one a bright one."""
+"""Log odds against a dark and a bright ring both being joints of one pipe."""
 
 _MISSED, _MISSED_TOO, _MOST_MISSED = 1.6, 0.5, 8
-"""Log odds against a joint that should have been seen between two, and against each more, up to so
-many: they are missed in stretches, under water or after a loss.  It tells a lattice from one finer
-than it."""
+"""Log odds against one missed joint between two, against each further one, and the number from
+which more cost nothing: joints are missed in stretches, under water or after a loss.
+
+This cost separates a lattice from a finer one that contains it."""
 
 _CHANGE = 0.02
-"""By how much a scale changes between two joints where it does."""
+"""Typical change of the scale between two joints, where it changes."""
 
 _LEAVES_USUAL, _LEAVES_UNUSUAL = 2.5, 1.25
-"""Log odds against a change, half of them for the scale before it and half for the one after: a run
-whose rig is right has none, over silt they are the rule."""
+"""Log odds against a change from or to a usual and an unusual scale; half counts for each end.
+
+A run whose rig is right has no change; over silt changes are the rule."""
 
 _FINER = 4
-"""So many joints do not lie on every second place of a lattice by chance."""
+"""This many joints do not lie on every second place of a lattice by chance."""
 
 _COUNTABLE = 1 / 6
-"""Deviation of a way over the length of a segment, beyond which its segments cannot be counted."""
+"""Uncertainty of a way, in segments, beyond which the segments on it cannot be counted."""
 
 _BREAK = 7.0
-"""Log odds against a count that starts anew; a joint on its place is worth about 6.5."""
+"""Log odds against restarting the count; a joint in its place gains about 6.5."""
 
 _LEAST_BED = 0.01
-"""Share of the way between two rings, at least, by which a bed that the track shows may have
-changed it."""
+"""A bed lies between two rings if it may change the way between them by more than this share."""
 
 _BREAK_ON_BED, _LEAVES_ON_BED, _CHANGE_ON_BED = 14.0, 0.5, 0.1
-"""The same three beside such a bed: there the scale changes rather than that a count begins anew
-behind a segment of odd length."""
+"""`_BREAK`, `_LEAVES_UNUSUAL` and `_CHANGE` beside such a bed.
+
+There a change of the scale is more likely than a restart of the count after a segment of odd
+length."""
 
 _SURE = 3.0
-"""Log odds that the best count must have against every other one."""
+"""Least log odds of the best count against every other one."""
 
 _LEAST = 1.0
-"""Log odds for the lattice as a whole, below which the rings may as well lie anywhere."""
+"""Least log odds of the lattice as a whole against rings that lie anywhere."""
 
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """A sighting that was counted; the same number in the same count is the same joint."""
+    """A counted sighting; equal numbers in the same count are the same joint."""
 
     sighting: Sighting
     count: int
-    """0; more after stretches over which the number of segments is not known."""
+    """Index of the count: 0, and one more after each stretch of an unknown number of segments."""
     number: int
-    """Whole segments from the first joint of the count, negative behind it."""
+    """Whole segments from the first joint of the count; negative before it."""
 
 
 def count_joints(
@@ -112,12 +116,13 @@ def count_joints(
     scale: float = 1.0,
     scale_sigma: float = SCALE_SIGMA,
 ) -> list[Joint]:
-    """The sightings that lie on the lattice, in the order of their frames.
+    """Count the sightings that lie on the lattice, in the order of their frames.
 
     Args:
-        track: The one with which the sightings were made.
-        segment_mm: From joint to joint.
-        scale: True length over that of the track, as far as it is known without joints.
+        track: The track of the sightings.
+        sightings: Of rings that may be joints.
+        segment_mm: Distance from joint to joint.
+        scale: True length over that of the track, as known without joints.
         scale_sigma: Its standard uncertainty.
     Raises:
         InvalidCorrection: No two sightings lie whole segments apart, or two joints so far apart
@@ -132,7 +137,7 @@ def count_joints(
     paths = search.best_paths(SCATTER_MM)
     scores = np.array([path.score for path in paths])
     best = paths[int(scores.argmax())]
-    # Some scale brings any two rings onto a lattice: what counts is the mean over all scales.
+    # Any two rings fit a lattice at some scale, so the mean over all scales counts.
     odds = np.logaddexp.reduce(scores) - np.log(max(len(ordered) - 1, 1))
     if not best.links() and len(set(numbered(track, ordered))) == 1:
         raise InvalidCorrection(
@@ -159,30 +164,30 @@ def count_joints(
                 first=first,
                 last=last,
             )
-    # Once more with the scatter of this pipe: rings beside the joints are told from them.
+    # Once more with the scatter of this pipe, which separates rings close to joints from joints.
     again = search.best_paths(search.scatter_mm(best))
     return max(again, key=lambda path: path.score).joints(ordered)
 
 
 def seen_variance(sightings: Sequence[Sighting]) -> Matrix:
-    """(N,) mm^2, of where the joint is to the camera."""
+    """(N,) variance of the joints' positions relative to the camera, mm^2."""
     return np.asarray(np.square([s.sigma_mm for s in sightings]) + EDGE_SIGMA_MM**2)
 
 
 @dataclass(frozen=True)
 class _Path:
-    """A chain of sightings."""
+    """A chain of sightings that are counted as joints."""
 
     score: float
-    """Log odds against sightings that lie anywhere."""
+    """Log odds of the chain against sightings that lie anywhere."""
     members: tuple[int, ...]
     counts: tuple[int, ...]
     numbers: tuple[int, ...]
     scales: tuple[float, ...]
-    """Of the way to each member from the one before."""
+    """Scale of the way to each member from the one before."""
 
     def links(self) -> list[tuple[int, int, int]]:
-        """(from, to, segments) of members that follow one another and are not the same joint."""
+        """(from, to, segments) of consecutive members that are different joints of one count."""
         chain = list(zip(self.members, self.counts, self.numbers, strict=True))
         return [
             (i, j, there - here)
@@ -191,12 +196,12 @@ class _Path:
         ]
 
     def is_too_fine(self) -> bool:
-        """Whether the same places of a finer lattice stay empty all along."""
+        """Whether the members use only every second or third place of the lattice."""
         places = set(zip(self.counts, self.numbers, strict=True))
         return len(places) >= _FINER and math.gcd(*(n for _, _, n in self.links())) > 1
 
     def contradiction(self, other: _Path) -> tuple[int, int] | None:
-        """Two members that another path counts otherwise, if there are any."""
+        """Two members between which another path counts another number of segments, if any."""
         places = dict(
             zip(other.members, zip(other.counts, other.numbers, strict=True), strict=True)
         )
@@ -208,12 +213,12 @@ class _Path:
         return None
 
     def is_apart(self, other: _Path) -> bool:
-        """Whether another path takes other rings for joints altogether."""
+        """Whether another path takes entirely different rings for joints."""
         own, theirs = ({(i, j) for i, j, _ in path.links()} for path in (self, other))
         return bool(theirs) and not own & theirs
 
     def joints(self, sightings: Sequence[Sighting]) -> list[Joint]:
-        """The members as joints."""
+        """Return the members as joints."""
         return [
             Joint(sightings[i], count, number)
             for i, count, number in zip(self.members, self.counts, self.numbers, strict=True)
@@ -222,25 +227,26 @@ class _Path:
 
 @dataclass(frozen=True)
 class _Search:
-    """What is needed of each sighting and of those shortly before it."""
+    """The search for the best chain: the data of the sightings, and the scales that are tried."""
 
     segment_mm: float
     at_mm: Matrix
-    """(N,) axial coordinates by the track."""
+    """(N,) axial coordinates of the rings by the track."""
     variance_mm2: Matrix
-    """(N, N) of their differences, by track and picture."""
+    """(N, N) variances of their differences, by track and picture."""
     on_bed: NDArray[np.bool_]
-    """(N, N) whether the track shows a bed between them."""
+    """(N, N) whether the track shows a bed between two rings."""
     beside_bed: NDArray[np.bool_]
-    """(N,) whether it does a segment before or after, so that the scale may change there."""
+    """(N,) whether it shows a bed within a segment of a ring, so that the scale may change
+    there."""
     contrast: Matrix
-    """(N,) of the rings, 0 where it is not known."""
+    """(N,) contrasts of the rings, 0 where unknown."""
     scales: Matrix
-    """(S,) that are tried, evenly spaced."""
+    """(S,) scales that are tried, evenly spaced."""
     prior: Matrix
-    """(S,) their log probabilities before any joint was seen."""
+    """(S,) log prior probabilities of the scales."""
     change: Matrix
-    """(S,) half the log odds against a change from or to them."""
+    """(S,) half the log odds against a change from or to each scale."""
 
     @classmethod
     def of(
@@ -253,7 +259,7 @@ class _Search:
     ) -> _Search:
         rows = np.array([row_of(track, sighting.frame) for sighting in sightings])
         seen = seen_variance(sightings)
-        drift = Drift.of(track).without_bed()  # the scales that are tried stand for it
+        drift = Drift.of(track).without_bed()  # the scales that are tried include its effect
         places = drift.places(rows)
         between = np.stack(
             [drift.between(drift.places(np.full_like(rows, row)), places) for row in rows]
@@ -279,9 +285,9 @@ class _Search:
         )
 
     def best_paths(self, scatter_mm: float) -> list[_Path]:
-        """The best chain for each scale that it may end with."""
+        """Find the best chain for each scale at its end."""
         count, tried = len(self.at_mm), np.arange(len(self.scales))
-        score = np.tile(self.prior, (count, 1))  # a chain may begin anywhere
+        score = np.tile(self.prior, (count, 1))  # a chain may begin at any sighting
         even = _Relaxed.none(score.shape, self.change, _CHANGE)
         uneven = _Relaxed.none(score.shape, np.minimum(self.change, _LEAVES_ON_BED), _CHANGE_ON_BED)
         links = _Links.none(score.shape)
@@ -310,8 +316,9 @@ class _Search:
         return [links.traced(score, self.scales, int(s)) for s in tried]
 
     def _gains(self, first: int, j: int, scatter_mm: float) -> tuple[Matrix, NDArray[np.int64]]:
-        """(j - first, S) log odds that j lies whole segments from those before it, against
-        anywhere, and how many segments.
+        """(j - first, S) log odds that j lies whole segments from each sighting before it.
+
+        The odds are against a ring anywhere; the second value is the number of segments.
         """
         way = (self.at_mm[j] - self.at_mm[first:j])[:, None]
         true = self.scales * way
@@ -330,7 +337,7 @@ class _Search:
         return np.where(countable, gain, -np.inf), number
 
     def scatter_mm(self, path: _Path) -> float:
-        """Of single segments, by the links of a path."""
+        """Scatter of single segments, measured by the links of a path."""
         i, j, segments = np.array(path.links()).T
         scales = dict(zip(path.members, path.scales, strict=True))
         way = np.array([scales[k] for k in j]) * (self.at_mm[j] - self.at_mm[i])
@@ -340,15 +347,15 @@ class _Search:
 
 @dataclass(frozen=True)
 class _Links:
-    """How the best chain came to each sighting, for each scale there: (N, S) each."""
+    """The last link of the best chain to each sighting, for each scale there; (N, S) each."""
 
     before: NDArray[np.intp]
-    """The sighting before it; -1 where the chain begins."""
+    """Index of the sighting before; -1 where the chain begins."""
     came: NDArray[np.intp]
-    """Which scale it had there."""
+    """Index of the scale at that sighting."""
     segments: NDArray[np.int64]
     broken: NDArray[np.bool_]
-    """The count starts anew."""
+    """Whether the count restarts."""
 
     @classmethod
     def none(cls, shape: tuple[int, ...]) -> _Links:
@@ -370,7 +377,7 @@ class _Links:
         segments: NDArray[np.int64] | int = 0,
         broken: int = 0,
     ) -> None:
-        """Link j where that is worth more than what it has."""
+        """Replace the links of sighting j where the offered score is higher."""
         better = offered > score[j]
         score[j] = np.where(better, offered, score[j])
         self.before[j] = np.where(better, before, self.before[j])
@@ -379,7 +386,7 @@ class _Links:
         self.broken[j] = np.where(better, broken, self.broken[j])
 
     def traced(self, score: Matrix, scales: Matrix, s: int) -> _Path:
-        """The chain that ends with a scale where its score is best, from its begin on."""
+        """Trace the chain that ends with scale s at its best score, from its beginning on."""
         last = int(score[:, s].argmax())
         chain = [(last, s)]
         while self.before[chain[-1]] >= 0:
@@ -401,26 +408,26 @@ class _Links:
 
 @dataclass
 class _Relaxed:
-    """The best score from which a scale is come to, changed or not, and which that was."""
+    """The best score from which each scale is reached, with or without a change."""
 
     change: Matrix
     """(S,) half the log odds against a change from or to a scale."""
     size: float
-    """Of a change that costs one more."""
+    """Change of the scale that adds one to the cost."""
     score: Matrix
-    """(N, S)"""
+    """(N, S) best score."""
     origin: NDArray[np.intp]
-    """(N, S)"""
+    """(N, S) index of the scale before the change."""
 
     @classmethod
     def none(cls, shape: tuple[int, ...], change: Matrix, size: float) -> _Relaxed:
         return cls(change, size, np.zeros(shape), np.zeros(shape, np.intp))
 
     def take(self, j: int, score: Matrix) -> None:
-        """Of sighting j.
+        """Compute the row of sighting j from its scores.
 
-        Changes cost by their size, so that one pass up and one down find the best (Felzenszwalb &
-        Huttenlocher 2012, distance transforms).
+        The cost of a change grows with its size, so one pass upwards and one downwards find the
+        best (distance transforms, Felzenszwalb & Huttenlocher 2012).
         """
         tried = np.arange(len(score))
         slope = _STEP / self.size * tried

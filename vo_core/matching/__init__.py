@@ -1,1 +1,1 @@
-"""Two pictures against each other: phase correlation and direct alignment."""
+"""Comparison of two pictures: phase correlation and direct alignment."""

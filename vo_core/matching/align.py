@@ -1,12 +1,12 @@
-"""Direct alignment of two normalised pictures under any smooth motion model (Lucas & Kanade 1981).
+"""Direct alignment of two normalised pictures for any smooth motion model (Lucas & Kanade 1981).
 
-Gauss-Newton on the picture itself: with r(p) = M(w(p; q)) - R(p) the step in the parameters q is
-the solution of (sum J' g g' J) dq = -sum J' g r, where g is the gradient of the reference and
-J = dw/dq.  The motion model is smooth, so J is constant within a block of pixels, and the sums are
-made once a block: a 2x2 tensor g g' of the reference (kept) and the 2-vector g r of each
-iteration.  A block is also the unit of trust: water, glare, text and dirt lose their vote because
-their block does not agree (its normalised correlation is low), and the covariance comes from the
-scatter between blocks (a sandwich estimate), which stays honest although residuals are not white.
+Gauss-Newton on the pictures: with r(p) = M(w(p; q)) - R(p) the step in the parameters q solves
+(sum J' g g' J) dq = -sum J' g r, where g is the gradient of the reference and J = dw/dq. The motion
+model is smooth, so J is constant within a block of pixels, and the sums are taken per block: a 2x2
+tensor g g' of the reference (kept) and a 2-vector g r in each iteration. A block is also the unit
+of trust: blocks with water, glare, text or dirt have a low normalised correlation and get no
+weight. The covariance comes from the scatter between blocks (a sandwich estimate), which holds
+although residuals are not white.
 """
 
 from __future__ import annotations
@@ -28,85 +28,93 @@ Warp = Callable[[Matrix], Points]
 (..., n) to (..., nodes, 2)."""
 
 CONVERGED_PX = 0.02
-"""A step that moves no block by more ends the iteration: what is left is far smaller."""
+"""A step that moves no block by more ends the iteration: the remaining error is far smaller."""
 
 SHORT_PX, LONGEST_LAST_PX = 0.001, 0.1
-"""In a clear picture a longer step ends it too.  The noise in the reference's gradients makes each
-step fall short by a share that grows with 1 - fidelity; that share of a step is below `SHORT_PX`.
-Measured on coded film: up to 0.1 px distance and heading stay as they are, at 0.2 px a keyframe's
-link is off by 0.01 px with one sign."""
+"""In a clear picture a longer step, up to `LONGEST_LAST_PX`, ends the iteration too.
+
+Noise in the reference's gradients makes each step too short by a share that grows with 1 -
+fidelity; the last step is so long that this share of it is `SHORT_PX`. Measured on coded film: up
+to 0.1 px distance and heading do not change, at 0.2 px a keyframe's link has a systematic error of
+0.01 px."""
 
 LAST_STEP = 60
-"""Of any alignment, however slowly it leads nearer."""
+"""Most steps of any alignment, even one that still converges."""
 
 MOST_STEPS = 8
-"""Of an alignment that is not extrapolated: where several motions are tried (wall, water, dirt), a
-start that needs more is not near its own."""
+"""Most steps of an alignment without extrapolation.
+
+Where several motions are tried (wall, water, dirt), a start that needs more steps is not near its
+own motion."""
 
 LONGEST_STRIDE = 10.0
-"""Most Gauss-Newton steps taken at once."""
+"""Largest factor by which a Gauss-Newton step is extrapolated."""
 
 PATIENCE = 5
-"""Steps of the series that lead no nearer before an alignment is given up."""
+"""An alignment is given up after this many extrapolated steps without progress."""
 
 DIFFERENCE = 1e-4
-"""Step of the numerical derivative in scales: what cannot be seen (the heading on a floor) must
-come out as exactly that, and a large step would see it in the curvature."""
+"""Step of the numerical derivative, relative to `scales`.
+
+A parameter that the picture does not show (the heading on a floor) must have a slope of 0; with a
+larger step the curvature would give it one."""
 
 VARIANCE_FLOOR = 0.02
-"""Residual variance, of a texture of variance 1, below which a block earns no more weight."""
+"""Residual variance, for a texture of variance 1, below which a block's weight no longer grows."""
 
 CLEAR = 0.5
-"""Correlation around a block that unrelated pictures do not reach."""
+"""A block with a higher trust agrees clearly: unrelated pictures do not reach it."""
 
 LEAST_ENERGY = 1e-3
-"""Mean square of a normalised picture that counts as blank: rounding errors agree perfectly."""
+"""Mean square up to which a normalised picture counts as blank, as rounding errors correlate."""
 
 INFLATION = 6.0
-"""Blocks do not err independently (video coding moves many of them alike): by how much the variance
-of an alignment exceeds what the scatter between its blocks says. Measured on coded video."""
+"""Variance of an alignment over the variance computed from the scatter between its blocks.
+
+The errors of blocks are correlated, as video coding moves many of them alike.  Measured on coded
+video."""
 
 START_PX = 100.0
-"""How far off a start can be, one sigma: what a picture leaves open stays within that."""
+"""Standard deviation of a start without priors: it bounds what the pictures leave open."""
 
 OPEN_END_PX = 1e8
-"""The same where the parameters have priors of their own: so that equations can be solved."""
+"""The same where the parameters have priors; it only keeps the equations solvable."""
 
 BY_CHANCE = 5.0
-"""Standard deviations of two gradients' correlation that do not count as common texture."""
+"""Common texture counts only beyond this many standard deviations of a chance correlation."""
 
 PIXEL_ERROR = 0.01
-"""Displacement, px, that all blocks err by together, however good the picture."""
+"""Displacement error, px, that all blocks share, however good the picture."""
 
 LOCK = 6.0
-"""Significance from which an alignment shows the same wall and not a chance."""
+"""An alignment with at least this significance shows the same wall and no coincidence."""
 
 OPEN_PX = 1.0
-"""Above this uncertainty the pictures do not show the motion (straight lines)."""
+"""Above this uncertainty the pictures do not show the motion, as with straight lines."""
 
 CORRELATED_PX = 12.0
-"""Pixels that share one independent value after a low-pass of sigma 1 (4 pi sigma^2)."""
+"""Pixels per independent value after a low-pass of sigma 1 (4 pi sigma^2)."""
 
 
 @dataclass(frozen=True)
 class Template:
-    """A reference picture with all that its alignments share."""
+    """A reference picture, with what all alignments against it share."""
 
     grid: BlockGrid
     row_step: int
     image: GrayImage
     """The covered part, normalised and low-passed, every `row_step`-th row."""
     seen: NDArray[np.bool_]
-    """(blocks,) does the picture show all of the block? (`cover` below: do both pictures?)"""
+    """(blocks,) whether the picture shows all of the block."""
     gradient: tuple[GrayImage, GrayImage]
     root: Matrix
     """(blocks, 2, 2) square root of the mean g g'."""
     texture: Matrix
     """(blocks,) mean square of the gradient."""
     coarse_gradient: tuple[GrayImage, GrayImage]
-    """Of the picture at half the resolution: enough to tell texture from noise."""
+    """Gradient at half the resolution, enough to separate texture from noise."""
     coarse_tensor: Matrix
-    """(blocks, 3) mean xx, xy and yy of that g g'."""
+    """(blocks, 3) mean xx, xy and yy of g g' of the coarse gradient."""
     energy: Matrix
     """(blocks,) mean square of the picture."""
 
@@ -114,8 +122,8 @@ class Template:
     def of(cls, doubled: GrayImage, valid: ByteImage, row_step: int = 1) -> Template:
         """Prepare a reference from a doubled picture; `valid` is 1 where it shows the wall.
 
-        With a `row_step` of 2 every second row is compared, at half the cost: between them a
-        low-passed picture holds hardly more.
+        With a `row_step` of 2 only every second row is compared, at half the cost; the other rows
+        of a low-passed picture add hardly any information.
         """
         image = np.ascontiguousarray(doubled[::2, ::2])
         grid = BlockGrid.over(image.shape)
@@ -139,45 +147,48 @@ class Template:
 
 @dataclass(frozen=True)
 class Prior:
-    """What is known of the parameters before the pictures are compared."""
+    """A Gaussian prior of the parameters."""
 
     mean: Matrix
     """(n,)"""
     information: Matrix
-    """(n, n) inverse covariance, 0 where nothing is known."""
+    """(n, n) inverse covariance, 0 where nothing is known beforehand."""
 
 
 @dataclass(frozen=True)
 class Alignment:
-    """Where the moving picture fits the reference."""
+    """The result of an alignment."""
 
     parameters: Matrix
     """(n,)"""
     positions: Points
-    """Where the nodes of the reference's blocks lie, to within the last step."""
+    """Positions of the nodes of the reference's blocks, before the last step."""
     covariance: Matrix
-    """(n, n), the prior included."""
+    """(n, n), priors included."""
     free: Matrix
-    """(n,) without the habit."""
+    """(n,) parameters without the habit prior."""
     free_covariance: Matrix
-    """(n, n)"""
+    """(n, n) covariance of `free`."""
     uncertainty_px: Matrix
-    """(2,) of where the reference's content lies, along the rows and along the columns."""
+    """(2,) standard deviation of the content's position, along the rows and along the columns."""
     agreement: float
-    """Normalised correlation over the overlap, -1 to 1: the share of texture seen again."""
+    """Normalised correlation over the overlap, -1 to 1: the share of common texture."""
     fidelity: float
-    """The same over the blocks that agree, so that dirt and water do not count but noise does."""
+    """The same over agreeing blocks: noise lowers it, dirt and water do not."""
     overlap: float
     """Share of the reference's wall that the moving picture shows."""
     trust: Matrix
-    """(blocks,) normalised correlation around each block, 0 where nothing is seen."""
+    """(blocks,) normalised correlation around each block, 0 to 1; 0 where a picture shows
+    nothing."""
     converged: bool
     significance: float
-    """Agreement in standard deviations of what unrelated pictures reach by chance; of all blocks,
-    or of those that agree clearly: a few clean ones between much dirt are enough."""
+    """Agreement in standard deviations of the agreement that unrelated pictures reach by chance.
+
+    It is the larger one of all blocks and of those that agree clearly, so that a few clean blocks
+    between much dirt are enough."""
 
     def support(self, reliability: Matrix) -> float:
-        """Share of what usually shows the wall, block by block, that agrees."""
+        """Mean trust, weighted by how reliably each block has shown the wall."""
         votes = reliability**2
         return float(votes @ self.trust / votes.sum())
 
@@ -196,22 +207,22 @@ def align(
     settled: int | None = None,
     enough_px: float = CONVERGED_PX,
 ) -> Alignment:
-    """Fit the parameters of a motion model.
+    """Fit the parameters of a motion model to two pictures.
 
     Args:
         template: The reference.
-        doubled: (2 H, 2 W), the moving picture, normalised and low-passed like the reference and
-            then doubled: between two pixels bilinear samples err by up to 0.01 px, there by 0.001.
+        doubled: (2 H, 2 W), the moving picture, normalised and low-passed like the reference, then
+            doubled, which reduces the error of bilinear samples from up to 0.01 px to 0.001.
         whole: (H, W), 1 where the moving picture shows all of a block, by `BlockGrid.whole`.
         warp: The motion model, at the nodes of the template's blocks.
-        start: (n,) parameters to start from; within about 2 px of the truth everywhere.
+        start: (n,) parameters to start from, within about 2 px of the truth everywhere.
         scales: (n,) change of each parameter that moves the content by about a pixel.
-        linearise: w(q) and dw/dq, (nodes, 2, n); taken by differences if there is none.
-        prior: What is known of the parameters beforehand.
-        habit: What they usually are; `Alignment.free` is without it.
-        settled: Steps after which what is left is extrapolated (see `_stride`) and goes on while it
-            shrinks; None for at most `MOST_STEPS`, each as it is.
-        enough_px: The iteration ends where no block has further to go.
+        linearise: Returns w(q) and dw/dq, (nodes, 2, n); numerical differences by default.
+        prior: What is known about the parameters.
+        habit: Their usual values, a prior that `Alignment.free` leaves out.
+        settled: Number of steps after which steps are extrapolated (see `_stride`) as long as they
+            shrink; None for at most `MOST_STEPS` plain steps.
+        enough_px: The iteration ends once no block moves by more.
     """
     loose = np.diag(1 / ((START_PX if prior is None else OPEN_END_PX) * scales) ** 2)
     nothing = Prior(start, np.zeros_like(loose))
@@ -248,7 +259,7 @@ def align(
         if left_px < enough_px or left_px > 2 * template.grid.side_px or out_of_steps:
             break
         positions = warp(parameters)
-    # Sandwich: the bread is the Hessian, the filling what the blocks really scatter.
+    # Sandwich estimate: the bread is the Hessian, the filling the actual scatter of the blocks.
     per_block = template.grid.side_px**2 / CORRELATED_PX
     independent = seen.overlap * template.seen.sum() * per_block
     clear = seen.trust > CLEAR
@@ -283,15 +294,15 @@ def align(
 
 @dataclass(frozen=True)
 class _Comparison:
-    """The moving picture, brought onto the reference, against it."""
+    """The moving picture, resampled onto the reference and compared with it."""
 
     picture: GrayImage
     product: Matrix
     """(blocks, 2) mean g r."""
     weights: Matrix
-    """(blocks,) information that a block's means carry, free of what they share."""
+    """(blocks,) information of a block's means, without the error that all blocks share."""
     shared: float
-    """Share of the variance of a displacement that all blocks have in common."""
+    """Share of a displacement's variance that all blocks have in common."""
     trust: Matrix
     agreement: float
     fidelity: float
@@ -316,9 +327,9 @@ def _compare(
     energy = np.sqrt(own.sum() * power.sum()) + LEAST_ENERGY * len(own)
     vote = trust**2
     weights = vote / (variance + VARIANCE_FLOOR) * grid.side_px**2 / CORRELATED_PX / INFLATION
-    # Information about a displacement alike in all blocks, per px^2.  What interpolation, lens and
-    # coding leave does not average out over the blocks, so a direction that the picture hardly
-    # shows must not be told by it: information of 1 / (1/i + e^2) in the place of i.
+    # Information about a displacement of all blocks together, per px^2.  Errors of interpolation,
+    # lens and coding do not average out over the blocks, so they must not determine a direction
+    # that the picture hardly shows: the information i becomes 1 / (1/i + e^2).
     information = float(weights @ template.texture) / 2
     unshared = 1 / (1 + PIXEL_ERROR**2 * information)
     agreeing = np.sqrt((vote @ own) * (vote @ power)) + LEAST_ENERGY
@@ -335,24 +346,24 @@ def _compare(
 
 
 def _stride(stride: float, last: Matrix, moved: Matrix) -> float:
-    """How many Gauss-Newton steps there are to go (Aitken's extrapolation; Irons & Tuck 1969).
+    """Factor that extrapolates a step to its limit (Aitken's method; Irons & Tuck 1969).
 
-    The gradients of the reference hold its noise too, which makes every step fall short by the
-    same share: each is then a fixed part of the one before, and the sum of all is known. `last`
-    and `moved` are the displacements (blocks, 2) of the last step and of this one, taken once.
+    Noise in the gradients of the reference makes every step too short by the same share.  So each
+    step is a fixed part of the one before, and the sum of the series is known.  `last` and `moved`
+    are the displacements (blocks, 2) of the last step and of this one, each taken once.
     """
     left = float((moved * last).sum() / max((last * last).sum(), 1e-12))
     return float(np.clip(stride / max(1 - left, 0.1), 1.0, LONGEST_STRIDE))
 
 
 def _scores(jacobian: Matrix, seen: _Comparison) -> Matrix:
-    """J' g r of each block, weighted, (blocks, n)."""
+    """(blocks, n) weighted J' g r of each block."""
     weighted = seen.product * seen.weights[:, None]
     return np.asarray((jacobian * weighted[:, :, None]).sum(1))
 
 
 def inverse(matrix: Matrix) -> Matrix:
-    """Of a positive definite matrix whose rows have different units: its diagonal is made 1."""
+    """Invert a positive definite matrix of mixed units, after scaling its diagonal to 1."""
     size = np.sqrt(np.diag(matrix))
     return np.asarray(np.linalg.inv(matrix / np.outer(size, size)) / np.outer(size, size))
 
@@ -383,12 +394,12 @@ def _hessian(rooted: Matrix, weights: Matrix) -> Matrix:
 
 
 def _common_texture(template: Template, seen: _Comparison, independent: float) -> Matrix:
-    """(2, 2) K for which K T K' are the tensors without the gradients of noise, which say nothing.
+    """(2, 2) K such that K T K' are the tensors T without the gradients of noise.
 
-    The product of two pictures' gradients averages to that of their common texture: with A the mean
+    The product of two pictures' gradients averages to that of their common texture. With A the mean
     tensor of the template and C that product, the eigenvalues of A^-1/2 C A^-1/2 are the shares of
-    A that are texture in two directions.  What they reach by chance is taken off, so that a wall
-    of straight lines (the aperture problem) leaves the direction along them open.
+    texture in A along two directions. The share expected by chance is subtracted, so that a wall of
+    straight lines (the aperture problem) leaves the direction along them open.
     """
     (rx, ry), (sx, sy) = (
         template.coarse_gradient,
@@ -410,7 +421,7 @@ def _common_texture(template: Template, seen: _Comparison, independent: float) -
 
 
 def _coarse(image: GrayImage, row_step: int) -> GrayImage:
-    """Half the resolution, of a crop with that step between its rows."""
+    """Halve the resolution of a crop whose rows are `row_step` apart."""
     height, width = image.shape
     return reduce_to(image, (width // 2, height * row_step // 2))
 
@@ -426,9 +437,10 @@ def _differences(warp: Warp, scales: Matrix) -> Callable[[Matrix], tuple[Points,
 
 
 def _on_reference(grid: BlockGrid, positions: Points, slopes: Matrix) -> Matrix:
-    """dw/dq a block, (blocks, 2, n), in the reference's pixels: by (dw/dp)^-1.
+    """(blocks, 2, n) dw/dq of each block in the reference's pixels, by (dw/dp)^-1.
 
-    Taken once, at the start: it changes little within the two pixels of an alignment.
+    It is computed once, at the start, because it changes little within the two pixels of an
+    alignment.
     """
     dq = grid.at_nodes(slopes)[1:-1, 1:-1]
     at = grid.at_nodes(positions)

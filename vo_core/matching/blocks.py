@@ -1,4 +1,4 @@
-"""Pictures cut into square blocks: smooth fields at their centres, sums and means over each."""
+"""Divides pictures into square blocks: smooth fields at their centres, and means over each."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class BlockGrid:
 
     @classmethod
     def over(cls, shape: tuple[int, ...]) -> BlockGrid:
-        """Blocks of `BLOCK_PX`, smaller ones where fewer than six would fit across."""
+        """Blocks of `BLOCK_PX`, or smaller ones where fewer than six would fit along a side."""
         side = next((s for s in (BLOCK_PX, BLOCK_PX // 2) if min(shape) >= 6 * s), BLOCK_PX // 4)
         rows, columns = shape[0] // side, shape[1] // side
         return cls(
@@ -35,7 +35,7 @@ class BlockGrid:
         )
 
     def crop(self, image: AnyImage, row_step: int = 1) -> AnyImage:
-        """The part of a picture that the blocks cover; of its rows every `row_step`-th."""
+        """Crop a picture to the part that the blocks cover, and keep every `row_step`-th row."""
         height, width = self.rows * self.side_px, self.columns * self.side_px
         bottom, right = self.top_px + height, self.left_px + width
         return np.ascontiguousarray(image[self.top_px : bottom : row_step, self.left_px : right])
@@ -47,15 +47,15 @@ class BlockGrid:
         return np.stack(np.meshgrid(x, y), -1).reshape(-1, 2).astype(np.float64)
 
     def at_nodes(self, values: Points) -> Points:
-        """Values at `nodes`, as (rows + 2, columns + 2, ...)."""
+        """Reshape values at `nodes` to (rows + 2, columns + 2, ...)."""
         return values.reshape(self.rows + 2, self.columns + 2, *values.shape[1:])
 
     def centres(self, values: Points) -> Points:
-        """Values at `nodes`, of the blocks' centres only, (blocks, ...)."""
+        """Select the values at the blocks' centres from those at `nodes`, (blocks, ...)."""
         return self.at_nodes(values)[1:-1, 1:-1].reshape(-1, *values.shape[1:])
 
     def dense(self, positions: Points, row_step: int = 1) -> GrayImage:
-        """Positions at the nodes to positions of every pixel of a `crop`, (H, W, 2), bilinear."""
+        """Interpolate positions at the nodes to every pixel of a `crop`, (H, W, 2), bilinear."""
         coarse = np.nan_to_num(self.at_nodes(positions), nan=-1e4).astype(np.float32)
         side = self.side_px
         size_wh = ((self.columns + 2) * side, (self.rows + 2) * side)
@@ -63,24 +63,24 @@ class BlockGrid:
         return np.ascontiguousarray(dense[side:-side:row_step, side:-side])
 
     def whole(self, valid: ByteImage) -> ByteImage:
-        """(H, W): 1 where a whole block, a little turned too, fits into a mask around a pixel."""
+        """(H, W) mask: 1 around which a whole block, even a little turned, fits into `valid`."""
         side = self.side_px + self.side_px // 8 + 1
         return np.asarray(
             cv2.erode(valid, np.ones((side, side), np.uint8), borderValue=0), np.uint8
         )
 
     def look_up(self, mask: ByteImage, positions: Points) -> NDArray[np.bool_]:
-        """The nearest values of a mask at the positions of the blocks' centres, (blocks,)."""
+        """Look up a mask at the positions of the blocks' centres, nearest pixel, (blocks,)."""
         centres = np.nan_to_num(self.at_nodes(positions)[1:-1, 1:-1], nan=-1e4)
         return resample_mask(mask, centres.astype(np.float32)).ravel() > 0
 
     def means(self, image: GrayImage) -> Matrix:
-        """Mean of each block of a `crop`, of any resolution, (blocks,)."""
+        """Mean of each block of a `crop` of any resolution, (blocks,)."""
         means = cv2.resize(image, (self.columns, self.rows), interpolation=cv2.INTER_AREA)
         return np.asarray(means, np.float64).ravel()
 
     def pooled(self, values: Matrix) -> Matrix:
-        """Block values averaged with their neighbours: one block holds too few texture elements."""
+        """Average block values with their neighbours: a single block holds too little texture."""
         pooled = cv2.blur(
             values.reshape(self.rows, self.columns), (3, 3), borderType=cv2.BORDER_REPLICATE
         )

@@ -2,7 +2,7 @@
 
 With b(p) = a(p - s) the spectra satisfy B = A exp(-i k.s), so F^-1{conj(A) B / |A B|} peaks at s,
 the motion of the content from a to b: +x right, +y down.  A band-pass on the normalised product
-keeps what the wall's texture fills, and the peak is fitted by a parabola through its logarithms.
+keeps the frequencies of the wall's texture, and a parabola through its logarithms locates the peak.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ LOW_PASS, HIGH_PASS = 0.16, 0.02
 """Band of W = exp(-(r/low)^2/2) (1 - exp(-(r/high)^2/2)), r in cycles per px."""
 
 ROTATION_LIMIT_RAD = float(np.radians(12))
-"""Largest turn that the polar spectrum is asked for: the paper's 10 degrees and some room."""
+"""Largest rotation that is searched for: the paper's 10 degrees plus a margin."""
 
 LOCK_PSR = 8.0
-"""Peak-to-sidelobe ratio that a true match reaches; without one it stays below 6 (measured)."""
+"""Peak-to-sidelobe ratio of a true match; without a match it stays below 6 (measured)."""
 
 LOBE_PX = 6
-"""What lies nearer to a peak belongs to it."""
+"""Values closer to a peak than this belong to it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,10 +42,10 @@ class Peak:
 
 
 def spectrum(image: GrayImage, window: GrayImage) -> GrayImage:
-    """Packed spectrum of a windowed picture, padded with zeros to an even, quick size.
+    """Packed spectrum of a windowed picture, padded with zeros to an even size that is fast.
 
-    A real picture's spectrum packed into a real array of its size (OpenCV's CCS order): a quarter
-    of the cost of a complex one.
+    The spectrum of a real picture fits into a real array of the same size (OpenCV's CCS order), at
+    a quarter of the cost of a complex one.
     """
     return np.asarray(cv2.dft(_padded(image, window)), np.float32)
 
@@ -54,7 +54,7 @@ def correlation(reference: GrayImage, moving: GrayImage) -> GrayImage:
     """Correlation surface of two spectra, normalised and band-passed; lag zero at (0, 0)."""
     product = cv2.mulSpectrums(moving, reference, 0, conjB=True)
     power = cv2.mulSpectrums(product, product, 0, conjB=True)
-    # Its imaginary parts are 0: there too goes the power, which divides both parts.
+    # The imaginary parts are 0; the power is copied there, because it divides both parts.
     power[:, 2:-1:2] = power[:, 1:-2:2]
     power[2:-1:2, [0, -1]] = power[1:-2:2, [0, -1]]
     product *= _band_pass(*product.shape) / (cv2.sqrt(power) + np.float32(1e-9))
@@ -62,7 +62,7 @@ def correlation(reference: GrayImage, moving: GrayImage) -> GrayImage:
 
 
 def best_peaks(surface: GrayImage, count: int = 1) -> list[Peak]:
-    """The highest peaks, highest first, each at least a lobe away from those before it."""
+    """The highest peaks, highest first, each at least `LOBE_PX` away from those before it."""
     rest = surface.copy()
     places = []
     for _ in range(count):
@@ -70,7 +70,7 @@ def best_peaks(surface: GrayImage, count: int = 1) -> list[Peak]:
         places.append((row, column, float(rest[row, column])))
         rows = np.arange(row - LOBE_PX, row + LOBE_PX + 1) % rest.shape[0]
         columns = np.arange(column - LOBE_PX, column + LOBE_PX + 1) % rest.shape[1]
-        rest[np.ix_(rows, columns)] = 0  # its mean: the band has no constant part
+        rest[np.ix_(rows, columns)] = 0  # 0 is its mean, as the band-pass removes the constant part
     mean, deviation = (float(v.item()) for v in cv2.meanStdDev(rest))
     return [
         Peak(*_subpixel(surface, row, column), height, (height - mean) / max(deviation, 1e-12))
@@ -88,7 +88,7 @@ def _subpixel(surface: GrayImage, row: int, column: int) -> tuple[float, float]:
 
 
 def _log_parabola(three: GrayImage) -> float:
-    """Offset of the top of the parabola through the logarithms of three neighbours."""
+    """Offset of the maximum of the parabola through the logarithms of three neighbours."""
     left, middle, right = np.log(np.maximum(three.astype(np.float64), 1e-9))
     curvature = left - 2 * middle + right
     if curvature >= 0 or middle < max(left, right):
@@ -97,7 +97,7 @@ def _log_parabola(three: GrayImage) -> float:
 
 
 def _padded(image: GrayImage, window: GrayImage) -> GrayImage:
-    """A windowed picture, with zeros up to an even, quick size."""
+    """Pad a windowed picture with zeros to an even size that is fast."""
     height, width = image.shape
     padded = np.zeros((_dft_size(height), _dft_size(width)), np.float32)
     np.multiply(image, window, out=padded[:height, :width])
@@ -105,7 +105,7 @@ def _padded(image: GrayImage, window: GrayImage) -> GrayImage:
 
 
 def _dft_size(length: int) -> int:
-    """An odd padded size would move every peak by half a pixel: even ones only."""
+    """The next even size that is fast; an odd one would move every peak by half a pixel."""
     size: int = cv2.getOptimalDFTSize(length)
     while size % 2:
         size = cv2.getOptimalDFTSize(size + 1)
@@ -127,11 +127,11 @@ def _band_pass(height: int, width: int) -> GrayImage:
 
 ANGLES, RADII = 360, 160
 _RADIUS_RANGE = (0.03, 0.35)
-"""Cycles per px that the polar spectrum covers."""
+"""Radii of the polar spectrum, cycles per px."""
 
 
 def polar_spectrum(image: GrayImage, window: GrayImage) -> GrayImage:
-    """log|F| over (angle of half a turn, radius), free of slow parts; only rotation moves it."""
+    """log|F| over (angle of half a turn, radius), without slow parts; only a rotation moves it."""
     padded = _padded(image, window)
     whole = cv2.dft(padded, flags=cv2.DFT_COMPLEX_OUTPUT)
     half = np.fft.fftshift(whole[:, : padded.shape[1] // 2 + 1], axes=0)
@@ -160,7 +160,7 @@ def rotation_between(reference: GrayImage, moving: GrayImage) -> float:
 def _polar_maps(height: int, half_width: int) -> tuple[GrayImage, GrayImage]:
     angle = (np.arange(ANGLES)[:, None] / ANGLES - 0.5) * np.pi
     radius = np.linspace(*_RADIUS_RANGE, RADII)[None, :]
-    # Frequencies count per side: a spectrum that is not square has different steps along its axes.
+    # Frequencies count per side: a spectrum that is not square has different steps on its axes.
     x = radius * np.cos(angle) * 2 * (half_width - 1)
     y = height // 2 + radius * np.sin(angle) * height
     return x.astype(np.float32), y.astype(np.float32)

@@ -1,12 +1,12 @@
-"""Interlaced films: which rows of a picture were exposed at the picture's own time.
+"""Detects interlaced films, and which rows of a picture were exposed at its own time.
 
 A woven picture holds two fields, its even and its odd rows, half a frame apart.  When the camera
 moves they show two places of the wall and the picture combs: neighbouring rows differ more than
-every second one does.  Noise and texture do not comb; fine lines and lamps that flicker can.  So
-where a picture combs the shift from field to field is measured, by phase correlation on the
-developed wall: in the order in which the fields were exposed every shift is like the one before,
-in the other every second one goes three times as far, and the other way.  The container's flags
-are not asked: they are often missing or wrong.
+every second row does.  Noise and texture do not comb, but fine lines and flickering lamps can.  So
+where a picture combs, phase correlation on the developed wall measures the shift from field to
+field. In the right order of the fields each shift resembles the one before; in the wrong order
+every second shift is three times as long and has the opposite direction. The flags of the container
+are ignored, because they are often missing or wrong.
 """
 
 from __future__ import annotations
@@ -23,57 +23,56 @@ from vo_core.matching.correlate import LOCK_PSR, best_peaks, correlation, spectr
 from vo_core.types import GrayImage, Image, Matrix
 
 COMBED = 1.2
-"""Energy of the second differences of neighbouring rows over that of every second row's, where a
-picture combs; 1 for noise, less for texture."""
+"""A block combs if the second differences of neighbouring rows have this many times the energy of
+those of every second row.  The ratio is 1 for noise and less for texture."""
 
 SHARE = 0.25
-"""Of the picture that must comb: text, dirt and what lies far ahead do not."""
+"""Share of the blocks that must comb; text, dirt and distant wall do not."""
 
 COLUMNS, ROWS, BLOCKS = 80, 100, 6
-"""Combing is looked for in so many columns and rows, about, spread over the picture, and judged in
-6 by 6 blocks."""
+"""Approximate numbers of columns and rows, spread over the picture, that are tested for combing,
+and blocks along each side in which the result is averaged."""
 
 BLANK = 0.01
-"""Square of grey levels: a block whose rows differ by less shows nothing."""
+"""A block whose rows differ by less, in grey levels squared, shows nothing."""
 
 LEAST_PX = 0.7
-"""Shift from field to field, in pixels of the correlated pictures, that shows an order."""
+"""Least shift from field to field, in px of the correlated pictures, that shows their order."""
 
 ALIKE = 0.25
-"""Change of the shift from field to field, over the shift, that a robot can bring about."""
+"""Largest relative change of the shift from field to field by the robot itself."""
 
 SURE = 3
-"""Frames more for one order than for the other, by which it is certain."""
+"""An order is certain when this many more frames support it than the other."""
 
 LONG = 25
-"""After so many frames that comb and show no shift from field to field, the film is not interlaced.
-"""
+"""A film is not interlaced if this many frames comb without a shift from field to field."""
 
 
 class Interlacing:
-    """Finds out, frame by frame, whether a film is interlaced and which of its fields is first.
+    """Detects whether a film is interlaced and which of its fields is first.
 
-    Until the second frame of motion shows it, a picture that combs is read by the field that is
-    first in most such films, the top one.  Once it is certain nothing is looked at any more.
+    Until the second frame of motion shows the order, the top field of a combing picture is read, as
+    it is first in most such films. Once the order is certain, pictures are no longer tested.
     """
 
     def __init__(self, rectify: Rectifier) -> None:
         self._rectify = rectify
         self._certain: Rows | None = None
         self._top_first = 0
-        """Frames that spoke for it so far, less those that spoke for the other order."""
+        """Number of frames that support this order, minus those that support the other."""
         self._unmoved = 0
-        """Frames that combed and showed no shift from field to field."""
+        """Number of frames that combed and showed no shift from field to field."""
         self._before: _Fields | None = None
-        """Of the frame before, if that one combed."""
+        """Fields of the frame before, if it combed."""
 
     @property
     def is_certain(self) -> bool:
-        """Will all frames from now on be read by the same rows?"""
+        """Whether the same rows are read of all frames from now on."""
         return self._certain is not None
 
     def __call__(self, image: Image) -> Rows:
-        """The rows of the next frame, (H, W) grey, that were exposed at the frame's own time."""
+        """Detect the rows of the next frame, (H, W) grey, that were exposed at its own time."""
         if self._certain is not None:
             return self._certain
         before, self._before = self._before, None
@@ -87,10 +86,10 @@ class Interlacing:
         return self._certain
 
     def _weigh(self, before: _Fields, now: _Fields) -> bool:
-        """Take the evidence of two frames that follow each other; are they woven?
+        """Weigh two consecutive frames; return whether they are woven.
 
-        Bottom of the one and top of the next are neighbours in time when the top is first, and
-        three fields apart when it is not; and the other way round.
+        The bottom field of one frame and the top field of the next are neighbours in time if the
+        top is first, and three fields apart if it is not; the other pair behaves the opposite way.
         """
         within = [s for s in _shifts_px(before.top, before.bottom) if np.hypot(*s) > LEAST_PX]
         if not within:
@@ -107,14 +106,14 @@ class Interlacing:
 
 
 def _goes_on(shifts: list[Matrix], later: list[Matrix]) -> bool:
-    """Is there one among the later shifts like one before?"""
+    """Whether one of the later shifts resembles one of the earlier."""
     return any(
         np.hypot(*(b - a)) < ALIKE * np.hypot(*a) + LEAST_PX / 2 for a in shifts for b in later
     )
 
 
 def combs(image: Image) -> bool:
-    """Does a good part of a picture, (H, W) grey, comb?"""
+    """Whether a sufficient share of a picture, (H, W) grey, combs."""
     height, width = image.shape
     columns = image[:, :: max(1, width // COLUMNS)].astype(np.float32)
     step = height // ROWS // 2 * 2 + 1  # odd, for even and odd rows
@@ -126,7 +125,7 @@ def combs(image: Image) -> bool:
 
 
 def _blocks_energy(values: GrayImage) -> GrayImage:
-    """Mean square in `BLOCKS` by `BLOCKS` blocks of a picture."""
+    """Mean squares of a picture in `BLOCKS` by `BLOCKS` blocks."""
     rows, columns = (side // BLOCKS for side in values.shape)
     blocks = values[: BLOCKS * rows, : BLOCKS * columns].reshape(BLOCKS, rows, BLOCKS, columns)
     return np.asarray(np.einsum("aibj,aibj->ab", blocks, blocks) / (rows * columns))
@@ -141,12 +140,12 @@ class _Fields:
 
     @cached_property
     def top(self) -> GrayImage:
-        """Of the even rows."""
+        """Spectrum of the even rows."""
         return self._spectrum(TOP)
 
     @cached_property
     def bottom(self) -> GrayImage:
-        """Of the odd rows."""
+        """Spectrum of the odd rows."""
         return self._spectrum(BOTTOM)
 
     def _spectrum(self, rows: Rows) -> GrayImage:
@@ -156,6 +155,6 @@ class _Fields:
 
 
 def _shifts_px(one: GrayImage, other: GrayImage) -> list[Matrix]:
-    """How far the content goes from one to the other, (2,) each; two where dirt stands still."""
+    """Shifts of the content from one to the other, (2,) each; two where dirt stands still."""
     peaks = best_peaks(correlation(one, other), 2)
     return [np.array([p.dx_px, p.dy_px]) for p in peaks if p.psr >= LOCK_PSR]

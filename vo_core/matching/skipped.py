@@ -1,10 +1,10 @@
-"""Skipped blocks: what a coarse coding repeats in the place of coding it.
+"""Detects skipped blocks, which a coarse coding repeats instead of coding them.
 
 At low bit rates an encoder skips most blocks of most pictures, and a skipped block keeps the
-texture of the picture before at its old place while the robot drives on.  Such a picture is two
-walls in one, one that moves and one that stands still; only new pictures (I frames) are free of it.
-Measured at crf 38: 56 % of the blocks repeat the picture before, and agree with the wall with a
-correlation of 0.2 where the others have 0.6; in I frames 4 %; below crf 32 hardly any.
+texture of the picture before at its old place while the robot drives on. Such a picture mixes a
+wall that moves with one that stands still; only I frames hold no skipped blocks. Measured at crf
+38: 56 % of the blocks repeat the picture before, and agree with the wall with a correlation of 0.2
+where the others have 0.6; in I frames 4 %; below crf 32 hardly any.
 """
 
 from __future__ import annotations
@@ -17,50 +17,51 @@ from vo_core.matching.blocks import BlockGrid
 from vo_core.types import GrayImage, Matrix
 
 LEAST_WAY_PX = 3.0
-"""A shorter way from picture to picture does not set what moves apart from what stands."""
+"""Over a shorter distance between two pictures, moving and standing blocks look alike."""
 
 UNLIKE = 0.5
-"""Difference of two blocks over that of unrelated ones, above which they do not show the same."""
+"""Two blocks show different content above this share of the difference of unrelated ones."""
 
 COARSE = 0.25
-"""Share of the blocks by which two pictures of a coarsely coded film differ in what they repeat:
-dirt on the lens stays where it is in all, skipped blocks are gone with every new picture."""
+"""A film is coarsely coded if its share of repeated blocks varies by more than this.
+
+Dirt on the lens stays in its place in all pictures; skipped blocks disappear with every I frame."""
 
 MOVED = 0.06
-"""Share that moves of the blocks that repeat or move, where the robot does not stand."""
+"""The robot moves if more than this share of the repeated and moving blocks move."""
 
 STANDS = 0.85
-"""Share of the blocks that lie still in a coarsely coded picture when the robot does."""
+"""In a coarsely coded film the robot stands still if this share of the blocks does."""
 
 _SOFT_PX = 2.0
-"""Around a blank block the picture fades: an edge would be texture."""
+"""Sigma of the fading around a blank block, because an edge would count as texture."""
 
 Blocks = NDArray[np.bool_]
 """(blocks,) of a `BlockGrid`."""
 
 
 class Skipping:
-    """Finds the skipped blocks of a film, frame by frame, once its coding proved to be coarse."""
+    """Detects the skipped blocks of each frame, once the film has proved to be coarsely coded."""
 
     def __init__(self, grid: BlockGrid) -> None:
         self._grid = grid
         self._before: GrayImage | None = None
         self._least_repeated = 1.0
-        """Share of the blocks in the picture that repeated least, of those of a moving robot."""
+        """Smallest share of repeated blocks in a picture so far, while the robot moved."""
         self.is_coarse = False
-        """Is the film coded so coarsely that blocks are repeated?"""
+        """Whether the film is coded so coarsely that blocks are repeated."""
 
     def __call__(self, now: GrayImage, way_px: Matrix) -> Blocks:
-        """The blocks of the next picture that only repeat the one before.
+        """Detect the blocks of the next picture that only repeat the picture before.
 
-        Lines along the way look the same moved and not moved; they are not among them.
+        Blocks that look the same moved and not moved, such as lines along the way, do not count.
 
         Args:
             now: (H, W), on the developed wall, normalised.
-            way_px: (2,), how far the camera should have gone since the picture before, along the
-                columns and along the rows.
+            way_px: (2,), expected motion of the camera since the picture before, along the columns
+                and along the rows.
         Returns:
-            All false where the coding is not coarse, or the robot stands still.
+            (blocks,); all false if the coding is not coarse or the robot stands still.
         """
         before, self._before = self._before, now
         none = np.zeros(self._grid.rows * self._grid.columns, np.bool_)
@@ -82,20 +83,20 @@ class Skipping:
         return repeats if self.is_coarse and lies_still < STANDS else none
 
     def _energy(self, picture: GrayImage) -> Matrix:
-        """Mean square of each block, of every fourth row."""
+        """Mean square of each block, over every fourth row."""
         rows = self._grid.crop(picture, 4)
         return self._grid.means(rows * rows)
 
 
 def _moved(picture: GrayImage, way_px: Matrix) -> GrayImage:
-    """As the camera would see it after the way, to the nearest pixel; 0 where that is unknown."""
+    """Shift a picture by the camera's motion, to the nearest pixel; 0 where nothing is known."""
     matrix = np.array([[1.0, 0.0, way_px[0]], [0.0, 1.0, way_px[1]]])
     flags = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
     return np.asarray(cv2.warpAffine(picture, matrix, picture.shape[::-1], flags=flags))
 
 
 def blank(grid: BlockGrid, picture: GrayImage, blocks: Blocks) -> GrayImage:
-    """A picture without the texture of some blocks: what shows nothing has no vote."""
+    """Blank some blocks of a picture, so that they get no weight."""
     if not blocks.any():
         return picture
     side = grid.side_px

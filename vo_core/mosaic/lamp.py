@@ -1,4 +1,4 @@
-"""The light in a picture, divided out so that the wall keeps its own tones and colours."""
+"""Divides the light out of a picture, so that the wall keeps its own tones and colours."""
 
 from __future__ import annotations
 
@@ -14,38 +14,39 @@ from vo_core.mosaic.optics import Optics
 from vo_core.types import ByteImage, GrayImage
 
 WALL_GREY = 118.0
-"""Of a wall of mean brightness, however well it was lit."""
+"""Grey level of a wall of mean brightness, however it was lit."""
 
 MEMORY = 300
-"""Pictures over which the light is averaged."""
+"""Number of pictures over which the light is averaged."""
 
 MOST_TINT = 1.5
-"""By how much colour may grow in a dark picture: most of it there is noise."""
+"""Largest gain of the colour in a dark picture, where most of it is noise."""
 
 DIRT = 0.15
-"""Relative brightness of dirt that takes a place most of its weight."""
+"""Relative brightness of dirt that removes most of a place's weight."""
 
 _DEGREE = 4
+"""Degree of the polynomial in the picture."""
 
 
 @dataclass(frozen=True)
 class Correction:
-    """What to do with a picture; both arrays are of the size of the reduced picture."""
+    """Correction of one picture; both arrays have the size of the reduced picture."""
 
     factor: GrayImage
-    """Brings the wall to about `WALL_GREY`."""
+    """Factor of the brightness, which brings the wall to about `WALL_GREY`."""
     weight: GrayImage
-    """How much each place counts: as `Optics.weight`, less where dirt hides the wall."""
+    """Weight of each place: `Optics.weight`, reduced where dirt hides the wall."""
     tint: float
-    """By how much colour grows."""
+    """Factor of the colour."""
 
 
 class Lamp:
-    """Lamp and lens as they brighten the picture: a model that moves with the camera.
+    """Model of the brightness by lamp and lens, which moves with the camera.
 
-    A smooth surface (polynomials in the picture, and the resolution, which stands for the range)
-    through the mean of the logarithms of many pictures, so that tones of the wall average out.
-    What else is significant in that mean is dirt: it is divided out too, and counts less.
+    A smooth surface (polynomials in the picture, and in the resolution as a measure of the range)
+    is fitted to the mean of the logarithms of many pictures, in which tones of the wall average
+    out. What else is significant in that mean is dirt: it is divided out too, and gets less weight.
 
     Raises:
         InvalidRig: The camera shows hardly any wall.
@@ -75,14 +76,14 @@ class Lamp:
         self._dirt = FixedPattern()
 
     def learn(self, colour: ByteImage) -> Correction:
-        """The correction of a reduced Y Cr Cb picture; the model learns from it first."""
+        """Add a reduced Y Cr Cb picture to the model, and return its correction."""
         luma = np.ascontiguousarray(colour[..., 0])
         cells = np.log(reduce_to(luma, self._cells_wh) + np.float32(1))
         self._count = min(self._count + 1, MEMORY)
         cv2.accumulateWeighted(cells, self._mean, 1 / self._count)
         light = self._surface()
         self._dirt.add((cells - light) * self._seen)
-        clear = self._dirt.remove(np.zeros_like(light))  # minus what dirt adds to the light
+        clear = self._dirt.remove(np.zeros_like(light))  # minus the brightness that dirt adds
         factor = np.float32(WALL_GREY) * np.exp(clear - light)
         trust = np.exp(-np.square(clear / np.float32(DIRT)))
         usual = float((factor * self._cell_weight).sum() / self._cell_weight.sum())
@@ -93,7 +94,7 @@ class Lamp:
         )
 
     def _surface(self) -> GrayImage:
-        """The smooth part of the mean, no brighter or darker than what was seen."""
+        """Smooth part of the mean, within the range of the values seen."""
         known = self._mean[self._seen]
         surface = self._basis @ (self._project @ (self._mean * self._seen).reshape(-1))
         clipped = np.clip(surface.reshape(self._mean.shape), known.min(), known.max())
@@ -101,9 +102,10 @@ class Lamp:
 
 
 def evened(colour: ByteImage, factor: GrayImage, tint: float) -> ByteImage:
-    """A Y Cr Cb picture with its brightness times a factor.
+    """Multiply the brightness of a Y Cr Cb picture by `factor` and its colour by `tint`.
 
-    Colour grows alike everywhere: where a picture is dark it is the recorder's, not the wall's.
+    The colour has one factor everywhere, because in dark parts it belongs to the recorder and not
+    to the wall.
     """
     luma, red, blue = cv2.split(colour)
     grey = 128 * (1 - tint)

@@ -1,9 +1,9 @@
-"""The unrolled wall: one picture of all that a run has shown, built while it goes on.
+"""Builds the unrolled wall, one picture of all that a run has shown, during the run.
 
-Every few millimetres of way a frame is spread onto tiles of the developed wall, each pixel where
-the exact pose of the frame puts it.  Frames are averaged with weights that favour what the camera
-resolves best (`optics`), so that about three frames make each place and no seam shows, and without
-the light that moves with the camera (`lamp`).
+Every few millimetres a frame is painted onto tiles of the developed wall, each pixel at the place
+that the exact pose of the frame gives it. Frames are averaged with weights that favour what the
+camera resolves best (`optics`), so that about three frames contribute to each place and no seam
+shows. The light that moves with the camera is divided out (`lamp`).
 """
 
 from __future__ import annotations
@@ -24,45 +24,47 @@ from vo_core.track import Estimate
 from vo_core.types import ByteImage, GrayImage
 
 TILE_MM = 500.0
+"""Length of a tile along the pipe."""
 
 FINEST_MM = 0.5
-"""A pixel of the mosaic, where the camera resolves as much: a hair crack is seen."""
+"""Finest pixel of the mosaic, if the camera resolves as much; it shows a hair crack."""
 
 MOST_PX, LONGEST_PX = 600_000, 1000
-"""Of a tile in all, and along one side."""
+"""Most pixels of a tile in all, and along one side."""
 
 SWAY = 0.15
-"""Of the visible arc, on either side: a robot that climbs sees more of the wall there."""
+"""Margin on either side, as a share of the visible arc, for the wall that a climb shows."""
 
 UNSEEN_GREY = 44
-"""Where no frame was painted."""
+"""Grey level where no frame was painted."""
 
 STEPS_PER_VIEW = 8
-"""Frames painted while the wall passes through the view."""
+"""Frames that are painted while the wall passes through the view."""
 
 FULL = 1.5 * PEAK
-"""Sum of weights at which a place takes no more: what comes back later cannot spoil it."""
+"""Sum of weights at which a place is complete; later frames no longer change it."""
 
 CLEAR = 0.02 * PEAK
-"""Sum of weights from which a place counts as seen well."""
+"""Sum of weights from which a place counts as well seen."""
 
 LEAST_WEIGHT = 1e-6 * PEAK
-"""A place with less was not seen."""
+"""A place with a smaller sum of weights was not seen."""
 
 WEAK = 0.1
-"""Weight of a frame whose pose is uncertain; it is painted over by any other."""
+"""Factor of the weights of a frame with status `weak`; other frames paint over it."""
 
 JUMP_MM = 1.0
-"""Where the position got so much more uncertain at once, the wall goes on at another place."""
+"""The wall continues at another place if the position becomes more uncertain by this at once."""
 
 GAIN_LEAK = 0.1
-"""Of a frame's gain against the mosaic: what is wrong with the light adds up ten times."""
+"""Share by which a frame's gain is pulled towards 1, so that errors of the light add up tenfold at
+most."""
 
 OPEN_S = 1.0
 """How often a growing tile is published, in seconds of the video."""
 
 SHELF = 32
-"""Unfinished tiles that are kept, packed, for the robot's return."""
+"""Number of unfinished tiles that are kept compressed for the robot's return."""
 
 SPARSE = 8
 """Brightness is compared on every 8th pixel in each direction."""
@@ -85,7 +87,8 @@ class Layout:
 
     @classmethod
     def of(cls, rig: Rig) -> Layout:
-        """As fine as the camera sees the wall, within `FINEST_MM` and `MOST_PX`.
+        """Choose the resolution at which the camera sees the wall, within `FINEST_MM` and
+        `MOST_PX`.
 
         Raises:
             InvalidRig: The camera sees no wall, or too narrow a strip of it.
@@ -94,7 +97,7 @@ class Layout:
 
     @classmethod
     def over(cls, rig: Rig, grid: PatchGrid) -> Layout:
-        """The same for a camera whose view of the wall is known."""
+        """Like `of`, for a camera whose patch grid is known."""
         low_mm = grid.arc_mm - grid.mm_per_px / 2
         seen_mm = grid.shape[0] * grid.mm_per_px
         start_mm, end_mm = low_mm - SWAY * seen_mm, low_mm + (1 + SWAY) * seen_mm
@@ -117,7 +120,7 @@ class Layout:
 
 @dataclass(frozen=True)
 class Tile:
-    """A piece of the mosaic as it is now."""
+    """The current picture of one part of the mosaic."""
 
     index: int
     picture: ByteImage
@@ -125,10 +128,10 @@ class Tile:
 
 
 class Mosaic:
-    """Takes the frames of a run one after the other; memory does not grow with the run.
+    """Paints the frames of a run one after the other; memory does not grow with the run.
 
-    A tile is open while the camera is near it.  One that was left with a picture from end to end
-    stays as it is, also when the robot comes back; one with gaps is gone on with.
+    A tile is open while the camera is near it. A tile that was complete when the camera left it
+    does not change when the robot returns; a tile with gaps is continued.
     """
 
     def __init__(self, rig: Rig) -> None:
@@ -145,18 +148,18 @@ class Mosaic:
         self._lamp = Lamp(self._optics)
         self._step_mm = grid.shape[1] * grid.mm_per_px / STEPS_PER_VIEW
         self._gain = 1.0
-        """Of the last painted frame, against the mosaic."""
+        """Gain of the last painted frame against the mosaic."""
         self._last: Estimate | None = None
-        """Of the last painted frame."""
-        self._told_s = -np.inf
+        """Estimate of the last painted frame."""
+        self._published_s = -np.inf
         self._open: dict[int, _Painted] = {}
         self._shelf: OrderedDict[int, _Packed] = OrderedDict()
         self._done: set[int] = set()
         self._left: list[Tile] = []
-        """Left since the last `changed`."""
+        """Changed tiles that the camera left since the last call of `changed`."""
 
     def wants(self, estimate: Estimate) -> bool:
-        """Would `add` paint this frame?"""
+        """Whether `add` would paint a frame with this pose."""
         last = self._last
         if estimate.status == "lost":
             return False
@@ -165,12 +168,12 @@ class Mosaic:
         return not self._done.issuperset(self._touched(estimate))
 
     def add(self, picture: ByteImage, estimate: Estimate, rows: Rows = WHOLE) -> None:
-        """Paint a frame, if it is wanted.
+        """Paint a frame if it is wanted.
 
         Args:
             picture: (H, W) grey or (H, W, 3) BGR, of the rig's size.
             estimate: Its pose.
-            rows: Of the picture, that were exposed at that pose.
+            rows: Rows of the picture that were exposed at that pose.
         """
         if not self.wants(estimate):
             return
@@ -189,28 +192,28 @@ class Mosaic:
             piece.tile.blend(piece.here, seen[:, piece.there], piece.weight)
 
     def changed(self) -> list[Tile]:
-        """Tiles that changed since the last call; those that still grow once a second at most."""
+        """Return the tiles changed since the last call, growing ones only every `OPEN_S`."""
         tiles, self._left = self._left, []
         now_s = self._last.time_s if self._last is not None else 0.0
-        if not self._told_s <= now_s < self._told_s + OPEN_S:
-            self._told_s = now_s
+        if not self._published_s <= now_s < self._published_s + OPEN_S:
+            self._published_s = now_s
             tiles += [Tile(k, tile.picture()) for k, tile in self._open.items() if tile.is_changed]
         return tiles
 
     def finish(self) -> list[Tile]:
-        """Tiles that changed since the last call; nothing is added any more."""
+        """End the run, and return the tiles that changed since the last call."""
         for k in list(self._open):
             self._leave(k)
         return self.changed()
 
     def _touched(self, estimate: Estimate) -> range:
-        """Tiles under the canvas of a frame."""
+        """Indices of the tiles under the canvas of a frame."""
         first = self._canvas.first_column(estimate.distance_mm)
         width = self.layout.width_px
         return range(first // width, (first + self._canvas.columns - 1) // width + 1)
 
     def _turn_to(self, estimate: Estimate) -> None:
-        """Leave the tiles behind, take up those under the frame."""
+        """Close the tiles that are out of view, and open those under the frame."""
         last = self._last
         if last is not None and _variance(estimate) - _variance(last) > JUMP_MM**2:
             for tile in self._open.values():
@@ -236,7 +239,7 @@ class Mosaic:
             self._done.add(self._shelf.popitem(last=False)[0])
 
     def _pieces(self, estimate: Estimate, weight: GrayImage) -> list[_Piece]:
-        """What of the canvas falls on tiles that take it."""
+        """Divide the canvas among the open tiles under it."""
         first, width = self._canvas.first_column(estimate.distance_mm), self.layout.width_px
         pieces = []
         for k in self._touched(estimate):
@@ -251,9 +254,9 @@ class Mosaic:
     def _matched(
         self, colour: ByteImage, factor: GrayImage, positions: GrayImage, pieces: list[_Piece]
     ) -> float:
-        """The gain that gives a frame the brightness of what is painted: the lamp may flicker.
+        """Gain that matches the brightness of a frame to the mosaic, as the lamp may flicker.
 
-        It is pulled a little towards 1, so that this chain of frames leads nowhere.
+        It is pulled a little towards 1, so that the gain does not drift from frame to frame.
         """
         lit = np.asarray(colour[..., 0] * factor, np.float32)
         painted = coming = 0.0
@@ -279,12 +282,12 @@ class _Piece:
     there: slice
     """Columns of the canvas."""
     weight: GrayImage
-    """Of these columns."""
+    """Weights of these columns."""
 
 
 @dataclass
 class _Painted:
-    """A tile that is being painted: weighted mean of the frames, and the sum of their weights."""
+    """A tile in progress: weighted mean of the frames, and the sum of their weights."""
 
     colour: ByteImage
     """(height_px, width_px, 3) Y Cr Cb."""
@@ -297,7 +300,7 @@ class _Painted:
         return cls(np.full((*shape, 3), 128, np.uint8), np.zeros(shape, np.float32))
 
     def blend(self, here: slice, new: ByteImage, new_weight: GrayImage) -> None:
-        """Paint columns."""
+        """Blend new columns into the tile."""
         weight = self.weight[:, here]
         share = new_weight * (1 - weight / np.float32(FULL))
         self.colour[:, here] = cv2.blendLinear(self.colour[:, here], new, weight, share)
@@ -305,15 +308,15 @@ class _Painted:
         self.is_changed = True
 
     def freeze(self) -> None:
-        """What is there stays, but for its thin borders."""
+        """Keep what is painted, except for its thin borders."""
         self.weight = np.asarray(FULL * np.minimum(self.weight / CLEAR, 1), np.float32)
 
     def is_whole(self) -> bool:
-        """Was all of its length seen?"""
+        """Whether the tile was well seen along its whole length."""
         return bool((self.weight.max(axis=0) > CLEAR).all())
 
     def picture(self) -> ByteImage:
-        """As it is now, BGR; it counts as published."""
+        """Return the current picture in BGR, and mark it as published."""
         self.is_changed = False
         shown = cv2.cvtColor(self.colour, cv2.COLOR_YCrCb2BGR)
         seen = (self.weight >= LEAST_WEIGHT).astype(np.uint8)
@@ -322,7 +325,7 @@ class _Painted:
 
 @dataclass(frozen=True)
 class _Packed:
-    """A tile with gaps, out of the way."""
+    """A tile with gaps, compressed until the robot returns."""
 
     colour: ByteImage
     weight: ByteImage
@@ -343,7 +346,7 @@ class _Packed:
 
 
 def _alone(rows: Rows, picture: ByteImage) -> ByteImage:
-    """The picture as those rows show it, of the same shape: the others are interpolated."""
+    """Interpolate the other rows of a picture from these rows."""
     if rows == WHOLE:
         return picture
     shown = rows.of(picture)

@@ -1,4 +1,4 @@
-"""How well each part of a picture shows the wall, and where the wall lies in it, for the mosaic."""
+"""How well each part of a picture resolves the wall, and where the wall lies in the picture."""
 
 from __future__ import annotations
 
@@ -22,33 +22,35 @@ PEAK = 1000.0
 """Weight of the best place of a picture; large, because `cv2.blendLinear` adds 1e-5 to it."""
 
 LEAST_PX = 8
-"""Shortest side of a reduced picture that anything can be painted from."""
+"""Shortest side of a reduced picture from which a mosaic can be painted."""
 
 COARSER = 2.0
-"""Than the finest around the pipe there, by how much a place may be resolved to be painted."""
+"""A place is painted if its mm per px is at most this many times the finest of its lane."""
 
 LANES, SHORTEST = 64, 0.3
-"""Parts of the arc; and the share of the longest view of the pipe that one has to have: what passes
-through the view too quickly, such as the corners of a turned camera, would be painted with gaps."""
+"""Number of lanes of the arc, and the least view of the pipe in a lane, relative to the longest.
+
+A lane with a shorter view, as in the corners of a turned camera, passes too quickly and would be
+painted with gaps."""
 
 RIDGE = 8
-"""The weight falls to a quarter within the length of the view over that."""
+"""The weight falls to a quarter within this fraction of the length of the view."""
 
 BORDER = 0.08
 """Share of the shorter side over which the weight rises from the border of the picture."""
 
 TURN_RAD = 0.12
-"""What a robot turned by more shows beside the usual view is not painted."""
+"""Largest turn of a robot for which the canvas has a margin."""
 
 NODE_PX = 8
-"""Positions are computed on a grid of so many pixels of the mosaic, and bilinear between."""
+"""Positions are computed every 8 pixels of the mosaic, and interpolated between."""
 
 _STEP_PX = 4
-"""Of the frame: the optics are computed at every so manyth pixel."""
+"""The optics are computed at every 4th pixel of the frame in each direction."""
 
 
 class Optics:
-    """The picture, reduced to what a mosaic of that resolution can show.
+    """The picture, reduced to the resolution of a mosaic, with weights.
 
     Raises:
         InvalidRig: The camera sees no wall.
@@ -73,20 +75,21 @@ class Optics:
                 "check mount.height_mm, fx, fy and the tilts."
             )
         self.good = _good(wall_mm, resolution)
-        """(H / 4, W / 4), is the wall seen well enough there?"""
+        """(H / 4, W / 4), whether the wall is resolved finely enough there."""
         self.log_resolution = np.log(np.where(self.good, resolution, finest_mm) / finest_mm)
-        """(H / 4, W / 4), 0 where the picture is finest."""
+        """(H / 4, W / 4) logarithm of mm per px over the finest, so 0 where the picture is
+        finest."""
         axial_mm = wall_mm[..., 0]
         self.axial_mm = (float(axial_mm[self.good].min()), float(axial_mm[self.good].max()))
-        """From the camera, of what is painted."""
+        """Axial range of the painted wall, from the camera."""
         weight = _weights(axial_mm, self.log_resolution, self.good).astype(np.float32)
         self.weight = np.asarray(
             cv2.resize(weight, self.size_wh, interpolation=cv2.INTER_LINEAR), np.float32
         )
-        """Of the reduced picture: how much each place counts, 0 to `PEAK`."""
+        """Weight of each place of the reduced picture, 0 to `PEAK`."""
 
     def reduce(self, picture: ByteImage) -> ByteImage:
-        """The picture at the size of `weight`, (H, W, 3) as Y Cr Cb."""
+        """Reduce a picture to the size of `weight`, (H, W, 3) as Y Cr Cb."""
         if picture.shape[1::-1] != self.size_wh:
             picture = np.asarray(
                 cv2.resize(picture, self.size_wh, interpolation=cv2.INTER_AREA), np.uint8
@@ -96,17 +99,17 @@ class Optics:
         return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2YCrCb), np.uint8)
 
     def reduced_px(self, uv: Points) -> Points:
-        """Pixels of the frame to those of the reduced picture."""
+        """Convert pixels of the frame to pixels of the reduced picture."""
         return np.asarray((uv + 0.5) * (np.array(self.size_wh) / self._frame_wh) - 0.5)
 
 
 def _resolution(wall_mm: Points) -> Matrix:
-    """mm of wall under a pixel of the frame, along its row or column, whichever is more."""
+    """mm of wall per pixel of the frame, along the row or the column, whichever is larger."""
     along_u, along_v = (
         np.linalg.norm(np.gradient(wall_mm, float(_STEP_PX), axis=axis), axis=-1) for axis in (1, 0)
     )
     coarser = np.maximum(along_u, along_v)
-    # Where the arc jumps, at the crown, the neighbours know better.
+    # Where the arc jumps at the crown, the neighbours have the right value.
     filled = np.where(np.isfinite(coarser), coarser, np.inf)
     least = np.asarray(cv2.erode(filled, np.ones((5, 5), np.uint8)), np.float64)
     return np.where(np.isfinite(least), least, np.nan)
@@ -117,7 +120,7 @@ def _seen(wall_mm: Points, resolution: Matrix) -> Mask:
 
 
 def _good(wall_mm: Points, resolution: Matrix) -> Mask:
-    """Where a picture shows the wall nearly as finely as anywhere on the same lane of the arc."""
+    """Where a picture resolves the wall nearly as finely as anywhere in the same lane."""
     seen = _seen(wall_mm, resolution)
     arc_mm = np.where(seen, wall_mm[..., 1], 0.0)
     low_mm, high_mm = arc_mm[seen].min(), arc_mm[seen].max()
@@ -131,7 +134,7 @@ def _good(wall_mm: Points, resolution: Matrix) -> Mask:
 
 
 def _longest_run(lane: NDArray[np.int64], axial_mm: Matrix) -> Matrix:
-    """(lanes,) how much of the pipe each lane shows without a gap, as a share of all."""
+    """(lanes,) longest view of the pipe without a gap in each lane, as a share of the whole."""
     low_mm, high_mm = axial_mm.min(), axial_mm.max()
     place = ((axial_mm - low_mm) / (high_mm - low_mm) * (LANES - 1)).astype(np.int64)
     seen = np.zeros((LANES, LANES), np.uint8)
@@ -146,10 +149,10 @@ def _longest_run(lane: NDArray[np.int64], axial_mm: Matrix) -> Matrix:
 
 
 def _weights(axial_mm: Matrix, log_resolution: Matrix, good: Mask) -> Matrix:
-    """How much each part of the picture counts: most where it is finest, and 0 at the border.
+    """Weights of the parts of the picture: highest where it is finest, and 0 at the border.
 
-    A narrow ridge across the pipe: were all the view averaged, an error of the camera's height
-    would show each crack twice.
+    They form a narrow ridge across the pipe: averaged over the whole view, an error of the camera's
+    height would show each crack twice.
     """
     inside = cv2.copyMakeBorder(good.astype(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
     depth = np.asarray(cv2.distanceTransform(inside, cv2.DIST_L2, 5))[1:-1, 1:-1] - 1
@@ -163,7 +166,7 @@ def _weights(axial_mm: Matrix, log_resolution: Matrix, good: Mask) -> Matrix:
 
 
 class Canvas:
-    """The part of a raster of the developed wall that a camera sees from any usual pose.
+    """The part of the mosaic's raster that a camera sees from any usual pose.
 
     It moves along with the camera in whole columns; rows cover `arc_mm` evenly.
     """
@@ -185,17 +188,17 @@ class Canvas:
         self._nodes = enclose(rig, np.column_stack([axial_mm, row_mm]))
 
     def first_column(self, distance_mm: float) -> int:
-        """Column of the whole raster on which the canvas begins."""
+        """Column of the raster at which the canvas begins."""
         return floor(distance_mm / self._mm_per_px) + self._begin
 
     def positions(self, pose: Pose) -> GrayImage:
         """(rows, columns, 2): where each pixel of the canvas lies in the reduced picture."""
-        # Axial coordinates from the nearest column: far into a pipe no digits are lost.
+        # Axial coordinates from the nearest column keep their precision far into a pipe.
         near = replace(pose, x_mm=pose.x_mm % self._mm_per_px)
         uv = robot_pixels(self._rig, sight(self._rig, near, self._nodes))
         positions = self._grid.dense(self._optics.reduced_px(uv))
         blind = np.isnan(uv).any(1)
-        if blind.any():  # between a place and none there are no places
+        if blind.any():  # no interpolation between a visible place and an invisible one
             near_blind = self._grid.dense(np.column_stack([blind, blind]).astype(np.float64))
             positions[near_blind[..., 0] > 0] = -1e4
         return positions

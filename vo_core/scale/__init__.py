@@ -1,1 +1,1 @@
-"""The scale of a finished track, and the uncertainty of its distances."""
+"""Scale of a finished track, and the uncertainty of its distances."""

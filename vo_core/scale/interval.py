@@ -1,4 +1,4 @@
-"""What the uncertainty of a distance is made of, and what would shrink it."""
+"""The sources of a distance's uncertainty, and what one more taped length would improve."""
 
 from __future__ import annotations
 
@@ -9,47 +9,41 @@ import numpy as np
 
 from vo_core.drift import row_of
 from vo_core.geometry.height import ScaleEffects
-from vo_core.scale.correction import (
-    TAPE_SIGMA_MM,
-    Evidence,
-    KnownLength,
-    StatedScale,
-    correct,
-    sigma_parts,
-)
+from vo_core.scale.correction import correct, sigma_parts
+from vo_core.scale.evidence import TAPE_SIGMA_MM, Evidence, KnownLength, StatedScale
 from vo_core.track import Track
 
 TAPED_MM = 5000.0
-"""Length of the tape that is suggested; the whole way where the run is shorter."""
+"""Length of the suggested tape; the whole way where the run is shorter."""
 
 EXACT = 1e-9
-"""Relative standard uncertainty of a rig that states none."""
+"""Relative standard uncertainty assumed for a rig that states none."""
 
 
 @dataclass(frozen=True)
 class IntervalParts:
-    """Standard uncertainties in mm; all but the last add up in quadrature to `sigma_mm`."""
+    """Standard uncertainties in mm; the parts add up in quadrature to `sigma_mm`."""
 
     sigma_mm: float
-    """Of the distance from the zero to the frame."""
+    """Standard uncertainty of the distance from the zero to the frame."""
     tracking_mm: float
-    """Registration of the pictures, and stretches that were bridged."""
+    """Part by the registration of the pictures, and by bridged stretches."""
     height_mm: float
-    """Of the camera."""
+    """Part by the camera's height; the next three are by focal length, diameter and tilt."""
     focal_mm: float
     diameter_mm: float
     tilt_mm: float
     joints_mm: float
-    """Places of the joints, and segments that differ from each other."""
+    """Part by the positions of the joints, and by segments that differ from each other."""
     segment_mm: float
-    """The stated length of a segment, alike in all."""
+    """Part by the stated length of a segment, the same in all."""
     change_mm: float
-    """A scale that changes along the run, between the joints and beyond them, and a bed of silt."""
+    """Part by a scale that changes along the run, between and beyond the joints, and by silt."""
     tape_mm: float
-    """Taped lengths."""
+    """Part by taped lengths."""
     taped_mm: float
-    """What `sigma_mm` would become by one more taped length: `TAPED_MM`, or the whole way where
-    that is shorter."""
+    """What `sigma_mm` would be with one more taped length: `TAPED_MM`, or the whole way where that
+    is shorter.  It is no part of `sigma_mm`."""
 
 
 def interval_parts(
@@ -60,15 +54,15 @@ def interval_parts(
     *,
     zero_frame: int | None = None,
 ) -> IntervalParts:
-    """What the interval of the distance of a frame is made of, and what a tape would make of it.
+    """Split the uncertainty of a frame's distance into its sources, and predict it with a tape.
 
     Args:
         track: As it was measured.
         effects: Of the tolerances of its rig, see `height.scale_effects`; they take some 20 ms to
-            work out and do not change with the run.
-        evidence: Tapes and joints by which the track is corrected; the rig's own scale is added.
-        frame: Whose distance it is.
-        zero_frame: From which the distance is counted; the zero of the track without it.
+            compute and do not change during the run.
+        evidence: Tapes and joints that correct the track; the scale of the rig is added.
+        frame: The frame of the distance.
+        zero_frame: The frame from which the distance is counted; by default the track's zero.
     Raises:
         InvalidCorrection: As `scale.correct` does.
     """
@@ -95,9 +89,9 @@ def interval_parts(
 
 
 def _tape(track: Track, corrected: Track) -> list[KnownLength]:
-    """A tape from where the run is nearest to its beginning, with the length that it has there.
+    """The suggested tape from the first frame, with the length that the corrected track has.
 
-    None where the run has not gone as far as a tape is uncertain.
+    Empty while the run is shorter than the uncertainty of a tape.
     """
     locked = track.status != "lost"
     way_mm = np.abs(corrected.distance_mm - corrected.distance_mm[0])

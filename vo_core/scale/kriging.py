@@ -1,8 +1,8 @@
-"""Distances by generalised least squares, from linear equations about a scale and a drift.
+"""Distances by generalised least squares, from linear equations in a scale and a drift.
 
-With the distance d of a track the true one is D = s d + w, with a scale s and a drift w of known
-covariance (see `drift`).  Equations about D give s and D with their uncertainties (universal
-kriging, Cressie 1993, section 3.4); the rest of an error is put down to its sources.
+With the distance d of a track the true distance is D = s d + w, with a scale s and a drift w of
+known covariance (see `drift`). Equations in D determine s and D with their uncertainties (universal
+kriging, Cressie 1993, section 3.4), and each uncertainty can be split into its sources.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from vo_core.drift import Drift, Places, Rows
 from vo_core.types import Matrix
 
 Source = Literal["tracking", "wander", "joints", "segment", "tape", "rig"]
-"""Of an error: registration and bridging; a scale that changes along the run, as on a bed; places
-of joints and single segments; the stated length of all segments; taped lengths; what the rig
-states."""
+"""Source of an error: registration and bridging; a scale that changes along the run, as on a bed;
+positions of joints and single segments; the stated length of all segments; taped lengths; the
+rig."""
 
 _BLOCK = 4096
-"""Rows of a track that are worked out at once, so that an hour of video does not fill memory."""
+"""Rows of a track that are computed at once, which bounds the memory for an hour of video."""
 
 
 @dataclass(frozen=True)
@@ -32,23 +32,23 @@ class Equations:
     known: Matrix
     """(M,) z in mm."""
     slope: Matrix
-    """(M,)"""
+    """(M,) factor of the scale."""
     offsets: Matrix
-    """(M, K), for K unknown offsets P."""
+    """(M, K) factors of K unknown offsets P."""
     places: Places
-    """(F,) whose drift w takes part."""
+    """(F,) places whose drift w takes part."""
     drift: Matrix
-    """(M, F) A."""
+    """(M, F) A, the factors of the drift."""
     noise: Mapping[Source, Matrix] = field(default_factory=dict)
-    """(M, M) covariances in mm^2 of the evidence itself."""
+    """(M, M) covariances of the evidence itself in mm^2, by source."""
 
     def with_noise(self, noise: Mapping[Source, Matrix]) -> Equations:
-        """The same with further noise."""
+        """Add noise of further sources."""
         return replace(self, noise={**self.noise, **noise})
 
 
 def joined(pieces: Sequence[Equations]) -> Equations:
-    """All of them as one; each keeps its own offsets."""
+    """Join several sets of equations; each keeps its own offsets."""
     sources = {source for piece in pieces for source in piece.noise}
     return Equations(
         known=np.concatenate([piece.known for piece in pieces]),
@@ -81,7 +81,7 @@ def _block_diagonal(blocks: Sequence[Matrix]) -> Matrix:
 
 @dataclass(frozen=True)
 class Solution:
-    """Scale and offsets that fit best, and what they leave."""
+    """Scale and offsets that fit best, with their residuals."""
 
     model: Drift
     equations: Equations
@@ -90,16 +90,16 @@ class Solution:
     weight: Matrix
     """(M, M) inverse of the covariance of z."""
     parameters: Matrix
-    """(1 + K,)"""
+    """(1 + K,) scale and offsets."""
     covariance: Matrix
     residual: Matrix
     """(M,)"""
     log_likelihood: float
-    """Restricted (Patterson & Thompson 1971), to compare models of the same equations."""
+    """Restricted likelihood (Patterson & Thompson 1971), to compare models of equal equations."""
 
     @classmethod
     def of(cls, model: Drift, equations: Equations) -> Solution:
-        """By generalised least squares (Aitken 1935)."""
+        """Solve the equations by generalised least squares (Aitken 1935)."""
         along = model.covariance(equations.places, equations.places)
         spread = equations.drift @ along @ equations.drift.T + sum(equations.noise.values())
         design = np.column_stack([equations.slope, equations.offsets])
@@ -114,7 +114,7 @@ class Solution:
 
     @property
     def scale(self) -> tuple[float, float]:
-        """At the zero of the track, with its standard uncertainty."""
+        """Scale at the zero of the track, with its standard uncertainty."""
         return float(self.parameters[0]), float(np.sqrt(self.covariance[0, 0]))
 
     @property
@@ -124,22 +124,22 @@ class Solution:
 
     @property
     def wandered_mm(self) -> Matrix:
-        """(M,) of the residuals, what the scale that wanders explains."""
+        """(M,) part of the residuals that a scale changing along the run explains."""
         at_mm, drift = self.equations.places.at_mm, self.equations.drift
         common = drift @ self.model.wandering(at_mm[:, None], at_mm) @ drift.T
         return np.asarray(common @ self.weight @ self.residual)
 
     def scale_between(self, first: int, last: int) -> tuple[float, float]:
-        """The mean scale from one row of the track to another, with its standard uncertainty."""
+        """Mean scale from one row of the track to another, with its standard uncertainty."""
         way_mm = float(self.model.distance_mm[last] - self.model.distance_mm[first])
         mean, variance = self._distances(np.array([last]), first)
         return float(mean[0] / way_mm), float(np.sqrt(variance[0]) / abs(way_mm))
 
     def distances(self, zero: int | None) -> tuple[Matrix, Matrix]:
-        """The true distance of every row of the track, and its variance in mm^2.
+        """Estimate the true distance of every row of the track, and its variance in mm^2.
 
         Args:
-            zero: The row from which the way is counted; None for where the track's distance is 0.
+            zero: The row from which distances are counted; None for the zero of the track.
         """
         rows = np.arange(len(self.model.distance_mm))
         blocks = np.array_split(rows, 1 + len(rows) // _BLOCK)
@@ -148,10 +148,10 @@ class Solution:
         return mean, variance
 
     def parts(self, row: int, zero: int | None) -> dict[Source, float]:
-        """Standard uncertainties in mm, source by source, of the distance of one row."""
+        """Split the standard uncertainty of the distance of one row by source, in mm."""
         rows = np.array([row])
         gain, slope, _, variance = self._gain(rows, zero)
-        # The distance is this combination of what is known, so their errors go into it alike.
+        # The distance is this linear combination of the known values, and so is its error.
         combined = (slope @ self.covariance @ self.design.T @ self.weight + gain)[0]
         found: dict[Source, float] = {
             source: float(combined @ noise @ combined)
@@ -163,7 +163,7 @@ class Solution:
         return {source: float(np.sqrt(max(square, 0.0))) for source, square in found.items()}
 
     def _of_wander(self, rows: Rows, zero: int | None, combined: Matrix) -> float:
-        """Variance of what the scale's wandering leaves of a distance."""
+        """Variance of a distance that a changing scale leaves after the equations."""
         ends_mm = self.model.distance_mm[[*rows, *([] if zero is None else [zero])]]
         at_mm = np.concatenate([ends_mm, self.equations.places.at_mm])
         share = np.concatenate([[1.0, -1.0][: len(ends_mm)], -combined @ self.equations.drift])
@@ -176,8 +176,10 @@ class Solution:
         return mean, np.maximum(variance, 0.0)  # rounding may take it below
 
     def _gain(self, rows: Rows, zero: int | None) -> tuple[Matrix, Matrix, Matrix, Matrix]:
-        """(N, M) weights of the residuals, (N, 1 + K) and of the parameters, (N,) way by the track,
-        and (N,) the variance for known parameters.
+        """Weights of the residuals and of the parameters, way by the track, and variance.
+
+        Their shapes are (N, M), (N, 1 + K), (N,) and (N,); the variance is that for known
+        parameters.
         """
         model, places = self.model, self.model.places(rows)
         common = self._common(places)
@@ -195,7 +197,7 @@ class Solution:
         return gain, slope, way_mm, prior - np.einsum("nm,nm->n", gain, common)
 
     def _common(self, places: Places) -> Matrix:
-        """(len(places), M) covariance of the drift there with the equations."""
+        """(len(places), M) covariance of the drift at places with the equations."""
         return np.asarray(
             self.model.covariance(places, self.equations.places) @ self.equations.drift.T
         )

@@ -1,6 +1,6 @@
-"""What the joints seen so far say of a run's scale, while it is driven and after.
+"""Proposes the scale of a run from the joints seen so far, during the drive and after it.
 
-Joints are the tape that lies in every culvert: from the second one on they bring the run to scale.
+Joints are a tape that lies in every culvert: from the second joint on they determine the scale.
 """
 
 from __future__ import annotations
@@ -11,60 +11,53 @@ from dataclasses import dataclass
 from vo_core.geometry.height import Height, implied_height
 from vo_core.joints.finder import Sighting, numbered
 from vo_core.rig import Rig
-from vo_core.scale.correction import (
-    Correction,
-    Evidence,
-    JointSpacing,
-    Stretch,
-    correct,
-    joint_spacing,
-    rig_scale,
-)
+from vo_core.scale.correction import Correction, Stretch, correct, joint_spacing
+from vo_core.scale.evidence import Evidence, JointSpacing, rig_scale
 from vo_core.track import Track
 
 LEAST_JOINTS = 2
-"""With which there is a scale."""
+"""Least number of different joints that determine a scale."""
 
 
 @dataclass(frozen=True)
 class ScaleProposal:
-    """The scale by joints, and what it means for the rig."""
+    """The scale by joints, and what it implies for the rig."""
 
     spacing: JointSpacing
-    """The joints as they were counted: evidence for `scale.correct`."""
+    """The counted joints, as evidence for `correct`."""
     correction: Correction
-    """The track so far, brought to scale by the joints and all else that is known."""
+    """The track so far, corrected by the joints and all other evidence."""
     joints: int
-    """Different joints that were seen; one that was passed twice counts once."""
+    """Number of different joints; one that was passed twice counts once."""
     scale: float
-    """True length over that of the raw track; the mean over the run where it changes along it."""
+    """True length over that of the raw track; the mean where the scale changes along the run."""
     sigma: float
     """Standard uncertainty of `scale`."""
     stated_height_mm: float
-    """Of the camera, by the rig."""
+    """Camera height by the rig."""
     height: Height | None
-    """That explains the scale if all else in the rig is right; None where the height hardly
-    matters, where no camera could sit there, or where the scale changes along the run."""
+    """Camera height that explains the scale if all else in the rig is right.
+
+    None where the height hardly matters, where no camera could sit at that height, or where the
+    scale changes along the run."""
 
     @property
     def doubts_rig(self) -> bool:
-        """The joints ask for a scale that the rig's tolerances do not explain."""
+        """Whether the joints imply a scale that the rig's tolerances do not explain."""
         return self.correction.doubts_rig
 
     @property
     def stretches(self) -> tuple[Stretch, ...]:
-        """The scale from joint to joint where it changes along the run (silt, for one); else
-        none.
-        """
+        """The scale from joint to joint if it changes along the run, as over silt; else empty."""
         return self.correction.stretches
 
     @property
     def lower_mm(self) -> float | None:
-        """By how much the camera sits lower than the rig says, if the height is what is wrong."""
+        """By how much the camera sits lower than the rig states, if only the height is wrong."""
         return None if self.height is None else self.stated_height_mm - self.height.height_mm
 
     def __str__(self) -> str:
-        """A sentence, such as "5 joints: scale 0.9914 ± 0.0033; your camera sits 2 mm lower"."""
+        """A sentence such as "5 joints: scale 0.9914 ± 0.0033; your camera sits 2 mm lower"."""
         by_joints = f"{self.joints} joints: scale {self.scale:.4f} ± {self.sigma:.4f}"
         if self.stretches:
             scales = [stretch.scale for stretch in self.stretches]
@@ -91,19 +84,18 @@ class ScaleProposal:
 def propose(
     track: Track, sightings: Sequence[Sighting], rig: Rig, others: Sequence[Evidence] = ()
 ) -> ScaleProposal | None:
-    """The scale by the joints of a run, as far as it has gone; cheap enough for every new joint.
+    """Propose the scale of a run from its joints; cheap enough to repeat at every new joint.
 
     Args:
         track: As it was measured so far.
-        sightings: Of joints, made with `track`; those of frames that it has not yet are left out.
-        rig: With which it was measured; its tolerances bound the count of the segments.
-        others: Taped lengths, which count too.
+        sightings: Of joints, made with `track`; those of frames beyond its end are left out.
+        rig: The rig of the track; its tolerances help to count the segments.
+        others: Further evidence, such as taped lengths.
     Returns:
-        None as long as nothing can be said: the rig states no length of a segment, or rings were
-        seen at fewer than two places.
+        None if the rig states no length of a segment, or rings were seen at fewer than two places.
     Raises:
         InvalidCorrection: The sightings cannot be counted as joints (yet), or they contradict each
-            other or a taped length; a sentence that says which.
+            other or a taped length; the message states which.
     """
     segment_mm = rig.pipe.segment_length_mm
     seen = [sighting for sighting in sightings if sighting.frame in track.frame]

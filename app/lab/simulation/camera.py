@@ -1,7 +1,7 @@
 """From pixels to points on the wall, exactly: the geometry of the renderer.
 
-Nothing of `vo_core` but the rig's numbers is used here, so that the odometry is measured against
-a truth that it had no part in.
+Of `vo_core` only the numbers of rigs and poses are used here and no function, so that the odometry
+is measured against a truth in which it had no part.
 
 Frames: camera x to the right of the picture, y down, z along the optical axis; robot x forward,
 y right, z down; world X along the pipe, Y right, Z down, with the pipe's axis (for a floor: the
@@ -18,15 +18,14 @@ picture's right to robot y and its lower edge to robot z.
 
 from __future__ import annotations
 
-from dataclasses import astuple
 from math import cos, radians, sin
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.lab.simulation.motion import Pose
 from app.lab.simulation.scenario import NO_SILT, Silt
+from vo_core.geometry.wall import Pose
 from vo_core.rig import Camera, Mount, Rig
 
 FloatImage = NDArray[np.float32]
@@ -111,7 +110,7 @@ class WallCaster:
             range_mm: From the camera to the wall; far beyond `REACH_MM` where no wall is seen.
         """
         x_mm, y_mm, yaw_rad, z_mm, pitch_rad, roll_rad = np.array(
-            [astuple(pose) for pose in poses]
+            [pose.vector for pose in poses]
         ).T[..., None]
         dx, dy, dz = self._in_the_pipe(yaw_rad, pitch_rad, roll_rad)
         y0 = np.float32(self._mount.lateral_mm + y_mm)

@@ -8,6 +8,7 @@ from itertools import product
 from math import cos, floor, pi, radians, sin, sqrt
 
 from app.lab.simulation.scenario import Scenario, Shaking
+from vo_core.geometry.wall import Pose
 
 # Two waves each, as (share of the amplitude, wavelength in mm); no common period.
 _SWAY_WAVES = ((0.75, 1700.0), (0.25, 610.0))
@@ -20,29 +21,6 @@ _SHAKING_SHARES = (0.6, 0.4)
 
 _PHASE_STEP_RAD = 2.4
 """Between two movements of a shaking robot, so that none goes with another."""
-
-
-@dataclass(frozen=True)
-class Pose:
-    """Six degrees of freedom of the camera, from where the robot stands nominally at x = 0.
-
-    The turns are those of `app.lab.simulation.camera`: roll first, then pitch, then yaw.
-    """
-
-    x_mm: float
-    y_mm: float
-    yaw_rad: float
-    z_mm: float = 0.0
-    """Down."""
-    pitch_rad: float = 0.0
-    """Nose up."""
-    roll_rad: float = 0.0
-    """Right side down."""
-
-    def since(self, start: Pose) -> Pose:
-        """What has changed since `start`, each number for itself, in the axes of the pipe."""
-        pairs = zip(astuple(self), astuple(start), strict=True)
-        return Pose(*(now - before for now, before in pairs))
 
 
 @dataclass(frozen=True)
@@ -147,7 +125,7 @@ class Trajectory:
 
     def truth(self, t_s: float) -> Pose:
         """Change of the pose since the first frame."""
-        return self.pose(t_s).since(self._start)
+        return Pose.of(self.pose(t_s).vector - self._start.vector)
 
     def extremes(self) -> list[Pose]:
         """Poses at x = 0 between which all others lie, about."""

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.lab.simulation.camera import REACH_MM, FloatImage, WallCaster
-from app.lab.simulation.motion import Pose, Trajectory
+from app.lab.simulation.motion import Trajectory
 from app.lab.simulation.scenario import Scenario
 from app.lab.simulation.time_stamps import time_stamps
 from app.lab.simulation.wall import Wall, make_wall
+from vo_core.geometry.wall import NOMINAL
 
 _FULL_LIGHT_GREY = 235.0
 """Grey level of a perfect reflector in the lamp's centre."""
@@ -70,7 +71,7 @@ class _Scene:
         self._scenario = scenario
         self._trajectory = trajectory
         self._caster = WallCaster(scenario.rendered_rig, scenario.silt)
-        ahead_mm, arc_mm, range_mm = self._caster.cast(Pose(0.0, 0.0, 0.0))
+        ahead_mm, arc_mm, range_mm = self._caster.cast(NOMINAL)
         pixel_mm = _pixel_size_mm(ahead_mm, arc_mm, self._caster.radius_mm)
         lit = range_mm < REACH_MM
         finest_mm = float(np.percentile(pixel_mm[lit], 2))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,8 @@ from app.lab.simulation.defects import Defect
 from app.lab.simulation.motion import Trajectory
 from app.lab.simulation.scenario import Scenario
 from app.lab.simulation.scenarios import SCENARIOS
-from vo_core.geometry.wall import Pose, enclose, robot_pixels, sight
+from app.survey.tag import Tag
+from vo_core.geometry.wall import enclose, robot_pixels, sight
 
 _CRACK = Defect("crack", x_mm=750, arc_mm=70, length_mm=420, width_mm=60)
 _ROOTS = Defect("roots", x_mm=1500, arc_mm=-85, length_mm=180, width_mm=110)
@@ -34,22 +36,11 @@ SAMPLE = replace(
 )
 """Long enough for three joints, short enough to be rendered while one waits."""
 
-_TAGGED: tuple[tuple[Defect, Mapping[str, object]], ...] = (
+_TAGGED: tuple[tuple[Defect, Mapping[str, Any]], ...] = (
     (_CRACK, {"code": "BAB", "char1": "C", "char2": "A", "quant1": 2.0, "severity": 3}),
     (_ROOTS, {"code": "BBA", "char1": "C", "quant1": 10.0, "severity": 4}),
     (_LEAK, {"code": "BBF", "char1": "B", "severity": 2}),
 )
-
-
-@dataclass(frozen=True)
-class Tag:
-    """An observation as a person would enter it."""
-
-    frame: int
-    pixel: tuple[float, float]
-    """Where the frame shows the centre of the defect."""
-    fields: Mapping[str, object]
-    """Code, characters, quantities, severity."""
 
 
 def tags(scenario: Scenario) -> list[Tag]:
@@ -61,12 +52,11 @@ def tags(scenario: Scenario) -> list[Tag]:
     ]
 
 
-def _tag(scenario: Scenario, defect: Defect, fields: Mapping[str, object]) -> Tag:
+def _tag(scenario: Scenario, defect: Defect, fields: Mapping[str, Any]) -> Tag:
     """In the frame whose camera is nearest."""
     trajectory = Trajectory(scenario)
     poses = [trajectory.pose(n / scenario.frames_per_s) for n in range(trajectory.frames)]
     frame = min(range(len(poses)), key=lambda n: abs(poses[n].x_mm - defect.x_mm))
-    seen_from = Pose(poses[frame].x_mm, poses[frame].y_mm, poses[frame].yaw_rad)
     point = enclose(scenario.rig, np.array([[defect.x_mm, defect.arc_mm]]))
-    ((u, v),) = robot_pixels(scenario.rig, sight(scenario.rig, seen_from, point))
-    return Tag(frame, (round(float(u), 1), round(float(v), 1)), fields)
+    ((u, v),) = robot_pixels(scenario.rig, sight(scenario.rig, poses[frame], point))
+    return Tag(frame=frame, pixel=[round(float(u), 1), round(float(v), 1)], **fields)

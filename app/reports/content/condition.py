@@ -54,14 +54,14 @@ class Condition:
 
 def condition_of(report: Report) -> Condition:
     """The condition of the asset as far as it was seen and rated."""
-    counts = Counter(entry.severity for entry in report.defects)
+    counts = Counter(entry.tag.severity for entry in report.defects)
     counted = [
         entry
         for entry in report.defects
-        if entry.severity is not None and entry.code not in CLEANED_AWAY
+        if entry.tag.severity is not None and entry.tag.code not in CLEANED_AWAY
     ]
-    deciding = max(counted, key=lambda entry: entry.severity or 0, default=None)
-    severity = deciding.severity if deciding else None
+    deciding = max(counted, key=lambda entry: entry.tag.severity or 0, default=None)
+    severity = deciding.tag.severity if deciding else None
     return Condition(
         overall=Overall.UNKNOWN if severity is None else _OVERALL[min(max(severity, 0), 5)],
         deciding=deciding,
@@ -73,13 +73,13 @@ def condition_of(report: Report) -> Condition:
 
 def worst_first(report: Report) -> list[Entry]:
     """The rated entries, the severest first, those alike along the pipe."""
-    rated = [entry for entry in report.defects if entry.severity is not None]
-    return sorted(rated, key=lambda entry: -(entry.severity or 0))
+    rated = [entry for entry in report.defects if entry.tag.severity is not None]
+    return sorted(rated, key=lambda entry: -(entry.tag.severity or 0))
 
 
 def urgent(report: Report) -> list[Entry]:
     """What somebody has to act on now, along the pipe."""
-    return [entry for entry in worst_first(report) if entry.severity == ACT_NOW]
+    return [entry for entry in worst_first(report) if entry.tag.severity == ACT_NOW]
 
 
 def _stretch_percent(report: Report) -> float | None:

@@ -88,22 +88,22 @@ class Teller:
 
     def code(self, entry: Entry) -> str:
         """The code with its characters."""
-        parts = (entry.code, entry.char1, entry.char2)
+        parts = (entry.tag.code, entry.tag.char1, entry.tag.char2)
         return " ".join(one_line(str(part)) for part in parts if part) or self("entry.no_code")
 
     def label(self, entry: Entry) -> str:
         """What the code means."""
         return entry.label(self.language) or (
-            self("entry.unknown_code") if entry.code else self("entry.to_complete")
+            self("entry.unknown_code") if entry.tag.code else self("entry.to_complete")
         )
 
     def clock(self, entry: Entry) -> str:
         """Position on the wall, seen in the direction of travel."""
         if entry.clock_from is None:
             return ""
-        if entry.clock_to is None:
+        if entry.tag.clock_to is None:
             return f"{entry.clock_from:g}"
-        return f"{entry.clock_from:g}–{entry.clock_to:g}"
+        return f"{entry.clock_from:g}–{entry.tag.clock_to:g}"
 
     def clock_in_words(self, entry: Entry) -> str:
         """The same as a sentence has it."""
@@ -113,7 +113,7 @@ class Teller:
 
     def quantities(self, entry: Entry) -> list[str]:
         """What was measured, with units."""
-        both = ((entry.quant1, entry.unit1), (entry.quant2, entry.unit2))
+        both = ((entry.tag.quant1, entry.unit1), (entry.tag.quant2, entry.unit2))
         return [_with_unit(value, unit) for value, unit in both if value is not None]
 
     def stretch(self, entry: Entry) -> str:

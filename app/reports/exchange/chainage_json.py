@@ -16,11 +16,11 @@ from collections.abc import Mapping
 from dataclasses import asdict, fields
 from typing import Any
 
-from app.inspections.corrections import result_of
 from app.reports.report import Report, Written
 from app.reports.tables import table
 from app.reports.tables.table import iso
-from app.storage.tables import BROUGHT_IN
+from app.survey.corrected import result_of
+from app.survey.records import BROUGHT_IN
 from vo_core import Track
 from vo_core.image.health import Health
 
@@ -109,7 +109,7 @@ def _tags(report: Report) -> list[Mapping[str, Any]]:
         {
             "id": entry.id,
             "seq": entry.seq,
-            "fields": entry.entered,
+            "fields": entry.tag.to_json(),
             "photo_sha256": entry.photo.sha256 if entry.photo else None,
             "created_by": entry.tagged_by,
             "created_at": iso(entry.tagged_at),

@@ -133,7 +133,7 @@ def _observation(
         geometry = {"type": "Point", "coordinates": place(entry.distance_m)}
     told = {name: _legible(value) for name, value in row.items() if name not in ("lon", "lat")}
     joint = {"at_joint": True if entry.at_joint else None}
-    characters = {"char1": entry.char1 or "", "char2": entry.char2 or ""}
+    characters = {"char1": entry.tag.char1 or "", "char2": entry.tag.char2 or ""}
     properties = {"kind": "observation", **told, **along, **joint, **characters}
     return _feature(f"obs-{entry.seq}", geometry, properties)
 
@@ -144,7 +144,7 @@ def _stretch(stretch: Stretch, place: Place, along: Mapping[str, Any]) -> dict[s
         "kind": "stretch",
         **along,
         "cont_id": stretch.number,
-        "code": stretch.start.code,
+        "code": stretch.start.tag.code,
         "from_m": from_m,
         "to_m": to_m,
         "length_m": rounded(to_m - from_m, 3),

@@ -9,8 +9,8 @@ from collections.abc import Iterable
 
 from app.reports.exchange.ascii import one_line
 from app.reports.report import Loss, Report
-from app.survey.adjustment import Stated
 from app.survey.rounding import decimals
+from app.survey.stated import Stated
 
 ONE_LINE = (
     "Texts stand on one line: line ends and runs of blanks become one, control characters go."
@@ -74,5 +74,5 @@ def _is_rounded(value_m: float | None) -> bool:
 
 
 def _texts(report: Report) -> Iterable[str]:
-    yield from (entry.remark for entry in report.entries if entry.remark)
+    yield from (entry.tag.remark for entry in report.entries if entry.tag.remark)
     yield from (value for value in report.header.values() if isinstance(value, str))

@@ -69,7 +69,7 @@ class Row:
         """The same with the reason of the header before its remark, unless that has it."""
         if not reason or reason in self.remark:
             return self
-        own = one_line(self.entry.remark or "")
+        own = one_line(self.entry.tag.remark or "")
         rest = self.remark.removeprefix(own) if reason.startswith(own) else f", {self.remark}"
         return replace(self, remark=joined(reason, rest.lstrip(", ")))
 
@@ -139,9 +139,10 @@ def rows_of(report: Report) -> tuple[list[Row], list[Loss]]:
 
 
 def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[Loss]]:
-    said: list[str] = [one_line(entry.remark or "")]
+    tag = entry.tag
+    said: list[str] = [one_line(tag.remark or "")]
     losses: list[Loss] = []
-    code, char1, char2 = (one_line(part or "") for part in (entry.code, entry.char1, entry.char2))
+    code, char1, char2 = (one_line(part or "") for part in (tag.code, tag.char1, tag.char2))
     if not code:
         said.append("tag without a code")
         losses.append(_lost(entry, f"has no code; it is written as a general remark ({REMARK})"))
@@ -153,7 +154,7 @@ def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[
         code, char1, char2 = REMARK, "", ""
     if code == REMARK:
         said += _quantities(entry)
-    quantities = (None, None) if code == REMARK else (entry.quant1, entry.quant2)
+    quantities = (None, None) if code == REMARK else (entry.tag.quant1, entry.tag.quant2)
     stretch = None
     if entry.cont_id is not None and entry.cont_role is not None:
         stretch = (_LETTERS[entry.cont_role], entry.cont_id)
@@ -164,13 +165,13 @@ def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[
         losses.append(_lost(entry, "lies before the zero point; it is written at 0 m"))
     if entry.u95_m is not None:
         said.append(f"+/-{half_width_text(entry.u95_m)} m")
-    if entry.severity is not None:
-        said.append(f"severity {entry.severity}")
+    if entry.tag.severity is not None:
+        said.append(f"severity {entry.tag.severity}")
     time_s = None if entry.time_s is None else math.floor(entry.time_s + 0.0005)
     if time_s is not None and not (has_film and 0 <= time_s < 3600 * _MAX_H):
         losses.append(_lost(entry, "has no time in the file, which names no film as long as that"))
         time_s = None
-    if entry.clock_from is None and entry.clock_to is not None:
+    if entry.clock_from is None and entry.tag.clock_to is not None:
         losses.append(_lost(entry, "has the end of a sector only; it is written as its position"))
     row = Row(
         entry=entry,
@@ -180,8 +181,8 @@ def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[
         char2=char2,
         quant1=quantities[0],
         quant2=quantities[1],
-        clock_from=entry.clock_from if entry.clock_from is not None else entry.clock_to,
-        clock_to=entry.clock_to if entry.clock_from is not None else None,
+        clock_from=entry.clock_from if entry.clock_from is not None else entry.tag.clock_to,
+        clock_to=entry.tag.clock_to if entry.clock_from is not None else None,
         stretch=stretch,
         remark=joined(*said),
         time_s=time_s,
@@ -191,7 +192,7 @@ def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[
 
 
 def _quantities(entry: Entry) -> Iterable[str]:
-    for value, unit in ((entry.quant1, entry.unit1), (entry.quant2, entry.unit2)):
+    for value, unit in ((entry.tag.quant1, entry.unit1), (entry.tag.quant2, entry.unit2)):
         if value is not None:
             yield f"{plain_number(value)} {unit or ''}".strip()
 

@@ -133,7 +133,7 @@ class _Strip:
         return shapes
 
     def _mark(self, entry: Entry, y: float) -> list[str]:
-        fill = _SOFT if entry.severity is None else _FILLS[min(max(entry.severity, 0), 5)]
+        fill = _SOFT if entry.tag.severity is None else _FILLS[min(max(entry.tag.severity, 0), 5)]
         width = _PIPE_RIGHT - _PIPE_LEFT
         shapes = []
         if entry.u95_m is not None and entry.distance_m is not None:
@@ -143,7 +143,7 @@ class _Strip:
                 f'<path d="M{x - 3} {low:.1f}h6m-3 0V{high:.1f}m-3 0h6" fill="none" '
                 f'stroke="{_INK}"/>'
             )
-        for first, last in clock_spans(entry.clock_from, entry.clock_to):
+        for first, last in clock_spans(entry.clock_from, entry.tag.clock_to):
             left, right = _PIPE_LEFT + first * width, _PIPE_LEFT + last * width
             if right - left < 8:
                 shapes.append(
@@ -162,7 +162,7 @@ class _Strip:
         text = f"{entry.seq}: " + " · ".join(words)
         if len(text) > _LONGEST_LABEL:
             text = text[: _LONGEST_LABEL - 1] + "…"
-        fill = "none" if entry.severity is None else _FILLS[min(max(entry.severity, 0), 5)]
+        fill = "none" if entry.tag.severity is None else _FILLS[min(max(entry.tag.severity, 0), 5)]
         return [
             f'<path d="M{_PIPE_RIGHT} {y:.1f}H{_LABELS - 52}L{_LABELS - 26} {label_y:.1f}'
             f'H{_LABELS - 16}" fill="none" stroke="{_SOFT}" stroke-width="0.8"/>',

@@ -213,7 +213,7 @@ def _observation(entry: Entry, tell: Teller) -> Sequence[str]:
     number = f'<span id="no-{entry.seq}">{entry.seq}</span>'
     if entry.photo and entry.photo.path:
         number = f'<a id="no-{entry.seq}" href="#photo-{entry.seq}">{entry.seq}</a>'
-    remark = "" if not entry.remark else f'<p class="remark">{_e(entry.remark)}</p>'
+    remark = "" if not entry.tag.remark else f'<p class="remark">{_e(entry.tag.remark)}</p>'
     return (
         number,
         _e(tell.short_place(entry)),
@@ -230,11 +230,11 @@ def _observation(entry: Entry, tell: Teller) -> Sequence[str]:
 
 def _severity(entry: Entry, tell: Teller) -> str:
     """Figure and word: colour is never the only sign."""
-    if entry.severity is None:
+    if entry.tag.severity is None:
         return f'<span class="unrated">{_e(tell.severity(None))}</span>'
     return (
-        f'<span class="severity s{entry.severity}">{entry.severity}</span> '
-        f"{_e(tell.severity(entry.severity))}"
+        f'<span class="severity s{entry.tag.severity}">{entry.tag.severity}</span> '
+        f"{_e(tell.severity(entry.tag.severity))}"
     )
 
 

@@ -57,7 +57,7 @@ def _overall(canvas: Canvas, found: Condition, tell: Teller) -> None:
     if found.deciding is not None:
         x = 70 * mm
         draw(canvas, x, 17 * mm, tell("condition.deciding"), CELL.soft())
-        draw_badge(canvas, x, 9.2 * mm, found.deciding.severity)
+        draw_badge(canvas, x, 9.2 * mm, found.deciding.tag.severity)
         text = f"{tell.place(found.deciding)} · {tell.code(found.deciding)}"
         draw(canvas, x + BADGE + 2 * mm, 9.8 * mm, text, BODY.bold())
 

@@ -83,7 +83,7 @@ def _where(report: Report, tell: Teller) -> list[tuple[str, str]]:
 
 def _first(canvas: Canvas, y: float, entry: Entry, tell: Teller) -> float:
     """The worst one, with all that is known of it; returns where it ends."""
-    draw_badge(canvas, 0, y - 0.6 * mm, entry.severity)
+    draw_badge(canvas, 0, y - 0.6 * mm, entry.tag.severity)
     title = f"{tell.label(entry)} ({tell.code(entry)})"
     style = SUBHEADING.on(INK)
     draw(canvas, 6.5 * mm, y, shortened(title, style, WIDTH - 7 * mm), style)
@@ -106,7 +106,7 @@ def _first(canvas: Canvas, y: float, entry: Entry, tell: Teller) -> float:
     ]
     _facts(canvas, y - 4 * mm, rows, width + 6 * mm, WIDTH)
     y -= height + 7 * mm
-    lines = lines_of(entry.remark or "", BODY, WIDTH)
+    lines = lines_of(entry.tag.remark or "", BODY, WIDTH)
     for line in lines[:_REMARK_LINES]:
         draw(canvas, 0, y, line.text, line.style)
         y -= line.style.leading
@@ -123,7 +123,7 @@ def _others(canvas: Canvas, y: float, entries: list[Entry], tell: Teller) -> Non
     draw(canvas, 0, y - 3 * mm, tell("emergency.others"), SUBHEADING)
     y -= 9 * mm
     for entry in entries[:_LIST]:
-        draw_badge(canvas, 0, y - 0.7 * mm, entry.severity)
+        draw_badge(canvas, 0, y - 0.7 * mm, entry.tag.severity)
         text = f"{tell.place(entry)} · {tell.code(entry)}"
         draw(canvas, 6.5 * mm, y, shortened(text, CELL.bold(), 58 * mm), CELL.bold())
         label = " · ".join(p for p in (tell.label(entry), tell.clock_in_words(entry)) if p)

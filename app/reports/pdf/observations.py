@@ -52,20 +52,20 @@ def _row(entry: Entry, tell: Teller) -> tuple[Cell, ...]:
         tell.clock(entry),
         [(quantity, CELL) for quantity in tell.quantities(entry)],
         tell.stretch(entry),
-        Badge(entry.severity),
+        Badge(entry.tag.severity),
         tell.time(entry.time_s),
     )
 
 
 def _short_remark(entry: Entry, tell: Teller) -> str:
-    remark = entry.remark or ""
+    remark = entry.tag.remark or ""
     if not _is_long(entry):
         return remark
     return tell("observations.goes_on", start=one_line(remark[:_SHOWN]))
 
 
 def _is_long(entry: Entry) -> bool:
-    return len(entry.remark or "") > _LONG
+    return len(entry.tag.remark or "") > _LONG
 
 
 def _long_remarks(report: Report, tell: Teller) -> list[Flowable]:
@@ -75,7 +75,7 @@ def _long_remarks(report: Report, tell: Teller) -> list[Flowable]:
         return []
     texts = [
         Prose([(f"{tell.number_of(entry)} · {tell.place(entry)} · {tell.code(entry)}", CELL.bold()),
-               (entry.remark or "", CELL)])
+               (entry.tag.remark or "", CELL)])
         for entry in entries
     ]  # fmt: skip
     title = tell("observations.remarks")

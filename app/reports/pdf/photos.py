@@ -86,8 +86,8 @@ def draw_photo(
 
 def _caption(canvas: Canvas, entry: Entry, photo: Photo, x: float, tell: Teller) -> None:
     y = _CAPTION - 4.6 * mm
-    draw_badge(canvas, x, y - 0.8 * mm, entry.severity)
-    indent = BADGE + 1.6 * mm if entry.severity is not None else 0
+    draw_badge(canvas, x, y - 0.8 * mm, entry.tag.severity)
+    indent = BADGE + 1.6 * mm if entry.tag.severity is not None else 0
     first = tell("photos.caption", seq=entry.seq, place=tell.place(entry), code=tell.code(entry))
     style = CELL.bold()
     draw(canvas, x + indent, y, shortened(first, style, _WIDTH - indent), style)

@@ -307,7 +307,7 @@ class _Painter:
         entries = self.sheet.entries
         wanted = [-self.y_of(entry.distance_m or 0.0) for entry in entries]
         places = spread(wanted, LABEL, -(self.top - LABEL / 2), -(self.bottom + LABEL / 2))
-        for entry in sorted(entries, key=lambda entry: entry.severity or 0):
+        for entry in sorted(entries, key=lambda entry: entry.tag.severity or 0):
             self._mark(canvas, entry)
         for entry, place in zip(entries, places, strict=True):
             self._error_bar(canvas, entry)
@@ -319,9 +319,9 @@ class _Painter:
         y = self.y_of(entry.distance_m or 0.0)
         left, right = _STRIP
         canvas.setStrokeColor(INK)
-        canvas.setFillColor(SEVERITY.get(entry.severity or 0, WASH))
+        canvas.setFillColor(SEVERITY.get(entry.tag.severity or 0, WASH))
         canvas.setLineWidth(0.4)
-        spans = clock_spans(entry.clock_from, entry.clock_to)
+        spans = clock_spans(entry.clock_from, entry.tag.clock_to)
         if not spans:
             canvas.setDash(0.8, 0.8)
             canvas.line(left, y, right, y)
@@ -358,7 +358,7 @@ class _Painter:
     def _label(self, canvas: Canvas, entry: Entry, y: float) -> None:
         tell = self.tell
         x, base = _LABELS, y - 0.9 * mm
-        draw_badge(canvas, x, y - 1.7 * mm, entry.severity)
+        draw_badge(canvas, x, y - 1.7 * mm, entry.tag.severity)
         stretch = tell.stretch(entry)
         texts = [
             None,

@@ -13,7 +13,7 @@ from app.reports.pdf.flow import Column, Figure, Grid, Heading, note
 from app.reports.pdf.styles import BODY, CELL, INK, RULE, SMALL, WIDTH
 from app.reports.pdf.text import draw, shortened
 from app.reports.report import Report
-from app.storage.tables import Event
+from app.survey.records import Event
 
 _EVENTS = 12
 

@@ -65,8 +65,8 @@ def worst_sentence(report: Report, tell: Teller) -> str:
         "summary.worst_at",
         label=tell.label(worst),
         place=tell.place(worst),
-        severity=worst.severity,
-        word=tell.severity(worst.severity),
+        severity=worst.tag.severity,
+        word=tell.severity(worst.tag.severity),
     )
 
 
@@ -129,7 +129,7 @@ def _glance(canvas: Canvas, report: Report, tell: Teller) -> None:
             canvas.line(x_of(stretch.start.distance_m), bottom + 1.2 * mm,
                         x_of(stretch.finish.distance_m), bottom + 1.2 * mm)  # fmt: skip
     placed = [entry for entry in report.entries if entry.distance_m is not None]
-    for entry in sorted(placed, key=lambda entry: entry.severity or 0):  # the worst on top
+    for entry in sorted(placed, key=lambda entry: entry.tag.severity or 0):  # the worst on top
         _mark(canvas, x_of(entry.distance_m or 0.0), top, bottom, entry)
 
 
@@ -137,11 +137,11 @@ def _mark(canvas: Canvas, x: float, top: float, bottom: float, entry: Entry) -> 
     canvas.setStrokeColor(INK)
     canvas.setLineWidth(0.4)
     canvas.line(x, bottom, x, top + 2 * mm)
-    if entry.severity:
-        canvas.setFillColor(SEVERITY.get(entry.severity, WASH))
+    if entry.tag.severity:
+        canvas.setFillColor(SEVERITY.get(entry.tag.severity, WASH))
         canvas.circle(x, top + 4 * mm, 1.9 * mm, 1, 1)
-        style = SMALL.bold().on(on_severity(entry.severity))
-        draw(canvas, x, top + 3.15 * mm, str(entry.severity), style, "centre")
+        style = SMALL.bold().on(on_severity(entry.tag.severity))
+        draw(canvas, x, top + 3.15 * mm, str(entry.tag.severity), style, "centre")
 
 
 def _table(entries: list[Entry], tell: Teller) -> Grid:
@@ -156,14 +156,14 @@ def _table(entries: list[Entry], tell: Teller) -> Grid:
     )
     rows = [
         (
-            Badge(entry.severity),
+            Badge(entry.tag.severity),
             [(tell.place(entry), CELL.bold())],
             "" if entry.joint_no is None else str(entry.joint_no),
             tell.clock(entry),
             tell.code(entry),
             [
                 (tell.label(entry), CELL),
-                (shortened(entry.remark or "", SMALL, 72 * mm), SMALL.soft()),
+                (shortened(entry.tag.remark or "", SMALL, 72 * mm), SMALL.soft()),
             ],
             str(entry.seq),
         )

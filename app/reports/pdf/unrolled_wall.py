@@ -220,9 +220,9 @@ class _Strip:
             canvas.setDash()
         canvas.setStrokeColor(INK)
         canvas.setLineWidth(0.4)
-        canvas.setFillColor(SEVERITY.get(entry.severity or 0, WASH))
+        canvas.setFillColor(SEVERITY.get(entry.tag.severity or 0, WASH))
         canvas.circle(badge_x, badge_y + 1.5 * mm, 1.9 * mm, 1, 1)
-        style = TINY.bold().on(on_severity(entry.severity))
+        style = TINY.bold().on(on_severity(entry.tag.severity))
         draw(canvas, badge_x, badge_y + 0.8 * mm, str(entry.seq), style, "centre")
 
     def _arc_mm(self, entry: Entry) -> float | None:

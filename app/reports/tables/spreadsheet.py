@@ -20,11 +20,11 @@ from app.reports.content.text import legible
 from app.reports.report import Loss, Report, Written
 from app.reports.tables import table
 from app.reports.tables.table import DICTIONARY, Cell, Column, iso
-from app.storage.tables import RESCALED, RIG_CHANGED
-from app.survey.adjustment import Joints, Stated
 from app.survey.catalogue.header import FIELDS
 from app.survey.interval import half_width_m
+from app.survey.records import RESCALED, RIG_CHANGED
 from app.survey.rounding import decimals, metres, rounded
+from app.survey.stated import Joints, Stated
 
 _LONGEST_TEXT = 32_767
 """Characters that a cell may hold, by the programs that read it."""

@@ -10,6 +10,7 @@ from fastapi import APIRouter, Query
 from app.errors import PackNotFound
 from app.survey.catalogue.header import FIELDS
 from app.survey.catalogue.presets import PRESETS
+from app.survey.given import PackId
 from app.web.deps import ServicesDep, viewer
 from app.web.schemas.catalogue import (
     CodeOut,
@@ -19,7 +20,6 @@ from app.web.schemas.catalogue import (
     PresetsOut,
 )
 from app.web.schemas.failures import failures
-from app.web.schemas.given import PackId
 
 router = APIRouter(prefix="/api", tags=["catalogue"])
 

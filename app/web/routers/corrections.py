@@ -7,14 +7,9 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 
 from app.errors import InspectionNotFound
+from app.survey.stated import StatedIn
 from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, ServicesDep, operator, viewer
-from app.web.schemas.corrections import (
-    CorrectionsIn,
-    CorrectionsOut,
-    IntervalOut,
-    MakeupOut,
-    StatedIn,
-)
+from app.web.schemas.corrections import CorrectionsIn, CorrectionsOut, IntervalOut, MakeupOut
 from app.web.schemas.failures import failures
 from app.web.schemas.records import AlertOut, AlertsOut, EventOut, EventsOut, IssueOut, IssuesOut
 from vo_core.errors import InvalidCorrection

@@ -10,12 +10,14 @@ from app.errors import InvalidImport
 from app.web.deps import PrincipalDep, ServicesDep, operator
 from app.web.schemas.failures import failures
 from app.web.schemas.inspections import ImportedOut, InspectionOut
+from app.web.slow import slow
 
 router = APIRouter(prefix="/api/imports", tags=["inspections"])
 
 
 @router.post("", status_code=201, responses=failures(InvalidImport))
 @operator
+@slow
 def add(
     filename: Annotated[
         str, Query(min_length=1, max_length=1000, description="What it is called.")

@@ -36,6 +36,7 @@ from app.web.schemas.inspections import (
     RigIn,
 )
 from app.web.schemas.observations import WallGridOut, WallPointOut
+from app.web.slow import slow
 from vo_core.errors import InvalidRig, RigVideoMismatch, UnreadableVideo
 
 router = APIRouter(prefix="/api/inspections", tags=["inspections"])
@@ -50,6 +51,7 @@ router = APIRouter(prefix="/api/inspections", tags=["inspections"])
     ),
 )  # fmt: skip
 @operator
+@slow
 def create(
     body: InspectionIn, response: Response, services: ServicesDep, principal: PrincipalDep
 ) -> InspectionOut:
@@ -99,6 +101,7 @@ def change(
 
 
 @router.delete("/{inspection_id}", status_code=204, responses=failures(InspectionNotFound))
+@slow
 def delete(inspection_id: InspectionId, services: ServicesDep, principal: PrincipalDep) -> None:
     """Stop it and remove it with all its files."""
     services.inspections.delete(inspection_id, principal.name)
@@ -106,6 +109,7 @@ def delete(inspection_id: InspectionId, services: ServicesDep, principal: Princi
 
 @router.post("/{inspection_id}/cancel", responses=failures(InspectionNotFound, NotRunning))
 @operator
+@slow
 def cancel(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
     """Stop tracking; the track is kept as far as it is."""
     services.tracking.cancel(inspection_id)
@@ -150,6 +154,7 @@ def track_with(
     ),
 )  # fmt: skip
 @operator
+@slow
 def record_on(
     inspection_id: InspectionId, body: ContinueIn, services: ServicesDep, principal: PrincipalDep
 ) -> InspectionOut:
@@ -160,6 +165,7 @@ def record_on(
 
 @router.post("/{inspection_id}/finish", responses=failures(InspectionNotFound, OpenStretches))
 @operator
+@slow
 def finish(
     inspection_id: InspectionId, body: FinishIn, services: ServicesDep, principal: PrincipalDep
 ) -> InspectionOut:
@@ -176,6 +182,7 @@ def finish(
     responses=content("text/csv", "text/plain", "application/json") | failures(InspectionNotFound),
 )
 @viewer
+@slow
 def track(
     inspection_id: InspectionId,
     services: ServicesDep,

@@ -12,13 +12,14 @@ import msgspec
 from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
 
 from app.container import Services
-from app.errors import InspectionNotFound, body_of
+from app.errors import InspectionNotFound
 from app.inspections.corrections import Corrections
 from app.survey.notices import Notice
 from app.tracking.live import Event, Update
 from app.viewer.clicks import Click
 from app.viewer.scenes import PageView
 from app.viewer.wording import Language, Units, Wording
+from app.web.answers import body_of
 from app.web.deps import PAGE_ID, InspectionId, ServicesDep, page_of, viewer
 from app.web.schemas.live import click_message, live_header
 from vo_core.track import Estimate
@@ -185,13 +186,13 @@ async def _receive(socket: WebSocket, outbox: _Outbox, view: PageView) -> None:
             case _Ping(t):
                 await socket.send_json({"type": "pong", "t": t})
             case _Show(frame):
-                await view.show_frame(frame)
+                view.show_frame(frame)
             case _Camera(mode):
                 view.set_camera(mode)
             case _Select(observation):
                 view.select(observation)
             case _Words(language, units, late):
-                await view.set_wording(Wording(language, units, is_late=late))
+                view.set_wording(Wording(language, units, is_late=late))
 
 
 async def _next_command(socket: WebSocket) -> _Command:

@@ -25,6 +25,7 @@ from app.reports.report import Language, Units
 from app.web.deps import InspectionId, ServicesDep, viewer
 from app.web.schemas.failures import content, failures
 from app.web.schemas.records import LossesOut
+from app.web.slow import slow
 from vo_core.errors import UnreadableVideo
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["media"])
@@ -84,6 +85,7 @@ def video(inspection_id: InspectionId, services: ServicesDep) -> Film:
     ),
 )
 @viewer
+@slow
 def frame(
     inspection_id: InspectionId,
     frame: Annotated[int, Path(ge=0, le=2**31)],
@@ -104,6 +106,7 @@ ExportKind = Annotated[str, Path(pattern=f"^({'|'.join(FORMATS)})$")]
     | failures(InspectionNotFound, ExportNotAvailable, UnreadableKey),
 )
 @viewer
+@slow
 def export(
     inspection_id: InspectionId,
     kind: ExportKind,
@@ -129,6 +132,7 @@ def export(
 
 @router.get("/exports/{kind}/losses", responses=failures(InspectionNotFound, ExportNotAvailable))
 @viewer
+@slow
 def losses(
     inspection_id: InspectionId,
     kind: ExportKind,
@@ -137,5 +141,7 @@ def losses(
     units: Units = "m",
 ) -> LossesOut:
     """What the format cannot hold of the report, to be shown before it is sent to anybody."""
-    export = services.reports.export(inspection_id, kind, language=lang, units=units)
-    return LossesOut.of(export.written)
+    written = services.reports.export(inspection_id, kind, language=lang, units=units).written
+    if written.file is not None:
+        written.file.close()
+    return LossesOut.of(written)

@@ -12,9 +12,10 @@ from app.errors import (
     PhotoNotFound,
     PixelOutsidePicture,
 )
+from app.survey.tag import Tag
 from app.web.deps import InspectionId, ObservationId, PrincipalDep, ServicesDep, operator, viewer
 from app.web.schemas.failures import content, failures
-from app.web.schemas.observations import ObservationIn, ObservationOut, ObservationsOut
+from app.web.schemas.observations import ObservationOut, ObservationsOut
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}/observations", tags=["observations"])
 
@@ -38,12 +39,12 @@ def list_all(inspection_id: InspectionId, services: ServicesDep) -> Observations
 def put(
     inspection_id: InspectionId,
     observation_id: ObservationId,
-    body: ObservationIn,
+    body: Tag,
     services: ServicesDep,
     principal: PrincipalDep,
 ) -> ObservationOut:
     """Create or replace; answered when it is committed and synced. May be repeated."""
-    services.observations.put(inspection_id, observation_id, body.model_dump(), principal.name)
+    services.observations.put(inspection_id, observation_id, body, principal.name)
     services.photos.wait_for(inspection_id, observation_id)
     return ObservationOut.of(services.observations.get(inspection_id, observation_id))
 

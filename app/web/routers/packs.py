@@ -7,10 +7,10 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Query, Response
 
 from app.errors import InvalidPack, PackInUse, PackNameTaken, PackNotFound
+from app.survey.given import PackName
 from app.web.deps import CodePackId, PrincipalDep, ServicesDep, viewer
 from app.web.schemas.catalogue import PackOut, PacksOut
 from app.web.schemas.failures import failures
-from app.web.schemas.given import PackName
 
 router = APIRouter(prefix="/api/packs", tags=["catalogue"])
 

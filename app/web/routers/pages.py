@@ -1,16 +1,13 @@
 """The shell of the page and its files.
 
-The page is some hundred and forty small files.  A browser that asked for each of them again would
-need a second before the page can be used, so the shell names them under their version, a part of
-the path that changes with any of them; there they are kept without asking.  At the first visit they
-are named all at once, so that no module waits until the one that imports it has been read, and the
-server answers from memory.
+The page is some hundred and fifty small files, which reach a browser as one script and one style
+sheet (`bundles`).  The shell names them under a version, a part of the path that changes with any
+file; there they are kept without asking, and the server answers from memory.
 """
 
 from __future__ import annotations
 
 import hashlib
-import posixpath
 import re
 import stat
 from functools import lru_cache
@@ -24,15 +21,18 @@ from starlette.staticfiles import NotModifiedResponse, StaticFiles
 from starlette.types import Scope
 
 import app
+from app.web.bundles import script_of, style_of, with_bundles
 from app.web.deps import PrincipalDep, viewer
 
 router = APIRouter(include_in_schema=False)
 
 _VERSION = re.compile(r"v[0-9a-f]{16}/")
-_IMPORT = re.compile(r"^(?:import|.* from) '(\.[^']+)';$", re.MULTILINE)
-"""What a module names at its top, relative to itself."""
 _KEPT = {"Cache-Control": "private, max-age=31536000, immutable"}
 _ASKED = {"Cache-Control": "no-cache"}
+_SHELL = "index.html"
+_FIRST_MODULE = "main.js"
+_SCRIPT, _STYLE = "page.js", "page.css"
+"""Names of the bundles, beside the files that they are made of."""
 
 
 def static_folder() -> Path:
@@ -61,8 +61,13 @@ class Assets(StaticFiles):
     async def get_response(self, path: str, scope: Scope) -> Response:
         """As it is."""
         full_path, found = self.lookup_path(path)
-        if found is not None and stat.S_ISREG(found.st_mode) and scope["method"] == "GET":
-            response = _answer(full_path, found.st_mtime_ns, found.st_size, Headers(scope=scope))
+        if path in (_SCRIPT, _STYLE) and scope["method"] == "GET":
+            folder = static_folder()
+            bundle = _bundle(folder, path, version_of(folder))
+            response = _answer(*bundle, Headers(scope=scope))
+        elif found is not None and stat.S_ISREG(found.st_mode) and scope["method"] == "GET":
+            content = _content(full_path, found.st_mtime_ns, found.st_size)
+            response = _answer(*content, Headers(scope=scope))
         else:
             response = await super().get_response(path, scope)
         is_versioned = _VERSION.match(super().get_path(scope)) is not None
@@ -70,8 +75,7 @@ class Assets(StaticFiles):
         return response
 
 
-def _answer(path: str, changed_ns: int, size: int, asked: Headers) -> Response:
-    content, tag, kind = _content(path, changed_ns, size)
+def _answer(content: bytes, tag: str, kind: str | None, asked: Headers) -> Response:
     headers = {"ETag": tag}
     if asked.get("if-none-match") == tag:
         return NotModifiedResponse(Headers(headers))
@@ -81,23 +85,19 @@ def _answer(path: str, changed_ns: int, size: int, asked: Headers) -> Response:
 @lru_cache(maxsize=512)
 def _content(path: str, _changed_ns: int, _size: int) -> tuple[bytes, str, str | None]:
     """Of a file as it was at that time: its bytes, their tag and their media type."""
-    content = Path(path).read_bytes()
-    return content, f'"{hashlib.sha256(content).hexdigest()[:32]}"', guess_type(path)[0]
+    return _tagged(Path(path).read_bytes(), path)
 
 
 @lru_cache(maxsize=4)
-def modules_of(folder: Path, first: str, _version: str) -> tuple[str, ...]:
-    """The modules that `first` needs, below the folder, itself included, each once.
+def _bundle(folder: Path, name: str, _version: str) -> tuple[bytes, str, str | None]:
+    """The same of a bundle of the files of that version."""
+    if name == _SCRIPT:
+        return _tagged(script_of(folder, _FIRST_MODULE).encode(), name)
+    return _tagged(style_of(folder, (folder / _SHELL).read_text("utf-8")).encode(), name)
 
-    Those that are imported while the page runs are not among them.
-    """
-    found = [first]
-    for name in found:  # it grows meanwhile
-        for imported in _IMPORT.findall((folder / name).read_text("utf-8")):
-            path = posixpath.normpath(posixpath.join(posixpath.dirname(name), imported))
-            if path not in found:
-                found.append(path)
-    return tuple(found)
+
+def _tagged(content: bytes, name: str) -> tuple[bytes, str, str | None]:
+    return content, f'"{hashlib.sha256(content).hexdigest()[:32]}"', guess_type(name)[0]
 
 
 def login_page(request: Request) -> Response:
@@ -114,14 +114,9 @@ def login_page(request: Request) -> Response:
 def shell(request: Request, principal: PrincipalDep) -> Response:
     """One page for all: the script reads the address."""
     folder = static_folder()
-    text = (folder / "index.html").read_text("utf-8")
-    version = version_of(folder)
-    modules = "".join(
-        f'<link rel="modulepreload" href="/static/{name}" />'
-        for name in modules_of(folder, "main.js", version)
-    )
-    whole = text.replace("</head>", f"{modules}</head>", 1)
-    versioned = whole.replace('"/static/', f'"/static/{version}/')
+    text = (folder / _SHELL).read_text("utf-8")
+    whole = with_bundles(text, _FIRST_MODULE, script=_SCRIPT, style=_STYLE)
+    versioned = whole.replace('"/static/', f'"/static/{version_of(folder)}/')
     return HTMLResponse(_told(versioned, request, role=principal.role), headers=_ASKED)
 
 

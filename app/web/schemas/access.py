@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field
 
-from app.web.schemas.given import CodeName, Given, Letter, PackId
+from app.survey.given import CodeName, Given, Letter, PackId
 
 
 class LoginIn(Given):

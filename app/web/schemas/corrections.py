@@ -2,86 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Any
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 
-from app.inspections.corrections import Corrected, reason_of, result_of
-from app.survey.adjustment import Stated
+from app.survey.corrected import Corrected, reason_of, result_of
+from app.survey.given import Remark
 from app.survey.makeup import Makeup, PartName
+from app.survey.stated import StatedIn
 from app.web.schemas.failures import ErrorOut
-from app.web.schemas.given import Frame, Given, Metres, Pixel, Remark
-from vo_core.scale.correction import TAPE_SIGMA_MM
-
-
-class ZeroIn(Given):
-    """Set zero here."""
-
-    frame: Frame
-    offset_m: Annotated[float, Field(ge=-10_000, le=10_000)] = Field(
-        0.0, description="From the zero point to the camera in this frame, positive ahead."
-    )
-
-
-class LengthIn(Given):
-    """A length that somebody knows."""
-
-    first_frame: Frame
-    last_frame: Frame
-    length_m: Metres
-    sigma_mm: Annotated[float, Field(gt=0, le=100_000)] = Field(
-        TAPE_SIGMA_MM, description="One sigma: a tape 5, a drawing 50 or more."
-    )
-    kind: Literal["tape", "known"] = Field(
-        "tape", description="known: of the whole asset, which gives the closure."
-    )
-
-
-class MarkIn(Given):
-    """A joint that somebody clicked on."""
-
-    frame: Frame
-    pixel: Pixel
-
-
-class LeftOutIn(Given):
-    """A ring that is no joint."""
-
-    frame: Frame
-
-
-class JointsIn(Given):
-    """Which joints count."""
-
-    use: Annotated[
-        bool | None,
-        Field(description="null: they count by themselves where they can be counted for certain."),
-    ] = None
-    marked: Annotated[list[MarkIn], Field(max_length=1000)] = Field(default_factory=list)
-    left_out: Annotated[list[LeftOutIn], Field(max_length=10_000)] = Field(default_factory=list)
-
-
-class RigSigmaIn(Given):
-    """How well the rig is known, one sigma."""
-
-    height_mm: Annotated[float, Field(gt=0, le=1000)]
-    focal_px: Annotated[float, Field(ge=0, le=1000)] = 0.0
-
-
-class StatedIn(Given):
-    """All that is known about the distances of an inspection."""
-
-    zero: ZeroIn | None = None
-    lengths: Annotated[list[LengthIn], Field(max_length=100)] = Field(default_factory=list)
-    joints: JointsIn = Field(default_factory=JointsIn)
-    rig_sigma: RigSigmaIn | None = None
-    forced: Remark | None = Field(
-        None, description="Why a known length holds although the track contradicts it."
-    )
-
-    def to_stated(self) -> Stated:
-        """For the service."""
-        return Stated.from_json(self.model_dump(include=set(StatedIn.model_fields)))
 
 
 class CorrectionsIn(StatedIn):

@@ -6,7 +6,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from app.errors import EVERYWHERE, STATUS
+from app.errors import code_of
+from app.web.answers import EVERYWHERE, STATUS
 
 
 class ErrorOut(BaseModel):
@@ -22,7 +23,7 @@ Responses = dict[int | str, dict[str, Any]]
 def failures(*kinds: type[Exception]) -> Responses:
     """For `responses=` of a route: how it may refuse, besides what is refused everywhere."""
     codes = {status: list(names) for status, names in EVERYWHERE.items()}
-    for status, code in (STATUS[kind] for kind in kinds):
+    for status, code in ((STATUS[kind], code_of(kind)) for kind in kinds):
         codes.setdefault(status, []).append(code)
     return {
         status: {"model": ErrorOut, "description": ", ".join(f"`{name}`" for name in names)}

@@ -9,11 +9,11 @@ from pydantic import BaseModel, Field, StringConstraints, model_validator
 
 from app.inspections.inspections import InspectionView
 from app.storage.tables import IMPORTED, Inspection
+from app.survey.given import TEXT, Given, Header, Name
 from app.survey.interval import half_width_m
 from app.tracking.live import CameraStatus
 from app.web.schemas.failures import ErrorOut
 from app.web.schemas.figures import metres, rounded
-from app.web.schemas.given import TEXT, Given, Header, Name
 
 
 class UploadSource(Given):

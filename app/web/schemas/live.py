@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
 from pydantic import BaseModel
 
 from app.storage.tables import ENDED
@@ -15,7 +16,7 @@ from app.tracking.tracks import HealthColumns
 from app.viewer.clicks import Click
 from app.viewer.scene import PinHit
 from app.web.schemas.figures import rounded
-from vo_core.image.health import Health, complaints
+from vo_core.image.health import Health, complained, complaints
 from vo_core.track import Estimate
 
 
@@ -49,12 +50,19 @@ class HealthOut(BaseModel):
     @classmethod
     def of(cls, columns: HealthColumns, since: int) -> HealthOut:
         """From the service's columns."""
-        rows = columns.since(since)
+        shown = {name: column[since:] for name, column in columns.columns().items()}
         numbers: dict[str, list[float] | list[str]] = {
-            name: [round(getattr(health, name), 3) for health in rows] for name in columns.columns
+            name: np.round(column.astype(np.float64), 3).tolist() for name, column in shown.items()
         }
-        said = [" ".join(complaints(health)) for health in rows]
-        return cls(columns=numbers | {"complaints": said})
+        # Many frames, few ways to complain: each is put into words once.
+        found = complained(shown)
+        bits = np.array([1 << n for n in range(len(found))])
+        ways, way = np.unique(bits @ np.array(list(found.values())), return_inverse=True)
+        said = [
+            " ".join(name for bit, name in zip(bits, found, strict=True) if one & bit)
+            for one in ways
+        ]
+        return cls.model_construct(columns=numbers | {"complaints": [said[n] for n in way]})
 
 
 def live_header(

@@ -4,39 +4,17 @@ from __future__ import annotations
 
 import math
 from datetime import datetime
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field, StringConstraints
+from pydantic import BaseModel
 
-from app.inspections.observations import ObservationView, WallGrid, WallUnder
 from app.survey import rounding
+from app.survey.given import Pixel
+from app.survey.place import ObservationView, WallGrid, WallUnder
+from app.survey.tag import Tag
 from app.web.schemas.figures import metres, rounded
-from app.web.schemas.given import TEXT, Clock, CodeName, Given, Letter, Pixel
-
-
-class ObservationIn(Given):
-    """What a person enters; everything else is derived. Only `frame` is needed: tag first."""
-
-    frame: Annotated[int, Field(ge=0, le=2**31)]
-    pixel: Pixel | None = Field(
-        None, description="[u, v] of the wall point; without it the camera's distance counts."
-    )
-    code: CodeName | None = None
-    char1: Letter | None = None
-    char2: Letter | None = None
-    quant1: Annotated[float, Field(ge=-1e6, le=1e6)] | None = None
-    quant2: Annotated[float, Field(ge=-1e6, le=1e6)] | None = None
-    clock_from: Clock | None = None
-    clock_to: Clock | None = None
-    severity: Annotated[int, Field(ge=0, le=5)] | None = Field(
-        None, description="0 note, 1 as new, 2 slight, 3 watch, 4 plan repair, 5 act now."
-    )
-    continuous: Annotated[str, StringConstraints(pattern=r"^[ABC][1-9][0-9]{0,2}$")] | None = Field(
-        None, description="Of a stretch: A1 starts, C1 changes, B1 finishes number 1."
-    )
-    remark: Annotated[str, StringConstraints(max_length=4000, pattern=TEXT)] | None = None
 
 
 class FrameAtOut(BaseModel):
@@ -84,9 +62,7 @@ class ObservationOut(BaseModel):
         """From the service's view."""
         row, place = view.row, view.place
         path = f"/api/inspections/{row.inspection_id}/observations/{row.id}/photo"
-        entered: dict[str, Any] = {
-            name: row.fields.get(name) for name in ObservationIn.model_fields
-        }
+        entered: dict[str, Any] = {name: getattr(row.tag, name) for name in Tag.model_fields}
         return cls(
             **entered,
             id=row.id,

@@ -8,8 +8,9 @@ from typing import Any, Literal
 from pydantic import BaseModel
 
 from app.reports.report import Written
-from app.storage.tables import Alert, Event
+from app.storage.tables import Alert
 from app.survey.checks import Issue
+from app.survey.records import Event
 
 
 class IssueOut(BaseModel):

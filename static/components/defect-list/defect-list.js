@@ -155,6 +155,8 @@ class DefectList extends Component {
   }
 
   #updateRow(row, item) {
+    if (row.item === item) return; // of thousands of rows one has changed
+    row.item = item;
     const { parts } = row;
     const { catalogue } = this.desk;
     const name = nameOf(item);

@@ -158,7 +158,7 @@ function paintDefects(scene, top) {
     drawSeverity(context, item.severity, x, y, MARK_PX, styles);
     if (!item.code) return;
     const room = Math.min(xs[i + 1] ?? plot.right + 20, plot.right + 20) - x - MARK_PX - 3;
-    if (context.measureText(item.code).width > room) return;
+    if (room <= 0 || context.measureText(item.code).width > room) return;
     context.fillStyle = colour('--text-dim');
     context.fillText(item.code, x + MARK_PX / 2 + 3, y + 0.5);
   });

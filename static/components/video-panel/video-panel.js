@@ -20,6 +20,10 @@ import { toastError } from '../toast-stack/toast-stack.js';
 
 const SPEEDS = [1, 2, 4];
 const MARK_PX = 22;
+/** Marks nearer than this share of their size are one: the selected, else the gravest. */
+const APART = 1 / 3;
+/** One label, across and down: more would lie over each other. */
+const LABEL_ROOM = [56, 24];
 const BUSY_SHOWN_AFTER_MS = 250;
 
 class VideoPanel extends Component {
@@ -28,7 +32,9 @@ class VideoPanel extends Component {
   #mode = null;
   #cursor = null;
   #busySince = 0;
-  #wallPoints = new Map();
+  /** By observation, which is another object whenever it has changed; void when the track begins anew. */
+  #wallPoints = new WeakMap();
+  #generation = 0;
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
@@ -308,29 +314,40 @@ class VideoPanel extends Component {
     return this.#marks().find(({ pixel }) => Math.hypot(pixel[0] - u, pixel[1] - v) <= reach) ?? null;
   }
 
-  /** Observations whose wall point is in the picture now: [{id, severity, code, pixel}]. */
+  /** Observations whose wall point is in the picture now, as far as they can be told apart: [{id, severity, code, pixel}]. */
   #marks() {
-    const { observations, playhead, wall } = this.desk;
+    const { observations, playhead, selection, wall } = this.desk;
     const { frame, row } = playhead.value;
     if (!row || !wall) return [];
-    return observations.value.flatMap((item) => {
+    const rank = ({ id, severity }) => (id === selection.value ? Infinity : severity ?? -1);
+    const shown = new Map();
+    const cell = (MARK_PX * APART) / this.#layout(typeScale()).scale;
+    for (const item of observations.value) {
       const point = this.#wallPoint(item);
       const pixel = item.frame === frame ? item.pixel : point && wall.pixel(...point, row);
-      return pixel ? [{ ...item, pixel }] : [];
-    });
+      if (!pixel) continue;
+      const place = placeOf(pixel, cell, cell);
+      const other = shown.get(place);
+      if (!other || rank(item) > rank(other)) shown.set(place, { ...item, pixel });
+    }
+    return [...shown.values()];
   }
 
   /** World X and Y of an observation in mm, or null without a pixel or before its frame is tracked. */
-  #wallPoint({ id, frame, pixel }) {
-    if (!pixel) return null;
-    const name = `${id}:${frame}:${pixel}:${this.desk.track.generation}`;
-    if (!this.#wallPoints.has(name)) {
-      const row = this.desk.track.row(frame);
-      if (!row) return null;
-      const point = this.desk.wall.at(...pixel, row);
-      this.#wallPoints.set(name, point && [point.distance_m * 1000, point.right_mm]);
+  #wallPoint(item) {
+    const { track, wall } = this.desk;
+    if (track.generation !== this.#generation) {
+      this.#generation = track.generation;
+      this.#wallPoints = new WeakMap();
     }
-    return this.#wallPoints.get(name);
+    const known = this.#wallPoints.get(item);
+    if (known !== undefined) return known;
+    const row = item.pixel && track.row(item.frame);
+    if (!row) return null;
+    const point = wall.at(...item.pixel, row);
+    const found = point && [point.distance_m * 1000, point.right_mm];
+    this.#wallPoints.set(item, found);
+    return found;
   }
 
   paint() {
@@ -346,12 +363,16 @@ class VideoPanel extends Component {
     this.#paintNote();
     if (!desk.playhead.value.row || !hasFilm(desk.inspection.value)) return;
     paintCentre(context, toStage([(layout.width - 1) / 2, (layout.height - 1) / 2]));
+    const labelled = new Set();
     for (const mark of this.#marks()) {
       const [x, y] = toStage(mark.pixel);
       const isSelected = mark.id === desk.selection.value;
       if (isSelected) paintRing(context, x, y, styles);
       drawSeverity(context, mark.severity, x, y, MARK_PX, styles);
-      if (mark.code) paintLabel(context, mark.code, x, y + MARK_PX, layout, styles);
+      const room = placeOf([x, y], ...LABEL_ROOM);
+      if (!mark.code || labelled.has(room)) continue;
+      labelled.add(room);
+      paintLabel(context, mark.code, x, y + MARK_PX, layout, styles);
     }
     if (this.#cursor) this.#paintCursor(context, toStage(this.#cursor), layout, styles);
   }
@@ -407,6 +428,9 @@ function paintCentre(context, [x, y]) {
     context.stroke();
   }
 }
+
+/** Which cell of a raster a point is in. */
+const placeOf = ([x, y], across, down) => `${Math.round(x / across)} ${Math.round(y / down)}`;
 
 function paintRing(context, x, y, styles) {
   context.lineWidth = 2.5;

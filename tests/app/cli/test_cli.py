@@ -103,6 +103,9 @@ def test_every_command_explains_itself(chainage, command):
         ["evaluate", "t.csv", "truth.csv", "--plot", "errors.doc"],
         ["bench", "--metres", "0.01"],
         ["bench", "--calibration", "intervals.txt"],
+        ["bench", "--field", "--quick"],
+        ["bench", "--field", "--calibration", "intervals.png"],
+        ["bench", "--field", "--write", "no-such-file.md"],
         ["serve", "--port", "70000"],
         ["advise"],
         ["advise", "--rig", "rig.json", "--move", "15"],
@@ -274,6 +277,27 @@ def test_bench_draws_the_stated_interval_against_the_actual_error(chainage, monk
     assert done.code == 0
     assert "| nominal | 2 |" in done.out
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_bench_writes_its_figures_into_a_file(chainage, monkeypatch, tmp_path):
+    monkeypatch.setattr("app.lab.bench.run.FIELD_NAMES", ("climb",))
+    file = tmp_path / "accuracy.md"
+    file.write_text("before\n<!-- bench-field:begin -->\nold\n<!-- bench-field:end -->\nafter\n")
+    done = chainage("bench", "--field", "--metres", "0.2", "--write", file)
+    assert done.code == 0
+    assert done.out.strip() in file.read_text()
+    assert "by `chainage bench --field --metres 0.2`" in file.read_text()
+    assert [line.split()[1] for line in done.out.splitlines()[2:3]] == ["climb"]
+    assert file.read_text().startswith("before\n")
+    assert file.read_text().endswith("<!-- bench-field:end -->\nafter\n")
+
+
+def test_bench_refuses_a_file_without_a_place_before_it_measures(chainage, tmp_path):
+    file = tmp_path / "accuracy.md"
+    file.write_text("<!-- bench:begin -->\n<!-- bench:end -->\n")
+    done = chainage("bench", "--field", "--write", file)
+    assert done.code == 2
+    assert "<!-- bench-field:begin -->" in done.err
 
 
 def test_evaluate_prints_the_errors_and_draws_them(chainage, track, sample, tmp_path):

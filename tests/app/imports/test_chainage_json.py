@@ -12,13 +12,12 @@ from random_reports import reports
 from reports import AT, report, track_of
 
 from app.errors import InvalidImport
-from app.imports.chainage_json import _Entered, _Stated, is_chainage_json, read
-from app.inspections.corrections import Corrected
+from app.imports.chainage_json import is_chainage_json, read
 from app.reports.exchange.chainage_json import write
-from app.storage.tables import Event
-from app.survey.adjustment import Joints, Length, Mark, Stated, Zero, adjust
-from app.web.schemas.corrections import StatedIn
-from app.web.schemas.observations import ObservationIn
+from app.survey.adjustment import adjust
+from app.survey.corrected import Corrected
+from app.survey.records import Event
+from app.survey.stated import Joints, Length, Mark, Stated, Zero
 from vo_core.image.health import Health
 from vo_core.joints.finder import Sighting
 from vo_core.rig import Tolerance
@@ -82,7 +81,7 @@ def test_everything_that_was_stated_or_measured_comes_back(exported):
         assert (was == is_now).all() if name == "status" else np.allclose(was, is_now, atol=6e-5)
     assert found.health == exported.health
     assert found.sightings == exported.sightings
-    assert [tag.fields for tag in found.tags] == [entry.entered for entry in exported.entries]
+    assert [tag.fields for tag in found.tags] == [entry.tag.to_json() for entry in exported.entries]
     assert [(t.id, t.seq, t.created_by, t.created_at, t.edited_at) for t in found.tags] == [
         (e.id, e.seq, e.tagged_by, e.tagged_at, e.edited_at) for e in exported.entries
     ]
@@ -197,28 +196,6 @@ def test_many_faults_are_told_shortly(exported):
     assert len(str(refused.value)) < 4000
 
 
-def test_the_bounds_are_those_of_the_api():
-    for mine, of_the_api in ((_Entered, ObservationIn), (_Stated, StatedIn)):
-        assert bounds(mine) == bounds(of_the_api)
-
-
-def bounds(model):
-    """The JSON schema without words, defaults and names."""
-
-    def stripped(part, definitions):
-        if isinstance(part, list):
-            return [stripped(each, definitions) for each in part]
-        if not isinstance(part, dict):
-            return part
-        if "$ref" in part:
-            return stripped(definitions[part["$ref"].rsplit("/", 1)[1]], definitions)
-        dropped = ("title", "description", "default", "required", "$defs", "minLength")
-        return {k: stripped(v, definitions) for k, v in part.items() if k not in dropped}
-
-    schema = model.model_json_schema()
-    return stripped(schema, schema.get("$defs", {}))
-
-
 @settings(max_examples=15, deadline=None)
 @given(made=reports())
 def test_any_report_is_json_that_tells_its_distances(made):
@@ -231,7 +208,8 @@ def test_any_report_is_json_that_tells_its_distances(made):
     if isinstance(outcome, str):  # a text that the API takes from nobody
         assert outcome.endswith(".")
     else:
-        assert [tag.fields for tag in outcome.tags] == [entry.entered for entry in made.entries]
+        stated = [entry.tag.to_json() for entry in made.entries]
+        assert [tag.fields for tag in outcome.tags] == stated
 
 
 @settings(max_examples=40, deadline=None)

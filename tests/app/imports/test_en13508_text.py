@@ -65,7 +65,7 @@ def test_a_file_of_another_program_is_read_field_by_field() -> None:
     assert (crack.code, crack.char1, crack.char2) == ("BAB", "Y", "YY")
     assert (crack.quant1, crack.clock_from, crack.clock_to) == (0.5, 3, None)
     assert (crack.stretch, crack.at_joint, crack.time_s) == ("A1", True, 3723.0)
-    stated = crack.fields()
+    stated = crack.tag(0).to_json()
     assert (stated["remark"], stated["at_joint"]) == ("line, with comma", True)
     assert stated["photo_name"] == "4"
     assert (offset.clock_from, offset.time_s, offset.stretch) == (None, 245.0, None)
@@ -143,7 +143,7 @@ def test_our_own_export_comes_back() -> None:
     (survey,) = read(en13508.write(report()).content).surveys
     assert survey.warnings == ()
     for row, fields in zip(survey.observations, OBSERVATIONS, strict=True):
-        stated = row.fields()
+        stated = row.tag(0).to_json()
         assert row.distance_m == fields["distance_m"]
         for name in ("char1", "char2", "quant1", "clock_from", "clock_to"):
             assert stated.get(name) == fields.get(name), name
@@ -174,7 +174,7 @@ def test_noise_is_read_or_refused(content: bytes) -> None:
         return
     for survey in file.surveys:
         for row in survey.observations:
-            assert all(ord(letter) >= 32 for letter in row.fields().get("remark", ""))
+            assert all(ord(letter) >= 32 for letter in row.tag(0).to_json().get("remark", ""))
 
 
 def reported(made: Report, survey: ImportedSurvey) -> Report:
@@ -184,7 +184,7 @@ def reported(made: Report, survey: ImportedSurvey) -> Report:
     roles = {"A": "start", "C": "change", "B": "finish"}
     entries = []
     for n, row in enumerate(rows):
-        stated = row.fields()
+        stated = row.tag(0).to_json()
         known = {name: stated.get(name) for name in ENTERED if name != "severity"}
         entries.append(
             entry(
@@ -197,7 +197,6 @@ def reported(made: Report, survey: ImportedSurvey) -> Report:
                 cont_id=int(row.stretch[1:]) if row.stretch else None,
                 cont_role=roles[row.stretch[0]] if row.stretch else None,
                 photo=Photo(row.photo, None, None) if row.photo else None,
-                entered=stated,
             )
         )
     source = Source("import", "old.txt", 1, "ab" * 32, {})
@@ -239,7 +238,7 @@ def test_export_import_export_of_anything_is_the_same_file(made: Report) -> None
 def test_a_remark_that_is_too_long_is_cut_with_a_warning() -> None:
     columns = f"#C=I;A;F\n1;BDB;{'r' * 40_500}\n2;BDB;{'s' * 30_000}\n#Z\n"
     (survey,) = read(f"#B01=AAA;ADE\nC1;{'h' * 20_500}\n{columns}".encode()).surveys
-    assert [len(row.fields()["remark"]) for row in survey.observations] == [40_000, 30_000]
+    assert [len(row.tag(0).to_json()["remark"]) for row in survey.observations] == [40_000, 30_000]
     assert [str(caveat) for caveat in survey.warnings] == [
         "Line 4: The remark has 40500 characters; the first 40000 are kept.",
         "Of the header field remarks 20000 characters are kept, not more.",

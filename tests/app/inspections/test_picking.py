@@ -12,9 +12,10 @@ from numpy.typing import ArrayLike
 from textures import make_rig
 
 from app.errors import IncompleteWallPoint
-from app.inspections.observations import Course, wall_under
 from app.inspections.picking import SeenAt, WallPlace, seen_best
-from app.survey.adjustment import Length, Stated, adjust
+from app.survey.adjustment import adjust
+from app.survey.place import Course, wall_under
+from app.survey.stated import Length, Stated
 from vo_core import Rig, Track
 
 FRAMES = 400

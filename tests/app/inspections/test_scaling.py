@@ -18,10 +18,12 @@ from app.inspections.scaling import WHO, Scaling
 from app.storage.database import Database
 from app.storage.files import DataFolder
 from app.storage.inspections import InspectionStore, Outcome
-from app.storage.tables import RESCALED, Inspection
-from app.survey.adjustment import Joints, Stated
+from app.storage.tables import Inspection
+from app.survey.records import RESCALED
+from app.survey.stated import Joints, Stated
+from app.survey.track_rows import estimate_at
 from app.tracking.live import DistancesCorrected, Event, Live, Progress
-from app.tracking.tracks import Tracks, estimate_at
+from app.tracking.tracks import Tracks
 from vo_core.joints.finder import Sighting
 
 ID = "a" * 32

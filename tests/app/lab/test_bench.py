@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from films import film
 
 from app.lab.bench import (
     TARGETS,
@@ -22,7 +23,7 @@ from app.lab.bench import (
 )
 from app.lab.evaluation import Evaluation
 from app.lab.peers import PEERS, PhaseCorrelate
-from app.lab.simulation import SCENARIOS, render
+from app.lab.simulation import SCENARIOS
 from vo_core import InvalidRig, Odometry
 
 ONLY_PEER = {"phaseCorrelate": PhaseCorrelate}
@@ -213,7 +214,7 @@ def test_command_track_is_timed_against_decoding_and_told(run):
     calls = []
     scenario = SCENARIOS["nominal"].shortened(60)
     track_time = time_track(scenario, 2, lambda *call: calls.append(call))
-    assert track_time.frames == len(list(render(scenario)))
+    assert track_time.frames == len(film(scenario))
     assert 0 < track_time.decode_s < track_time.track_s  # a whole process, against some frames
     assert [done for _, done, _ in calls] == list(range(1, track_time.frames + 5))
     text = to_markdown(run[0], replace(track_time, track_s=3.0, decode_s=1.0))
@@ -232,7 +233,7 @@ def test_without_scikit_image_its_photographs_are_left_out_and_named(run, monkey
 def test_a_peer_follows_an_easy_wall_and_leaves_its_input_alone(name):
     scenario = SCENARIOS["nominal"].shortened(150)
     peer = PEERS[name](scenario.rig)
-    for frame in render(scenario):
+    for frame in film(scenario):
         before = frame.image.copy()
         estimate = peer.step(frame.image, frame.t_s)
         assert np.array_equal(frame.image, before)

@@ -95,7 +95,7 @@ def in_isybau(content):
 )
 def test_distances_are_the_same(kind, read, within_m):
     reported = read(content_of(kind))
-    coded = [entry.distance_m for entry in MADE.entries if entry.code]
+    coded = [entry.distance_m for entry in MADE.entries if entry.tag.code]
     assert reported in (
         pytest.approx(DISTANCES_M, abs=within_m + 1e-9),
         pytest.approx(coded, abs=within_m + 1e-9),  # a code is what the format is about

@@ -10,12 +10,13 @@ from hypothesis import given, settings
 from random_reports import reports
 from reports import AT, OBSERVATIONS, report, track_of
 
-from app.inspections.corrections import Corrected
 from app.reports.tables.spreadsheet import write
 from app.reports.tables.table import COLUMNS, DICTIONARY, rows
-from app.storage.tables import Event
-from app.survey.adjustment import Joints, Mark, Stated, adjust
+from app.survey.adjustment import adjust
+from app.survey.corrected import Corrected
 from app.survey.interval import half_width_m
+from app.survey.records import Event
+from app.survey.stated import Joints, Mark, Stated
 from vo_core import Rig
 
 
@@ -149,8 +150,8 @@ def test_any_report_is_a_workbook_that_tells_its_distances(made):
     assert [row["distance_m"] for row in read] == [entry.distance_m for entry in made.entries]
     assert [row["seq"] for row in read] == [entry.seq for entry in made.entries]
     for row, entry in zip(read, made.entries, strict=True):
-        if entry.remark and entry.remark.isprintable():
-            assert row["remark"] == entry.remark
+        if entry.tag.remark and entry.tag.remark.isprintable():
+            assert row["remark"] == entry.tag.remark
 
 
 def test_a_carriage_return_ends_a_line_and_is_not_shown():

@@ -12,8 +12,8 @@ from reports import OBSERVATIONS, report
 
 from app.errors import NoScene
 from app.reports.html.web_page import write
-from app.storage.tables import Event
 from app.survey.checks import Issue
+from app.survey.records import Event
 from app.viewer.still import scene_page
 
 ISSUES = (Issue("block", "no_start", "There is none.", params={"needed": "BCD"}),)

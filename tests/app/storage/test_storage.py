@@ -21,7 +21,7 @@ from sqlalchemy.orm import Session
 from app.errors import DataFolderInUse
 from app.storage.database import Database
 from app.storage.files import DataFolder, write_durably
-from app.storage.tables import Base, Event, LoginSession
+from app.storage.tables import Base, EventRow, LoginSession
 
 
 @pytest.fixture
@@ -89,10 +89,10 @@ def test_writes_from_many_threads_are_done_one_after_the_other(database: Databas
 
 def test_instants_come_back_aware(database: Database) -> None:
     now = datetime.now(UTC)
-    event = Event(inspection_id="i", action="a", who="w", at=now, before=None, after={"x": 1})
+    event = EventRow(inspection_id="i", action="a", who="w", at=now, before=None, after={"x": 1})
     database.write(lambda session: session.add(event))
     with database.read() as session:
-        (kept,) = session.query(Event).all()
+        (kept,) = session.query(EventRow).all()
         assert (kept.at, kept.before, kept.after) == (now, None, {"x": 1})
 
 

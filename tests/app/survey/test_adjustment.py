@@ -10,19 +10,10 @@ from builders import clip_rig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.inspections.corrections import Corrected, result_of
-from app.survey.adjustment import (
-    Adjusted,
-    Joints,
-    LeftOut,
-    Length,
-    Mark,
-    RigSigma,
-    Stated,
-    Zero,
-    adjust,
-)
-from app.tracking.tracks import estimate_at, since
+from app.survey.adjustment import Adjusted, adjust
+from app.survey.corrected import Corrected, result_of
+from app.survey.stated import Joints, LeftOut, Length, Mark, RigSigma, Stated, Zero
+from app.survey.track_rows import estimate_at, since
 from app.viewer.scene_feed import joint_marks
 from vo_core import Rig, Track
 from vo_core.errors import InvalidCorrection

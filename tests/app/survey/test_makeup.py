@@ -7,9 +7,10 @@ import pytest
 from builders import clip_rig
 from reports import track_of
 
-from app.survey.adjustment import Length, RigSigma, Stated, Zero, adjust
+from app.survey.adjustment import adjust
 from app.survey.interval import U95
 from app.survey.makeup import Makeup, makeup_of
+from app.survey.stated import Length, RigSigma, Stated, Zero
 from vo_core import Rig
 from vo_core.geometry.height import scale_effects
 

@@ -11,8 +11,9 @@ from reports import track_of
 from textures import make_rig
 
 from app.lab.simulation import SCENARIOS, Scenario, render
-from app.survey.adjustment import Adjusted, Stated, adjust
+from app.survey.adjustment import Adjusted, adjust
 from app.survey.notices import notices_of
+from app.survey.stated import Stated
 from vo_core import Odometry, Rig
 from vo_core.geometry.tilt import MountTilt
 from vo_core.joints.finder import Sighting

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.storage.tables import Observation
+from app.survey.records import Observation
 from app.survey.stretches import next_stretch_number, open_stretches, stretches
+from app.survey.tag import StatedTag
 
 
 def rows(*marks: str | None) -> list[Observation]:
     return [
-        Observation(id=str(n), fields={} if mark is None else {"continuous": mark})
+        Observation(
+            inspection_id="i",
+            id=str(n),
+            seq=n + 1,
+            tag=StatedTag(frame=n, continuous=mark),
+            created_at=datetime(2026, 9, 14, tzinfo=UTC),
+            created_by="Ali",
+        )
         for n, mark in enumerate(marks)
     ]
 

@@ -1,11 +1,17 @@
 """What is kept of a run beside its poses."""
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Event
+
+import numpy as np
+import pytest
 
 from app.storage.files import Places
 from app.tracking.tracks import HealthColumns, Tracks
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
+from vo_core.track import Estimate, Track
 
 SHARP, BLURRED = Health(0.9, 0.5, 0.0, 1.0, 0.0), Health(0.9, 0.5, 0.0, 0.25, 0.0)
 
@@ -42,3 +48,85 @@ def test_the_newest_tilt_of_the_mount_is_kept_with_the_track(tmp_path: Path) -> 
     assert Tracks(Places(tmp_path)).tilt("a") == tilt
     tracks.begin("a")
     assert tracks.tilt("a") is None
+
+
+def test_a_track_that_grows_is_read_without_a_copy_and_what_was_read_stays(tmp_path: Path) -> None:
+    tracks = Tracks(Places(tmp_path))
+    tracks.begin("a")
+    tracks.append("a", estimates(0, 200))
+    read = tracks.get("a")
+    assert np.shares_memory(read.distance_mm, tracks.get("a").distance_mm)
+    tracks.append("a", estimates(200, 1000))
+    assert len(read) == 200
+    assert len(tracks.get("a")) == 1000
+    assert read.distance_mm.tolist() == tracks.get("a").distance_mm[:200].tolist()
+    with pytest.raises(ValueError, match="read-only"):
+        read.distance_mm[0] = 1.0
+
+
+def test_a_track_that_goes_on_leaves_what_was_read_before_as_it_is(tmp_path: Path) -> None:
+    tracks = Tracks(Places(tmp_path))
+    Places(tmp_path).inspection("a").mkdir(parents=True)
+    tracks.begin("a")
+    tracks.append("a", estimates(0, 3))
+    tracks.note("a", [(2, SHARP)], ())
+    tracks.finish("a", {})
+    track, health = tracks.get("a"), tracks.health("a")
+    tracks.go_on("a")
+    tracks.append("a", estimates(3, 5))
+    tracks.note("a", [(4, BLURRED)], ())
+    assert (len(track), len(health)) == (3, 3)
+    assert tracks.get("a").frame.tolist() == [0, 1, 2, 3, 4]
+    assert [health.sharpness for health in tracks.health("a").since(2)] == [1, 0.25, 0.25]
+
+
+def test_a_run_that_was_still_being_read_does_not_replace_the_one_after_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tracks, is_read, may_return = Tracks(Places(tmp_path)), Event(), Event()
+    Places(tmp_path).inspection("a").mkdir(parents=True)
+    tracks.begin("a")
+    tracks.append("a", estimates(0, 3))
+    tracks.finish("a", {})
+    from_csv = Track.from_csv
+
+    def slowly(text: str) -> Track:
+        track = from_csv(text)
+        is_read.set()
+        may_return.wait(10)
+        return track
+
+    monkeypatch.setattr(Track, "from_csv", slowly)
+    with ThreadPoolExecutor(1) as pool:
+        old = pool.submit(tracks.get, "a")
+        is_read.wait(10)
+        monkeypatch.setattr(Track, "from_csv", from_csv)
+        tracks.begin("a")
+        tracks.append("a", estimates(0, 5))
+        tracks.finish("a", {})
+        may_return.set()
+        assert len(old.result()) == 3
+    assert len(tracks.get("a")) == 5
+
+
+def test_tracks_that_are_kept_in_memory_are_bounded_by_their_frames(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.tracking.tracks.FRAMES_KEPT", 2500)
+    tracks = Tracks(Places(tmp_path))
+    for name in ("a", "b", "c"):
+        Places(tmp_path).inspection(name).mkdir(parents=True)
+        tracks.begin(name)
+        tracks.append(name, estimates(0, 1200))
+        tracks.finish(name, {})
+    read = {name: tracks.get(name) for name in ("a", "b", "c")}
+    assert tracks.get("c") is read["c"]
+    assert tracks.get("b") is read["b"]
+    assert tracks.get("a") is not read["a"]
+
+
+def estimates(first: int, end: int) -> list[Estimate]:
+    return [
+        Estimate(n, n / 25, 5.0 * n, 0.0, 0.0, 5.0 * n, 1.0, 0.9, "weak", 1.0)
+        for n in range(first, end)
+    ]

@@ -18,8 +18,8 @@ from websockets.sync.client import ClientConnection, connect
 from app.access.access import create_token
 from app.storage.tokens import Role, TokenFile
 from app.survey.rounding import metres
+from app.survey.track_rows import estimate_at
 from app.tracking.live import Progress
-from app.tracking.tracks import estimate_at
 from app.viewer import scenes
 
 OURS, THEIRS = "a" * 32, "b" * 32
@@ -246,7 +246,7 @@ def test_a_view_that_nobody_looks_at_is_closed(
 
 
 def viewer_threads() -> list[str]:
-    return [thread.name for thread in threading.enumerate() if "scene-writer" in thread.name]
+    return [t.name for t in threading.enumerate() if t.name.startswith("scene-")]
 
 
 def test_views_are_so_many_at_the_most(
@@ -298,3 +298,28 @@ def test_a_correction_moves_robot_path_wall_and_tags(server: Client, clip: Path)
         while waited:
             for message in messages(socket):
                 waited = {what: found for what, found in waited.items() if not found(message)}
+
+
+def test_a_tag_does_not_wait_for_its_pin_and_the_newest_pins_stay(
+    server: Client, clip: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    inspection_id = server.tracked(clip)
+    observations = server.server.app.state.services.observations
+    read_all, is_read, may_go_on = observations.all, threading.Event(), threading.Event()
+
+    def slowly(inspection_id: str) -> list[Any]:
+        views = read_all(inspection_id)
+        if views:
+            is_read.set()
+            may_go_on.wait(20)
+        return list(views)
+
+    with look(server, inspection_id) as socket:
+        messages(socket)
+        monkeypatch.setattr(observations, "all", slowly)
+        server.tag(inspection_id, frame=20, code="BAB")
+        assert is_read.wait(20)
+        server.tag(inspection_id, frame=30, code="BBC")  # while the pins of the first are drawn
+        monkeypatch.setattr(observations, "all", read_all)
+        may_go_on.set()
+        until(socket, says("BBC"))

@@ -19,7 +19,7 @@ from app.viewer.geometry import (
 from app.viewer.pins import Pin, pin_under
 from app.viewer.trail import STEP_MM, Thinner
 from app.viewer.views import view_of
-from vo_core import Rig, wall_point
+from vo_core import Pose, Rig, wall_point
 
 PIPE = Section(radius_m=0.15, half_width_m=0.15)
 FLOOR = Section(radius_m=None, half_width_m=0.7)
@@ -70,7 +70,7 @@ def test_floor_is_hit_from_above_and_missed_beside() -> None:
 @pytest.mark.parametrize("shape", ["circular", "flat"])
 def test_click_through_the_camera_agrees_with_the_core(shape: str) -> None:
     rig = make_rig(shape=shape)
-    truth = wall_point(rig, (500.0, 100.0), x_mm=1000.0)
+    truth = wall_point(rig, (500.0, 100.0), Pose(x_mm=1000.0))
     # Down view, no turn: picture right is forward, picture down is the robot's right.
     ray = ((500.0 - 319.5) / 1194, (100.0 - 239.5) / 1194, 1.0)
     camera_z = (0.15 if shape == "circular" else 0.0) - 0.23

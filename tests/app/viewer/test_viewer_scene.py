@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import websockets.asyncio.server
 from viewer_client import Client, Served, is_sent, late_joiner, make_estimate, make_rig
 from viser._messages import RunJavascriptMessage
 from viser.infra._async_message_buffer import AsyncMessageBuffer
@@ -559,3 +560,8 @@ def test_start_that_takes_too_long_is_an_error(
             thread.join(START_LIMIT_S)
 
     assert not socket_path.exists()
+
+
+def test_other_websockets_are_left_alone_once_the_view_has_started(served: Served) -> None:
+    assert served.scene.is_open
+    assert websockets.asyncio.server.serve.__module__ == "websockets.asyncio.server"

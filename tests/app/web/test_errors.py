@@ -3,9 +3,10 @@ from pathlib import Path
 import pytest
 from builders import TOKEN, Client, LiveServer, assert_error
 
-from app.errors import STATUS
+from app.errors import code_of
 from app.main import create_app
 from app.settings import Settings
+from app.web.answers import STATUS
 
 
 def test_nothing_here_and_no_such_method_have_the_one_body(shared: Client) -> None:
@@ -53,5 +54,5 @@ def test_an_unforeseen_fault_is_told_plainly_and_the_server_goes_on(tmp_path: Pa
 
 
 def test_every_error_has_its_own_code() -> None:
-    codes = [code for _, code in STATUS.values()]
+    codes = [code_of(kind) for kind in STATUS]
     assert len(set(codes)) == len(codes)

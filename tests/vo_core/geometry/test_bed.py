@@ -5,12 +5,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from test_lattice import SEGMENT_MM, look, straight_track
 from textures import make_rig
+from tracks import SEGMENT_MM, look, straight_track
 
 from vo_core.errors import InvalidCorrection
 from vo_core.geometry.bed import DEPTH_MM, UNNOTICED_MM, Bed
-from vo_core.scale.correction import correct, rig_scale
+from vo_core.scale.correction import correct
+from vo_core.scale.evidence import rig_scale
 from vo_core.scale.proposal import propose
 
 RIG = make_rig(pipe={"segment_length_mm": SEGMENT_MM})

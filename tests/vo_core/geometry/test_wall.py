@@ -59,7 +59,7 @@ def test_a_wall_point_is_seen_where_its_ray_went_out(rig):
 
 
 def test_the_centre_of_a_camera_that_looks_down_is_the_invert_below_it():
-    point = wall_point(make_rig(), (319.5, 239.5), x_mm=500.0)
+    point = wall_point(make_rig(), (319.5, 239.5), Pose(x_mm=500.0))
     assert (point.distance_mm, point.arc_mm, point.clock_h) == pytest.approx((500.0, 0.0, 6.0))
 
 
@@ -81,7 +81,7 @@ def test_a_mount_turned_by_a_quarter_has_image_right_to_the_robots_right():
 
 
 def test_yaw_turns_forward_to_the_right():
-    assert wall_point(make_rig(), (639, 239.5), yaw_deg=10.0).arc_mm > 5
+    assert wall_point(make_rig(), (639, 239.5), Pose(yaw_rad=np.radians(10.0))).arc_mm > 5
 
 
 def test_nose_up_looks_ahead_and_right_side_down_looks_left():

@@ -5,10 +5,10 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from films import film
 from worlds import FRAME_S, World, floor_rig, glass, small_rig, speckle, stored
 
 from app.lab.simulation import SCENARIOS
-from app.lab.simulation.render import render
 from vo_core import Odometry, Pose
 from vo_core.geometry.rectify import Rectifier
 from vo_core.image.health import Health, HealthGauge, complaints, detail
@@ -21,7 +21,7 @@ def watch(rig, pictures):
     odometry, seen = Odometry(rig), []
     for n, picture in enumerate(pictures):
         odometry.step(picture, n * FRAME_S)
-        seen.append(odometry.health)
+        seen.append(odometry.measure_health())
     return seen
 
 
@@ -157,9 +157,8 @@ def test_detail_does_not_depend_on_contrast_noise_or_shading():
 )
 def test_the_rendered_scenarios_get_the_words_that_they_deserve(name, word):
     scenario = SCENARIOS[name]
-    pictures = [
-        frame.image for frame in render(scenario.shortened(1600 if name == "fast" else 900))
-    ]
+    length_mm = 1600 if name == "fast" else 900
+    pictures = [frame.image for frame in film(scenario.shortened(length_mm))]
     shares = said(watch(scenario.rig, pictures), begin=len(pictures) * 2 // 5)
     shares = {each: share for each, share in shares.items() if share > 0.1}
     assert set(shares) == ({word} if word else set())

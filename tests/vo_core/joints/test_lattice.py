@@ -4,33 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tracks import SEGMENT_MM, look, straight_track
 
-from vo_core import Track
 from vo_core.errors import InvalidCorrection
 from vo_core.joints.finder import Sighting, places_mm
 from vo_core.joints.lattice import count_joints
-
-SEGMENT_MM = 1500.0
-
-
-def straight_track(x_mm, sigma_mm=None):
-    """A track without errors of its own."""
-    count = len(x_mm)
-    zero = np.zeros(count)
-    return Track(
-        np.arange(count), np.arange(count) / 30, x_mm, zero, zero, x_mm,
-        zero if sigma_mm is None else sigma_mm, np.ones(count), np.array(["ok"] * count),
-        zero if sigma_mm is None else sigma_mm, zero, zero, zero,
-    )  # fmt: skip
-
-
-def look(track, at_mm):
-    """Sightings of rings at places by the track, one each time that the camera passes."""
-    found = []
-    for at in at_mm:
-        passes = np.flatnonzero(np.diff(np.sign(track.distance_mm - at)))
-        found += [Sighting(int(n), float(at - track.distance_mm[n]), 0.3, -0.3) for n in passes]
-    return found
 
 
 def pipe(rng, length_mm, *, scatter_mm, missing):

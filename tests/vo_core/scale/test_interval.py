@@ -4,10 +4,11 @@ from dataclasses import astuple
 
 import numpy as np
 import pytest
-from test_scale import SEGMENT_MM, TRUE_MM, make_track, ring
+from tracks import SEGMENT_MM, TRUE_MM, make_track, ring
 
 from vo_core.geometry.height import ScaleEffects
-from vo_core.scale.correction import KnownLength, correct, joint_spacing
+from vo_core.scale.correction import correct, joint_spacing
+from vo_core.scale.evidence import KnownLength
 from vo_core.scale.interval import interval_parts
 
 EFFECTS = ScaleEffects(height=0.008, focal=0.005, diameter=0.0, tilt=0.001)

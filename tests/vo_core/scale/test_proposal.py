@@ -4,12 +4,12 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from test_lattice import SEGMENT_MM, look, straight_track
 from textures import make_rig
+from tracks import SEGMENT_MM, look, straight_track
 
 from vo_core import Track
 from vo_core.errors import InvalidCorrection
-from vo_core.scale.correction import KnownLength
+from vo_core.scale.evidence import KnownLength
 from vo_core.scale.proposal import propose
 
 RIG = make_rig(pipe={"segment_length_mm": SEGMENT_MM})

@@ -4,40 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from films import film
 from textures import make_rig
+from tracks import SEGMENT_MM, TRUE_MM, make_track, ring
 
-from app.lab.simulation import SCENARIOS, render
+from app.lab.simulation import SCENARIOS
 from vo_core import Odometry, Track
 from vo_core.errors import InvalidCorrection
 from vo_core.geometry.height import implied_height
 from vo_core.joints.finder import JointFinder, Sighting
-from vo_core.scale.correction import (
-    JointSpacing,
-    KnownLength,
-    StatedScale,
-    correct,
-    joint_spacing,
-    zeroed,
-)
-
-SEGMENT_MM = 1500.0
-
-
-def make_track(distance_mm, sigma_mm, status=None):
-    count = len(distance_mm)
-    return Track(
-        frame=np.arange(count),
-        time_s=np.arange(count) / 30,
-        x_mm=distance_mm,
-        y_mm=np.sin(np.arange(count)),
-        yaw_deg=np.cos(np.arange(count)),
-        distance_mm=distance_mm,
-        sigma_distance_mm=sigma_mm,
-        quality=np.full(count, 0.9),
-        status=np.array(["ok"] * count if status is None else status),
-        sigma_registration_mm=sigma_mm,
-        **dict.fromkeys(("z_mm", "pitch_deg", "roll_deg"), np.zeros(count)),
-    )
+from vo_core.scale.correction import correct, joint_spacing, zeroed
+from vo_core.scale.evidence import JointSpacing, KnownLength, StatedScale
 
 
 def drifting(rng, true_mm, scale, walk_mm):
@@ -49,7 +26,6 @@ def drifting(rng, true_mm, scale, walk_mm):
     return make_track((true_mm - drift) / scale, sigma)
 
 
-TRUE_MM = np.linspace(0, 6000, 301)
 PERFECT = make_track(TRUE_MM / 1.01, np.zeros(301))
 
 
@@ -200,10 +176,6 @@ def test_a_contradiction_names_both_sides():
     assert "3.1 m ± 2 mm between frames 0 and 150" in str(told.value)
 
 
-def ring(track, at_mm, frame):
-    return Sighting(frame, float(at_mm - track.distance_mm[frame]), 0.2, -0.3)
-
-
 def test_joints_correct_scale_and_drift_and_their_scatter_is_told():
     rng = np.random.default_rng(3)
     true_mm = np.linspace(0, 30_000, 1501)
@@ -272,7 +244,7 @@ LONG = replace(
 
 @pytest.fixture(scope="module")
 def long_run():
-    return list(render(LONG))
+    return film(LONG)
 
 
 @pytest.mark.parametrize("factor", [0.99, 1.01])

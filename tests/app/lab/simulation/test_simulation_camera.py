@@ -1,13 +1,12 @@
 """The renderer's geometry against OpenCV's own projection, which it does not use."""
 
-import cv2
 import numpy as np
 import pytest
+from projection import project
 
-from app.lab.simulation.camera import REACH_MM, WallCaster, mount_rotation
-from app.lab.simulation.motion import Pose
+from app.lab.simulation.camera import REACH_MM, WallCaster
 from app.lab.simulation.scenario import Silt
-from vo_core.geometry.wall import wall_point
+from vo_core.geometry.wall import Pose, wall_point
 from vo_core.rig import Rig
 
 PINHOLE = {
@@ -35,46 +34,6 @@ RIGS = {
 def make_rig(name: str) -> Rig:
     camera, mount, pipe = RIGS[name]
     return Rig.parse({"camera": camera, "mount": mount, "pipe": pipe})
-
-
-def attitude(pose: Pose):
-    """R_z(yaw) R_y(pitch) R_x(roll) by OpenCV's rotation vectors."""
-    turns = ((0, 0, pose.yaw_rad), (0, pose.pitch_rad, 0), (pose.roll_rad, 0, 0))
-    about_z, about_y, about_x = (cv2.Rodrigues(np.array(turn, float))[0] for turn in turns)
-    return about_z @ about_y @ about_x
-
-
-def project(rig: Rig, pose: Pose, x_mm, arc_mm):
-    """Pixels of developed wall points, by OpenCV's forward models."""
-    camera = rig.camera
-    if rig.pipe.diameter_mm is None:
-        y_mm, z_mm = arc_mm, np.full_like(arc_mm, rig.mount.height_mm)
-        centre_z_mm = 0.0
-    else:
-        radius_mm = rig.pipe.diameter_mm / 2
-        y_mm = radius_mm * np.sin(arc_mm / radius_mm)
-        z_mm = radius_mm * np.cos(arc_mm / radius_mm)
-        centre_z_mm = radius_mm - rig.mount.height_mm
-    to_wall = np.stack(
-        [
-            x_mm - pose.x_mm,
-            y_mm - rig.mount.lateral_mm - pose.y_mm,
-            z_mm - centre_z_mm - pose.z_mm,
-        ],
-        axis=-1,
-    )
-    r_world_camera = attitude(pose) @ mount_rotation(rig.mount)
-    points = to_wall.reshape(-1, 1, 3) @ r_world_camera
-    still = np.zeros(3)
-    if camera.model == "fisheye":
-        distortion = np.array(camera.distortion or [0.0] * 4)
-        plane, _ = cv2.fisheye.projectPoints(points, still, still, np.eye(3), distortion)
-    else:
-        distortion = np.array(camera.distortion)
-        plane, _ = cv2.projectPoints(points, still, still, np.eye(3), distortion)
-    x, y = plane.reshape(-1, 2).T
-    u = camera.fx * x + camera.skew * y + camera.cx
-    return u, camera.fy * y + camera.cy
 
 
 POSES = {
@@ -109,7 +68,7 @@ def test_both_geometries_of_the_repository_agree(name):
     rig, pose = make_rig(name), Pose(x_mm=10.0, y_mm=5.0, yaw_rad=0.08)
     ahead_mm, arc_mm, _ = WallCaster(rig).cast(pose)
     for u, v in ((40, 30), (40, 210), (270, 30), (270, 210)):
-        point = wall_point(rig, (u, v), pose.x_mm, pose.y_mm, np.degrees(pose.yaw_rad))
+        point = wall_point(rig, (u, v), pose)
         assert point is not None
         ahead = np.clip(point.distance_mm - pose.x_mm, -REACH_MM, REACH_MM)
         assert ahead_mm[v, u] == pytest.approx(ahead, abs=1e-3)

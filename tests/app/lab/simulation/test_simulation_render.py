@@ -7,14 +7,13 @@ from itertools import islice, pairwise
 import cv2
 import numpy as np
 import pytest
+from projection import project
 from skimage import data
-from test_simulation_camera import project
 
 from app.lab.simulation import SCENARIOS, render
-from app.lab.simulation.motion import Pose
 from app.lab.simulation.scenario import NO_SILT, Shaking, Silt
 from app.lab.simulation.wall import PhotographNotAvailable
-from vo_core import Rig
+from vo_core import Pose, Rig
 
 
 def clean(name: str, **changes):

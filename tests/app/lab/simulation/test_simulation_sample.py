@@ -27,13 +27,13 @@ def test_each_tag_points_at_the_centre_of_its_defect():
     found = []
     for tag in tags(SAMPLE):
         pose = Trajectory(SAMPLE).pose(tag.frame / SAMPLE.frames_per_s)
-        point = wall_point(SAMPLE.rig, tag.pixel, pose.x_mm, pose.y_mm, np.degrees(pose.yaw_rad))
+        point = wall_point(SAMPLE.rig, tag.pixel, pose)
         found.append((round(point.distance_mm), round(point.arc_mm)))
     assert found == [(750, 70), (1500, -85), (3000, 100)]
 
 
 def test_a_shorter_sample_has_the_tags_that_its_camera_comes_to():
-    assert [tag.fields["code"] for tag in tags(SHORT)] == ["BAB"]
+    assert [tag.code for tag in tags(SHORT)] == ["BAB"]
     assert tags(SAMPLE.shortened(60)) == []
 
 

@@ -1,5 +1,4 @@
 import json
-import posixpath
 import re
 import stat
 from pathlib import Path
@@ -56,29 +55,30 @@ def test_the_log_in_page_and_all_that_it_loads_are_public(shared: Client) -> Non
 def test_the_files_of_a_page_are_kept_until_one_of_them_changes(
     shared: Client, tmp_path: Path
 ) -> None:
-    (named,) = re.findall(r'src="(/static/[^"]+/main.js)"', shared.get("/").text)
-    kept, asked = shared.get(named), shared.get("/static/main.js")
+    (named,) = re.findall(r'src="(/static/[^"]+/page.js)"', shared.get("/").text)
+    kept, asked = shared.get(named), shared.get("/static/page.js")
     assert kept.text == asked.text
     assert "immutable" in kept.headers["Cache-Control"]
     assert asked.headers["Cache-Control"] == "no-cache"
     tag = asked.headers["ETag"]
     assert tag.startswith('"')  # a strong one: the very bytes
-    assert shared.get("/static/main.js", headers={"If-None-Match": tag}).status_code == 304
+    assert shared.get("/static/page.js", headers={"If-None-Match": tag}).status_code == 304
     (tmp_path / "a.js").write_text("1")
     before = version_of(tmp_path)
     (tmp_path / "a.js").write_text("12")
     assert version_of(tmp_path) != before
 
 
-def test_a_page_names_every_module_that_it_needs_at_once(shared: Client) -> None:
-    page = shared.get("/").text
-    named = re.findall(r'rel="modulepreload" href="([^"]+)"', page)
-    assert len(named) == len(set(named)) > 100
-    for path in named:
-        script = shared.get(path)
-        assert script.status_code == 200, path
-        for imported in re.findall(r"^import .*?'(\.[^']+)'", script.text, re.M | re.S):
-            assert posixpath.normpath(f"{posixpath.dirname(path)}/{imported}") in named
+def test_a_page_names_two_files_that_hold_all_its_modules_and_style_sheets(shared: Client) -> None:
+    named = re.findall(r'(?:href|src)="(/static/[^"]+)"', shared.get("/").text)
+    kinds = {path: shared.get(path).headers["Content-Type"] for path in named}
+    assert [kind.partition(";")[0] for kind in kinds.values()] == [
+        "image/svg+xml",
+        "text/javascript",
+        "text/css",
+    ]
+    script = shared.get(named[1]).text
+    assert len(set(re.findall(r"^// ([\w./-]+\.js)$", script, re.MULTILINE))) > 100
 
 
 def test_a_token_is_exchanged_for_a_session_that_log_out_ends(shared: Client) -> None:

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from app.errors import UnusableDatabase
+from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
@@ -20,7 +21,6 @@ from app.storage.observations import ObservationStore
 from app.storage.packs import PackStore
 from app.storage.signing_key import SigningKey
 from app.storage.tables import Inspection
-from app.survey.checks import Checks
 from app.tracking.live import Live
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled

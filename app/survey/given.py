@@ -12,7 +12,7 @@ from app.survey.catalogue.header import LONGEST_TEXT, faults
 class Given(BaseModel):
     """Strict: JSON false is no number, NaN is none, unknown fields are refused."""
 
-    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
 
 
 # No control characters: names go into files, tables and logs.

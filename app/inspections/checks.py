@@ -1,0 +1,54 @@
+"""Runs the checks over an inspection as it stands."""
+
+from __future__ import annotations
+
+from app.inspections.corrections import Corrections
+from app.inspections.observations import Observations
+from app.inspections.packs import Packs
+from app.storage.files import Places
+from app.storage.inspections import InspectionStore
+from app.survey.checks import Case, Issue, run
+from app.survey.place import ObservationView
+from app.tracking.tracks import Tracks
+
+
+class Checks:
+    """Runs all rules over an inspection as it stands."""
+
+    def __init__(
+        self,
+        inspections: InspectionStore,
+        observations: Observations,
+        corrections: Corrections,
+        tracks: Tracks,
+        packs: Packs,
+        folder: Places,
+    ) -> None:
+        self._inspections = inspections
+        self._observations = observations
+        self._corrections = corrections
+        self._tracks = tracks
+        self._packs = packs
+        self._folder = folder
+
+    def run(self, inspection_id: str) -> list[Issue]:
+        """What blocks first, each kind in the order of the rules.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+        """
+        row = self._inspections.get(inspection_id)
+
+        def photo_is_there(view: ObservationView) -> bool:
+            return self._folder.photo(row.id, view.row.id, view.row.frame).exists()
+
+        case = Case(
+            header=row.header,
+            views=self._observations.all(inspection_id),
+            table=self._packs.table_of(row.header),
+            corrected=self._corrections.get(inspection_id),
+            track=self._corrections.track(inspection_id),
+            health=self._tracks.health(inspection_id).since(0),
+            photo_is_there=photo_is_there,
+        )
+        return run(case)

@@ -1,0 +1,330 @@
+"""Runs every method on every rendered scenario, and times it.
+
+Times are given as a multiple of one windowed `cv2.phaseCorrelate` of the same frames, measured
+between the steps of the method, so that a busy or slow machine slows both.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter
+from typing import Protocol
+
+import av
+import cv2
+import numpy as np
+
+from app.lab.evaluation import Evaluation, Truth, evaluate
+from app.lab.peers import PEERS
+from app.lab.simulation import SCENARIOS, Scenario, simulate
+from app.lab.simulation.motion import Trajectory
+from vo_core.errors import InvalidCorrection, InvalidRig
+from vo_core.joints.finder import JointFinder, Sighting
+from vo_core.odometry import Odometry
+from vo_core.paper import PaperOdometry
+from vo_core.rig import Rig
+from vo_core.scale.proposal import ScaleProposal, propose
+from vo_core.sources import VideoFile
+from vo_core.track import Estimate, Track
+from vo_core.types import Image
+
+LENGTH_MM = 2000.0
+"""Path of each scenario: the paper's method takes a tenth of a second for every frame."""
+
+QUICK_LENGTH_MM = 250.0
+QUICK_NAMES = ("nominal", "dirty_lens", "drop_outs", "large_sway", "wide_lens")
+FIELD_LENGTH_MM = 6000.0
+"""What the targets are for."""
+FIELD_NAMES = (
+    "nominal", "low_texture", "dirty_lens", "drop_outs", "network_jitter", "stop_dead", "bounce",
+    "climb", "rolling_shutter", "low_bit_rate",
+)  # fmt: skip
+"""What the field does to a film, one scenario of each kind."""
+
+WARM_UP_FRAMES = 10
+"""Left out of the times: caches fill, and the robot does not move yet."""
+
+
+class Method(Protocol):
+    """What is compared: one estimate a frame."""
+
+    def step(self, image: Image, t_s: float) -> Estimate:
+        """Take the next frame."""
+
+
+OURS = "chainage"
+METHODS: Mapping[str, Callable[[Rig], Method]] = {
+    OURS: Odometry,
+    "paper": PaperOdometry,
+    **PEERS,
+}
+OURS_ALONE: Mapping[str, Callable[[Rig], Method]] = {OURS: Odometry}
+
+Progress = Callable[[str, int, int], None]
+"""Takes what is done now in words, steps done and steps in all."""
+
+
+@dataclass(frozen=True)
+class StepTime:
+    """What one step costs on one OpenCV thread, without decoding and after the warm-up."""
+
+    ms: float
+    """Median."""
+    ms_p10: float
+    ms_p90: float
+    unit_ms: float
+    """Median of one windowed `cv2.phaseCorrelate` of the same frames."""
+
+    @property
+    def ratio(self) -> float:
+        """Of the medians."""
+        return self.ms / self.unit_ms
+
+
+@dataclass(frozen=True)
+class Joined:
+    """The last frame of a run that the joints have brought to scale."""
+
+    joints: int
+    """Different ones that were seen."""
+    error_percent: float
+    """Of the path."""
+    sigma_percent: float
+
+
+@dataclass(frozen=True)
+class WrongRig:
+    """The last frame of a run whose rig is wrong, or whose pipe is not clean."""
+
+    error_over_sigma: float
+    sigma_percent: float
+    """Of the path."""
+    registration_mm: float
+    joined: Joined | None
+    """None where the joints cannot be counted."""
+
+
+@dataclass(frozen=True)
+class BenchRow:
+    """One method on one scenario."""
+
+    scenario: str
+    method: str
+    evaluation: Evaluation
+    time: StepTime
+    wrong_rig: WrongRig | None = None
+    """Chainage only, where the rig is wrong."""
+
+
+@dataclass(frozen=True)
+class TrackTime:
+    """Wall time of the command `chainage track`, start of the process and writing included."""
+
+    frames: int
+    track_s: float
+    """Median."""
+    decode_s: float
+    """Of decoding the same file to grey, before each run of the command; median."""
+
+    @property
+    def ratio(self) -> float:
+        """Of the medians."""
+        return self.track_s / self.decode_s
+
+
+def all_scenarios(length_mm: float = LENGTH_MM) -> list[Scenario]:
+    """Every scenario that can be rendered here, over at most this path."""
+    return [one.shortened(length_mm) for one in SCENARIOS.values() if one.is_available]
+
+
+def quick_scenarios(length_mm: float = QUICK_LENGTH_MM) -> list[Scenario]:
+    """A few significant scenarios over a short path: less than two minutes of work."""
+    return [SCENARIOS[name].shortened(length_mm) for name in QUICK_NAMES]
+
+
+def field_scenarios(length_mm: float = FIELD_LENGTH_MM) -> list[Scenario]:
+    """Ten scenarios of the field over the path that the targets are for."""
+    return [SCENARIOS[name].shortened(length_mm) for name in FIELD_NAMES]
+
+
+def bench(
+    scenarios: Sequence[Scenario],
+    *,
+    methods: Mapping[str, Callable[[Rig], Method]] = METHODS,
+    on_progress: Progress | None = None,
+) -> list[BenchRow]:
+    """Render each scenario, run every method on its video file and compare with the truth.
+
+    A method that has no equations for the rig of a scenario has no row there.
+
+    Args:
+        scenarios: What to render.
+        methods: Name and maker of what is compared.
+        on_progress: Called after every frame; a frame counts one step for its rendering and one
+            for each method.
+    """
+    rows: list[BenchRow] = []
+    done = 0
+    steps = sum(Trajectory(scenario).frames for scenario in scenarios) * (1 + len(methods))
+
+    def count(what: str, frames: int = 1) -> None:
+        nonlocal done
+        done += frames
+        if on_progress is not None:
+            on_progress(what, done, steps)
+
+    for scenario in scenarios:
+        with TemporaryDirectory(prefix="chainage-bench-") as folder:
+            rendering = f"rendering {scenario.name}"
+            run = simulate(scenario, Path(folder), lambda *_, what=rendering: count(what))
+            truth = Truth.from_csv(run.truth.read_text(encoding="utf-8"))
+            for name, make in methods.items():
+                try:
+                    method = make(scenario.rig)
+                except InvalidRig:
+                    count(f"{name} cannot do {scenario.name}", len(truth))
+                    continue
+                finder = None
+                if name == OURS and scenario.is_stated_wrong:
+                    finder = JointFinder(scenario.rig)
+                estimates: list[Estimate] = []
+                times_ms: list[tuple[float, float]] = []
+                for image, estimate, step_ms, unit_ms in _timed_steps(method, run.video):
+                    estimates.append(estimate)
+                    times_ms.append((step_ms, unit_ms))
+                    if finder is not None:
+                        finder.add(image, estimate)
+                    count(f"{name} on {scenario.name}")
+                track = Track.from_estimates(estimates)
+                rows.append(
+                    BenchRow(
+                        scenario=scenario.name,
+                        method=name,
+                        evaluation=evaluate(track, truth),
+                        time=_step_time(times_ms[WARM_UP_FRAMES:]),
+                        wrong_rig=(
+                            None
+                            if finder is None
+                            else _wrong_rig(scenario.rig, track, truth, finder.finish())
+                        ),
+                    )
+                )
+    return rows
+
+
+def _wrong_rig(
+    rig: Rig, track: Track, truth: Truth, sightings: Sequence[Sighting]
+) -> WrongRig | None:
+    path_mm = float(np.abs(np.diff(truth.distance_mm)).sum())
+    if not path_mm:
+        return None
+    sigma_mm = float(track.sigma_distance_mm[-1])
+    error_mm = float(track.distance_mm[-1] - truth.distance_mm[-1])
+    return WrongRig(
+        error_over_sigma=abs(error_mm) / sigma_mm,
+        sigma_percent=100 * sigma_mm / path_mm,
+        registration_mm=float(track.sigma_registration_mm[-1]),
+        joined=_joined(rig, track, truth, sightings, path_mm),
+    )
+
+
+def _joined(
+    rig: Rig, track: Track, truth: Truth, sightings: Sequence[Sighting], path_mm: float
+) -> Joined | None:
+    proposal = by_joints(rig, track, sightings)
+    if proposal is None:
+        return None
+    joined = proposal.correction.track
+    error_mm = float(joined.distance_mm[-1] - truth.distance_mm[-1])
+    return Joined(
+        joints=proposal.joints,
+        error_percent=100 * error_mm / path_mm,
+        sigma_percent=100 * float(joined.sigma_distance_mm[-1]) / path_mm,
+    )
+
+
+def by_joints(rig: Rig, track: Track, sightings: Sequence[Sighting]) -> ScaleProposal | None:
+    """The scale by the joints that were seen; None where they cannot be counted."""
+    try:
+        return propose(track, sightings, rig)
+    except InvalidCorrection:
+        return None
+
+
+def _timed_steps(method: Method, video: Path) -> Iterator[tuple[Image, Estimate, float, float]]:
+    """Pictures and estimates of a video, the milliseconds of each step and those of the unit."""
+    with VideoFile(video) as frames, _one_opencv_thread():
+        window = cv2.createHanningWindow((frames.info.width, frames.info.height), cv2.CV_32F)
+        before = np.zeros(window.shape, np.float32)
+        for frame in frames:
+            start_s = perf_counter()
+            estimate = method.step(frame.image, frame.t_s)
+            step_ms = (perf_counter() - start_s) * 1000
+            now = frame.image.astype(np.float32)
+            # phaseCorrelate multiplies its inputs by the window in place.
+            inputs = before, now.copy()
+            start_s = perf_counter()
+            cv2.phaseCorrelate(*inputs, window)
+            unit_ms = (perf_counter() - start_s) * 1000
+            before = now
+            yield frame.image, estimate, step_ms, unit_ms
+
+
+def _step_time(times_ms: Sequence[tuple[float, float]]) -> StepTime:
+    steps_ms, units_ms = np.array(times_ms).T
+    p10, median, p90 = np.percentile(steps_ms, (10, 50, 90)).tolist()
+    return StepTime(ms=median, ms_p10=p10, ms_p90=p90, unit_ms=float(np.median(units_ms)))
+
+
+@contextmanager
+def _one_opencv_thread() -> Iterator[None]:
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)
+
+
+def time_track(
+    scenario: Scenario, repeats: int = 3, on_progress: Progress | None = None
+) -> TrackTime:
+    """Run `chainage track` on the file of a scenario, in turns with decoding it to grey."""
+    frames = Trajectory(scenario).frames
+    steps = frames + 2 * repeats
+
+    def count(what: str, done: int) -> None:
+        if on_progress is not None:
+            on_progress(what, done, steps)
+
+    track_s, decode_s = [], []
+    with TemporaryDirectory(prefix="chainage-bench-") as folder:
+        run = simulate(scenario, Path(folder), lambda done, _: count("rendering", done))
+        words = ["track", run.video, "--rig", run.rig, "--out", run.truth.with_name("track.csv")]
+        for repeat in range(repeats):
+            start_s = perf_counter()
+            _decode_to_grey(run.video)
+            decode_s.append(perf_counter() - start_s)
+            count("decoding", frames + 2 * repeat + 1)
+            start_s = perf_counter()
+            subprocess.run(  # noqa: S603 - this very program on a file that it made
+                [sys.executable, "-c", "from app.cli.main import main; main()", *map(str, words)],
+                check=True,
+                capture_output=True,
+            )
+            track_s.append(perf_counter() - start_s)
+            count("chainage track", frames + 2 * repeat + 2)
+    return TrackTime(frames, float(np.median(track_s)), float(np.median(decode_s)))
+
+
+def _decode_to_grey(video: Path) -> None:
+    """As anybody would write it."""
+    with av.open(str(video)) as container:
+        for frame in container.decode(video=0):
+            frame.to_ndarray(format="gray")

@@ -1,0 +1,142 @@
+"""What follows from what was stated about distances, in figures for people."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from app.survey.adjustment import Adjusted, Refusal
+from app.survey.interval import half_width_m
+from app.survey.notices import notices_of
+from app.survey.rounding import metres, rounded
+from app.survey.stated import Stated
+from app.survey.versions import version_of
+from vo_core.geometry.tilt import MountTilt
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """What was stated, what follows, and what is wrong with it."""
+
+    stated: Stated
+    adjusted: Adjusted | None
+    """None if it cannot be applied; by a part of what was stated if it once could."""
+    error: dict[str, str] | None
+    """Code and detail."""
+    refusal: Refusal | None = None
+    """The same for pages in other languages, where it can be said."""
+    tilt: MountTilt | None = None
+    """Of the mount against the rig, as far as the run has gone; None if it was not measured."""
+
+    @property
+    def version(self) -> str:
+        """Of what was stated."""
+        return version_of(self.stated.to_json())
+
+
+def reason_of(refusal: Refusal) -> dict[str, Any] | None:
+    """The name of a refusal and what changes in its sentence; None where it has none."""
+    if refusal.reason is None:
+        return None
+    return {"code": refusal.reason, "params": dict(refusal.values)}
+
+
+def result_of(corrected: Corrected) -> dict[str, Any] | None:
+    """What came out, in figures for people: metres of distance, mm of what is left."""
+    adjusted = corrected.adjusted
+    if adjusted is None:
+        return None
+    met = adjusted.distance_class()
+    if met is None:
+        return None
+    done, closure, height = adjusted.correction, adjusted.closure, adjusted.height
+    refusal = adjusted.joints_refusal
+    return {
+        "scale": _rounded(adjusted.scale, 6),
+        "scale_sigma": _rounded(adjusted.scale_sigma, 6),
+        "findings": [
+            {
+                "evidence": str(found.evidence),
+                "scale": _rounded(found.scale, 6),
+                "sigma": _rounded(found.sigma, 6),
+            }
+            for found in (done.findings if done else ())
+        ],
+        "residuals": [
+            {
+                "name": left.name,
+                "measured_m": _metres(left.measured_mm),
+                "residual_mm": _rounded(left.residual_mm, 2),
+            }
+            for left in adjusted.residuals()
+        ],
+        "joints": [
+            {
+                "number": joint.number,
+                "distance_m": _metres(joint.distance_mm),
+                "u95_m": half_width_m(joint.sigma_mm),
+                "residual_mm": _rounded(joint.residual_mm, 2),
+                "frame": joint.frame,
+                "is_marked": joint.is_marked,
+                "other_frames": list(joint.others),
+            }
+            for joint in adjusted.evidence
+        ],
+        "uncounted_marks": [
+            {"frame": mark.frame, "distance_m": _metres(mark.distance_mm)}
+            for mark in adjusted.uncounted_marks
+        ],
+        "expected_joints": [
+            {"number": joint.number, "distance_m": _metres(joint.distance_mm)}
+            for joint in adjusted.expected_joints
+        ],
+        "joints_refusal": None if refusal is None else refusal.sentence,
+        "joints_reason": None if refusal is None else reason_of(refusal),
+        "by_joints": _by_joints(adjusted),
+        "notices": [
+            {"code": notice.code, "params": notice.params}
+            for notice in notices_of(adjusted, corrected.tilt)
+        ],
+        "closure": None
+        if closure is None
+        else {
+            "known_length_m": _metres(closure.known_mm),
+            "measured_m": _metres(closure.measured_mm),
+            "residual_mm": _rounded(closure.residual_mm, 1),
+            "residual_percent": _rounded(closure.residual_percent, 3),
+            "sigma_mm": _rounded(closure.sigma_mm, 1),
+        },
+        "height": None
+        if height is None
+        else {
+            "height_mm": _rounded(height.height_mm, 2),
+            "sigma_mm": _rounded(height.sigma_mm, 2),
+        },
+        "distance_class": {
+            "percent": met.percent,
+            "half_width_m": met.half_width_m,
+            "residual_m": _metres(met.residual_mm),
+            "length_m": _metres(met.length_mm),
+        },
+    }
+
+
+def _by_joints(adjusted: Adjusted) -> dict[str, Any] | None:
+    """What the joints have done to the scale; None if they do not count."""
+    found = adjusted.by_joints
+    if found is None:
+        return None
+    return {
+        "joints": found.joints,
+        "scale": _rounded(found.scale, 4),
+        "sigma": _rounded(found.sigma, 4),
+        "lower_mm": _rounded(found.lower_mm, 3),
+    }
+
+
+def _metres(mm: float | None) -> float | None:
+    return None if mm is None else metres(mm)
+
+
+def _rounded(value: float | None, digits: int) -> float | None:
+    return None if value is None else rounded(float(value), digits)

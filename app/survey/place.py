@@ -1,0 +1,180 @@
+"""Where an observation is: derived from its frame and pixel, from the track and from the rig."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.survey.adjustment import Adjusted, NearJoint, Source
+from app.survey.interval import half_width_m
+from app.survey.records import Observation
+from app.survey.tag import Tag
+from app.survey.track_rows import estimate_at, is_unmeasured, wall_point_of
+from vo_core import Estimate, Pose, Rig, Track
+from vo_core.geometry.wall import camera_position, cast, clock_of, develop, robot_rays
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where an observation is: derived from frame, pixel, track and rig."""
+
+    distance_mm: float
+    """Corrected, of the wall point under the pixel; of the camera if there is no pixel."""
+    raw_mm: float
+    """The same as it was measured."""
+    u95_m: float | None
+    """Half of the 95 % interval; None where nobody knows: another program has measured it."""
+    source: Source
+    """What the distance rests on."""
+    time_s: float
+    wall: WallUnder | None
+    """The wall point, if there is a pixel that shows one."""
+    joint: NearJoint | None
+    """Within 200 mm."""
+
+    @property
+    def joint_no(self) -> int | None:
+        """Number of the joint; the first after the zero is 1."""
+        return self.joint.number if self.joint else None
+
+
+@dataclass(frozen=True)
+class ObservationView:
+    """An observation with its place, None until its frame is tracked."""
+
+    row: Observation
+    place: Place | None
+
+    @property
+    def at_joint(self) -> bool:
+        """As the file of an imported survey states, else by the joints that were seen."""
+        return bool(self.row.tag.at_joint) or (
+            self.place is not None and self.place.joint is not None
+        )
+
+    @property
+    def clock(self) -> int | None:
+        """Whole hour: what was entered, else what the pixel says."""
+        if self.row.tag.clock_from is not None:
+            return self.row.tag.clock_from
+        if self.place is None or self.place.wall is None or self.place.wall.clock_h is None:
+            return None
+        return round(self.place.wall.clock_h) % 12 or 12
+
+
+@dataclass(frozen=True)
+class WallUnder:
+    """The wall point that a pixel of a frame shows."""
+
+    distance_mm: float
+    """Corrected chainage."""
+    raw_mm: float
+    """As it was measured."""
+    clock_h: float | None
+    """Clock position in (0, 12]; None on a floor."""
+    lateral_mm: float
+    """World Y: to the right of the axis."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """The way of the camera: as it was measured, and how that is corrected."""
+
+    adjusted: Adjusted
+    raw: Track
+
+    @cached_property
+    def is_unmeasured(self) -> bool:
+        """Whether nobody knows how sure the distances are."""
+        return is_unmeasured(self.raw)
+
+    def estimates(self, frame: int) -> tuple[Estimate, Estimate] | None:
+        """Of a frame, the raw one and the corrected one; None where the track has not arrived."""
+        raw = estimate_at(self.raw, frame)
+        return None if raw is None else (raw, self.adjusted.estimate(raw))
+
+
+def wall_under(course: Course, frame: int, pixel: tuple[float, float]) -> WallUnder | None:
+    """By exact ray casting from the pose of the frame; None if not tracked or no wall is seen.
+
+    Rays are cast in the raw track, which is true to the rig that it was made with; what comes out
+    has its scale, and is corrected as the way is.
+    """
+    estimates, rig = course.estimates(frame), course.adjusted.rig
+    if estimates is None:
+        return None
+    raw, corrected = estimates
+    point = wall_point_of(rig, pixel, raw)
+    if point is None:
+        return None
+    if rig.pipe.diameter_mm is None:
+        lateral_mm = course.adjusted.scale * point.arc_mm
+    else:
+        radius_mm = rig.pipe.diameter_mm / 2
+        lateral_mm = radius_mm * math.sin(point.arc_mm / radius_mm)
+    ahead_mm = point.distance_mm - raw.x_mm
+    return WallUnder(
+        distance_mm=corrected.distance_mm + course.adjusted.scale * ahead_mm,
+        raw_mm=raw.distance_mm + ahead_mm,
+        clock_h=point.clock_h,
+        lateral_mm=lateral_mm,
+    )
+
+
+@dataclass(frozen=True)
+class WallGrid:
+    """Wall points of a grid of pixels at pose 0, from the camera; nan where none is seen."""
+
+    u_px: list[float]
+    v_px: list[float]
+    axial_mm: NDArray[np.float64]
+    """(rows, cols), as are the others."""
+    right_mm: NDArray[np.float64]
+    down_mm: NDArray[np.float64]
+    clock_h: NDArray[np.float64] | None
+    """None on a floor."""
+
+
+def wall_grid(rig: Rig, cols: int = 33, rows: int = 25) -> WallGrid:
+    """By exact ray casting."""
+    u_px = np.linspace(0, rig.camera.width - 1, cols)
+    v_px = np.linspace(0, rig.camera.height - 1, rows)
+    pixels = np.stack(np.meshgrid(u_px, v_px), axis=-1).reshape(-1, 2)
+    points = cast(rig, Pose(), robot_rays(rig, pixels))
+    clock_h = None
+    if rig.pipe.diameter_mm is not None:
+        phis_rad = develop(rig, points)[:, 1] / (rig.pipe.diameter_mm / 2)
+        clock_h = np.array([clock_of(phi) for phi in phis_rad]).reshape(rows, cols)
+    beside_mm = points - camera_position(rig, Pose())
+    return WallGrid(
+        u_px.tolist(),
+        v_px.tolist(),
+        points[:, 0].reshape(rows, cols),
+        beside_mm[:, 1].reshape(rows, cols),
+        beside_mm[:, 2].reshape(rows, cols),
+        clock_h,
+    )
+
+
+def place_of(course: Course, tag: Tag) -> Place | None:
+    """Of a tag; None until its frame is tracked."""
+    estimates = course.estimates(tag.frame)
+    if estimates is None:
+        return None
+    raw, corrected = estimates
+    pixel = tag.pixel
+    wall = wall_under(course, tag.frame, (pixel[0], pixel[1])) if pixel else None
+    distance_mm = wall.distance_mm if wall else corrected.distance_mm
+    return Place(
+        distance_mm=distance_mm,
+        raw_mm=wall.raw_mm if wall else raw.distance_mm,
+        u95_m=None if course.is_unmeasured else half_width_m(corrected.sigma_distance_mm),
+        source="typed" if course.is_unmeasured else course.adjusted.source,
+        time_s=raw.time_s,
+        wall=wall,
+        joint=None if course.is_unmeasured else course.adjusted.joint_near(distance_mm),
+    )

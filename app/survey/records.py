@@ -1,0 +1,72 @@
+"""What is kept of an inspection: its observations, and every change as an event."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any
+
+from app.survey.tag import StatedTag
+
+RESCALED = "rescaled"
+"""The action of an event that Chainage itself has caused: joints have changed the scale."""
+RIG_CHANGED = "rig_changed"
+"""The action of an event: tracked again with another rig."""
+BROUGHT_IN = "imported"
+"""The action of an event: an inspection of another server came to this one, as it was."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Observation:
+    """A defect or a note, anchored to a frame and a pixel; its distance is never stored."""
+
+    inspection_id: str
+    id: str
+    """UUID made by the client, so that a repeated PUT is the same observation."""
+    seq: int
+    """1, 2, ... within the inspection; never used twice."""
+    tag: StatedTag
+    photo_frame: int | None = None
+    """The frame that the photo shows; None while there is none."""
+    photo_sha256: str | None = None
+    photo_error: str | None = None
+    """Why there is no photo, or why that of an import is not here."""
+    created_at: datetime
+    created_by: str
+    edited_at: datetime | None = None
+    edited_by: str | None = None
+    deleted_at: datetime | None = None
+
+    @property
+    def frame(self) -> int:
+        """Row of the track, and number of the picture in the film."""
+        return self.tag.frame
+
+    @property
+    def is_photographed(self) -> bool:
+        """Whether there is a photo of its frame, here or where it was exported."""
+        return self.photo_frame == self.frame
+
+    @property
+    def has_photo(self) -> bool:
+        """Whether that photo is here."""
+        return self.is_photographed and self.photo_error is None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Event:
+    """Who changed what, when, from what to what; never changed or deleted."""
+
+    id: int = 0
+    """Rises with time; 0 until it is stored."""
+    inspection_id: str
+    observation_id: str | None = None
+    """None if it is about the inspection."""
+    action: str
+    who: str
+    at: datetime
+    before: Mapping[str, Any] | None = None
+    after: Mapping[str, Any] | None = None
+    remark: str | None = None
+    """Why, in the words of who did it."""

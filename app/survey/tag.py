@@ -1,0 +1,61 @@
+"""A tag: what a person states about a defect or a note, anchored to a frame and a pixel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import Field, StringConstraints
+
+from app.survey.given import LINE, TEXT, Clock, CodeName, Frame, Given, Letter, Pixel
+
+LONGEST_IMPORTED_REMARK = 40_000
+"""Characters; other programs have longer remarks than a person may enter here."""
+
+_Quantity = Annotated[float, Field(ge=-1e6, le=1e6)]
+
+
+class Tag(Given):
+    """What a person enters; everything else is derived. Only `frame` is needed: tag first."""
+
+    frame: Frame
+    pixel: Pixel | None = Field(
+        None, description="[u, v] of the wall point; without it the camera's distance counts."
+    )
+    code: CodeName | None = None
+    char1: Letter | None = None
+    char2: Letter | None = None
+    quant1: _Quantity | None = None
+    quant2: _Quantity | None = None
+    clock_from: Clock | None = None
+    clock_to: Clock | None = None
+    severity: Annotated[int, Field(ge=0, le=5)] | None = Field(
+        None, description="0 note, 1 as new, 2 slight, 3 watch, 4 plan repair, 5 act now."
+    )
+    continuous: Annotated[str, StringConstraints(pattern=r"^[ABC][1-9][0-9]{0,2}$")] | None = Field(
+        None, description="Of a stretch: A1 starts, C1 changes, B1 finishes number 1."
+    )
+    remark: Annotated[str, StringConstraints(max_length=4000, pattern=TEXT)] | None = None
+
+
+class StatedTag(Tag):
+    """A tag as it is kept: with what only the file of an imported survey states."""
+
+    remark: (
+        Annotated[str, StringConstraints(max_length=LONGEST_IMPORTED_REMARK, pattern=TEXT)] | None
+    ) = None
+    at_joint: bool | None = None
+    photo_name: Annotated[str, StringConstraints(max_length=255, pattern=LINE)] | None = None
+
+    @classmethod
+    def kept(cls, fields: Mapping[str, Any]) -> StatedTag:
+        """Of fields that were checked when they were accepted; nothing is checked again."""
+        return cls.model_construct(**fields)
+
+    def to_json(self) -> dict[str, Any]:
+        """Only what is stated, in the order of the fields, as it is stored and exported."""
+        return {
+            name: value
+            for name in type(self).model_fields
+            if (value := getattr(self, name)) is not None
+        }

@@ -1,0 +1,62 @@
+"""Columns of numbers that grow at their end, while others read what is there already."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+_FIRST_ROWS = 256
+
+
+class GrowingColumns:
+    """Named columns of equal length.
+
+    Rows are only ever added, behind those that a view shows, so a view needs no copy: it stays as
+    it is.  Whoever adds rows keeps others from doing so at the same time.
+    """
+
+    def __init__(self, dtypes: Mapping[str, DTypeLike]) -> None:
+        self._columns: dict[str, NDArray[Any]] = {
+            name: np.empty(_FIRST_ROWS, dtype) for name, dtype in dtypes.items()
+        }
+        self._rows = 0
+
+    def __len__(self) -> int:
+        return self._rows
+
+    def extend(self, rows: int, columns: Mapping[str, Sequence[Any] | NDArray[Any]]) -> None:
+        """Add so many rows, given as a sequence of that length for each column."""
+        end = self._rows + rows
+        self._make_room(end)
+        for name, column in self._columns.items():
+            column[self._rows : end] = columns[name]
+        self._rows = end
+
+    def view(self, name: str) -> NDArray[Any]:
+        """One column as far as it is, read-only."""
+        view = self._columns[name][: self._rows]
+        view.flags.writeable = False
+        return view
+
+    def views(self) -> dict[str, NDArray[Any]]:
+        """All columns as far as they are, read-only."""
+        return {name: self.view(name) for name in self._columns}
+
+    def copy(self) -> GrowingColumns:
+        """The same rows, to which others may be added; what is shared is never changed."""
+        same = GrowingColumns({})
+        same._columns, same._rows = self.views(), self._rows
+        return same
+
+    def _make_room(self, rows: int) -> None:
+        """Twice as much whenever it is used up; what views show stays in the old place."""
+        room = len(next(iter(self._columns.values())))
+        if rows <= room:
+            return
+        for name, column in self._columns.items():
+            wider = np.empty(max(rows, 2 * room), column.dtype)
+            wider[: self._rows] = column[: self._rows]
+            self._columns[name] = wider

@@ -1,0 +1,82 @@
+"""The scripts and the style sheets of the page, each kind as one answer.
+
+In the tree every module and every style sheet is a file of its own.  A first visit that asked for
+each of them would need two hundred requests, so the server puts them together: the modules in the
+order in which a browser would run them, each in a function of its own, so that what one module
+calls `icon` stays its own.  The modules have two forms of import and one of export, and none
+imports in a circle; tests/app/web/test_bundles.py sees to that.
+"""
+
+from __future__ import annotations
+
+import posixpath
+import re
+from pathlib import Path
+
+_IMPORT = re.compile(r"^import (?:\{([^}]*)\} from )?'(\.[^']+)';$", re.MULTILINE)
+_EXPORT = re.compile(r"^export (?=(?:async function|function\*?|class|const) (\w+))", re.MULTILINE)
+_IMPORT_LATER = re.compile(r"(?<=\bimport\()([`'])(\.\.?/[^`'$]*)")
+"""What a module fetches while it runs, relative to itself."""
+_STYLE_SHEET = re.compile(r' *<link rel="stylesheet" href="/static/([^"]+)" />\n')
+
+
+def script_of(folder: Path, first: str) -> str:
+    """The module `first` of a folder and all that it imports, as one module in that folder."""
+    modules = _in_order(folder, first)
+    numbers = {name: number for number, name in enumerate(modules)}
+    return "".join(
+        f"// {name}\nconst module{number} = await (async () => {{\n"
+        f"{_body(name, modules[name], numbers)}}})();\n"
+        for name, number in numbers.items()
+    )
+
+
+def style_of(folder: Path, shell: str) -> str:
+    """The style sheets that a page asks for, as one."""
+    sheets = _STYLE_SHEET.findall(shell)
+    return "\n".join(f"/* {name} */\n{(folder / name).read_text('utf-8')}" for name in sheets)
+
+
+def with_bundles(shell: str, first: str, *, script: str, style: str) -> str:
+    """A page that asks for the two bundles in place of their parts."""
+    linked = _STYLE_SHEET.sub("", shell)
+    link = f'    <link rel="stylesheet" href="/static/{style}" />\n  </head>'
+    return linked.replace(f"/static/{first}", f"/static/{script}").replace("  </head>", link, 1)
+
+
+def _in_order(folder: Path, first: str) -> dict[str, str]:
+    """The text of each module, by name, in the order in which they run."""
+    found: dict[str, str] = {}
+
+    def visit(name: str) -> None:
+        if name in found:
+            return
+        text = (folder / name).read_text("utf-8")
+        for _, imported in _IMPORT.findall(text):
+            visit(_resolved(name, imported))
+        found[name] = text
+
+    visit(first)
+    return found
+
+
+def _resolved(name: str, imported: str) -> str:
+    """The name of what a module imports, from the folder that all are in."""
+    return posixpath.normpath(posixpath.join(posixpath.dirname(name), imported))
+
+
+def _body(name: str, text: str, numbers: dict[str, int]) -> str:
+    def taken(statement: re.Match[str]) -> str:
+        names, imported = statement.groups()
+        if names is None:
+            return ""
+        fields = re.sub(r"\b(\w+) as (\w+)\b", r"\1: \2", names)
+        return f"const {{{fields}}} = module{numbers[_resolved(name, imported)]};"
+
+    def fetched(statement: re.Match[str]) -> str:
+        quote, imported = statement.groups()
+        return f"{quote}./{_resolved(name, imported)}{'/' if imported.endswith('/') else ''}"
+
+    given = ", ".join(_EXPORT.findall(text))
+    inside = _IMPORT_LATER.sub(fetched, _EXPORT.sub("", _IMPORT.sub(taken, text)))
+    return f"{inside}return {{ {given} }};\n"

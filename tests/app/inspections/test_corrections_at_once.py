@@ -1,0 +1,113 @@
+"""Two who state something about the same distances at once: nothing of it is lost."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing
+from datetime import UTC, datetime
+from pathlib import Path
+
+import msgspec
+import pytest
+from builders import clip_rig
+from reports import track_of
+
+from app.errors import ChangedMeanwhile
+from app.inspections.corrections import Corrections
+from app.storage.database import Database
+from app.storage.files import DataFolder, Places
+from app.storage.inspections import InspectionStore, Rescaling
+from app.storage.tables import Inspection
+from app.survey.stated import Joints, RigSigma, Stated, Zero
+from app.survey.track_rows import estimate_at
+from app.tracking.live import Live
+from app.tracking.tracks import Tracks
+
+ID = "a" * 32
+BY_ALI = Stated(rig_sigma=RigSigma(1.0, 2.0))
+ROWS = 20
+RAW = track_of(1.0, ROWS)
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[InspectionStore]:
+    folder = DataFolder(tmp_path, reserve_bytes=0)
+    with closing(folder), closing(Database(folder.database)) as database:
+        now = datetime.now(UTC)
+        row = Inspection(
+            id=ID, name="A run", status="done", rig=clip_rig(), header={}, source_kind="upload",
+            source_filename="a.mp4", source_size=1, source_sha256="0" * 64, video_file="video.mp4",
+            video={}, frames_done=ROWS, created_at=now, queued_at=now,
+        )  # fmt: skip
+        store = InspectionStore(database)
+        store.add(row, "Ali")
+        folder.inspection(ID).mkdir(parents=True)
+        yield store
+
+
+@pytest.fixture
+def corrections(store: InspectionStore, tmp_path: Path) -> Corrections:
+    tracks = Tracks(Places(tmp_path))
+    tracks.begin(ID)
+    tracks.append(ID, (estimate_at(RAW, n) for n in range(ROWS)))
+    return Corrections(store, tracks, Live())
+
+
+def with_zero(stated: Stated) -> Stated:
+    return msgspec.structs.replace(stated, zero=Zero(3, 1.5))
+
+
+def test_what_others_state_while_one_value_is_changed_stays(corrections: Corrections) -> None:
+    interrupted: list[Stated] = []
+
+    def change(stated: Stated) -> Stated:
+        if not interrupted:
+            corrections.put(ID, BY_ALI, None, "Ali")
+        interrupted.append(stated)
+        return with_zero(stated)
+
+    corrected = corrections.change(ID, change, None, "Meter counter")
+    assert corrected.stated == with_zero(BY_ALI)
+    assert corrections.get(ID).stated == with_zero(BY_ALI)
+    assert interrupted == [Stated(), BY_ALI]
+
+
+def test_who_is_never_fast_enough_is_refused(corrections: Corrections) -> None:
+    tries: list[Stated] = []
+
+    def change(stated: Stated) -> Stated:
+        tries.append(stated)
+        corrections.put(ID, Stated(rig_sigma=RigSigma(float(len(tries)), 0.0)), None, "Ali")
+        return with_zero(stated)
+
+    with pytest.raises(ChangedMeanwhile):
+        corrections.change(ID, change, None, "Meter counter")
+    assert len(tries) == 5
+    assert corrections.get(ID).stated.zero is None
+
+
+def test_a_change_of_another_version_is_refused_with_both(corrections: Corrections) -> None:
+    before = corrections.get(ID)
+    corrections.put(ID, BY_ALI, None, "Ali", replaces=before.version)
+    with pytest.raises(ChangedMeanwhile) as refused:
+        corrections.put(ID, with_zero(Stated()), None, "Siti", replaces=before.version)
+    assert refused.value.current == BY_ALI.to_json()
+    assert refused.value.yours == with_zero(Stated()).to_json()
+    assert corrections.get(ID).stated == BY_ALI
+
+
+def test_a_scale_that_was_found_does_not_hide_what_is_stated_meanwhile(
+    corrections: Corrections, store: InspectionStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    corrections.newest(ID)
+    rescale, off = store.rescale, Stated(joints=Joints(use=False))
+
+    def late(inspection_id: str, change: Rescaling, revision: int) -> int | None:
+        corrections.put(ID, off, None, "Ali")
+        return rescale(inspection_id, change, revision)
+
+    monkeypatch.setattr(store, "rescale", late)
+    change = Rescaling("joints", None, {"scale": 1.1}, "1 joint")
+    assert not corrections.rescaled(ID, change)
+    assert corrections.get(ID).stated == off
+    assert store.last_rescaled(ID) is None
