@@ -32,6 +32,8 @@ addEventListener('error', ({ error, message }) => toastError(error ?? new Error(
 
 document.documentElement.classList.toggle('without-single-keys', !isKeyOn('a'));
 const [, name] = PAGES.find(([pattern]) => pattern.test(location.pathname)) ?? PAGES[0];
+// For style sheets: `:has()` on the root would look through the whole page at every change of a text.
+document.documentElement.dataset.page = name;
 const page = document.createElement(name);
 page.inspectionId = location.pathname.split('/')[2];
 document.querySelector('.skip').textContent = t('page.skip');

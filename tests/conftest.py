@@ -19,8 +19,8 @@ from playwright.sync_api import Browser, sync_playwright
 # Two test processes share two cores; the threads of OpenCV would wait for each other busily.
 cv2.setNumThreads(1)
 
-# Every server and child of a test imports the product again.  Where the environment asks for no
-# bytecode, each would compile all of it anew.
+# A browser test imports the product again in every server and child.  Where the environment asks
+# for no bytecode, each would compile all of it anew.
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 

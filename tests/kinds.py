@@ -25,10 +25,10 @@ SERVER = {
 """Fixtures, and names in a test file, that are a server or another process."""
 
 RENDER = {
-    "render", "simulate", "World", "Studio", "WallCaster", "run_trials", "make_clip",
-    "texture", "pair",
+    "render", "simulate", "film", "follow", "texture", "pair", "Odometry", "time_track",
+    "run_trials", "World", "Studio", "WallCaster", "make_clip",
 }  # fmt: skip
-"""Names in a test file that make pictures of a wall."""
+"""Names in a test file that make pictures of a wall, or track them."""
 
 
 _STARTS = {"subprocess.Popen", "os.posix_spawn", "os.fork", "os.exec", "socket.bind"}

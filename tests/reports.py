@@ -103,6 +103,11 @@ def entry(seq: int, photos: Path | None = None, **fields: Any) -> Entry:
     return Entry(**defaults | fields)
 
 
+def remarked(entry: Entry, remark: str) -> Entry:
+    """The same with another remark."""
+    return replace(entry, tag=entry.tag.model_copy(update={"remark": remark}))
+
+
 def photo(folder: Path, seq: int, asset: str = "CUL-0041") -> Photo:
     """A JPEG of 640x480 with its number in it."""
     picture = np.full((480, 640, 3), (90, 100, 110), np.uint8)

@@ -57,6 +57,10 @@ class Estimate:
         yaw, pitch, roll = (math.radians(a) for a in (self.yaw_deg, self.pitch_deg, self.roll_deg))
         return Pose(self.distance_mm, self.y_mm, yaw, self.z_mm, pitch, roll)
 
+    def variance_since(self, before: Estimate) -> float:
+        """Variance that registration and bridging have added since an estimate, mm^2."""
+        return self.sigma_registration_mm**2 - before.sigma_registration_mm**2
+
 
 COLUMNS = tuple(field.name for field in fields(Estimate))
 _OF_OLD = COLUMNS[: COLUMNS.index("status") + 1]
@@ -68,7 +72,7 @@ _ROW = np.dtype(
         for name in COLUMNS
     ]
 )
-"""A line of a file; a status is cut to one character more than any of them has."""
+"""One line of a file; a status is cut to one character more than the longest allowed one."""
 
 _DECIMALS = {
     "time_s": 6, "x_mm": 4, "y_mm": 4, "yaw_deg": 5,
@@ -142,9 +146,9 @@ class Track:
 
     @classmethod
     def _of_sound_file(cls, text: str) -> Track | None:
-        """Read as columns, which is quicker; None of a file that is not just as `to_csv` makes it.
+        """Read the columns at once; None if the file is not exactly as `to_csv` writes it.
 
-        Numbers of a long track are then parsed by numpy, in a thirtieth of the time.
+        Numpy parses the numbers of a long track in a thirtieth of the time.
         """
         lines = text.splitlines()
         begin = next((n for n, line in enumerate(lines) if line[:1] != "#"), len(lines))

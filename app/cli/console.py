@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeRemainingColumn,
+)
+from rich.table import Table
 
 # No markup: names of files and values out of them hold brackets.
 out = Console(markup=False, highlight=False, soft_wrap=True)
@@ -28,3 +39,36 @@ def require_folder(file: Path, option: str) -> None:
     """Known now, not after an hour of work."""
     if not file.parent.is_dir():
         raise typer.BadParameter(f"there is no folder {file.parent}", param_hint=option)
+
+
+def require_picture(file: Path, option: str) -> None:
+    """Known now, not after an hour of work: the folder, and a form that can be drawn."""
+    require_folder(file, option)
+    if file.suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise typer.BadParameter(f"{file.name} is not .png, .pdf or .svg", param_hint=option)
+
+
+def print_rows(rows: Iterable[tuple[str, str]], title: str | None = None) -> None:
+    """Names and values in two columns."""
+    table = Table(show_header=False, box=None, title=title, title_justify="left")
+    for name, value in rows:
+        table.add_row(name, value)
+    out.print(table)
+
+
+@contextmanager
+def progress_bar() -> Iterator[Progress]:
+    """A bar on standard error while the block runs."""
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=err) as progress:
+        yield progress
+
+
+def advance(progress: Progress, task: TaskID, done: int, total: int | None) -> None:
+    """Show the task with this much done."""
+    progress.update(task, completed=done, total=total, visible=True)

@@ -31,8 +31,12 @@ class Checks:
         self._packs = packs
         self._folder = folder
 
-    def run(self, inspection_id: str) -> list[Issue]:
+    def run(self, inspection_id: str, views: list[ObservationView] | None = None) -> list[Issue]:
         """What blocks first, each kind in the order of the rules.
+
+        Args:
+            inspection_id: Of any state.
+            views: Its observations, where they have just been listed.
 
         Raises:
             InspectionNotFound: There is none of this id.
@@ -44,11 +48,11 @@ class Checks:
 
         case = Case(
             header=row.header,
-            views=self._observations.all(inspection_id),
+            views=self._observations.all(inspection_id) if views is None else views,
             table=self._packs.table_of(row.header),
             corrected=self._corrections.get(inspection_id),
             track=self._corrections.track(inspection_id),
-            health=self._tracks.health(inspection_id).since(0),
+            health=self._tracks.health(inspection_id).columns(),
             photo_is_there=photo_is_there,
         )
         return run(case)

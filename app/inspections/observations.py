@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import logging
+import threading
 from functools import lru_cache
+
+from cachetools import LRUCache
 
 from app.errors import (
     FrameNotFound,
@@ -35,6 +38,9 @@ from vo_core import Rig
 
 logger = logging.getLogger(__name__)
 
+_COURSES_KEPT = 8
+"""With the places of their observations."""
+
 
 class Observations:
     """Put, list, delete, restore."""
@@ -52,6 +58,9 @@ class Observations:
         self._tracks = tracks
         self._corrections = corrections
         self._live = live
+        self._lock = threading.Lock()
+        """Guards the next."""
+        self._courses: LRUCache[str, Course] = LRUCache(_COURSES_KEPT)
 
     def put(self, inspection_id: str, observation_id: str, tag: Tag, who: str) -> None:
         """Create or replace an observation; it is committed and synced when this returns.
@@ -124,7 +133,7 @@ class Observations:
 
     def next_stretch(self, inspection_id: str) -> int:
         """The first number of a stretch that was never used."""
-        return next_stretch_number(self._store.listed_with_deleted(inspection_id))
+        return next_stretch_number(self._store.stretch_marks(inspection_id))
 
     def events(self, inspection_id: str, observation_id: str | None = None) -> list[Event]:
         """Everything that was done to the inspection or to one observation, oldest first.
@@ -138,7 +147,13 @@ class Observations:
     def _course(self, inspection_id: str) -> Course:
         """Everything that places are derived from, as it is now."""
         adjusted = self._corrections.adjusted(inspection_id)
-        return Course(adjusted, self._tracks.get(inspection_id))
+        raw = self._tracks.get(inspection_id)
+        with self._lock:
+            known = self._courses.get(inspection_id)
+            # While a run goes on its rows are added to, and those that are there stay.
+            places = known.places if known is not None and known.adjusted is adjusted else {}
+            course = self._courses[inspection_id] = Course(adjusted, raw, places)
+        return course
 
 
 def rig_of(inspection: Inspection) -> Rig:

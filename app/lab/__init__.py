@@ -1,1 +1,1 @@
-"""What is measured away from the field: rendered culverts, peers, accuracy, calibration."""
+"""Measurements in the laboratory: rendered culverts, peers, accuracy, calibration."""

@@ -52,13 +52,15 @@ def _extent(low_high: tuple[float, float]) -> str:
 def plot(field: DisplacementField, title: str, file: Path) -> None:
     """Draw the displacement field in the manner of the paper's figures 2, 3 and 4.
 
-    On the left the wall points with the displacement of their pixels; on the right its two parts
-    around the pipe, a line for points that lie equally far along it.
+    On the left are the wall points with the displacement of their pixels; on the right are its two
+    components around the pipe, one line for each axial position.
 
     Args:
+        field: The displacement.
+        title: Title of the figure.
         file: Where the picture goes; its suffix decides the format (.png, .pdf, .svg).
     """
-    # Only this function draws; whoever does not plot does not wait for matplotlib.
+    # matplotlib is imported only for plots.
     from matplotlib import colormaps
     from matplotlib.figure import Figure
 
@@ -90,7 +92,7 @@ def plot(field: DisplacementField, title: str, file: Path) -> None:
             label = f"{round(axial_mm)} mm along"
             axes[name].plot(arc_mm, field.exact_px[:, column, part], color=colour, label=label)
             axes[name].plot(arc_mm, field.derivative_px[:, column, part], ".", ms=3, color=colour)
-        axes[name].axhline(0, color="0.7", lw=1)  # the scale: how uneven it is against its size
+        axes[name].axhline(0, color="0.7", lw=1)  # 0 shows the scale of the unevenness
         axes[name].set(
             title=f"d{name}: exact (lines), total derivative (dots)",
             xlabel="around the pipe (mm)",

@@ -1,7 +1,7 @@
-"""How well a track fits the truth: errors without any alignment, and whether its sigma is honest.
+"""Compares a track with the truth: errors without any alignment, and the coverage of its sigma.
 
-Track and truth both start at (0, 0, 0).  Nothing is shifted, turned or scaled to fit, because that
-would hide the error that matters most, the scale.
+Track and truth both start at (0, 0, 0).  Nothing is shifted, rotated or scaled to fit, because that
+would hide the most important error, the scale.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 from vo_core.errors import InvalidTrack
 from vo_core.track import Track
 
-if TYPE_CHECKING:  # whoever does not plot does not wait for matplotlib
+if TYPE_CHECKING:  # matplotlib is imported only for plots
     from matplotlib.axes import Axes
 
 RPE_STEP_MM = 500.0
 """Length of path over which the relative error is taken."""
 
 _ROUNDING_MM = 1e-3
-"""Files round their numbers; an error below this is none."""
+"""Rounding of the files; smaller errors count as 0."""
 
 _Column = NDArray[np.float64]
 _Parsed = TypeVar("_Parsed")
@@ -42,7 +42,7 @@ class Truth:
     yaw_deg: _Column
     distance_mm: _Column
     z_mm: _Column | None = None
-    """Like the next two: None in files of old, whose camera keeps its height and is not tilted."""
+    """None in older files, whose camera keeps its height and is not tilted; so are the next two."""
     pitch_deg: _Column | None = None
     roll_deg: _Column | None = None
 
@@ -54,7 +54,7 @@ class Truth:
         """Read truth.csv as `simulate` writes it; lines that start with # are skipped.
 
         Raises:
-            InvalidTrack: A column is missing, a value is no number, or there is no row.
+            InvalidTrack: A column is missing, a value is not a number, or there are no rows.
         """
         reader = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
         found = set(reader.fieldnames or ())
@@ -83,7 +83,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Errors:
-    """Track minus truth in the frames that both have, columns each (N,), in their order."""
+    """Track minus truth in the common frames, as columns, each (N,)."""
 
     time_s: _Column
     distance_mm: _Column
@@ -91,29 +91,30 @@ class Errors:
     """Distance of (x, y) from the truth."""
     yaw_deg: _Column
     sigma_mm: _Column
-    """Of the distance, as the track states it."""
+    """Sigma of the distance, as the track states it."""
     sigma_registration_mm: _Column
-    """The part of it without the rig's tolerances."""
+    """The part of sigma without the rig's tolerances."""
 
 
 @dataclass(frozen=True)
 class DisplacementError:
-    """The distance error over all frames of one run or of several."""
+    """Statistics of the distance error over all frames of one or several runs."""
 
     mean_error_mm: float
     sd_error_mm: float
     variance_error_mm2: float
-    """As the paper states it for its figure 9."""
+    """Variance, as in the paper's figure 9."""
     max_error_mm: float
-    """Largest size of the error on the way."""
+    """Largest error in any frame, either sign."""
     coverage: float
     """Share of frames whose error is within three sigma."""
     error_over_sigma: float | None
     """Median of |error| / sigma; None if no frame states a sigma."""
     nees: float | None
-    """Mean of (error / sigma)^2: 1 for honest independent errors."""
+    """Mean of (error / sigma)^2, which is 1 for correctly stated independent errors."""
     registration_coverage: float
-    """Like the next one: by the registration's sigma, which a wrong rig does not widen."""
+    """Like `coverage`, by the registration's sigma, which a wrong rig does not widen; so is the
+    next."""
     error_over_registration: float | None
 
     def rows(self) -> list[tuple[str, str]]:
@@ -138,33 +139,33 @@ class DisplacementError:
 
 @dataclass(frozen=True)
 class Evaluation(DisplacementError):
-    """Figures of one track against its truth; errors are track minus truth."""
+    """Comparison of one track with its truth; errors are track minus truth."""
 
     frames: int
-    """Of the truth."""
+    """Number of frames of the truth."""
     missing_frames: int
-    """Of the truth that the track does not have."""
+    """Frames of the truth that the track does not have."""
     surplus_frames: int
-    """Of the track that the truth does not have; nothing is said about them."""
+    """Frames of the track that the truth does not have; they are not evaluated."""
     lost_frames: int
-    """Of the track, with status `lost`."""
+    """Frames of the track with status `lost`."""
     weak_frames: int
     path_mm: float
-    """Length of the true way along the axis, there and back added up."""
+    """Length of the true path along the axis, there and back added up."""
     end_error_mm: float
-    """Of the distance, in the last frame that both have."""
+    """Error of the distance in the last common frame."""
     end_error_percent: float
     """The same in percent of `path_mm`."""
     quarter_errors_mm: tuple[float, float, float]
-    """Of the distance after a quarter, a half and three quarters of the path."""
+    """Errors of the distance after a quarter, a half and three quarters of the path."""
     ate_mm: float
     """Absolute trajectory error: root mean square distance of (x, y) from the truth."""
     rpe_mm: float | None
-    """Relative pose error over `RPE_STEP_MM` of path, root mean square; None on a shorter way."""
+    """Relative pose error over `RPE_STEP_MM` of path, root mean square; None on a shorter path."""
     rpe_deg: float | None
     yaw_rms_deg: float
     z_rms_mm: float | None
-    """Like the next two: None where the truth does not have it."""
+    """None where the truth does not have it; so are the next two."""
     pitch_rms_deg: float | None
     roll_rms_deg: float | None
 
@@ -202,11 +203,11 @@ SUMMARY_HEADINGS = (
     "run", "missing", "lost", "end %", "max mm", "ATE mm", "RPE mm", "yaw °",
     "in 3σ", "|e|/σ", "NEES",
 )  # fmt: skip
-"""Of the lines of `summary_row`: |e|/σ is the median."""
+"""Headings of `summary_row`; |e|/σ is the median."""
 
 
 def summary_row(name: str, result: Evaluation) -> tuple[str, ...]:
-    """One run as a line of a table of several."""
+    """Format one run as a row of a table of several runs."""
     return (
         name,
         str(result.missing_frames),
@@ -223,15 +224,15 @@ def summary_row(name: str, result: Evaluation) -> tuple[str, ...]:
 
 
 def or_dash(value: float | None) -> str:
-    """A figure in text; - where there is none."""
+    """Format a figure; - if there is none."""
     return "-" if value is None else f"{value:.2f}"
 
 
 def evaluate(track: Track, truth: Truth) -> Evaluation:
-    """Compare a track with the truth, frame number by frame number.
+    """Compare a track with the truth by frame numbers.
 
     Raises:
-        InvalidTrack: The two have no frame in common, or hold a value that is not finite.
+        InvalidTrack: There is no common frame, or a value is not finite.
     """
     ours, theirs = _common_frames(track, truth)
     errors = errors_of(track, truth)
@@ -264,10 +265,10 @@ def evaluate(track: Track, truth: Truth) -> Evaluation:
 
 
 def errors_of(track: Track, truth: Truth) -> Errors:
-    """The errors frame by frame.
+    """Compute the errors of each common frame.
 
     Raises:
-        InvalidTrack: The two have no frame in common, or hold a value that is not finite.
+        InvalidTrack: There is no common frame, or a value is not finite.
     """
     ours, theirs = _common_frames(track, truth)
     errors = Errors(
@@ -286,7 +287,7 @@ def errors_of(track: Track, truth: Truth) -> Errors:
 
 
 def displacement_error(runs: Sequence[Errors]) -> DisplacementError:
-    """Statistics of the distance error over all frames of all runs together."""
+    """Compute the statistics of the distance error over all frames of all runs."""
     error_mm = np.concatenate([run.distance_mm for run in runs])
     sigma_mm = np.concatenate([run.sigma_mm for run in runs])
     registration_mm = np.concatenate([run.sigma_registration_mm for run in runs])
@@ -319,12 +320,12 @@ def _coverage(error_mm: _Column, sigma_mm: _Column) -> float:
 
 
 def load_runs(pairs: Sequence[tuple[Path, Path]]) -> list[Run]:
-    """The runs of pairs of files, track.csv and truth.csv.
+    """Load runs from pairs of files, track.csv and truth.csv.
 
-    A run has the name of its track file, with the folder where two have the same.
+    A run is named after its track file, including the folder if two files have the same name.
 
     Raises:
-        InvalidTrack: A file cannot be understood, or two do not go together; names the file.
+        InvalidTrack: A file is invalid, or two do not belong together; the message names them.
     """
     tracks = [track for track, _ in pairs]
     is_clear = len({track.stem for track in tracks}) == len(tracks)
@@ -355,7 +356,7 @@ def _parsed(file: Path, parse: Callable[[str], _Parsed]) -> _Parsed:
 
 
 def _common_frames(track: Track, truth: Truth) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Indices into both of the frames that both have, in the order of the frames."""
+    """Indices of the common frames in track and truth, in the order of the frames."""
     if not len(track):
         raise InvalidTrack("The track holds no rows.")
     common, ours, theirs = np.intersect1d(track.frame, truth.frame, return_indices=True)
@@ -393,7 +394,7 @@ def _relative_errors(
     end = later[start]
 
     def motion(run: Track | Truth, index: NDArray[np.intp]) -> tuple[NDArray[Any], _Column]:
-        """Motion in the axes of the start, as x + iy, and the turn."""
+        """Motion in the axes of the start, as x + iy, and the rotation."""
         position = run.x_mm[index] + 1j * run.y_mm[index]
         yaw_deg = run.yaw_deg[index]
         moved = (position[end] - position[start]) * np.exp(-1j * np.radians(yaw_deg[start]))
@@ -410,10 +411,10 @@ def _relative_errors(
 def plot(runs: Sequence[Run], file: Path) -> None:
     """Draw runs in the manner of the paper's figures 8 and 9.
 
-    A row a run: on the left the path that was driven and the path that was measured, on the right
-    the error of the displacement with its mean, standard deviation and variance, and +-3 sigma as
-    the track states it.  Below several runs their errors side by side, with the same figures over
-    all of them.
+    Each run has a row: on the left the true and the measured path, on the right the error of the
+    displacement with its mean, standard deviation and variance, and +-3 sigma as the track states
+    it. Several runs get a last row with all their errors side by side and the same figures over
+    all.
 
     Args:
         runs: At least one.
@@ -481,7 +482,7 @@ def _draw_all_errors(axes: Axes, names: Sequence[str], runs: Sequence[Errors]) -
 
 
 def _legend_below(axes: Axes) -> None:
-    """Out of the way of the curves."""
+    """Place the legend below the curves."""
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3, frameon=False)
 
 

@@ -1,9 +1,8 @@
-"""Is the stated interval true?  Films tracked again and again, with rigs that are wrong.
+"""Checks the stated interval by tracking films repeatedly with rigs that are wrong.
 
 A film of a few metres is rendered once and tracked with many stated rigs, drawn from the tolerances
-around the true one (`app.lab.simulation.drawn_rigs`).  If sigma is what it says, the true distance
-lies within one sigma in 68 % of these runs and within 1.96 in 95 %, with sigma no wider than
-needed.
+around the true one (`app.lab.simulation.drawn_rigs`).  If sigma is correct, the true distance lies
+within one sigma in 68 % of these runs and within 1.96 sigma in 95 %.
 """
 
 from __future__ import annotations
@@ -24,27 +23,29 @@ from vo_core.odometry import Odometry
 from vo_core.rig import Rig
 from vo_core.track import Track
 
-if TYPE_CHECKING:  # whoever does not plot does not wait for matplotlib
+if TYPE_CHECKING:  # matplotlib is imported only for plots
     from matplotlib.axes import Axes
 
 NAMES = ("nominal", "turned_camera", "wide_lens", "forward_wide")
 RIGS = 50
-"""Stated ones for each film."""
+"""Number of stated rigs for each film."""
+
 QUICK_RIGS = 5
+"""The same for a quick run."""
 
 SHARES = (0.68, 0.95)
-"""Of the runs, that an interval is meant to hold."""
+"""Nominal coverage of the intervals, as shares of the runs."""
 
 Progress = Callable[[str, int, int], None]
-"""Takes what is done now in words, runs done and runs in all."""
+"""Called with the current work in words, the runs done and the runs in all."""
 
 
 @dataclass(frozen=True)
 class Stated:
-    """The distance of the last frame."""
+    """Error and sigma of the distance in the last frame."""
 
     error_mm: float
-    """Less the true one."""
+    """Measured minus true."""
     sigma_mm: float
 
 
@@ -56,24 +57,24 @@ class Trial:
     path_mm: float
     raw: Stated
     joined: Stated | None
-    """After the joints have brought the run to scale; None where they cannot be counted."""
+    """After the joints have corrected the scale; None if they cannot be counted."""
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """How often, over many trials, the truth is inside, and how wide the interval is."""
+    """Coverage and width of the interval over many trials."""
 
     runs: int
     inside: tuple[float, ...]
-    """Share of the runs, for each of `SHARES`."""
+    """Share of the runs with the truth inside, for each of `SHARES`."""
     sigma_percent: float
-    """Median, in percent of the path."""
+    """Median sigma in percent of the path."""
     error_percent: float
-    """Median size."""
+    """Median |error| in percent of the path."""
 
 
 def films() -> list[Scenario]:
-    """A short way past two joints at twice the speed, for every kind of camera."""
+    """Films of a short path past two joints at twice the speed, for every kind of camera."""
     return [
         replace(
             SCENARIOS[name],
@@ -127,7 +128,7 @@ def _stated(track: Track, true_mm: float) -> Stated:
 
 
 def calibration(trials: Sequence[tuple[Stated, float]]) -> Calibration:
-    """The figures of distances with the lengths of their paths, at least one."""
+    """Compute the figures of distances with the lengths of their paths, at least one."""
     errors_mm, sigmas_mm, paths_mm = np.array(
         [(abs(stated.error_mm), stated.sigma_mm, path_mm) for stated, path_mm in trials]
     ).T
@@ -140,7 +141,7 @@ def calibration(trials: Sequence[tuple[Stated, float]]) -> Calibration:
 
 
 def _sigmas(share: float) -> float:
-    """Half the width, in sigmas, of the interval that holds a share of a normal distribution."""
+    """Half width, in sigmas, of the interval that holds a share of a normal distribution."""
     return NormalDist().inv_cdf((1 + share) / 2)
 
 
@@ -153,7 +154,7 @@ def _joined(trials: Sequence[Trial]) -> list[tuple[Stated, float]]:
 
 
 def to_markdown(trials: Sequence[Trial]) -> str:
-    """A line for each film and one for all, before and after the joints."""
+    """Write a row for each film and one for all, before and after the joints."""
     lines = [
         "| film | runs | inside 68 % | inside 95 % | median sigma (%) | median error (%) |",
         "|" + "---|" * 6,
@@ -178,7 +179,7 @@ def _line(name: str, result: Calibration) -> str:
 
 
 def plot(trials: Sequence[Trial], file: Path) -> None:
-    """Draw how often the truth is inside the stated interval, and errors against their sigma.
+    """Draw the coverage of the stated interval, and the errors against their sigma.
 
     Args:
         trials: At least one.

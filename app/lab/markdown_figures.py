@@ -1,4 +1,4 @@
-"""Measured figures in a Markdown file: their command replaces what stands between two comments.
+"""Writes measured figures into a Markdown file, between two comments:
 
 <!-- NAME:begin -->
 the figures
@@ -13,10 +13,10 @@ from pathlib import Path
 
 
 def replace_figures(text: str, name: str, figures: str) -> str:
-    """The text with other figures between the markers of that name; all else stays as it is.
+    """Replace the figures between the markers of a name; the rest of the text is kept.
 
     Raises:
-        ValueError: The text does not hold these two markers once each, in this order.
+        ValueError: The text does not contain both markers once each, in this order.
     """
     begin, end = f"<!-- {name}:begin -->", f"<!-- {name}:end -->"
     if (text.count(begin), text.count(end)) != (1, 1) or text.index(begin) > text.index(end):
@@ -26,7 +26,7 @@ def replace_figures(text: str, name: str, figures: str) -> str:
 
 
 def write_figures(file: Path, name: str, command: str, figures: str) -> None:
-    """Put figures, today's date and the command that measured them between the markers of a file.
+    """Write figures, today's date and their command between the markers of a file.
 
     Raises:
         ValueError: As `replace_figures` does; the file is unchanged.

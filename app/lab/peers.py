@@ -1,8 +1,8 @@
-"""What a practitioner would write instead: the peers of the bench.
+"""The peers of the bench: methods that a practitioner would write instead.
 
-Each measures the shift, and where it can the rotation, from frame to frame, turns it into mm by the
-pinhole equation and chains it.  None knows lens distortion, the cylinder or dirt on the glass, and
-none can look along the pipe.
+Each measures the shift, and some the rotation, from frame to frame, converts it to mm by the
+pinhole equation and chains it. None models lens distortion, the cylinder or dirt on the glass, and
+none works with a camera that looks along the pipe.
 """
 
 from __future__ import annotations
@@ -21,16 +21,17 @@ from vo_core.track import Estimate
 from vo_core.types import Image, Matrix
 
 Motion = tuple[float, float, float]
-"""Of the content about the centre: dx px, dy px, rotation rad from x to y."""
+"""Motion of the content about the centre: dx px, dy px, rotation rad from x to y."""
 
 LEAST_MATCHES = 8
+"""Least number of matches for a motion."""
 
 
 class FrameToFrame(ABC):
     """Chains the motion between consecutive frames to [X, Y, theta].
 
     Raises:
-        InvalidRig: The camera does not look down: there is no height for the pinhole equation.
+        InvalidRig: The camera does not look down, so the pinhole equation has no height.
     """
 
     def __init__(self, rig: Rig) -> None:
@@ -45,10 +46,10 @@ class FrameToFrame(ABC):
 
     @abstractmethod
     def motion(self, before: Image, now: Image) -> Motion | None:
-        """Motion of the content between two (H, W) pictures; None if the method gives none."""
+        """Measure the motion of the content between two (H, W) pictures; None if that fails."""
 
     def step(self, image: Image, t_s: float) -> Estimate:
-        """Take the next frame; a frame without a motion is `lost` and leaves the pose as it is."""
+        """Estimate the pose of the next frame; without a motion it is `lost` and the pose stays."""
         now = to_grey(image)
         moved = (0.0, 0.0, 0.0) if self._before is None else self.motion(self._before, now)
         if moved is not None:
@@ -70,7 +71,7 @@ class FrameToFrame(ABC):
         )
 
     def _chain(self, dx_px: float, dy_px: float, rotation_rad: float) -> None:
-        """The camera moves and turns against the content, in the axes of the frame before."""
+        """Move the camera opposite to the content, in the axes of the frame before."""
         heading_rad = self._yaw_rad + self._mount_rad
         forward_mm, right_mm = -_rotation(-rotation_rad) @ (dx_px, dy_px) * self._mm_per_px
         self._position_mm += _rotation(heading_rad) @ (forward_mm, right_mm)
@@ -85,7 +86,7 @@ class PhaseCorrelate(FrameToFrame):
         self._window = cv2.createHanningWindow((rig.camera.width, rig.camera.height), cv2.CV_32F)
 
     def motion(self, before: Image, now: Image) -> Motion | None:
-        """Shift only; it always has an answer."""
+        """Measure the shift only; it never fails."""
         # phaseCorrelate multiplies its inputs by the window in place; astype makes copies.
         (dx, dy), _ = cv2.phaseCorrelate(
             before.astype(np.float32), now.astype(np.float32), self._window
@@ -97,7 +98,7 @@ class SkimageCorrelation(FrameToFrame):
     """`skimage.registration.phase_cross_correlation`, to a fiftieth of a pixel."""
 
     def motion(self, before: Image, now: Image) -> Motion | None:
-        """Shift only; it always has an answer."""
+        """Measure the shift only; it never fails."""
         from skimage.registration import phase_cross_correlation
 
         (dy, dx), _, _ = phase_cross_correlation(now, before, upsample_factor=50)
@@ -105,10 +106,10 @@ class SkimageCorrelation(FrameToFrame):
 
 
 class Klt(FrameToFrame):
-    """Corners followed by pyramidal Lucas-Kanade, a similarity by RANSAC."""
+    """Corners tracked by pyramidal Lucas-Kanade, with a similarity by RANSAC."""
 
     def motion(self, before: Image, now: Image) -> Motion | None:
-        """Shift and rotation; None with too few corners."""
+        """Measure shift and rotation; None with too few corners."""
         corners = cv2.goodFeaturesToTrack(before, 400, 0.01, 8)
         if corners is None or len(corners) < LEAST_MATCHES:
             return None
@@ -120,7 +121,7 @@ class Klt(FrameToFrame):
 
 
 class Orb(FrameToFrame):
-    """ORB features matched across, a similarity by RANSAC."""
+    """Matched ORB features, with a similarity by RANSAC."""
 
     def __init__(self, rig: Rig) -> None:
         super().__init__(rig)
@@ -128,7 +129,7 @@ class Orb(FrameToFrame):
         self._matcher = cv2.BFMatcher(cv2.NORM_HAMMING, crossCheck=True)
 
     def motion(self, before: Image, now: Image) -> Motion | None:
-        """Shift and rotation; None with too few matches."""
+        """Measure shift and rotation; None with too few matches."""
         (points, bits), (points_now, bits_now) = (
             self._orb.detectAndCompute(image, None) for image in (before, now)
         )
@@ -166,4 +167,4 @@ PEERS: Mapping[str, Callable[[Rig], FrameToFrame]] = {
     "ORB": Orb,
     **({"skimage": SkimageCorrelation} if importlib.util.find_spec("skimage") else {}),
 }
-"""By name; skimage only where it is installed."""
+"""Peers by name; skimage only where it is installed."""

@@ -168,7 +168,7 @@ class Reports:
             u95_m=None if is_unmeasured(raw) or sigma_mm is None else half_width_m(sigma_mm),
             raw_distance_m=_metres(_last(raw.distance_mm)),
             corrected=self._corrections.get(inspection_id),
-            issues=tuple(self._checks.run(inspection_id)),
+            issues=tuple(self._checks.run(inspection_id, observations)),
             events=tuple(self._observations.events(inspection_id)),
             track=track,
             raw_track=raw,

@@ -46,15 +46,12 @@ class ObservationStore:
         with self._database.read() as session:
             return [row.record() for row in session.scalars(query)]
 
-    def listed_with_deleted(self, inspection_id: str) -> list[Observation]:
-        """Every one there ever was, in the order of their numbers."""
-        query = (
-            select(ObservationRow)
-            .where(ObservationRow.inspection_id == inspection_id)
-            .order_by(ObservationRow.seq)
-        )
+    def stretch_marks(self, inspection_id: str) -> list[str]:
+        """Such as "A1": of every observation there ever was that belongs to a stretch."""
+        mark = ObservationRow.fields["continuous"].as_string()
+        query = select(mark).where(ObservationRow.inspection_id == inspection_id, mark.is_not(None))
         with self._database.read() as session:
-            return [row.record() for row in session.scalars(query)]
+            return [found for found in session.scalars(query) if found]
 
     def put(self, inspection_id: str, observation_id: str, tag: StatedTag, who: str) -> bool:
         """Create, replace or bring back; whether anything changed.

@@ -6,11 +6,15 @@ say it in its own language, and a sentence.
 
 from __future__ import annotations
 
-from collections import Counter
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import combinations
 from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
 
 from app.survey.catalogue.header import required_to_issue
 from app.survey.catalogue.table import Code, CodeTable
@@ -20,7 +24,7 @@ from app.survey.place import ObservationView
 from app.survey.rounding import decimals, metres
 from app.survey.stretches import Stretch, stretches
 from vo_core import Track
-from vo_core.image.health import Health, complaints
+from vo_core.image.health import complained
 
 Param = str | int | float
 
@@ -58,8 +62,8 @@ class Case:
     table: CodeTable
     corrected: Corrected
     track: Track
-    health: list[Health]
-    """Of each frame."""
+    health: Mapping[str, NDArray[np.floating]]
+    """By the fields of `Health`, of each frame, (N,)."""
     photo_is_there: Callable[[ObservationView], bool]
 
     @property
@@ -78,7 +82,11 @@ class Case:
 
     def view_of(self, observation_id: str) -> ObservationView:
         """By its id."""
-        return next(view for view in self.views if view.row.id == observation_id)
+        return self._by_id[observation_id]
+
+    @cached_property
+    def _by_id(self) -> dict[str, ObservationView]:
+        return {view.row.id: view for view in self.views}
 
 
 def run(case: Case) -> list[Issue]:
@@ -275,49 +283,57 @@ def _length_mm(case: Case, stretch: Stretch) -> float | None:
 
 def overlapping_stretches(case: Case) -> Iterator[Issue]:
     """The same code at the same clock, twice over the same length."""
-    found = [
-        (stretch, start, case.view_of(stretch.starts[0].id), case.view_of(stretch.finishes[0].id))
-        for stretch in stretches(view.row for view in case.views)
-        if stretch.starts and stretch.finishes
-        for start in stretch.starts[:1]
-    ]
-    for (one, first, *ends), (other, second, *others) in combinations(found, 2):
-        if _kind(case.view_of(first.id)) != _kind(case.view_of(second.id)):
+    found: dict[tuple[Any, ...], list[tuple[Stretch, float, float]]] = {}
+    for stretch in stretches(view.row for view in case.views):
+        if not stretch.starts or not stretch.finishes:
             continue
-        places = [view.place for view in (*ends, *others)]
-        if any(place is None for place in places):
-            continue
-        low, high, begin, end = (place.distance_mm for place in places if place is not None)
+        start, finish = case.view_of(stretch.starts[0].id), case.view_of(stretch.finishes[0].id)
+        if start.place is not None and finish.place is not None:
+            ends = (start.place.distance_mm, finish.place.distance_mm)
+            found.setdefault(_kind(start), []).append((stretch, *ends))
+    pairs = [pair for alike in found.values() for pair in combinations(alike, 2)]
+    for (one, low, high), (other, begin, end) in sorted(pairs, key=_by_number):
         if min(high, end) - max(low, begin) > SAME_PLACE_MM:
             yield Issue(
                 "warn",
                 "stretches_overlap",
                 f"The stretches {one.number} and {other.number} are the same defect over the same "
                 "length.",
-                second.id,
+                other.starts[0].id,
                 {"stretch": one.number, "other": other.number},
             )
 
 
+def _by_number(pair: tuple[tuple[Stretch, float, float], ...]) -> tuple[int, ...]:
+    return tuple(stretch.number for stretch, _, _ in pair)
+
+
 def duplicates(case: Case) -> Iterator[Issue]:
-    """The same code, distance and clock twice."""
-    placed = [view for view in case.views if view.place and view.row.tag.code]
-    for one, other in combinations(placed, 2):
-        both = (one.row.tag.continuous, other.row.tag.continuous)
-        if _kind(one) != _kind(other) or any(both):
+    """The same code, distance and clock twice: reported of each but the first."""
+    seen: dict[tuple[Any, ...], list[tuple[float, int]]] = {}
+    for view in case.views:
+        if view.place is None or not view.row.tag.code or view.row.tag.continuous:
             continue
-        if one.place and other.place and _are_near(one.place.distance_mm, other.place.distance_mm):
-            text = f"is the same as no. {one.row.seq}: code, distance and clock"
-            yield _about(other, "warn", "duplicate", text, other=one.row.seq)
+        distance_mm, kind = view.place.distance_mm, _kind(view)
+        # What is near lies in the same cell of this length, or in one beside it.
+        cell = math.floor(distance_mm / SAME_PLACE_MM)
+        near = [
+            seq
+            for beside in (cell - 1, cell, cell + 1)
+            for other_mm, seq in seen.get((*kind, beside), ())
+            if abs(distance_mm - other_mm) < SAME_PLACE_MM
+        ]
+        if near:
+            first = min(near)
+            text = f"is the same as no. {first}: code, distance and clock"
+            yield _about(view, "warn", "duplicate", text, other=first)
+        else:
+            seen.setdefault((*kind, cell), []).append((distance_mm, view.row.seq))
 
 
 def _kind(view: ObservationView) -> tuple[Any, ...]:
     tag = view.row.tag
     return (tag.code, tag.char1, tag.char2, view.clock)
-
-
-def _are_near(one_mm: float, other_mm: float) -> bool:
-    return abs(one_mm - other_mm) < SAME_PLACE_MM
 
 
 def remarks(case: Case) -> Iterator[Issue]:
@@ -342,9 +358,8 @@ def joints(case: Case) -> Iterator[Issue]:
 
 def pictures(case: Case) -> Iterator[Issue]:
     """What clients reject videos for: light, blur, speed, a dirty lens."""
-    complained = Counter(name for health in case.health for name in complaints(health))
-    for name, frames in complained.items():
-        percent = round(100 * frames / len(case.health), 1)
+    for name, frames in complained(case.health).items():
+        percent = round(100 * float(frames.mean()), 1) if len(frames) else 0.0
         if percent > POOR_PERCENT:
             text = f"{percent:g} % of the pictures are {name.replace('_', ' ')}."
             yield Issue(
@@ -354,7 +369,7 @@ def pictures(case: Case) -> Iterator[Issue]:
 
 def the_run(case: Case) -> Iterator[Issue]:
     """Lost frames, the length, and what was corrected."""
-    lost = Counter(case.track.status.tolist())["lost"]
+    lost = int(np.count_nonzero(case.track.status == "lost"))
     percent = round(100 * lost / len(case.track), 1) if lost else 0.0
     if percent > LOST_PERCENT:
         text = f"The wall was lost in {percent:g} % of the frames."

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import MutableMapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +17,13 @@ from app.survey.tag import Tag
 from app.survey.track_rows import estimate_at, is_unmeasured, wall_point_of
 from vo_core import Estimate, Pose, Rig, Track
 from vo_core.geometry.wall import camera_position, cast, clock_of, develop, robot_rays
+
+Anchor = tuple[int, tuple[float, ...] | None]
+"""Frame and pixel of a tag: what its place depends on, beside the course."""
+
+
+_PLACES_KEPT = 20_000
+"""Of a course, some 400 bytes each."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +94,8 @@ class Course:
 
     adjusted: Adjusted
     raw: Track
+    places: MutableMapping[Anchor, Place] = field(default_factory=dict)
+    """Those that were derived before, with the same adjustment of the same run."""
 
     @cached_property
     def is_unmeasured(self) -> bool:
@@ -162,6 +172,19 @@ def wall_grid(rig: Rig, cols: int = 33, rows: int = 25) -> WallGrid:
 
 def place_of(course: Course, tag: Tag) -> Place | None:
     """Of a tag; None until its frame is tracked."""
+    anchor = (tag.frame, tuple(tag.pixel) if tag.pixel else None)
+    known = course.places.get(anchor)
+    if known is not None:
+        return known
+    place = _derived(course, tag)
+    if place is not None:
+        if len(course.places) >= _PLACES_KEPT:
+            course.places.clear()
+        course.places[anchor] = place
+    return place
+
+
+def _derived(course: Course, tag: Tag) -> Place | None:
     estimates = course.estimates(tag.frame)
     if estimates is None:
         return None

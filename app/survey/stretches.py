@@ -59,11 +59,11 @@ def open_stretches(observations: Iterable[Observation]) -> list[str]:
     return [f"A{stretch.number}" for stretch in stretches(observations) if stretch.is_open]
 
 
-def next_stretch_number(observations: Iterable[Observation]) -> int:
+def next_stretch_number(marks: Iterable[str]) -> int:
     """The first number that was never used.
 
     Args:
-        observations: Of an inspection, the deleted ones too: a restored tag keeps its number.
+        marks: Such as "A1", of an inspection, of its deleted tags too: a restored one keeps its
+            number.
     """
-    used = [stretch.number for stretch in stretches(observations)]
-    return max(used, default=0) + 1
+    return max((role_and_number(mark)[1] for mark in marks), default=0) + 1

@@ -196,7 +196,7 @@ def test_the_papers_second_rig_is_fit():
         ),
     ],
 )
-def test_what_speaks_against_a_rig_is_told_with_what_to_change(rig, move, verdict, said):
+def test_what_speaks_against_a_rig_is_reported_with_what_to_change(rig, move, verdict, said):
     advice = advise(rig, move)
     assert advice.verdict is verdict
     assert said in " ".join(finding.sentence for finding in advice.findings)

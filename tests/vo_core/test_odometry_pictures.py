@@ -165,7 +165,7 @@ def test_a_little_texture_settles_which_period_it_is(kind):
     images, x_mm = drive(World(FLOOR, wall), 12, 40)
     track = follow(FLOOR, images)
     assert error_mm(track, x_mm).max() < 2.0  # a period is 19 mm
-    assert set(track.status[2:]) == {"ok"}  # at first no speed tells one period from two
+    assert set(track.status[2:]) == {"ok"}  # at first no speed separates one period from two
 
 
 # Parts of the picture that move otherwise.
@@ -222,7 +222,7 @@ def test_pictures_of_any_size_are_followed(size_wh):
     world = World(sized(*size_wh), speckle(0))
     images, x_mm = drive(world, min(6, size_wh[0] / 20), 30)
     track = follow(world.rig, images)
-    # What a picture can tell falls with its size; the smallest may be too small to be sure.
+    # The information of a picture falls with its size; the smallest may be too small for `ok`.
     share = min(1.0, size_wh[0] * size_wh[1] / (320 * 240))
     assert error_mm(track, x_mm)[track.status == "ok"].max() < 0.05 / share
     within = error_mm(track, x_mm) <= 3 * track.sigma_distance_mm + 0.01

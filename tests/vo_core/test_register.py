@@ -22,7 +22,7 @@ def errors_px(shape, shifts, **kind):
 @pytest.mark.parametrize("shape", SIZES)
 def test_sub_pixel_shifts_are_found_in_pictures_of_any_size(shape):
     shifts = [(0.25, -0.5), (1.37, 2.8), (-2.6, 0.9), (3.1, -1.7)]
-    # Small pictures hold less texture; the bound scales with what a picture can tell.
+    # Small pictures hold less texture; the bound scales with the information of a picture.
     bound_px = 0.012 * np.sqrt(240 * 320 / min(shape[0] * shape[1], 240 * 320)) + 0.005
     assert np.abs(errors_px(shape, shifts)).max() < bound_px
 

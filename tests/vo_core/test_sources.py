@@ -45,7 +45,7 @@ def test_every_frame_comes_in_order_with_its_exact_time(video):
     assert np.all(np.diff(levels) > 1)
 
 
-def test_what_the_container_says_is_told(video):
+def test_what_the_container_states_is_reported(video):
     with VideoFile(video) as source:
         info = source.info
     assert (info.width, info.height, info.codec) == (64, 48, "h264")

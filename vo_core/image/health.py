@@ -82,7 +82,7 @@ def complaints(health: Health) -> tuple[str, ...]:
 def complained(
     columns: Mapping[str, NDArray[np.floating] | np.floating],
 ) -> dict[str, NDArray[np.bool_]]:
-    """Which frames each complaint is about; `columns` are the fields of `Health`, each (N,)."""
+    """Detect the faults of each frame; `columns` are the fields of `Health`, each (N,)."""
     overlap, brightness, overexposed, sharpness, fixed_pattern = (
         np.asarray(columns[field.name], np.float64) for field in fields(Health)
     )

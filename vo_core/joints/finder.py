@@ -139,7 +139,7 @@ class JointFinder:
     def spread(self, patch: GrayImage, estimate: Estimate) -> None:
         """Add a frame that is wanted, rectified by `Rectifier`."""
         last = self._last
-        if last is not None and _variance(estimate) - _variance(last) > MISPLACED_MM**2:
+        if last is not None and estimate.variance_since(last) > MISPLACED_MM**2:
             self._close(self._open)  # after a loss the wall continues at another place
         self._spread(patch, estimate)
         self._last = estimate
@@ -430,7 +430,3 @@ def _relative(patch: GrayImage) -> GrayImage:
     small = cv2.GaussianBlur(small, (0, 0), max(small_wh) / 6, borderType=cv2.BORDER_REPLICATE)
     around = cv2.resize(small, (width, height), interpolation=cv2.INTER_LINEAR)
     return np.asarray(patch / np.maximum(around, 1.0), np.float32)
-
-
-def _variance(estimate: Estimate) -> float:
-    return estimate.sigma_registration_mm**2

@@ -215,7 +215,7 @@ class Mosaic:
     def _turn_to(self, estimate: Estimate) -> None:
         """Close the tiles that are out of view, and open those under the frame."""
         last = self._last
-        if last is not None and _variance(estimate) - _variance(last) > JUMP_MM**2:
+        if last is not None and estimate.variance_since(last) > JUMP_MM**2:
             for tile in self._open.values():
                 tile.freeze()
         self._last = estimate
@@ -353,7 +353,3 @@ def _alone(rows: Rows, picture: ByteImage) -> ByteImage:
     place = np.clip((np.arange(len(picture)) - rows.first) / rows.step, 0, len(shown) - 1)
     above, below = shown[np.floor(place).astype(int)], shown[np.ceil(place).astype(int)]
     return np.asarray(cv2.addWeighted(above, 0.5, below, 0.5, 0.0), np.uint8)
-
-
-def _variance(estimate: Estimate) -> float:
-    return estimate.sigma_registration_mm**2

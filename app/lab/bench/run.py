@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
@@ -35,7 +36,7 @@ from vo_core.track import Estimate, Track
 from vo_core.types import Image
 
 LENGTH_MM = 2000.0
-"""Path of each scenario: the paper's method takes a tenth of a second for every frame."""
+"""Path of each scenario; short, as the paper's method takes a tenth of a second per frame."""
 
 QUICK_LENGTH_MM = 250.0
 QUICK_NAMES = ("nominal", "dirty_lens", "drop_outs", "large_sway", "wide_lens")
@@ -48,14 +49,14 @@ FIELD_NAMES = (
 """What the field does to a film, one scenario of each kind."""
 
 WARM_UP_FRAMES = 10
-"""Left out of the times: caches fill, and the robot does not move yet."""
+"""Frames left out of the times, as caches fill and the robot does not move yet."""
 
 
 class Method(Protocol):
-    """What is compared: one estimate a frame."""
+    """A method in the comparison; it returns one estimate per frame."""
 
     def step(self, image: Image, t_s: float) -> Estimate:
-        """Take the next frame."""
+        """Estimate the pose of the next frame."""
 
 
 OURS = "chainage"
@@ -67,15 +68,19 @@ METHODS: Mapping[str, Callable[[Rig], Method]] = {
 OURS_ALONE: Mapping[str, Callable[[Rig], Method]] = {OURS: Odometry}
 
 Progress = Callable[[str, int, int], None]
-"""Takes what is done now in words, steps done and steps in all."""
+"""Called with the current work in words, the steps done and the steps in all."""
+
+
+_Step = tuple[Image, Estimate, float, float]
+"""Picture, estimate, time of the step and time of the unit in ms."""
 
 
 @dataclass(frozen=True)
 class StepTime:
-    """What one step costs on one OpenCV thread, without decoding and after the warm-up."""
+    """Time of one step on one OpenCV thread, without decoding and after the warm-up."""
 
     ms: float
-    """Median."""
+    """Median; the next two are percentiles."""
     ms_p10: float
     ms_p90: float
     unit_ms: float
@@ -83,28 +88,28 @@ class StepTime:
 
     @property
     def ratio(self) -> float:
-        """Of the medians."""
+        """Ratio of the medians."""
         return self.ms / self.unit_ms
 
 
 @dataclass(frozen=True)
 class Joined:
-    """The last frame of a run that the joints have brought to scale."""
+    """The last frame of a run after the joints have corrected its scale."""
 
     joints: int
-    """Different ones that were seen."""
+    """Number of different joints that were seen."""
     error_percent: float
-    """Of the path."""
+    """Error of the distance in percent of the path; so is sigma."""
     sigma_percent: float
 
 
 @dataclass(frozen=True)
 class WrongRig:
-    """The last frame of a run whose rig is wrong, or whose pipe is not clean."""
+    """The last frame of a run whose rig is wrong or whose pipe is not clean."""
 
     error_over_sigma: float
     sigma_percent: float
-    """Of the path."""
+    """Sigma in percent of the path."""
     registration_mm: float
     joined: Joined | None
     """None where the joints cannot be counted."""
@@ -119,32 +124,32 @@ class BenchRow:
     evaluation: Evaluation
     time: StepTime
     wrong_rig: WrongRig | None = None
-    """Chainage only, where the rig is wrong."""
+    """Only for Chainage, where the rig is wrong."""
 
 
 @dataclass(frozen=True)
 class TrackTime:
-    """Wall time of the command `chainage track`, start of the process and writing included."""
+    """Wall time of the command `chainage track`, including the start of the process and writing."""
 
     frames: int
     track_s: float
-    """Median."""
+    """Median time of the command."""
     decode_s: float
-    """Of decoding the same file to grey, before each run of the command; median."""
+    """Median time of decoding the same file to grey, measured before each run of the command."""
 
     @property
     def ratio(self) -> float:
-        """Of the medians."""
+        """Ratio of the medians."""
         return self.track_s / self.decode_s
 
 
 def all_scenarios(length_mm: float = LENGTH_MM) -> list[Scenario]:
-    """Every scenario that can be rendered here, over at most this path."""
+    """Every scenario that can be rendered here, shortened to this path."""
     return [one.shortened(length_mm) for one in SCENARIOS.values() if one.is_available]
 
 
 def quick_scenarios(length_mm: float = QUICK_LENGTH_MM) -> list[Scenario]:
-    """A few significant scenarios over a short path: less than two minutes of work."""
+    """A few significant scenarios over a short path, which take less than two minutes."""
     return [SCENARIOS[name].shortened(length_mm) for name in QUICK_NAMES]
 
 
@@ -161,12 +166,12 @@ def bench(
 ) -> list[BenchRow]:
     """Render each scenario, run every method on its video file and compare with the truth.
 
-    A method that has no equations for the rig of a scenario has no row there.
+    A method without equations for the rig of a scenario has no row there.
 
     Args:
-        scenarios: What to render.
-        methods: Name and maker of what is compared.
-        on_progress: Called after every frame; a frame counts one step for its rendering and one
+        scenarios: The scenarios to render.
+        methods: Name and constructor of each method.
+        on_progress: Called after every frame; a frame counts as one step for its rendering and one
             for each method.
     """
     rows: list[BenchRow] = []
@@ -190,32 +195,40 @@ def bench(
                 except InvalidRig:
                     count(f"{name} cannot do {scenario.name}", len(truth))
                     continue
-                finder = None
-                if name == OURS and scenario.is_stated_wrong:
-                    finder = JointFinder(scenario.rig)
-                estimates: list[Estimate] = []
-                times_ms: list[tuple[float, float]] = []
-                for image, estimate, step_ms, unit_ms in _timed_steps(method, run.video):
-                    estimates.append(estimate)
-                    times_ms.append((step_ms, unit_ms))
-                    if finder is not None:
-                        finder.add(image, estimate)
-                    count(f"{name} on {scenario.name}")
-                track = Track.from_estimates(estimates)
-                rows.append(
-                    BenchRow(
-                        scenario=scenario.name,
-                        method=name,
-                        evaluation=evaluate(track, truth),
-                        time=_step_time(times_ms[WARM_UP_FRAMES:]),
-                        wrong_rig=(
-                            None
-                            if finder is None
-                            else _wrong_rig(scenario.rig, track, truth, finder.finish())
-                        ),
-                    )
+                timed = _counted(
+                    _timed_steps(method, run.video), partial(count, f"{name} on {scenario.name}")
                 )
+                rows.append(_row(scenario, name, timed, truth))
     return rows
+
+
+def _row(scenario: Scenario, method: str, steps: Iterable[_Step], truth: Truth) -> BenchRow:
+    """Compare the steps of a method on a scenario with the truth."""
+    finder = JointFinder(scenario.rig) if method == OURS and scenario.is_stated_wrong else None
+    estimates: list[Estimate] = []
+    times_ms: list[tuple[float, float]] = []
+    for image, estimate, step_ms, unit_ms in steps:
+        estimates.append(estimate)
+        times_ms.append((step_ms, unit_ms))
+        if finder is not None:
+            finder.add(image, estimate)
+    track = Track.from_estimates(estimates)
+    return BenchRow(
+        scenario=scenario.name,
+        method=method,
+        evaluation=evaluate(track, truth),
+        time=_step_time(times_ms[WARM_UP_FRAMES:]),
+        wrong_rig=(
+            None if finder is None else _wrong_rig(scenario.rig, track, truth, finder.finish())
+        ),
+    )
+
+
+def _counted(steps: Iterable[_Step], count: Callable[[], None]) -> Iterator[_Step]:
+    """Count each step once the caller is done with it."""
+    for step in steps:
+        yield step
+        count()
 
 
 def _wrong_rig(
@@ -250,15 +263,15 @@ def _joined(
 
 
 def by_joints(rig: Rig, track: Track, sightings: Sequence[Sighting]) -> ScaleProposal | None:
-    """The scale by the joints that were seen; None where they cannot be counted."""
+    """Propose the scale by the joints that were seen; None if they cannot be counted."""
     try:
         return propose(track, sightings, rig)
     except InvalidCorrection:
         return None
 
 
-def _timed_steps(method: Method, video: Path) -> Iterator[tuple[Image, Estimate, float, float]]:
-    """Pictures and estimates of a video, the milliseconds of each step and those of the unit."""
+def _timed_steps(method: Method, video: Path) -> Iterator[_Step]:
+    """Yield pictures and estimates of a video, with the ms of each step and of the unit."""
     with VideoFile(video) as frames, _one_opencv_thread():
         window = cv2.createHanningWindow((frames.info.width, frames.info.height), cv2.CV_32F)
         before = np.zeros(window.shape, np.float32)
@@ -295,7 +308,7 @@ def _one_opencv_thread() -> Iterator[None]:
 def time_track(
     scenario: Scenario, repeats: int = 3, on_progress: Progress | None = None
 ) -> TrackTime:
-    """Run `chainage track` on the file of a scenario, in turns with decoding it to grey."""
+    """Time `chainage track` on the file of a scenario, alternating with decoding it to grey."""
     frames = Trajectory(scenario).frames
     steps = frames + 2 * repeats
 
@@ -324,7 +337,7 @@ def time_track(
 
 
 def _decode_to_grey(video: Path) -> None:
-    """As anybody would write it."""
+    """Decode all frames with a plain loop."""
     with av.open(str(video)) as container:
         for frame in container.decode(video=0):
             frame.to_ndarray(format="gray")

@@ -44,7 +44,7 @@ def to_short_markdown(rows: Sequence[BenchRow]) -> str:
 
 
 def to_markdown(rows: Sequence[BenchRow], track_time: TrackTime | None = None) -> str:
-    """Tables: Chainage beside its targets, all methods side by side, and what they cost."""
+    """Write the tables: Chainage beside its targets, all methods side by side, and their times."""
     methods = list(dict.fromkeys(row.method for row in rows))
     scenarios = list(dict.fromkeys(row.scenario for row in rows))
     by_key = {(row.scenario, row.method): row for row in rows}
@@ -135,7 +135,7 @@ def _against_targets(row: BenchRow) -> list[str]:
 
 
 def _against_scale_target(scenario: str, result: WrongRig) -> list[str]:
-    # How much silt lies in a pipe is in no tolerance.
+    # No tolerance contains the depth of silt.
     limit = None if SCENARIOS[scenario].silt.is_there else SCALE_TARGET.error_over_sigma
     cells = [
         scenario,
@@ -155,7 +155,7 @@ def _against_scale_target(scenario: str, result: WrongRig) -> list[str]:
 
 
 def _limited(value: float, limit: float | None, form: str) -> str:
-    """A figure beside the limit of its size, bold where it is beyond."""
+    """Format a figure with its limit, in bold if it exceeds the limit."""
     if limit is None:
         return format(value, form)
     beyond = abs(value) > limit
@@ -181,7 +181,7 @@ def _cost(row: BenchRow | None) -> str:
 
 
 def to_json(rows: Sequence[BenchRow], track_time: TrackTime | None = None) -> str:
-    """All figures of all rows, their targets, and what they were measured on."""
+    """Write all figures of all rows with their targets and the environment."""
     return json.dumps(
         {
             "environment": environment(),
@@ -203,7 +203,7 @@ def to_json(rows: Sequence[BenchRow], track_time: TrackTime | None = None) -> st
 
 
 def environment() -> str:
-    """What the times were measured on, in a phrase."""
+    """Describe the machine and the versions in a phrase."""
     return (
         f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}, "
         f"OpenCV {cv2.__version__}, numpy {np.__version__}"

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Target:
-    """What Chainage must reach on a scenario, over 6 m; None where nothing is asked for."""
+    """What Chainage must reach on a scenario over 6 m; None where there is no target."""
 
     end_percent: float | None = None
-    """Largest size of the end error in percent of the path."""
+    """Largest end error, either sign, in percent of the path."""
     ate_mm: float | None = None
     yaw_rms_deg: float | None = None
     max_error_mm: float | None = None
-    """Of the distance, in any frame."""
+    """Largest error of the distance in any frame."""
     lost_frames: int | None = None
 
 
@@ -47,15 +47,18 @@ TARGETS: Mapping[str, Target] = {
     **dict.fromkeys(("tape_height", "tape_height_wide_lens", "data_sheet_lens"), _SCALE_ASIDE),
     **dict.fromkeys(("silt", "silt_rising", "silt_wide_lens"), _SCALE_ASIDE),
 }
-"""By scenario; where a range is allowed, its strict end.  Those left out have no target."""
+"""Targets by scenario, the strict end where a range is allowed; others have no target."""
 
 LEAST_COVERAGE = 0.97
-"""Share of frames whose true distance lies within three sigma, everything included."""
+"""Least share of frames whose true distance lies within three sigma, all sources included."""
+
 LEAST_REGISTRATION_COVERAGE = 0.99
-"""The same by the registration's sigma, where the rig is right."""
+"""The same for the registration's sigma, where the rig is right."""
+
 ERROR_OVER_SIGMA = (0.1, 1.5)
-"""Range of the median |error| / sigma of the registration, where the rig is right: below it sigma
-is padded, above it too small."""
+"""Range of the median |error| / sigma of the registration, where the rig is right.
+
+Below it sigma is too large, above it too small."""
 
 
 @dataclass(frozen=True)
@@ -63,17 +66,18 @@ class ScaleTarget:
     """What Chainage must reach with a rig that is wrong by its tolerance."""
 
     error_over_sigma: float = 2.6
-    """Of the distance in the last frame, before the run is brought to scale."""
+    """Largest |error| / sigma of the distance in the last frame, before the joints correct it."""
     sigma_percent: float = 2.5
-    """Sigma there in percent of the path."""
+    """Largest sigma there, in percent of the path."""
     registration_mm: float = 2.0
     joined_error_percent: float = 0.2
-    """The error when the joints have brought the run to scale."""
+    """Largest error after the joints have corrected the scale."""
     joined_sigma_percent: float = 0.5
 
 
 SCALE_TARGET = ScaleTarget()
 STEP_TARGET = 2.0
-"""Largest time of a step over that of one windowed `cv2.phaseCorrelate`."""
+"""Largest time of a step, relative to one windowed `cv2.phaseCorrelate`."""
+
 TRACK_TARGET = 3.0
-"""Largest wall time of `chainage track` over that of decoding the same file to grey."""
+"""Largest wall time of `chainage track`, relative to decoding the same file to grey."""

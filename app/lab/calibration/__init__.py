@@ -1,10 +1,10 @@
 """Camera intrinsics from pictures of a checkerboard or a ChArUco board.
 
-- `boards`: what was printed, and what a picture shows of it.
-- `finding`: looks for the board in each picture, and how sharp it is.
+- `boards`: the printed board, and its view in a picture.
+- `finding`: detects the board in each picture, and measures how sharp it is.
 - `lens`: one least-squares fit of a camera to the boards found.
-- `fitting`: fits, leaves out what does not agree, fits again; the result and its verdict.
-- `report`: draws which part of the picture the boards covered, and the residuals.
+- `fitting`: fits, rejects outliers and fits again; the result and its verdict.
+- `report`: draws the part of the picture that the boards covered, and the residuals.
 """
 
 from app.lab.calibration.boards import Board, Boards, UnusableBoards, View

@@ -1,4 +1,4 @@
-"""The board that was printed, and what the pictures show of it."""
+"""The printed board, and its views in the pictures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vo_core.geometry.wall import Points
 
 
 class UnusableBoards(ChainageError):
-    """The pictures do not determine a camera; the text says why and what to do."""
+    """The pictures do not determine a camera; the message states why and what to do."""
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Board:
     """A flat calibration pattern: a ChArUco board if it has markers, else a checkerboard."""
 
     columns: int
-    """Squares along a row of a ChArUco board; inner corners, or squares, of a checkerboard."""
+    """Squares along a row of a ChArUco board; inner corners or squares of a checkerboard."""
     rows: int
     square_mm: float
     marker_mm: float | None = None
@@ -35,16 +35,17 @@ class Board:
 
     @property
     def margin(self) -> float:
-        """How far on both sides of a square's edge the print is of one colour, in squares.
+        """Distance on both sides of a square's edge over which the print has one colour, in
+        squares.
 
-        Half a square, or the white around a marker, less a tenth for safety.
+        It is half a square, or the white around a marker, minus a tenth for safety.
         """
         return 0.4 if self.marker_mm is None else 0.45 * (1 - self.marker_mm / self.square_mm)
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A board as one picture shows it."""
+    """The view of a board in one picture."""
 
     name: str
     corners_px: Points
@@ -55,13 +56,13 @@ class View:
     """Width of the edges between squares: height of the step over its steepest slope."""
 
     def only(self, good: NDArray[np.bool_]) -> View:
-        """The same with some of its corners, `good` (N,)."""
+        """Keep only the corners in the mask `good`, (N,)."""
         return replace(self, corners_px=self.corners_px[good], corners_mm=self.corners_mm[good])
 
 
 @dataclass(frozen=True)
 class Dropped:
-    """A picture that is not used."""
+    """A picture that was rejected."""
 
     name: str
     reason: str
@@ -69,7 +70,7 @@ class Dropped:
 
 @dataclass(frozen=True)
 class Boards:
-    """What was found in a set of pictures."""
+    """The boards found in a set of pictures."""
 
     size_wh: tuple[int, int]
     views: tuple[View, ...]

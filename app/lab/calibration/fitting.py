@@ -1,4 +1,4 @@
-"""The camera of a set of pictures: fit, leave out what does not agree, fit again; the verdict."""
+"""Fits the camera of a set of pictures, rejects outliers, fits again, and gives a verdict."""
 
 from __future__ import annotations
 
@@ -17,33 +17,40 @@ from vo_core.rig import Camera, Rig
 from vo_core.types import ByteImage
 
 GOOD_IMAGES = 10
+"""Number of pictures for a good calibration."""
 
 OUTLIER_RATIO, OUTLIER_PX = 3.0, 0.5
-"""A picture whose middle residual is so many times that of the middle picture, and at least so many
-px, does not show the same flat board through the same lens."""
+"""A picture is rejected if its median residual is this many times that of the median picture and at
+least this many px: it does not show the same flat board through the same lens."""
 
 STRAY_RATIO, STRAY_PX = 4.0, 0.3
-"""A corner whose residual is so many times the middle one, and at least so many px, was not found
-but guessed: finders do so where squares are small."""
+"""A corner is rejected if its residual is this many times the median and at least this many px:
+detectors guess corners where squares are small."""
 
 GOOD_RMS_PX = 0.5
+"""Largest residual of a good calibration."""
+
 WORST_FX_SIGMA = 0.05
-"""Share of fx above which there is no result."""
+"""Largest sigma of fx, relative to fx, for which there is a result."""
+
 GOOD_FX_PERCENT = 0.2
-"""Two standard deviations of fx; each percent of fx is a percent of every distance."""
+"""Largest two standard deviations of fx in a good calibration; one percent of fx is one percent of
+every distance."""
 
 COVERAGE_CELLS = (6, 8)
 """Rows and columns of the grid on which the coverage of the picture is counted."""
+
 GOOD_COVERAGE = 0.6
+"""Least share of covered cells in a good calibration."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A picture that is used, and how well it agrees with the camera."""
+    """A picture that is used, with its residuals."""
 
     view: View
     residual_px: Points
-    """(N, 2) corner found minus corner projected."""
+    """(N, 2) detected corner minus projected corner."""
 
     @property
     def length_px(self) -> NDArray[np.float64]:
@@ -52,7 +59,7 @@ class Fit:
 
     @property
     def median_px(self) -> float:
-        """Median length, which a few corners that were not found cannot spoil."""
+        """Median length, which a few wrong corners do not affect."""
         return float(np.median(self.length_px))
 
     @property
@@ -63,7 +70,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Calibration:
-    """A camera and what it rests on."""
+    """A camera, and the pictures that determine it."""
 
     camera: Camera
     fits: tuple[Fit, ...]
@@ -71,7 +78,7 @@ class Calibration:
     fx_sigma_px: float
     """Standard deviation of fx."""
     covered: NDArray[np.bool_]
-    """(rows, columns) cells of the picture in which a corner was seen."""
+    """(rows, columns) whether a corner was seen in each cell of the picture."""
 
     @property
     def rms_px(self) -> float:
@@ -80,11 +87,11 @@ class Calibration:
 
     @property
     def fx_percent(self) -> float:
-        """95 % uncertainty of fx in percent of it, which is also that of every distance."""
+        """95 % uncertainty of fx in percent, which is also that of every distance."""
         return 200 * self.fx_sigma_px / self.camera.fx
 
     def into(self, rig: Rig) -> Rig:
-        """The rig with this camera, and how well its focal length is known now."""
+        """Put this camera, and the tolerance of its focal length, into a rig."""
         known = rig.known_to(focal_percent=round(100 * self.fx_sigma_px / self.camera.fx, 4))
         return known.model_copy(update={"camera": self.camera})
 
@@ -100,7 +107,7 @@ class Calibration:
         ]
 
     def weaknesses(self) -> list[str]:
-        """What keeps this from being a good calibration, with what to do; empty if it is one."""
+        """What makes this calibration weak, with what to do; empty for a good one."""
         found = [
             (
                 len(self.fits) < GOOD_IMAGES,
@@ -131,9 +138,12 @@ def calibrate_files(
     model: Model,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> Calibration:
-    """The camera that took these pictures of a board.
+    """Calibrate the camera that took these pictures of a board.
 
     Args:
+        files: The pictures.
+        board: The printed board.
+        model: Model of the lens.
         on_progress: Called after each picture with pictures done and in all.
     Raises:
         UnusableBoards: The pictures determine no camera.
@@ -150,9 +160,9 @@ def calibrate_files(
 
 
 def calibrate(boards: Boards, model: Model) -> Calibration:
-    """The camera that shows all the boards where they were found, by least squares.
+    """Fit the camera to all boards by least squares.
 
-    Pictures and corners that do not agree with the others are left out and the fit repeated.
+    Pictures and corners that do not agree with the others are rejected, and the fit is repeated.
 
     Raises:
         UnusableBoards: Too few pictures are left, or they determine no camera.
@@ -188,7 +198,7 @@ def calibrate(boards: Boards, model: Model) -> Calibration:
 
 
 def _agreeing(fits: Sequence[Fit]) -> tuple[list[View], list[Dropped]]:
-    """The views without the worst picture, or, if none is bad, without their stray corners."""
+    """Reject the worst picture, or, if none is bad, stray corners."""
     usual_px = float(np.median([fit.median_px for fit in fits]))
     worst = max(fits, key=lambda fit: fit.median_px)
     if worst.median_px > max(OUTLIER_PX, OUTLIER_RATIO * usual_px):

@@ -1,11 +1,11 @@
-"""A camera from the file of the tool that calibrated it, in place of the rig file's own.
+"""Reads a camera from the file of another calibration tool.
 
 - ROS camera_info YAML: plumb_bob and rational_polynomial are pinhole, equidistant is fisheye.
 - Kalibr camchain YAML, of cam0: a pinhole with radtan or none is pinhole, with equidistant fisheye.
 - OpenCV FileStorage YAML, XML or JSON: pinhole, unless `fisheye_model` says otherwise.
 - The camera part of a rig file, as `chainage calibrate` writes it.
 
-All of them give K and the coefficients in OpenCV's order and put pixel centres at integers, as the
+All of them state K and the coefficients in OpenCV's order, with pixel centres at integers, as the
 rig does.
 """
 
@@ -41,11 +41,11 @@ _MODELS = {
 
 
 def read_camera(path: Path | str) -> Camera:
-    """Read the intrinsics that ROS, Kalibr or OpenCV have written.
+    """Read intrinsics written by ROS, Kalibr or OpenCV.
 
     Raises:
-        InvalidRig: No such file, none of these forms, or a value that is missing or not allowed;
-            the text names it and what is accepted.
+        InvalidRig: No such file, another format, or a value is missing or not allowed; the message
+            names it and what is accepted.
     """
     path = Path(path)
     try:
@@ -57,7 +57,7 @@ def read_camera(path: Path | str) -> Camera:
 
 
 def _fields(text: str) -> dict[str, Any]:
-    """The fields of a rig's camera.  Raises ValueError with a reason for a person."""
+    """Convert to the fields of a rig's camera; raises ValueError with a reason for a person."""
     content = _content(text)
     if isinstance(content, Mapping):
         if "fx" in content:
@@ -69,7 +69,7 @@ def _fields(text: str) -> dict[str, Any]:
 
 
 def _content(text: str) -> Any:
-    """Plain mappings, lists, numbers and words, a matrix as a mapping of rows, cols and data."""
+    """Parse to mappings, lists, numbers and words; a matrix becomes rows, cols and data."""
     try:
         if text.lstrip()[:1] in ("<", "{"):
             storage = cv2.FileStorage()
@@ -84,7 +84,7 @@ def _content(text: str) -> Any:
 
 
 class _Loader(yaml.SafeLoader):
-    """Plain YAML and OpenCV's matrices."""
+    """Loads plain YAML with OpenCV's matrices."""
 
 
 def _matrix(loader: _Loader, node: yaml.MappingNode) -> dict[Any, Any]:
@@ -121,7 +121,7 @@ def _of_kalibr(camera: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _of_opencv(fields: Mapping[str, Any]) -> dict[str, Any]:
-    """OpenCV's and ROS's files; in ROS's a field names the distortion model."""
+    """Convert files of OpenCV and ROS; in those of ROS a field names the distortion model."""
     fx, skew, cx, _, fy, cy, *_ = _numbers(fields, *_MATRIX, count=9)
     if any(name in fields for name in _SIZE_WH):
         width, height = _sizes(fields, *_SIZE_WH, count=2)
@@ -150,17 +150,17 @@ def _model(distortion: object) -> str:
 
 
 def _sizes(fields: Mapping[str, Any], *names: str, count: int) -> list[float]:
-    """Whole numbers as int: those of OpenCV's files arrive as floats, which the rig refuses."""
+    """Convert whole numbers to int: files of OpenCV have floats, which the rig rejects."""
     numbers = _numbers(fields, *names, count=count)
     return [int(number) if number.is_integer() else number for number in numbers]
 
 
 def _numbers(fields: Mapping[str, Any], *names: str, count: int | None = None) -> list[float]:
-    """A number, a list, rows, or a mapping of rows, cols and data; row by row."""
+    """Flatten a number, a list, rows, or a mapping of rows, cols and data, row by row."""
     value = _value(fields, *names)
     try:
         if isinstance(value, Mapping):
-            # To float also from words: 1e-05 is one in YAML 1.1.
+            # Words are converted too, because 1e-05 is a word in YAML 1.1.
             matrix = np.array(value["data"], np.float64)
             matrix = matrix.reshape(int(value["rows"]), int(value["cols"]))
         else:
@@ -173,7 +173,7 @@ def _numbers(fields: Mapping[str, Any], *names: str, count: int | None = None) -
 
 
 def _value(fields: Mapping[str, Any], *names: str) -> Any:
-    """Under the first of the names that is there."""
+    """Look up the first of the names that is present."""
     for name in names:
         if name in fields:
             return fields[name]

@@ -1,4 +1,4 @@
-"""One least-squares fit of a camera to boards, by OpenCV, and how well it determines fx."""
+"""A least-squares fit of a camera to boards by OpenCV, and the uncertainty of its fx."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from vo_core.rig import Camera
 from vo_core.types import Matrix
 
 LEAST_VIEWS = 5
-"""Fewer boards leave the lens undetermined: each has a pose of its own to be found as well."""
+"""Least number of views; fewer do not determine the lens, as each adds a pose of its own."""
 
 _FIELDS_RAD = (np.pi / 1.25, np.pi / 1.5)
-"""Angles that the longer side of a picture may span, to start from."""
+"""Starting values of the angle that the longer side of a picture spans."""
 
 Model = Literal["pinhole", "fisheye"]
 
 _Arrays = list[NDArray[np.float32]]
-"""calibrateCamera takes no other type."""
+"""The only type that calibrateCamera accepts."""
 
 
 @dataclass(frozen=True)
 class Lens:
-    """A fitted camera and the poses of the boards before it, in OpenCV's terms."""
+    """A fitted camera and the poses of the boards, in OpenCV's terms."""
 
     model: Model
     views: Sequence[View]
-    """Those that it explains."""
+    """Views that the fit explains."""
     matrix: Matrix
     distortion: Matrix
     turns: Sequence[Matrix]
@@ -43,13 +43,13 @@ class Lens:
     places_mm: Sequence[Matrix]
 
     def residuals_px(self) -> list[Points]:
-        """For each view (N, 2): corner found minus corner projected."""
+        """Residuals of each view, (N, 2): detected corner minus projected corner."""
         return [view.corners_px - self._project(n)[0] for n, view in enumerate(self.views)]
 
     def fx_sigma_px(self) -> float:
-        """Standard deviation of fx: s^2 (J'J)^-1 of all corners, the boards' poses eliminated.
+        """Standard deviation of fx: s^2 (J'J)^-1 of all corners, with the boards' poses eliminated.
 
-        OpenCV states it for the pinhole only.
+        OpenCV returns it for the pinhole model only.
         """
         residuals_px = self.residuals_px()
         information: Matrix = np.zeros((0, 0))
@@ -61,16 +61,17 @@ class Lens:
         values = 2 * sum(len(residual) for residual in residuals_px)
         unknown = len(information) + 6 * len(self.views)
         variance_px2 = sum(float((r**2).sum()) for r in residuals_px) / (values - unknown)
-        scale = np.sqrt(np.diag(information))  # px and powers of an angle: of one size to invert
+        # px and powers of an angle, scaled to one size before inverting
+        scale = np.sqrt(np.diag(information))
         cofactor = np.linalg.inv(information / np.outer(scale, scale))[0, 0] / scale[0] ** 2
-        # Rounding makes it negative where the boards say nothing about fx.
+        # Rounding makes it negative if the boards do not determine fx.
         return float(np.sqrt(variance_px2 * cofactor)) if cofactor > 0 else float("inf")
 
     def camera(self, size_wh: tuple[int, int]) -> Camera:
-        """The camera part of a rig file.
+        """Convert to the camera part of a rig file.
 
         Raises:
-            UnusableBoards: No camera has such numbers.
+            UnusableBoards: The values are impossible for a camera.
         """
         try:
             return Camera.model_validate(
@@ -106,15 +107,15 @@ class Lens:
 
 
 def fit_lens(views: Sequence[View], model: Model, size_wh: tuple[int, int]) -> Lens:
-    """The lens that shows the boards where they were found; views it cannot place are left out.
+    """Fit the lens to the boards; views that it cannot place are left out.
 
     Raises:
-        UnusableBoards: There is none.
+        UnusableBoards: No lens fits.
     """
     if model == "pinhole":
         return _fit_pinhole(views, size_wh)
-    # Started from a guess, OpenCV misplaces boards far aside, which say most about the lens, or
-    # fails on them. Each lens that the others gave is a better start, and takes nearly all at last.
+    # From a guess, OpenCV misplaces boards far aside, which determine the lens best, or fails on
+    # them.  Each lens from the other boards is a better start, until nearly all are placed.
     lens, placed = _first_fisheye(views, size_wh), 0
     while placed < len(views):
         try:
@@ -130,7 +131,7 @@ def fit_lens(views: Sequence[View], model: Model, size_wh: tuple[int, int]) -> L
 
 def _fit_pinhole(views: Sequence[View], size_wh: tuple[int, int]) -> Lens:
     solids, seen = _as_opencv(views)
-    found: Sequence[Any]  # float64 all of them, which the stubs do not say
+    found: Sequence[Any]  # all of them float64, which the stubs do not state
     try:
         _, *found = cv2.calibrateCamera(solids, seen, size_wh, np.eye(3), np.zeros(4))
     except cv2.error as error:
@@ -140,7 +141,7 @@ def _fit_pinhole(views: Sequence[View], size_wh: tuple[int, int]) -> Lens:
 
 
 def _first_fisheye(views: Sequence[View], size_wh: tuple[int, int]) -> Lens:
-    """From OpenCV's own guess of the lens, or else others: which one fails depends on rounding."""
+    """Fit from OpenCV's own guess, or else from others: which one fails depends on rounding."""
     width, height = size_wh
     guesses: list[tuple[Matrix, Matrix] | None] = [None]
     for field_rad in _FIELDS_RAD:
@@ -151,7 +152,7 @@ def _first_fisheye(views: Sequence[View], size_wh: tuple[int, int]) -> Lens:
         guesses.append((matrix, np.zeros(4)))
     for guess in guesses:
         try:
-            # Unchecked: seen through a guessed lens, good boards may look degenerate.
+            # Unchecked, as good boards may look degenerate through a guessed lens.
             return _fit_fisheye(views, size_wh, guess, is_checked=False)
         except UnusableBoards as error:
             reason = error
@@ -165,7 +166,7 @@ def _fit_fisheye(
     *,
     is_checked: bool,
 ) -> Lens:
-    """The fisheye lens of those views that OpenCV can place, which may not be all."""
+    """Fit a fisheye lens to the views that OpenCV can place, which may not be all."""
     flags = cv2.CALIB_RECOMPUTE_EXTRINSIC | cv2.CALIB_FIX_SKEW
     matrix, distortion = np.eye(3), np.zeros(4)
     if start is not None:
@@ -180,9 +181,9 @@ def _fit_fisheye(
             found: Sequence[Any]
             _, *found = cv2.fisheye.calibrate(
                 solids, seen, size_wh, matrix.copy(), distortion.copy(), flags=flags
-            )  # copies, as both are changed in place
+            )  # copies, because both are changed in place
         except cv2.error as error:
-            # One view fails the whole set (opencv/opencv#23962); only the message says which.
+            # One view fails the whole set (opencv/opencv#23962); only the message names it.
             culprit = re.search(r"input array (\d+)", str(error))
             if culprit is None or len(kept) <= LEAST_VIEWS:
                 raise UnusableBoards(
@@ -195,6 +196,6 @@ def _fit_fisheye(
 
 
 def _as_opencv(views: Sequence[View]) -> tuple[_Arrays, _Arrays]:
-    """Corners in mm and in px, (1, N, k) each."""
+    """Convert corners in mm and in px to (1, N, k) each."""
     solids = [view.corners_mm[None].astype(np.float32) for view in views]
     return solids, [view.corners_px[None].astype(np.float32) for view in views]

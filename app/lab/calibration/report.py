@@ -1,4 +1,4 @@
-"""A picture of what a calibration rests on."""
+"""Draws the data behind a calibration."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from app.lab.calibration.fitting import Calibration
 
 
 def plot(calibration: Calibration, file: Path) -> None:
-    """Draw where in the picture the boards were, and the residual of each picture.
+    """Draw where the boards were in the picture, and the residual of each picture.
 
     Args:
+        calibration: The result to draw.
         file: Where the picture goes; its suffix decides the format (.png, .pdf, .svg).
     """
-    # Only this function draws; whoever does not plot does not wait for matplotlib.
+    # matplotlib is imported only for plots.
     from matplotlib.figure import Figure
 
     camera, fits = calibration.camera, calibration.fits

@@ -1,4 +1,4 @@
-"""Rendered culvert inspections of exactly known motion: samples, test truth, rig planning."""
+"""Renders culvert inspections of exactly known motion, for samples, tests and planning."""
 
 from app.lab.simulation.render import RenderedFrame, render
 from app.lab.simulation.rigs import drawn_rigs

@@ -1,4 +1,4 @@
-"""From pixels to points on the wall, exactly: the geometry of the renderer.
+"""The exact geometry of the renderer, from pixels to points on the wall.
 
 Of `vo_core` only the numbers of rigs and poses are used here and no function, so that the odometry
 is measured against a truth in which it had no part.
@@ -32,13 +32,13 @@ FloatImage = NDArray[np.float32]
 _Doubles = NDArray[np.float64]
 
 REACH_MM = 1000.0
-"""Nothing farther along the pipe than this is drawn."""
+"""Farthest axial distance from the camera that is drawn."""
 
 
 def camera_rays(camera: Camera) -> _Doubles:
     """Directions of all pixels in the camera frame, (H, W, 3), of length 1."""
     u, v = np.meshgrid(np.arange(camera.width, dtype=float), np.arange(camera.height, dtype=float))
-    # OpenCV knows no skew: u = fx x + skew y + cx is undone here, for its distorted x and y.
+    # OpenCV has no skew: u = fx x + skew y + cx is inverted here, for its distorted x and y.
     y = (v - camera.cy) / camera.fy
     x = (u - camera.cx - camera.skew * y) / camera.fx
     if camera.model == "fisheye":
@@ -56,9 +56,9 @@ def camera_rays(camera: Camera) -> _Doubles:
 
 
 def _fisheye_rays(x: _Doubles, y: _Doubles, distortion: list[float]) -> _Doubles:
-    """Rays of r = theta (1 + k1 theta^2 + ... + k4 theta^8), also beyond 90 degrees.
+    """Rays of r = theta (1 + k1 theta^2 + ... + k4 theta^8), even beyond 90 degrees.
 
-    `cv2.fisheye.undistortPoints` answers in tangents, which end at 90 degrees.
+    `cv2.fisheye.undistortPoints` returns tangents, which end at 90 degrees.
     """
     r = np.hypot(x, y)
     k = np.array([1.0, *distortion])
@@ -72,7 +72,7 @@ def _fisheye_rays(x: _Doubles, y: _Doubles, distortion: list[float]) -> _Doubles
 
 
 def mount_rotation(mount: Mount) -> _Doubles:
-    """R_robot_camera of the module's docstring, (3, 3)."""
+    """(3, 3) R_robot_camera of the module's docstring."""
     down = np.eye(3)
     forward = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
     rotation, pitch, roll = (
@@ -88,7 +88,7 @@ def mount_rotation(mount: Mount) -> _Doubles:
 
 
 class WallCaster:
-    """Casts the rays of one rig onto its wall, and onto silt that lies in it."""
+    """Casts the rays of one rig onto its wall and onto silt in it."""
 
     def __init__(self, rig: Rig, silt: Silt = NO_SILT) -> None:
         rays = camera_rays(rig.camera) @ mount_rotation(rig.mount).T
@@ -101,7 +101,7 @@ class WallCaster:
         self.radius_mm = None if diameter_mm is None else diameter_mm / 2
 
     def cast(self, *poses: Pose) -> tuple[FloatImage, FloatImage, FloatImage]:
-        """Wall points of all pixels, for a camera at one pose or one pose for each row.
+        """Cast all pixels to the wall, for a camera at one pose or at one pose for each row.
 
         Returns:
             ahead_mm: Axial distance from the camera, within +-`REACH_MM`, (H, W).
@@ -134,7 +134,7 @@ class WallCaster:
     def _in_the_pipe(
         self, yaw_rad: _Doubles, pitch_rad: _Doubles, roll_rad: _Doubles
     ) -> tuple[FloatImage, FloatImage, FloatImage]:
-        """The rays in the axes of the pipe; angles are (1, 1) or (H, 1)."""
+        """Rotate the rays into the axes of the pipe; angles are (1, 1) or (H, 1)."""
         x, y, z = self._rays
         (cy, sy), (cp, sp), (cr, sr) = (
             (np.cos(angle), np.sin(angle)) for angle in (yaw_rad, pitch_rad, roll_rad)
@@ -152,7 +152,7 @@ class WallCaster:
     def _range_to_silt(
         self, dx: FloatImage, dz: FloatImage, x_mm: _Doubles, z0: np.float32
     ) -> FloatImage:
-        """The t of z0 + t dz = R - depth(x + t dx), the bed of the silt."""
+        """Solve z0 + t dz = R - depth(x + t dx), the bed of the silt, for t."""
         slope = np.float32(self._silt.slope)
         above_mm = np.float32(self.radius_mm or 0) - np.float32(self._silt.depth_mm(x_mm)) - z0
         down = dz + slope * dx
@@ -162,7 +162,7 @@ class WallCaster:
 def _range_in_cylinder(
     dy: FloatImage, dz: FloatImage, y0: np.float32, z0: np.float32, radius: np.float32
 ) -> FloatImage:
-    """The t > 0 of |(y0, z0) + t (dy, dz)| = R for a camera inside."""
+    """Solve |(y0, z0) + t (dy, dz)| = R for t > 0, for a camera inside."""
     a = dy * dy
     a += dz * dz
     np.maximum(a, np.float32(1e-9), out=a)

@@ -1,4 +1,4 @@
-"""Defects that are drawn onto the wall of a scenario at known places."""
+"""Draws defects onto the wall of a scenario at known places."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ _Image = NDArray[np.float32]
 _CRACK_REFLECTANCE = 0.05
 _SILT_REFLECTANCE = 0.55
 _WET_SHARE = 0.45
-"""Light that a wet stain gives back, relative to the dry wall."""
+"""Reflectance of a wet stain, relative to the dry wall."""
 
 
 @dataclass(frozen=True)
 class Defect:
-    """Something that an inspector would tag."""
+    """A defect that an inspector would tag."""
 
     kind: Literal["crack", "roots", "leak", "silt"]
     x_mm: float
-    """Axial position of its centre; `arc_mm` is that along the wall, 0 at the invert."""
+    """Axial position of its centre; `arc_mm` is its position along the wall, 0 at the invert."""
     arc_mm: float
     length_mm: float
-    """Along the pipe; `width_mm` is across it."""
+    """Extent along the pipe; `width_mm` is the extent across it."""
     width_mm: float
 
 
@@ -51,7 +51,7 @@ def draw_defects(
 def _window(
     reflectance: _Image, defect: Defect, x0_mm: float, arc0_mm: float, texel_mm: float
 ) -> _Image:
-    """The part of the wall that the defect covers, as far as the wall is drawn."""
+    """The drawn part of the wall that the defect covers."""
     left = round((defect.x_mm - defect.length_mm / 2 - x0_mm) / texel_mm)
     top = round((defect.arc_mm - defect.width_mm / 2 - arc0_mm) / texel_mm)
     right = left + round(defect.length_mm / texel_mm)
@@ -60,7 +60,7 @@ def _window(
 
 
 def _crack(window: _Image, texel_mm: float, rng: np.random.Generator) -> None:
-    """A gap of about 2 mm along the pipe that wanders, with two branches."""
+    """Draw a winding gap of about 2 mm along the pipe, with two branches."""
     rows, columns = window.shape
     steps = max(columns // max(round(6 / texel_mm), 1), 2)
     gap = np.zeros(window.shape, np.float32)
@@ -80,7 +80,7 @@ def _crack(window: _Image, texel_mm: float, rng: np.random.Generator) -> None:
 
 
 def _roots(window: _Image, texel_mm: float, rng: np.random.Generator) -> None:
-    """Threads that hang out of the middle of the window, a joint, over their own shadow."""
+    """Draw threads that hang out of a joint in the middle of the window, over their shadow."""
     rows, columns = window.shape
     threads = np.zeros(window.shape, np.float32)
     shade = np.zeros(window.shape, np.float32)
@@ -101,7 +101,7 @@ def _roots(window: _Image, texel_mm: float, rng: np.random.Generator) -> None:
 
 
 def _leak(window: _Image, texel_mm: float, rng: np.random.Generator) -> None:
-    """Wet streaks that run down to the invert, with a crust of lime on their border."""
+    """Draw wet streaks down to the invert, with a crust of lime on their border."""
     rows, columns = window.shape
     wet = np.zeros(window.shape, np.float32)
     run = np.linspace(0, rows - 1, 24)
@@ -118,7 +118,7 @@ def _leak(window: _Image, texel_mm: float, rng: np.random.Generator) -> None:
 
 
 def _silt(window: _Image, texel_mm: float, rng: np.random.Generator) -> None:
-    """A bank of light sand with ripples across it and a ragged edge."""
+    """Draw a bank of light sand with ripples across it and a ragged edge."""
     rows, columns = window.shape
     across = np.linspace(-1, 1, rows, dtype=np.float32)[:, None]
     along = np.linspace(-1, 1, columns, dtype=np.float32)[None, :]

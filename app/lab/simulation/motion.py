@@ -1,4 +1,4 @@
-"""Where the robot is at every moment of a scenario."""
+"""The pose of the robot at every moment of a scenario."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from math import cos, floor, pi, radians, sin, sqrt
 from app.lab.simulation.scenario import Scenario, Shaking
 from vo_core.geometry.wall import Pose
 
-# Two waves each, as (share of the amplitude, wavelength in mm); no common period.
+# Two waves each, as (share of the amplitude, wavelength in mm), without a common period.
 _SWAY_WAVES = ((0.75, 1700.0), (0.25, 610.0))
 _YAW_WAVES = ((0.75, 1300.0), (0.25, 470.0))
 _CLIMB_WAVES = ((0.75, 1500.0), (0.25, 530.0))
 
 _SHAKING_SHARES = (0.6, 0.4)
-"""Of the amplitude, in the two waves of a shaking robot."""
+"""Shares of the amplitude in the two waves of a shaking robot."""
 
 
 _PHASE_STEP_RAD = 2.4
-"""Between two movements of a shaking robot, so that none goes with another."""
+"""Phase between two movements of a shaking robot, so that they are not synchronous."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class _Leg:
         return self.speed_mm_s / self.acceleration_mm_s2
 
     def driven_mm(self, t_s: float) -> float:
-        """Path of this leg after `t_s` since its start."""
+        """Path on this leg at `t_s` after its start."""
         t_s = min(max(t_s, 0.0), self.duration_s)
         if t_s < self._ramp_s:
             return self.acceleration_mm_s2 * t_s**2 / 2
@@ -55,7 +55,7 @@ class _Leg:
         return self.speed_mm_s * (t_s - self._ramp_s / 2)
 
     def speed_share(self, t_s: float) -> float:
-        """Speed after `t_s` since the start of this leg over its full speed."""
+        """Speed at `t_s` after the start of this leg, relative to its full speed."""
         left_s = self.duration_s - t_s
         if min(t_s, left_s) <= 0:
             return 0.0
@@ -65,8 +65,8 @@ class _Leg:
 class Trajectory:
     """The drive of a scenario: standstill, its legs with rests between them, standstill.
 
-    Sway, yaw and climb are waves over the length of the path, so that a robot that stands is still
-    and one that comes back does so on another line.  It shakes in time, as strongly as it is fast.
+    Sway, yaw and climb are waves over the length of the path, so that a standing robot is still and
+    a returning one takes another line. It shakes over time, in proportion to its speed.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -81,7 +81,7 @@ class Trajectory:
                 travelled_mm=travelled_mm,
                 direction=1.0 if share > 0 else -1.0,
                 length_mm=length_mm,
-                # A leg too short to reach the full speed brakes half-way.
+                # On a leg too short for the full speed the robot brakes half-way.
                 speed_mm_s=min(scenario.speed_mm_s, sqrt(scenario.acceleration_mm_s2 * length_mm)),
                 acceleration_mm_s2=scenario.acceleration_mm_s2,
             )
@@ -95,9 +95,9 @@ class Trajectory:
 
     @property
     def frames(self) -> int:
-        """Frames from the first one that is not cut off to the final stop."""
+        """Number of frames from the first one that is not cut to the final stop."""
         rate, cut = self._scenario.frames_per_s, self._scenario.cut_frames
-        # A film that ends with a frame does so whatever the rounding of its times.
+        # Rounding of the times must not drop a last frame that ends the film.
         return floor(self.duration_s * rate + 1e-6) + 1 - cut
 
     @property
@@ -128,7 +128,7 @@ class Trajectory:
         return Pose.of(self.pose(t_s).vector - self._start.vector)
 
     def extremes(self) -> list[Pose]:
-        """Poses at x = 0 between which all others lie, about."""
+        """Extreme poses at x = 0, which approximately bound all others."""
         scenario = self._scenario
         largest = list(astuple(scenario.shaking)[1:])
         return [
@@ -153,7 +153,7 @@ class Trajectory:
         climb_deg: float,
         shaken: Sequence[float],
     ) -> Pose:
-        """A pose of its parts; `shaken` holds y, z in mm and yaw, pitch, roll in degrees."""
+        """Compose a pose; `shaken` holds y, z in mm and yaw, pitch, roll in degrees."""
         shaken_y_mm, shaken_z_mm, shaken_yaw_deg, pitch_deg, roll_deg = shaken
         lateral_mm, below_axis_mm = self._camera_from_axis_mm
         y_mm, z_mm = _turned(
@@ -170,7 +170,7 @@ class Trajectory:
 
     @property
     def _camera_from_axis_mm(self) -> tuple[float, float]:
-        """Place of the camera to the right of the pipe's axis and below it."""
+        """Position of the camera to the right of the pipe's axis and below it."""
         rig = self._scenario.rendered_rig
         diameter_mm = rig.pipe.diameter_mm
         below_mm = 0.0 if diameter_mm is None else diameter_mm / 2 - rig.mount.height_mm
@@ -178,7 +178,7 @@ class Trajectory:
 
 
 def _turned(y_mm: float, z_mm: float, angle_rad: float) -> tuple[float, float]:
-    """A place beside the pipe's axis, turned about it, right-handed about x."""
+    """Rotate a position about the pipe's axis, right-handed about x."""
     if angle_rad == 0:
         return y_mm, z_mm
     c, s = cos(angle_rad), sin(angle_rad)
@@ -190,7 +190,7 @@ def _wave(path_mm: float, waves: tuple[tuple[float, float], ...]) -> float:
 
 
 def _shaken(shaking: Shaking, t_s: float) -> list[float]:
-    """How far a robot at full speed is shaken: y, z in mm, yaw, pitch, roll in degrees."""
+    """Shaking of a robot at full speed: y, z in mm, yaw, pitch, roll in degrees."""
     frequencies_hz, *largest = astuple(shaking)
     return [
         value

@@ -1,4 +1,4 @@
-"""The pictures of a scenario, one by one: wall, light, lens, sensor, recorder."""
+"""Renders the pictures of a scenario, one by one: wall, light, lens, sensor, recorder."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from app.lab.simulation.wall import Wall, make_wall
 from vo_core.geometry.wall import NOMINAL
 
 _FULL_LIGHT_GREY = 235.0
-"""Grey level of a perfect reflector in the lamp's centre."""
+"""Grey level of a perfect reflector in the centre of the lamp."""
+
 _BLACK_GREY = 4.0
 _MIN_TEXEL_MM = 0.2
 _WATER_HALF_MM = 16.0
@@ -32,7 +33,7 @@ class RenderedFrame:
 
     index: int
     t_s: float
-    """Time stamp, which a network may have made late; the picture is that of index / rate."""
+    """Time stamp, which a network may delay; the picture was exposed at index / rate."""
     image: NDArray[np.uint8]
     """(H, W) grey."""
     x_mm: float
@@ -65,7 +66,7 @@ def render(scenario: Scenario) -> Iterator[RenderedFrame]:
 
 
 class _Scene:
-    """What falls on the sensor: the wall, seen from the robot's pose and lit by its lamp."""
+    """The light on the sensor: the wall, seen from the robot's pose and lit by its lamp."""
 
     def __init__(self, scenario: Scenario, trajectory: Trajectory) -> None:
         self._scenario = scenario
@@ -80,13 +81,13 @@ class _Scene:
         self._light = _lamp(scenario, range_mm) * (_FULL_LIGHT_GREY * scenario.brightness)
         self._level_weights = _level_weights(pixel_mm / texel_mm, len(self._wall.levels))
         self._ripples = _ripples(scenario) if scenario.water else None
-        # Sub-exposures lie at most about 1.2 px apart.
+        # Sub-exposures are at most about 1.2 px apart.
         swept_px = scenario.speed_mm_s * scenario.exposure_s / finest_mm
         self._sub_exposures = max(1, ceil(swept_px / 1.2))
         self._row_delays_s = _row_delays_s(scenario)
 
     def light_at(self, t_s: float) -> FloatImage:
-        """The picture without noise, exposed around `t_s`, in grey levels."""
+        """Expose a picture without noise around `t_s`, in grey levels."""
         count = self._sub_exposures
         offsets = (np.arange(count) + 0.5) / count - 0.5
         sum_ = self._sample(t_s + offsets[0] * self._scenario.exposure_s)
@@ -96,7 +97,7 @@ class _Scene:
         return sum_
 
     def _sample(self, t_s: float) -> FloatImage:
-        """Reflectance under each pixel at one moment."""
+        """Sample the reflectance under each pixel at one moment."""
         at = {delay_s: self._trajectory.pose(t_s + delay_s) for delay_s in set(self._row_delays_s)}
         poses = [at[delay_s] for delay_s in self._row_delays_s]
         ahead_mm, arc_mm, _ = self._caster.cast(*poses)
@@ -108,9 +109,9 @@ class _Scene:
     def _look_up(
         self, x_mm: NDArray[np.float64], ahead_mm: FloatImage, arc_mm: FloatImage
     ) -> FloatImage:
-        """The wall's reflectance, each pixel from the level that matches its size."""
+        """Look up the wall's reflectance, each pixel at the level that matches its size."""
         wall = self._wall
-        # Large numbers meet in double precision before they meet the float32 pictures.
+        # Large coordinates are subtracted in double precision, before they become float32.
         first = int((float(x_mm.min()) + float(ahead_mm.min()) - wall.x0_mm) / wall.texel_x_mm)
         coarsest = 1 << (len(wall.levels) - 1)
         first = max(0, first // coarsest - 1) * coarsest
@@ -141,7 +142,7 @@ class _Scene:
         ahead_mm: FloatImage,
         arc_mm: FloatImage,
     ) -> FloatImage:
-        """The wall under a rippled stream that bends the view, dims it and glitters."""
+        """Look up the wall through a rippled stream, which bends the view, dims it and glitters."""
         away_mm = np.abs(arc_mm - np.float32(_WATER_CENTRE_MM))
         cover = np.clip((np.float32(_WATER_HALF_MM + 1.5) - away_mm) / np.float32(3.0), 0, 1)
         size = ripples.shape[0]
@@ -170,7 +171,7 @@ class _Scene:
         return np.maximum(seen, np.float32(0.0), out=seen)
 
     def _visible_wall(self, texel_mm: float) -> Wall:
-        """The wall over all that the camera can see on its way."""
+        """Draw the wall that the camera can see on its way."""
         ahead: list[float] = []
         arc: list[float] = []
         for pose in self._trajectory.extremes():
@@ -188,10 +189,10 @@ class _Scene:
 
 
 def _row_delays_s(scenario: Scenario) -> list[float]:
-    """When each row is exposed, against the time of the frame; one number where all are alike.
+    """Exposure time of each row relative to the frame's time; one number if all rows are equal.
 
-    An interlaced frame has the time of its upper field, which holds the even rows; a rolling
-    shutter that of its middle row.
+    The time of an interlaced frame is that of its upper field, which holds the even rows; with a
+    rolling shutter it is that of the middle row.
     """
     camera = scenario.rendered_rig.camera
     rows = np.arange(camera.height)
@@ -217,7 +218,7 @@ def _pixel_size_mm(ahead_mm: FloatImage, arc_mm: FloatImage, radius_mm: float | 
 
 
 def _level_weights(pixel_texels: FloatImage, levels: int) -> list[tuple[int, FloatImage | None]]:
-    """How much each level of the wall counts in each pixel; None where it alone counts fully."""
+    """Weight of each level of the wall in each pixel; None where a level has the whole weight."""
     level = np.clip(np.log2(pixel_texels), 0, levels - 1).astype(np.float32)
     weights: list[tuple[int, FloatImage | None]] = []
     for number in range(levels):
@@ -230,7 +231,7 @@ def _level_weights(pixel_texels: FloatImage, levels: int) -> list[tuple[int, Flo
 
 
 def _lamp(scenario: Scenario, range_mm: FloatImage) -> FloatImage:
-    """Light on the wall, times the lens's own fall-off, fixed to the picture, at most 1."""
+    """Light on the wall times the lens's fall-off, fixed to the picture, at most 1."""
     camera = scenario.rendered_rig.camera
     half_diagonal = np.hypot(camera.width, camera.height) / 2
     u, v = np.meshgrid(
@@ -249,7 +250,7 @@ def _lamp(scenario: Scenario, range_mm: FloatImage) -> FloatImage:
 
 
 def _ripples(scenario: Scenario) -> FloatImage:
-    """A square of waves of unit variance that repeats without a seam."""
+    """A square of waves of unit variance that repeats seamlessly."""
     rng = np.random.default_rng([scenario.seed, 3])
     size = 512
     fy, fx = np.meshgrid(np.fft.fftfreq(size), np.fft.rfftfreq(size), indexing="ij")
@@ -261,7 +262,7 @@ def _ripples(scenario: Scenario) -> FloatImage:
 
 
 class _Recorder:
-    """Glass, sensor and recorder: what happens to the light until a picture is stored."""
+    """Glass, sensor and recorder, which turn the light into a stored picture."""
 
     def __init__(self, scenario: Scenario, frames: int) -> None:
         self._scenario = scenario
@@ -273,7 +274,7 @@ class _Recorder:
         self._last: NDArray[np.uint8] | None = None
 
     def record(self, index: int, light: FloatImage) -> NDArray[np.uint8]:
-        """The stored picture of one frame."""
+        """Record the picture of one frame."""
         gain = float(np.clip(1 + self._scenario.flicker * self._rng.standard_normal(), 0.45, 1.7))
         self._rng.standard_normal(out=self._noise, dtype=np.float32)
         fault = self._faults.get(index)
@@ -297,7 +298,7 @@ class _Recorder:
 
 
 def _dirt(scenario: Scenario) -> tuple[FloatImage, FloatImage]:
-    """Transmission of the glass, and how much of the mean light around it scatters, (H, W)."""
+    """(H, W) transmission of the glass, and share of the surrounding light it scatters."""
     rng = np.random.default_rng([scenario.seed, 2])
     camera = scenario.rendered_rig.camera
     shape = (camera.height, camera.width)
@@ -327,7 +328,7 @@ def _dirt(scenario: Scenario) -> tuple[FloatImage, FloatImage]:
 
 
 def _drop_outs(scenario: Scenario, frames: int) -> dict[int, str]:
-    """Which frames come out "black" or "frozen"."""
+    """Frames that are "black" or "frozen", by number."""
     faults: dict[int, str] = {}
     if not scenario.drop_out_frames:
         return faults

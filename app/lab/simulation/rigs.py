@@ -1,4 +1,4 @@
-"""Rigs as people state them: wrong by about as much as their tolerance says."""
+"""Draws stated rigs that are wrong by about their tolerance."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from vo_core.rig import Rig
 
 
 def drawn_rigs(true: Rig, seed: int) -> Iterator[Rig]:
-    """Stated rigs without end, drawn from the tolerances of the true one around it.
+    """Yield stated rigs without end, drawn around the true one from its tolerances.
 
     Height, pitch, roll, focal length, diameter and the length of a segment have normal errors that
-    do not depend on each other.  A rig that cannot be, with its camera outside its pipe, is drawn
-    anew.
+    are independent.  An impossible rig, with its camera outside the pipe, is drawn again.
     """
     rng = np.random.default_rng(seed)
     while True:

@@ -34,7 +34,7 @@ SAMPLE = replace(
     lamp_width=2.5,
     defects=(_CRACK, _ROOTS, _SILT, _LEAK, _SECOND_CRACK),
 )
-"""Long enough for three joints, short enough to be rendered while one waits."""
+"""Long enough for three joints, short enough to be rendered while a person waits."""
 
 _TAGGED: tuple[tuple[Defect, Mapping[str, Any]], ...] = (
     (_CRACK, {"code": "BAB", "char1": "C", "char2": "A", "quant1": 2.0, "severity": 3}),
@@ -44,7 +44,7 @@ _TAGGED: tuple[tuple[Defect, Mapping[str, Any]], ...] = (
 
 
 def tags(scenario: Scenario) -> list[Tag]:
-    """Of the tagged defects that the camera of a sample, perhaps a shortened one, comes to."""
+    """Tags of the defects that the camera of a sample, perhaps a shortened one, reaches."""
     return [
         _tag(scenario, defect, fields)
         for defect, fields in _TAGGED

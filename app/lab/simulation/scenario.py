@@ -1,4 +1,4 @@
-"""What can be said of an inspection that is to be rendered."""
+"""The description of an inspection to be rendered."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from app.lab.simulation.defects import Defect
 from vo_core.rig import Rig
 
 BURST_S = 0.003
-"""Between the time stamps of two frames that a network delivers at once."""
+"""Interval between the time stamps of two frames that a network delivers together."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Shaking:
-    """How a robot shakes at full speed: the sum of two waves each, none in step with another."""
+    """How a robot shakes at full speed; two waves of different phases share each amplitude."""
 
     frequencies_hz: tuple[float, float] = (1.1, 2.7)
     y_mm: float = 0.0
@@ -29,18 +29,18 @@ class Shaking:
 
 @dataclass(frozen=True, kw_only=True)
 class Silt:
-    """A flat bed on the invert of a circular pipe, of which the rig knows nothing."""
+    """A flat bed on the invert of a circular pipe, which the rig does not describe."""
 
     start_mm: float = 0.0
-    """Depth above the invert where the film begins, x = 0."""
+    """Depth above the invert at x = 0, where the film begins."""
     slope: float = 0.0
-    """Rise of the bed over the way along the pipe."""
+    """Rise of the bed per distance along the pipe."""
     joint_share: float = 0.3
-    """Contrast of the line in which the bed has sagged above a joint, over that of the joint."""
+    """Contrast of the line in the bed above a joint, relative to the joint."""
 
     @property
     def is_there(self) -> bool:
-        """Is the pipe not clean?"""
+        """Whether there is silt."""
         return self.start_mm != 0 or self.slope != 0
 
     def depth_mm(self, x_mm: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -53,64 +53,65 @@ NO_SILT = Silt()
 
 @dataclass(frozen=True, kw_only=True)
 class Scenario:
-    """One inspection to render; what is not said is as in the nominal one."""
+    """One inspection to render; the defaults are those of the nominal one."""
 
     name: str
     description: str
     """One sentence for a person."""
     rig: Rig
-    """As it is stated in rig.json."""
+    """The rig that rig.json states."""
     true_rig: Rig | None = None
-    """What was really there, if the stated rig is wrong."""
+    """The rig that is rendered, if the stated one is wrong."""
     seed: int = 1
-    """Of the wall, the noise, the dirt and the drop-outs: equal seeds give equal files."""
+    """Seed of wall, noise, dirt and drop-outs; equal seeds give equal files."""
 
     length_mm: float = 6000.0
     """Length of the path, there and back added up."""
     legs: tuple[float, ...] = (1.0,)
-    """Shares of the path between two stops; negative is backwards. Their sizes add up to 1."""
+    """Shares of the path between two stops, negative backwards; their absolute values add up to
+    1."""
     rest_s: float = 0.0
-    """How long the robot stands between two legs."""
+    """Time for which the robot stands between two legs."""
     speed_mm_s: float = 300.0
     acceleration_mm_s2: float = 600.0
     sway_mm: float = 4.0
-    """Largest sideways offset on the way."""
+    """Largest sideways offset."""
     yaw_deg: float = 1.0
-    """Largest turn to either side."""
+    """Largest heading to either side."""
     climb_deg: float = 0.0
     """Largest angle about the pipe's axis by which the robot climbs the wall to either side."""
     shaking: Shaking = Shaking()
     frames_per_s: int = 30
     exposure_s: float = 0.0005
     cut_frames: int = 0
-    """Frames at the beginning that are missing; the first one that is left is frame 0."""
+    """Number of frames missing at the beginning; the first remaining one is frame 0."""
 
     late_s: float = 0.0
-    """Each frame's time stamp is late by a random time of at most this."""
+    """Largest random delay of a frame's time stamp."""
     burst_frame: int | None = None
-    """This frame's time stamp comes `BURST_S` before that of the next."""
+    """Frame whose time stamp lies `BURST_S` before that of the next."""
     interlaced: bool = False
-    """Odd rows are those of a second field, exposed half a frame later."""
+    """Whether the odd rows are a second field, exposed half a frame later."""
     coded_in_fields: bool = False
-    """The film says of itself that it is interlaced, upper field first."""
+    """Whether the file is flagged as interlaced, upper field first."""
     crf: int = 18
     """Quality of the H.264 film, as libx264 counts: 18 is good, 38 is poor."""
 
     contrast: float = 1.0
-    """Of the wall's texture; 1 is a standard deviation of about 14 grey levels."""
+    """Contrast of the wall's texture; 1 is a standard deviation of about 14 grey levels."""
     first_joint_mm: float = 400.0
     """Axial position of one pipe joint; the others lie whole segments away."""
     tile_mm: float | None = None
-    """A floor of square tiles of this size instead of concrete."""
+    """Side of the square tiles of a floor; None for concrete."""
     photo: str | None = None
     """Name of a picture in `skimage.data` that covers the wall instead of concrete."""
     photo_mm: float = 250.0
-    """Side of the wall that the photograph covers; from there on it is mirrored."""
+    """Side of the wall that the photograph covers; beyond it the photograph is mirrored."""
     defects: tuple[Defect, ...] = ()
-    """Things on the wall that an inspector would tag."""
+    """Defects on the wall."""
     silt: Silt = NO_SILT
     water: bool = False
-    """Water runs along the invert, over about a third of the picture."""
+    """Whether water runs along the invert, over about a third of the picture."""
 
     brightness: float = 1.0
     lamp_width: float = 1.7
@@ -121,7 +122,7 @@ class Scenario:
     """Standard deviation of the sensor noise in grey levels."""
 
     text: bool = False
-    """A name and a running clock are burnt into the picture."""
+    """Whether a name and a running clock are burnt into the picture."""
     dirt_share: float = 0.0
     """Share of the glass that is covered with dirt."""
     drop_out_frames: int = 0
@@ -129,19 +130,19 @@ class Scenario:
 
     @property
     def rendered_rig(self) -> Rig:
-        """The rig that was really there."""
+        """The true rig."""
         return self.true_rig or self.rig
 
     @property
     def is_stated_wrong(self) -> bool:
-        """Is the rig, or the pipe in it, not what rig.json says?"""
+        """Whether rig.json is wrong about the rig or the pipe."""
         return self.true_rig is not None or self.silt.is_there
 
     @property
     def is_available(self) -> bool:
-        """Can it be rendered here?  The photographs come with scikit-image, an optional package."""
+        """Whether it can be rendered here; photographs need the optional package scikit-image."""
         return self.photo is None or importlib.util.find_spec("skimage") is not None
 
     def shortened(self, length_mm: float) -> Scenario:
-        """The same inspection over a shorter path; one that is short already stays as it is."""
+        """Limit the length of the path; a shorter one is kept."""
         return replace(self, length_mm=min(length_mm, self.length_mm))

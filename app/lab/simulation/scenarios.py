@@ -17,7 +17,7 @@ def _rig(
     mount: Mapping[str, Any] | None = None,
     pipe: Mapping[str, Any] | None = None,
 ) -> Rig:
-    """The rig of the paper (30 degrees, 230 mm above the invert of a 300 mm culvert), changed."""
+    """Change the paper's rig (30 degrees, 230 mm above the invert of a 300 mm culvert)."""
     return Rig.parse(
         {
             "camera": {
@@ -326,4 +326,4 @@ _ALL = (
 )
 
 SCENARIOS: Mapping[str, Scenario] = {scenario.name: scenario for scenario in _ALL}
-"""By name, in the order in which they are listed and run."""
+"""Scenarios by name, in the order in which they are listed and run."""

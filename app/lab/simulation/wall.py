@@ -1,4 +1,4 @@
-"""The developed wall over (axial mm, arc mm): drawn concrete or tiles, or a photograph."""
+"""Draws the developed wall over (axial mm, arc mm): concrete, tiles, or a photograph."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ _JOINT_HALF_MM = 4.0
 _GROUT_HALF_MM = 2.0
 _LEVELS = 6
 _MARGIN = 1 << _LEVELS
-"""Texels around the asked-for area, so that the coarsest level has a border too."""
+"""Texels around the requested area, so that the coarsest level has a border too."""
 
 
 class PhotographNotAvailable(ChainageError):
-    """The photograph of a scenario comes with a package that is not installed."""
+    """The photograph of a scenario belongs to a package that is not installed."""
 
 
 @dataclass(frozen=True)
 class Wall:
-    """Reflectance of the wall, at full resolution and halved again and again.
+    """Reflectance of the wall, at full resolution and at repeatedly halved ones.
 
     Texel (row i, column j) of level n lies at axial x0_mm + j 2^n texel_x_mm and at
     arc arc0_mm + i 2^n texel_arc_mm.
@@ -45,7 +45,7 @@ class Wall:
 
 @dataclass(frozen=True)
 class _Sheet:
-    """The grid on which a wall is drawn: millimetres of its columns and rows."""
+    """The grid on which a wall is drawn, with the millimetres of its columns and rows."""
 
     rng: np.random.Generator
     texel_mm: float
@@ -74,9 +74,9 @@ def make_wall(
     arc_range_mm: tuple[float, float],
     texel_mm: float,
 ) -> Wall:
-    """Draw the wall of a scenario where it will be seen.
+    """Draw the visible wall of a scenario.
 
-    The whole circumference is drawn, closed without a seam, when the range spans most of it.
+    If the range spans most of the circumference, all of it is drawn and closed without a seam.
 
     Raises:
         PhotographNotAvailable: The wall is a photograph of scikit-image, which is not installed.
@@ -125,14 +125,14 @@ def make_wall(
 
 
 def _surface(scenario: Scenario, sheet: _Sheet) -> FloatImage:
-    """What the wall is made of, zero mean and unit variance."""
+    """Draw the material of the wall, with zero mean and unit variance."""
     if scenario.photo is not None:
         return _photograph(sheet, scenario.photo, scenario.photo_mm)
     return _concrete(sheet) if scenario.tile_mm is None else _tile_surface(sheet)
 
 
 def _photograph(sheet: _Sheet, name: str, side_mm: float) -> FloatImage:
-    """A photograph of scikit-image, mirrored over and over, so that no seam shows."""
+    """Tile a photograph of scikit-image, mirrored so that no seam shows."""
     try:
         from skimage import data
     except ImportError as error:
@@ -153,7 +153,7 @@ def _photograph(sheet: _Sheet, name: str, side_mm: float) -> FloatImage:
 
 
 def _concrete(sheet: _Sheet) -> FloatImage:
-    """Spun concrete, zero mean and unit variance: stains, sand, pits, stones and cracks."""
+    """Draw spun concrete of zero mean and unit variance: stains, sand, pits, stones and cracks."""
     tone = 0.3 * sheet.noise(180) + 0.3 * sheet.noise(60) + 0.25 * sheet.noise(22)
     tone += 0.2 * sheet.noise(30, stretch_arc=12)  # rings left by the spinning
     tone += 0.2 * sheet.noise(14, stretch_arc=4)  # dried trickles
@@ -181,7 +181,7 @@ def _blurred(image: FloatImage, sigma_px: float) -> FloatImage:
 
 
 def _scatter(sheet: _Sheet, per_mm2: float) -> tuple[FloatImage, FloatImage, int]:
-    """Columns and rows of randomly placed things, and how many there are."""
+    """Random columns and rows, and their number."""
     rows, columns = sheet.shape
     count = int(per_mm2 * rows * columns * sheet.texel_mm**2)
     return (
@@ -195,12 +195,12 @@ _SUBPIXEL_BITS = 4
 
 
 def _fixed(*values: float) -> tuple[int, ...]:
-    """To the fixed-point numbers of OpenCV's drawing functions."""
+    """Convert to the fixed-point numbers of OpenCV's drawing functions."""
     return tuple(round(value * (1 << _SUBPIXEL_BITS)) for value in values)
 
 
 def _scatter_stones(tone: FloatImage, sheet: _Sheet) -> None:
-    """Faces of the aggregate, a little darker or lighter than the cement, drawn onto `tone`."""
+    """Draw faces of the aggregate onto `tone`, a little darker or lighter than the cement."""
     faces = np.zeros(sheet.shape, np.float32)
     us, vs, count = _scatter(sheet, 1 / 60)
     radii = sheet.rng.lognormal(np.log(0.9), 0.45, count) / sheet.texel_mm
@@ -263,9 +263,9 @@ def _cracks(sheet: _Sheet) -> FloatImage:
 
 
 def _cut_joints(reflectance: FloatImage, sheet: _Sheet, scenario: Scenario) -> None:
-    """Joint rings, centred exactly on first + k segment, drawn onto `reflectance`.
+    """Draw joint rings onto `reflectance`, centred exactly on first + k segment.
 
-    Silt is drawn where it hides the wall, between its edges: over it a ring goes on as a line.
+    Between the edges of silt, which hides the wall, a ring continues as a faint line.
     """
     segment_mm = scenario.rendered_rig.pipe.segment_length_mm
     if segment_mm is None:
@@ -319,7 +319,7 @@ def _rise(distance_mm: FloatImage) -> FloatImage:
 
 
 def _tile_surface(sheet: _Sheet) -> FloatImage:
-    """Glazed clay, zero mean and unit variance: clouds, specks and scratches."""
+    """Draw glazed clay of zero mean and unit variance: clouds, specks and scratches."""
     tone = 0.8 * sheet.noise(40) + 0.5 * sheet.noise(12)
     for length_mm in (4, 1.6, 0.8):
         tone += 0.4 * sheet.noise(length_mm)
@@ -329,7 +329,7 @@ def _tile_surface(sheet: _Sheet) -> FloatImage:
 
 
 def _lay_tiles(reflectance: FloatImage, sheet: _Sheet, tile_mm: float) -> None:
-    """Tones of single tiles and the grout between them; one tile's corner lies at (0, 0)."""
+    """Draw the tones of tiles and the grout between them; one tile has a corner at (0, 0)."""
 
     def index_and_grout(position_mm: FloatImage) -> tuple[np.ndarray, FloatImage]:
         phase = position_mm / tile_mm
@@ -346,7 +346,7 @@ def _lay_tiles(reflectance: FloatImage, sheet: _Sheet, tile_mm: float) -> None:
 
 
 def _without_seam(reflectance: FloatImage, rows: int) -> FloatImage:
-    """Close a sheet of `rows` + margins into a ring: its last rows fade into its first ones."""
+    """Close a sheet of `rows` plus margins to a ring; its last rows fade into its first."""
     ring = reflectance[_MARGIN : _MARGIN + rows].copy()
     ramp = np.linspace(0, 1, _MARGIN, dtype=np.float32)[:, None]
     ring[:_MARGIN] *= ramp

@@ -1,4 +1,4 @@
-"""A rendered inspection on disk: video.mp4, rig.json and truth.csv."""
+"""Writes a rendered inspection to disk: video.mp4, rig.json and truth.csv."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from app.lab.simulation.time_stamps import TICKS_PER_S
 
 TRUTH_HEADER = "frame,time_s,x_mm,y_mm,yaw_deg,distance_mm,z_mm,pitch_deg,roll_deg"
 
-# Studio range, as players expect it; the colour is that of a warm lamp.
+# Studio range, as players expect; the chroma is that of a warm lamp.
 _LUMA = np.rint(16 + np.arange(256) * (219 / 255)).astype(np.uint8)
 _CHROMA_BLUE, _CHROMA_RED = 123, 131
 
@@ -40,11 +40,11 @@ def simulate(
     folder: Path,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> SimulatedRun:
-    """Render a scenario into `folder`, which is made if it is not there.
+    """Render a scenario into `folder`, which is created if it is missing.
 
     Args:
-        scenario: What to render.
-        folder: Gets video.mp4 (H.264), rig.json and truth.csv; files of that name are replaced.
+        scenario: The inspection to render.
+        folder: For video.mp4 (H.264), rig.json and truth.csv; existing files are replaced.
         on_progress: Called after each frame with frames done and frames in all.
     """
     folder.mkdir(parents=True, exist_ok=True)
@@ -72,14 +72,14 @@ def simulate(
 def _video_writer(
     path: Path, scenario: Scenario
 ) -> Iterator[Callable[[NDArray[np.uint8], float], None]]:
-    """A function that appends grey pictures with their time stamps to an H.264 file."""
+    """Open an H.264 file; yields a function that appends grey pictures with time stamps."""
     camera = scenario.rendered_rig.camera
     with av.open(str(path), "w", options={"movflags": "+faststart"}) as container:
         stream = container.add_stream("libx264", rate=scenario.frames_per_s)
         stream.width, stream.height = camera.width, camera.height
         stream.pix_fmt = "yuv420p"
         stream.codec_context.time_base = Fraction(1, TICKS_PER_S)
-        # A fixed number of threads, for equal files on all machines.
+        # A fixed number of threads gives equal files on all machines.
         stream.options = {
             "crf": str(scenario.crf), "preset": "veryfast", "g": "30", "threads": "2",
         }  # fmt: skip

@@ -15,6 +15,8 @@ import './open-stretches.js';
 import '../defect-form/defect-form.js';
 
 const ACT_NOW = 5;
+/** Photos are loaded so far before their rows come into sight. */
+const NEAR_PX = 300;
 
 class DefectList extends Component {
   #focusBefore = document.body;
@@ -62,8 +64,32 @@ class DefectList extends Component {
       this.#update();
     });
     this.listen(parts.rows, 'keydown', (event) => this.#key(event));
+    this.listen(document, 'scroll', () => this.repaint(), { capture: true, passive: true });
+    const resized = new ResizeObserver(() => this.repaint());
+    resized.observe(parts.rows);
+    this.signal.addEventListener('abort', () => resized.disconnect());
     this.#update();
     this.#edit();
+  }
+
+  /**
+   * Loads the photos of the rows that are seen, or nearly. `loading="lazy"` would do the same, but
+   * browsers look at each of those pictures before every frame of the film.
+   */
+  paint() {
+    const { rows } = this.parts;
+    const box = rows.getBoundingClientRect();
+    if (box.height === 0) return;
+    const [top, bottom] = [Math.max(box.top, 0) - NEAR_PX, Math.min(box.bottom, innerHeight) + NEAR_PX];
+    const boxOf = (i) => rows.children[i].getBoundingClientRect();
+    const end = rows.children.length;
+    let [from, past] = [0, end];
+    while (from < past) {
+      const middle = (from + past) >> 1;
+      if (boxOf(middle).bottom < top) from = middle + 1;
+      else past = middle;
+    }
+    for (let i = from; i < end && boxOf(i).top <= bottom; i += 1) showPhoto(rows.children[i]);
   }
 
   get #newestFirst() {
@@ -95,6 +121,7 @@ class DefectList extends Component {
     parts.newest.setAttribute('aria-pressed', String(this.#newestFirst));
     this.#count();
     this.#select();
+    this.repaint();
     // The keys stay in the list when its row has moved or gone.
     if (focused && !parts.rows.contains(document.activeElement)) {
       const row = focused.isConnected ? focused : parts.rows.children[Math.min(index, parts.rows.children.length - 1)];
@@ -131,7 +158,7 @@ class DefectList extends Component {
             <span class="defect__lacks" data-part="lacks"></span>
             <span data-part="more"></span></span>
           <span class="defect__interval dim number" data-part="interval"></span>
-          <span class="defect__photo"><img data-part="photo" alt="" width="72" height="54" loading="lazy" hidden /></span>
+          <span class="defect__photo"><img data-part="photo" alt="" width="72" height="54" hidden /></span>
         </a>
         <span class="defect__buttons">
           <button class="button button--quiet button--small button--icon" data-part="edit" title="${t('defects.edit')}">${icon('edit')}</button>
@@ -176,7 +203,6 @@ class DefectList extends Component {
     parts.main.title = parts.more.textContent;
     parts.edit.setAttribute('aria-label', t('defects.edit_named', { name }));
     parts.remove.setAttribute('aria-label', t('defects.delete_named', { name }));
-    if (item.photo && parts.photo.getAttribute('src') !== item.photo) parts.photo.src = item.photo;
     parts.photo.hidden = !item.photo;
   }
 
@@ -250,6 +276,10 @@ class DefectList extends Component {
     next.focus({ preventScroll: true });
     scrollTo({ top: this.#scrollBefore });
   }
+}
+
+function showPhoto({ item: { photo }, parts: { photo: shown } }) {
+  if (photo && shown.getAttribute('src') !== photo) shown.src = photo;
 }
 
 function saveText({ save, refusal }) {

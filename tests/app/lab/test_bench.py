@@ -182,7 +182,7 @@ def test_joints_bring_a_run_with_a_wrong_height_to_scale():
     assert "| tape_height |" in to_markdown([row])
 
 
-def test_scenario_without_a_target_and_peers_are_told_without_a_mark():
+def test_scenario_without_a_target_and_peers_are_reported_without_a_mark():
     assert "forward" not in TARGETS
     assert "| +9.000 | 1.00 | 1.50 |" in table_line("forward", end_error_percent=9.0)
     assert "**" not in table_line("forward", end_error_percent=9.0)
@@ -210,7 +210,7 @@ def test_no_peer_takes_a_camera_that_looks_ahead(name):
         PEERS[name](SCENARIOS["forward"].rig)
 
 
-def test_command_track_is_timed_against_decoding_and_told(run):
+def test_command_track_is_timed_against_decoding_and_reported(run):
     calls = []
     scenario = SCENARIOS["nominal"].shortened(60)
     track_time = time_track(scenario, 2, lambda *call: calls.append(call))

@@ -169,7 +169,7 @@ def test_boards_that_are_all_parallel_do_not_give_a_focal_length(model):
         calibrate(seen(views), model)
 
 
-def test_weak_set_is_told_what_is_missing():
+def test_weak_set_reports_what_is_missing():
     views = [view(str(n), PINHOLE, *pose, 0.05) for n, pose in enumerate(poses(6, 500, 0.05))]
     told = "; ".join(calibrate(seen(views), "pinhole").weaknesses())
     assert "only 6 pictures" in told

@@ -106,7 +106,7 @@ def test_short_way_has_no_relative_error():
     assert ("RPE over 0.5 m", "path too short") in result.rows()
 
 
-def test_error_is_told_along_the_way():
+def test_error_is_reported_along_the_way():
     error = np.interp(STRAIGHT.x_mm, [0, 1500, 3000, 4500, 6000], [0, 1, -2, 3, 0])
     result = evaluate(track_of(STRAIGHT, x_mm=STRAIGHT.x_mm + error), STRAIGHT)
     assert result.quarter_errors_mm == pytest.approx((1, -2, 3))

@@ -48,7 +48,7 @@ MARKS = st.lists(st.none() | st.from_regex(r"[ABC][1-9][0-9]?", fullmatch=True))
 
 @given(MARKS)
 def test_the_next_number_is_above_every_used_one(marks: list[str | None]) -> None:
-    number = next_stretch_number(rows(*marks))
+    number = next_stretch_number([mark for mark in marks if mark is not None])
     assert number >= 1
     assert all(mark is None or int(mark[1:]) < number for mark in marks)
 

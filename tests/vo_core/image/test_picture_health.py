@@ -1,4 +1,4 @@
-"""What is told of the pictures, on rendered ones whose faults are made here."""
+"""Detection of faults in pictures, on rendered ones whose faults are made here."""
 
 from dataclasses import replace
 
@@ -47,7 +47,7 @@ def said(healths, begin=20):
     [{}, {"contrast_grey": 3.0}, {"light": glass(small_rig(), dust=0)}, {"rig": floor_rig()}],
     ids=["plain", "weak texture", "spot of light", "floor"],
 )
-def test_there_is_nothing_to_say_of_good_pictures(changes):
+def test_good_pictures_have_no_faults(changes):
     assert said(drive(**changes)) == {}
 
 
@@ -74,7 +74,7 @@ def test_overlap_is_the_share_of_wall_that_the_frame_before_showed():
     assert grid.common(Pose(), Pose(2 * length_mm)) == 0
 
 
-def test_light_is_told_of_the_wall_and_not_of_the_rest():
+def test_brightness_is_measured_on_the_wall_only():
     dark = drive(light=0.2, frames=3)[-1]
     assert dark.brightness == pytest.approx(0.2 * 110 / 255, abs=0.01)
     assert "too_dark" in complaints(dark)
@@ -90,7 +90,7 @@ def test_a_black_frame_is_dark_and_nothing_else():
 
 
 @pytest.mark.parametrize("sigma_px", [2.0, 3.0])
-def test_a_lens_that_fogs_up_is_told_at_any_contrast(sigma_px):
+def test_a_lens_that_fogs_up_is_detected_at_any_contrast(sigma_px):
     rig = small_rig()
     for contrast_grey in (4.0, 20.0):
         world = World(rig, speckle(3), contrast_grey)
@@ -101,7 +101,7 @@ def test_a_lens_that_fogs_up_is_told_at_any_contrast(sigma_px):
         assert all("blurred" in complaints(health) for health in seen[50:])
 
 
-def test_blur_is_told_when_the_robot_speeds_up():
+def test_blur_is_detected_when_the_robot_speeds_up():
     rig = small_rig()
     world = World(rig, speckle(3))
 
@@ -114,7 +114,7 @@ def test_blur_is_told_when_the_robot_speeds_up():
     assert said(seen, begin=48)["blurred"] == 1
 
 
-def test_dirt_is_told_and_a_water_line_is_not():
+def test_dirt_is_detected_and_a_water_line_is_no_dirt():
     rig = small_rig()
     world = World(rig, speckle(3), contrast_grey=10.0)
     rng = np.random.default_rng(4)
@@ -155,7 +155,7 @@ def test_detail_does_not_depend_on_contrast_noise_or_shading():
         ("fast", "too_fast"),
     ],
 )
-def test_the_rendered_scenarios_get_the_words_that_they_deserve(name, word):
+def test_the_fault_of_each_rendered_scenario_is_detected(name, word):
     scenario = SCENARIOS[name]
     length_mm = 1600 if name == "fast" else 900
     pictures = [frame.image for frame in film(scenario.shortened(length_mm))]

@@ -126,7 +126,7 @@ def test_every_second_place_of_a_lattice_does_not_stay_empty():
         count_joints(track, look(track, 405 + SEGMENT_MM * np.arange(6)), SEGMENT_MM / 2)
 
 
-def test_no_joints_and_no_lattice_are_told():
+def test_no_joints_and_no_lattice_are_reported():
     track = straight_track(np.linspace(0, 9000, 900))
     with pytest.raises(InvalidCorrection, match="No joints were seen"):
         count_joints(track, [], SEGMENT_MM)

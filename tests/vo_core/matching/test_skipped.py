@@ -1,4 +1,4 @@
-"""Blocks that a coarse coding repeats, told from dirt, lines and standstill."""
+"""Detection of blocks that a coarse coding repeats, among dirt, lines and standstill."""
 
 import numpy as np
 import pytest

@@ -188,7 +188,7 @@ def test_a_picture_that_stands_still_is_painted_once():
     assert not mosaic.wants(estimate(0.5, frame=1))
 
 
-def test_growing_tiles_are_told_of_once_a_second_and_left_ones_at_once():
+def test_growing_tiles_are_published_once_a_second_and_left_ones_at_once():
     rig = RIGS["floor"]
     picture, mosaic = stored(World(rig, speckle(3)).view(), 0), Mosaic(rig)
     mosaic.add(picture, estimate(250.0))

@@ -170,13 +170,13 @@ def test_no_evidence_is_refused():
 
 
 def test_a_contradiction_names_both_sides():
-    with pytest.raises(InvalidCorrection) as told:
+    with pytest.raises(InvalidCorrection) as refused:
         correct(PERFECT, [KnownLength(0, 300, 6000.0, 2.0), KnownLength(0, 150, 3100.0, 2.0)])
-    assert "6 m ± 2 mm between frames 0 and 300" in str(told.value)
-    assert "3.1 m ± 2 mm between frames 0 and 150" in str(told.value)
+    assert "6 m ± 2 mm between frames 0 and 300" in str(refused.value)
+    assert "3.1 m ± 2 mm between frames 0 and 150" in str(refused.value)
 
 
-def test_joints_correct_scale_and_drift_and_their_scatter_is_told():
+def test_joints_correct_scale_and_drift_and_their_scatter_is_reported():
     rng = np.random.default_rng(3)
     true_mm = np.linspace(0, 30_000, 1501)
     errors, scale_errors, scatters = [], [], []
@@ -219,7 +219,7 @@ def test_a_lock_after_a_loss_takes_its_doubt_back():
     assert done.track.sigma_distance_mm[150] < 1.5
 
 
-def test_joints_and_a_length_that_contradict_each_other_are_told():
+def test_joints_and_a_length_that_contradict_each_other_are_rejected():
     sightings = [
         ring(PERFECT, at / 1.01, int(np.searchsorted(TRUE_MM, at)))
         for at in (400, 1900, 3400, 4900)

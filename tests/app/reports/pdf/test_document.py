@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pypdf import PdfReader
-from reports import HEADER, entry, full_report, report
+from reports import HEADER, entry, full_report, remarked, report
 
 from app.reports import pdf as document
 from app.reports.content.telling import Teller
@@ -141,7 +141,7 @@ def test_names_in_every_script_are_drawn_and_can_be_searched(full, english):
 
 
 def test_a_remark_of_ten_thousand_characters_is_told_in_full(full):
-    entries = (replace(full.entries[0], remark=LONG[:9996] + "END."), *full.entries[1:])
+    entries = (remarked(full.entries[0], LONG[:9996] + "END."), *full.entries[1:])
     content = document.write(replace(full, entries=entries)).content
 
     assert "END." in text_of(content)
@@ -149,7 +149,7 @@ def test_a_remark_of_ten_thousand_characters_is_told_in_full(full):
 
 def test_hostile_text_is_shown_as_it_is(full):
     hostile = "<b>&amp; <para> {0} %s \x00\x07\ud800 \U0001f642 =1+1"
-    entries = (replace(full.entries[0], remark=hostile), *full.entries[1:])
+    entries = (remarked(full.entries[0], hostile), *full.entries[1:])
     header = dict.fromkeys(full.header, hostile)
     text = text_of(document.write(replace(full, entries=entries, header=header)).content)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pypdfium2
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reports import entry, full_report, report
+from reports import entry, full_report, remarked, report
 
 from app.reports.pdf import emergency
 
@@ -60,7 +60,7 @@ def test_a_quick_tag_without_a_kind_is_called_as_on_the_page():
 @given(st.text(max_size=4000), st.integers(0, 8))
 def test_it_is_always_one_page(text, others):
     urgent = [entry(n, distance_m=float(n), code="BAC", severity=5) for n in range(1, others + 2)]
-    urgent[0] = replace(urgent[0], remark=text, tagged_by=text)
+    urgent[0] = replace(remarked(urgent[0], text), tagged_by=text)
     made = report(entries=tuple(urgent), header={"asset_id": text, "road": text, "operator": text})
 
     assert len(pages_of(emergency.write(made).content)) == 1

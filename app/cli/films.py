@@ -1,0 +1,174 @@
+"""The commands on a film without a server: track, correct."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from app.cli.console import (
+    advance,
+    err,
+    print_rows,
+    progress_bar,
+    require_folder,
+)
+from app.cli.console import out as console
+from app.lab.calibration.intrinsics import read_camera
+from app.tracking.offline import Method, TrackedVideo, track_video
+from vo_core import Rig
+from vo_core.joints.finder import JointFinder, numbered
+from vo_core.joints.finder import to_csv as joints_to_csv
+
+
+class TrackFormat(StrEnum):
+    """Forms of a track file."""
+
+    CSV = "csv"
+    TUM = "tum"
+    JSON = "json"
+
+
+def track(
+    video: Annotated[Path, typer.Argument(help="MP4, MOV, MKV, WebM, AVI, MPEG-TS or MPEG.")],
+    rig: Annotated[Path, typer.Option(help="Rig file: camera, mount and pipe.")],
+    out: Annotated[Path, typer.Option(help="Track file to write.")],
+    format: Annotated[TrackFormat, typer.Option(help="Form of the file.")] = TrackFormat.CSV,  # noqa: A002
+    method: Annotated[Method, typer.Option(help="How motion is measured.")] = Method.CHAINAGE,
+    camera: Annotated[
+        Path | None,
+        typer.Option(
+            help="Take the intrinsics from this file instead of the rig's: ROS camera_info, "
+            "Kalibr camchain or OpenCV FileStorage.",
+            show_default=False,
+        ),
+    ] = None,
+    joints: Annotated[
+        Path | None,
+        typer.Option(help="Write the joints that were seen here.", show_default=False),
+    ] = None,
+) -> None:
+    """Measure the pose of the camera in every frame of a video."""
+    require_folder(out, "--out")
+    if joints is not None:
+        require_folder(joints, "--joints")
+    setup = Rig.load(rig)
+    if camera is not None:
+        setup = setup.model_copy(update={"camera": read_camera(camera)})
+    finder = None if joints is None else JointFinder(setup)
+    with progress_bar() as progress:
+        task = progress.add_task(f"tracking {video.name}", total=None)
+        result = track_video(
+            video,
+            setup,
+            method,
+            on_progress=partial(advance, progress, task),
+            finder=finder,
+        )
+    metadata: dict[str, object] = {"video": video.name, "rig": rig.name, "method": method.value}
+    if camera is not None:
+        metadata["camera"] = camera.name
+    out.write_text(_as_text(result, format, metadata), encoding="utf-8")
+    lost = int((result.track.status == "lost").sum())
+    console.print(
+        f"{out}: {len(result.track)} frames, {result.track.distance_mm[-1] / 1000:.3f} m, "
+        f"{lost} frames without a lock"
+    )
+    if joints is not None and finder is not None:
+        seen = finder.finish()
+        joints.write_text(joints_to_csv(result.track, seen, metadata), encoding="utf-8")
+        console.print(f"{joints}: {len(set(numbered(result.track, seen)))} joints")
+    if result.problem is not None:
+        err.print(f"warning: {result.problem}", style="yellow")
+
+
+def correct(
+    track: Annotated[Path, typer.Argument(help="track.csv as it was measured.")],
+    out: Annotated[Path, typer.Option(help="Corrected track file to write.")],
+    length: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="FRAME:FRAME=METRES[±MM]",
+            help="A taped length between the camera's places in two frames, or the pipe's own; "
+            "0 is the first frame. ± (or +-) is its standard uncertainty, 5 mm unless given. May "
+            "be given again.",
+        ),
+    ] = None,
+    joints: Annotated[
+        Path | None,
+        typer.Option(
+            help="Joints as `chainage track --joints` wrote them; the rig says how far apart "
+            "they are.",
+            show_default=False,
+        ),
+    ] = None,
+    rig: Annotated[
+        Path | None,
+        typer.Option(
+            help="Rig file with which the track was made; with it the height is reported too.",
+            show_default=False,
+        ),
+    ] = None,
+    height_sigma_mm: Annotated[
+        float,
+        typer.Option(
+            min=0, help="How well the rig's height is known, one sigma; 0: as its tolerance says."
+        ),
+    ] = 0.0,
+    focal_sigma_px: Annotated[
+        float,
+        typer.Option(
+            min=0, help="How well its focal length is known, one sigma; 0: as its tolerance says."
+        ),
+    ] = 0.0,
+) -> None:
+    """Bring a finished track to scale by known lengths and joints, without decoding again."""
+    from app.survey import correct_track as correction
+
+    try:
+        lengths = [correction.parse_length(words) for words in length or ()]
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--length") from error
+    stated = max(height_sigma_mm, focal_sigma_px) > 0
+    if not (lengths or joints or stated):
+        raise typer.BadParameter(
+            "nothing to correct by; give --length, --joints or --height-sigma-mm",
+            param_hint="--length",
+        )
+    if rig is None and (joints is not None or stated):
+        raise typer.BadParameter("is needed by the other options", param_hint="--rig")
+    require_folder(out, "--out")
+    if out.resolve() == track.resolve():
+        raise typer.BadParameter("would replace the raw track", param_hint="--out")
+    result = correction.correct_file(
+        track,
+        lengths=lengths,
+        joints_file=joints,
+        rig=None if rig is None else Rig.load(rig),
+        height_sigma_mm=height_sigma_mm,
+        focal_sigma_px=focal_sigma_px,
+    )
+    out.write_text(result.correction.track.to_csv(result.metadata), encoding="utf-8")
+    table = Table("known", "measured", "residual", box=None)
+    for left in result.correction.residuals:
+        table.add_row(left.name, f"{left.measured_mm / 1000:.3f} m", f"{left.residual_mm:+.1f} mm")
+    if lengths or joints:
+        console.print(table)
+    print_rows(result.rows())
+    if result.by_joints is not None:
+        console.print(str(result.by_joints))
+    console.print(f"{out}: corrected track")
+
+
+def _as_text(result: TrackedVideo, form: TrackFormat, metadata: dict[str, object]) -> str:
+    match form:
+        case TrackFormat.CSV:
+            return result.track.to_csv(metadata)
+        case TrackFormat.TUM:
+            return result.track.to_tum()
+        case TrackFormat.JSON:
+            return result.track.to_json(metadata)

@@ -1,0 +1,332 @@
+"""The commands of the lab: simulate, evaluate, calibrate, advise, bench."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from rich.table import Table
+
+from app.cli.console import (
+    advance,
+    err,
+    print_rows,
+    progress_bar,
+    require_folder,
+    require_picture,
+)
+from app.cli.console import out as console
+from vo_core import Pose, Rig
+
+
+class BoardKind(StrEnum):
+    """Calibration patterns."""
+
+    CHECKERBOARD = "checkerboard"
+    CHARUCO = "charuco"
+
+
+def simulate(
+    folder: Annotated[Path, typer.Argument(help="Gets video.mp4, rig.json and truth.csv.")],
+    scenario: Annotated[
+        list[str] | None,
+        typer.Option(help="Name of a scenario; several give a folder each; none gives all."),
+    ] = None,
+) -> None:
+    """Render a culvert inspection whose true motion is known."""
+    from app.lab.simulation import SCENARIOS
+    from app.lab.simulation import simulate as render
+
+    names = scenario or [name for name, one in SCENARIOS.items() if one.is_available]
+    for name in names:
+        if name not in SCENARIOS:
+            raise typer.BadParameter(
+                f"no scenario {name!r}; there are {', '.join(SCENARIOS)}", param_hint="--scenario"
+            )
+    with progress_bar() as progress:
+        for name in names:
+            task = progress.add_task(f"rendering {name}", total=None)
+            place = folder if len(names) == 1 else folder / name
+            render(SCENARIOS[name], place, partial(advance, progress, task))
+    console.print(f"{folder}: {', '.join(names)}")
+    left_out = [name for name, one in SCENARIOS.items() if not one.is_available]
+    if not scenario and left_out:
+        err.print(
+            f"left out: {', '.join(left_out)} (photographs that come with scikit-image: "
+            "pip install scikit-image)",
+            style="yellow",
+        )
+
+
+def evaluate(
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="TRACK TRUTH [TRACK TRUTH]...", help="track.csv and truth.csv of each run."
+        ),
+    ],
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw the paths and the errors of displacement here.")
+    ] = None,
+) -> None:
+    """Compare tracks with the truth: distance, ATE, RPE, yaw, honesty of the uncertainty."""
+    from app.lab import evaluation
+
+    if len(files) % 2:
+        raise typer.BadParameter(
+            f"every track needs a truth after it; there are {len(files)} files",
+            param_hint="TRACK TRUTH",
+        )
+    if plot is not None:
+        require_picture(plot, "--plot")
+    runs = evaluation.load_runs(list(zip(files[::2], files[1::2], strict=True)))
+    results = [evaluation.evaluate(run.track, run.truth) for run in runs]
+    if len(runs) == 1:
+        print_rows(results[0].rows())
+    else:
+        table = Table(*evaluation.SUMMARY_HEADINGS, box=None, padding=(0, 1, 0, 0))
+        for run, result in zip(runs, results, strict=True):
+            table.add_row(*evaluation.summary_row(run.name, result))
+        console.print(table)
+        errors = [evaluation.errors_of(run.track, run.truth) for run in runs]
+        print_rows(evaluation.displacement_error(errors).rows(), title="all runs together")
+    for run, result in zip(runs, results, strict=True):
+        if result.missing_frames or result.surplus_frames:
+            err.print(
+                f"warning: {run.name}: track and truth are not of the same frames "
+                f"({result.missing_frames} missing, {result.surplus_frames} beyond the truth); "
+                "compared are those that both have",
+                style="yellow",
+            )
+    if plot is not None:
+        evaluation.plot(runs, plot)
+
+
+def calibrate(
+    images: Annotated[list[Path], typer.Argument(help="Pictures of the board, 10 or more.")],
+    board: Annotated[BoardKind, typer.Option(help="Pattern of the board.")],
+    columns: Annotated[
+        int,
+        typer.Option(
+            min=4,
+            max=40,
+            help="ChArUco: squares along a row. Checkerboard: inner corners along a row; its "
+            "squares are understood too.",
+        ),
+    ],
+    rows: Annotated[int, typer.Option(min=4, max=40, help="The same along a column.")],
+    square_mm: Annotated[float, typer.Option(min=0.1, help="Side of a square.")],
+    out: Annotated[Path, typer.Option(help="Camera part of a rig file to write.")],
+    marker_mm: Annotated[
+        float | None, typer.Option(help="Side of a marker; ChArUco only.", show_default=False)
+    ] = None,
+    model: Annotated[Literal["pinhole", "fisheye"], typer.Option(help="Lens.")] = "pinhole",
+    rig: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write a whole rig file, with mount and pipe from this one.", show_default=False
+        ),
+    ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(help="Draw coverage and residuals here.", show_default=False),
+    ] = None,
+) -> None:
+    """Camera intrinsics from pictures of a checkerboard or a ChArUco board."""
+    from app.lab import calibration
+
+    if (board is BoardKind.CHARUCO) != (marker_mm is not None):
+        raise typer.BadParameter(
+            "goes with --board charuco and with it alone", param_hint="--marker-mm"
+        )
+    require_folder(out, "--out")
+    if report is not None:
+        require_picture(report, "--report")
+    setup = None if rig is None else Rig.load(rig)
+    with progress_bar() as progress:
+        task = progress.add_task("looking for the board", total=len(images))
+        result = calibration.calibrate_files(
+            images,
+            calibration.Board(columns, rows, square_mm, marker_mm),
+            model,
+            on_progress=partial(advance, progress, task),
+        )
+    camera = result.camera
+    part = camera if setup is None else result.into(setup)
+    out.write_text(part.model_dump_json(indent=2) + "\n", encoding="utf-8")
+
+    table = Table("picture", "corners", "residual", box=None)
+    for fit in result.fits:
+        table.add_row(fit.view.name, str(len(fit.residual_px)), f"{fit.rms_px:.3f} px")
+    for drop in result.dropped:
+        table.add_row(drop.name, "-", f"left out: {drop.reason}")
+    console.print(table)
+    summary = Table(show_header=False, box=None)
+    for name, value in result.rows():
+        summary.add_row(name, value)
+    console.print(summary)
+    console.print(f"{out}: {'rig' if setup is not None else 'camera part of a rig'}")
+    if report is not None:
+        calibration.plot(result, report)
+
+
+def advise(
+    rig: Annotated[Path, typer.Option(help="Rig file: camera, mount and pipe.")],
+    move: Annotated[
+        str, typer.Option(help="Motion between two frames: mm forward, mm to the right.")
+    ] = "15,5",
+    frame_rate: Annotated[float, typer.Option(min=0.1, help="Frames per second.")] = 30.0,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            help="Draw the displacement field here, as the paper's figures 2 to 4.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Is this camera in this pipe fit for the method?"""
+    from app.lab import advice as drawing
+    from vo_core import advice
+
+    motion = _motion(move)
+    if plot is not None:
+        require_picture(plot, "--plot")
+    setup = Rig.load(rig)
+    result = advice.advise(setup, motion, frame_rate)
+    table = Table(show_header=False, box=None)
+    for name, value in drawing.rows(result):
+        table.add_row(name, value)
+    console.print(table)
+    console.print(f"verdict: {result.verdict}")
+    for finding in result.findings:
+        console.print(f"- {finding.sentence}")
+    if plot is not None:
+        title = f"{rig.stem}: {motion.x_mm:g} mm forward, {motion.y_mm:g} mm to the right"
+        drawing.plot(advice.displacement_field(setup, motion), title, plot)
+
+
+def bench(
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A few scenarios over a short path: two minutes.")
+    ] = False,
+    field: Annotated[
+        bool,
+        typer.Option(
+            "--field", help="Accuracy of Chainage alone on ten scenarios of the field: ten minutes."
+        ),
+    ] = False,
+    metres: Annotated[
+        float | None,
+        typer.Option(
+            min=0.2,
+            max=6.0,
+            help="Path of each scenario; the targets are for 6.  [default: 2; 6 with --field; "
+            "0.25 with --quick]",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Also write OUT.md and OUT.json.", show_default=False)
+    ] = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.png",
+            help="Compare the stated interval with the actual error instead, over 200 rigs that "
+            "are wrong by their tolerance (20 with --quick), and draw it here.",
+            show_default=False,
+        ),
+    ] = None,
+    write: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.md",
+            help="Also replace the figures in this file, between <!-- bench:begin --> and "
+            "<!-- bench:end --> (bench-field with --field, bench-intervals with --calibration).",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Accuracy and speed on every scenario, against the paper's method and other peers."""
+    from app.lab import bench as benchmark
+    from app.lab import markdown_figures as figures
+    from app.lab.simulation import SCENARIOS
+
+    if field and (quick or calibration is not None):
+        raise typer.BadParameter("goes without --quick and --calibration", param_hint="--field")
+    if out is not None:
+        require_folder(out, "--out")
+    name = "bench-intervals" if calibration else "bench-field" if field else "bench"
+    if write is not None:
+        _require_markers(write, name)
+
+    with progress_bar() as progress:
+        task = progress.add_task("bench", total=None)
+
+        def report(what: str, done: int, total: int) -> None:
+            progress.update(task, description=what, completed=done, total=total)
+
+        if calibration is not None:
+            markdown = _calibrate_interval(calibration, report, quick=quick)
+        else:
+            track_time = None
+            if field:
+                default_mm, choose = benchmark.FIELD_LENGTH_MM, benchmark.field_scenarios
+            elif quick:
+                default_mm, choose = benchmark.QUICK_LENGTH_MM, benchmark.quick_scenarios
+            else:
+                default_mm, choose = benchmark.LENGTH_MM, benchmark.all_scenarios
+            scenarios = choose(default_mm if metres is None else 1000 * metres)
+            methods = benchmark.OURS_ALONE if field else benchmark.METHODS
+            rows = benchmark.bench(scenarios, methods=methods, on_progress=report)
+            if field:
+                markdown = benchmark.to_short_markdown(rows)
+            else:
+                track_time = benchmark.time_track(SCENARIOS["nominal"], 1 if quick else 3, report)
+                markdown = benchmark.to_markdown(rows, track_time)
+            if out is not None:
+                json = benchmark.to_json(rows, track_time)
+                out.with_suffix(".md").write_text(markdown, encoding="utf-8")
+                out.with_suffix(".json").write_text(json, encoding="utf-8")
+    typer.echo(markdown)
+    if write is not None:
+        words = [f"--calibration {calibration}"] * (calibration is not None)
+        words += ["--quick"] * quick + ["--field"] * field
+        words += [f"--metres {metres:g}"] * (metres is not None)
+        command = " ".join(["chainage bench", *words])
+        figures.write_figures(write, name, command, markdown)
+
+
+def _require_markers(file: Path, name: str) -> None:
+    """Known now, not after an hour of work."""
+    from app.lab.markdown_figures import replace_figures
+
+    try:
+        replace_figures(file.read_text(encoding="utf-8"), name, "")
+    except (OSError, ValueError) as error:
+        raise typer.BadParameter(f"{file}: {error}", param_hint="--write") from error
+
+
+def _calibrate_interval(plot: Path, report: Callable[[str, int, int], None], *, quick: bool) -> str:
+    from app.lab import intervals
+
+    require_picture(plot, "--calibration")
+    rigs = intervals.QUICK_RIGS if quick else intervals.RIGS
+    trials = intervals.run_trials(intervals.films(), rigs, report)
+    intervals.plot(trials, plot)
+    return intervals.to_markdown(trials)
+
+
+def _motion(words: str) -> Pose:
+    try:
+        x_mm, y_mm = map(float, words.split(","))
+    except ValueError as error:
+        raise typer.BadParameter(
+            f"{words!r} is not two numbers such as 15,5", param_hint="--move"
+        ) from error
+    if not 0 < abs(x_mm) + abs(y_mm) < 1e6:
+        raise typer.BadParameter(f"{words!r} moves nothing that can be seen", param_hint="--move")
+    return Pose(x_mm, y_mm)

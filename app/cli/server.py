@@ -1,0 +1,138 @@
+"""The commands of the server: demo, serve, backup, restore."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.progress import (
+    Progress,
+    TaskID,
+)
+
+from app.cli.console import (
+    Data,
+    advance,
+    data_folder,
+    err,
+    out,
+    progress_bar,
+    require_folder,
+)
+from app.cli.reports import own_fingerprint
+from vo_core import ChainageError
+
+if TYPE_CHECKING:
+    from app.storage.backup import Summary  # a second to import, for few commands
+
+Port = Annotated[int, typer.Option(min=0, max=65535, help="0 takes any free port.")]
+Host = Annotated[str, typer.Option(help="Address to listen on.")]
+
+_MIB = 2**20
+
+
+def demo(host: Host = "127.0.0.1", port: Port = 8000) -> None:
+    """Serve the dashboard with a sample culvert inspection that starts by itself."""
+    from app.cli.demo import run_demo
+
+    with progress_bar() as progress:
+        # Not seen before the first frame: the port or a setting may be refused before.
+        task = progress.add_task("rendering a sample culvert", total=None, visible=False)
+        run_demo(
+            host,
+            port,
+            on_progress=partial(advance, progress, task),
+            on_ready=partial(_announce, progress),
+        )
+
+
+def serve(
+    host: Host = "127.0.0.1",
+    port: Port = 8000,
+    data: Data = None,
+    tls_cert: Annotated[
+        Path | None, typer.Option(help="Certificate (PEM): serve over https.", show_default=False)
+    ] = None,
+    tls_key: Annotated[
+        Path | None, typer.Option(help="Private key of the certificate.", show_default=False)
+    ] = None,
+    insecure_lan: Annotated[
+        bool,
+        typer.Option("--insecure-lan", help="Let other machines in without https; pages warn."),
+    ] = False,
+) -> None:
+    """Serve the dashboard."""
+    from app import main as server
+    from app.settings import Settings
+
+    options = {
+        "data": data,
+        "tls_cert": tls_cert,
+        "tls_key": tls_key,
+        "insecure_lan": insecure_lan or None,
+    }
+    given = {name: value for name, value in options.items() if value is not None}
+    settings = Settings.load(**given)
+
+    def announce(url: str, _: object) -> None:
+        out.print(f"Open {url}")
+        try:
+            out.print(f"Evidence bundles are signed with the key {own_fingerprint(settings.data)}")
+        except (ChainageError, OSError) as error:  # all else works without it
+            err.print(f"warning: {error}", style="yellow")
+
+    server.serve(settings, host, port, announce)
+
+
+def backup(
+    file: Annotated[Path, typer.Argument(help="Archive to write (ZIP); it is replaced whole.")],
+    data: Data = None,
+) -> None:
+    """Put a data folder into an archive; a server may go on using it.
+
+    Left out are the server's own token and uploads of which no inspection was made.
+    """
+    from app.storage import backup as archives
+
+    require_folder(file, "FILE")
+    folder = data_folder(data)
+    with progress_bar() as progress:
+        task = progress.add_task("backing up, MiB", total=None)
+        done = archives.back_up(folder, file, partial(_advance_mib, progress, task))
+    out.print(f"{file}: {_told(done)}")
+    for name in done.missing:
+        err.print(f"warning: {name} is missing in {folder}", style="yellow")
+
+
+def restore(
+    file: Annotated[Path, typer.Argument(help="Archive that `chainage backup` wrote.")],
+    data: Data = None,
+) -> None:
+    """Make a data folder of an archive, after every file in it was checked."""
+    from app.storage import backup as archives
+
+    folder = data_folder(data)
+    require_folder(folder, "--data")
+    with progress_bar() as progress:
+        task = progress.add_task("restoring, MiB", total=None)
+        done = archives.restore(file, folder, partial(_advance_mib, progress, task))
+    out.print(f"{folder}: {_told(done)}")
+
+
+def _advance_mib(progress: Progress, task: TaskID, done: int, total: int) -> None:
+    advance(progress, task, round(done / _MIB), round(total / _MIB))
+
+
+def _told(summary: Summary) -> str:
+    return (
+        f"{summary.inspections} inspections, {summary.observations} observations, "
+        f"{summary.files} files, {summary.size_bytes / _MIB:.1f} MiB"
+    )
+
+
+def _announce(progress: Progress, url: str) -> None:
+    progress.stop()
+    out.print(f"Open {url}")
+    out.print("Stop with Ctrl+C.")

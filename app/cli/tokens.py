@@ -1,0 +1,82 @@
+"""The commands of `chainage token`."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+from rich.table import Table
+
+from app.cli.console import (
+    Data,
+    data_folder,
+    err,
+    out,
+)
+
+if TYPE_CHECKING:
+    from app.storage.tokens import TokenFile  # a second to import, for few commands
+
+commands = typer.Typer(
+    help="Named access tokens of a data folder, also while a server uses it.", no_args_is_help=True
+)
+
+_NAME_LENGTH = 100
+
+
+@commands.command("create")
+def create_token(
+    name: Annotated[str, typer.Argument(help="Who will use it; the history shows this name.")],
+    role: Annotated[
+        Literal["viewer", "operator", "admin"],
+        typer.Option(
+            help="viewer: looks and exports.  operator: inspects, tags and corrects, too.  "
+            "admin: also deletes inspections and changes code packs."
+        ),
+    ],
+    data: Data = None,
+) -> None:
+    """Make a token and print it, this once."""
+    from app.access.access import SERVER
+    from app.access.access import create_token as create
+    from app.storage.tokens import Role
+
+    if not (name == name.strip() and name.isprintable() and 0 < len(name) <= _NAME_LENGTH):
+        raise typer.BadParameter(f"has 1 to {_NAME_LENGTH} printable characters", param_hint="NAME")
+    if name == SERVER:
+        raise typer.BadParameter("is the name of the server's own token", param_hint="NAME")
+    file = _token_file(data)
+    secret = create(file, name, Role(role))
+    err.print(f"Token {name} ({role}) for {file.folder}; it is not shown again:")
+    out.print(secret)
+
+
+@commands.command("list")
+def list_tokens(data: Data = None) -> None:
+    """Show the named tokens, the revoked ones too."""
+    table = Table("name", "role", "created", "revoked", box=None)
+    for token in _token_file(data).all():
+        table.add_row(token.name, token.role, _day(token.created_at), _day(token.revoked_at))
+    out.print(table)
+
+
+@commands.command("revoke")
+def revoke_token(
+    name: Annotated[str, typer.Argument(help="Of the token.")], data: Data = None
+) -> None:
+    """End a token and all that is logged in with it, at once."""
+    file = _token_file(data)
+    file.revoke(name)
+    err.print(f"Token {name} for {file.folder} is revoked.")
+
+
+def _token_file(data: Path | None) -> TokenFile:
+    from app.storage.tokens import TokenFile
+
+    return TokenFile(data_folder(data))
+
+
+def _day(instant: datetime | None) -> str:
+    return "-" if instant is None else f"{instant.astimezone():%Y-%m-%d %H:%M}"
