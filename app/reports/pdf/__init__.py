@@ -5,6 +5,7 @@ from __future__ import annotations
 from app.reports.content.translator import Translator
 from app.reports.pdf.condition import condition
 from app.reports.pdf.cover import cover
+from app.reports.pdf.glyphs import missing_glyphs
 from app.reports.pdf.header_sheet import header_sheet
 from app.reports.pdf.measurement import measurement
 from app.reports.pdf.observations import observations
@@ -27,4 +28,4 @@ def write(report: Report) -> Written:
     """All parts, in the report's language and units."""
     t = Translator.of(report)
     story = [piece for part in PARTS for piece in part(report, t)]
-    return Written(made(report, t, t("cover.title"), story))
+    return Written(made(report, t, t("cover.title"), story), missing_glyphs(report))

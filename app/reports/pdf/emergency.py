@@ -8,6 +8,7 @@ from reportlab.pdfgen.canvas import Canvas
 from app.reports.content.condition import urgent
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.pdf.flow import Figure, draw_badge
+from app.reports.pdf.glyphs import missing_glyphs
 from app.reports.pdf.pages import made
 from app.reports.pdf.photos import draw_photo
 from app.reports.pdf.styles import (
@@ -38,7 +39,7 @@ def write(report: Report) -> Written:
     """One page about every entry of severity 5: the first of them with photo, the others listed."""
     t, entries = Translator.of(report), urgent(report)
     sheet = Figure(_HEIGHT, lambda canvas: _sheet(canvas, report, entries, t))
-    return Written(made(report, t, _title(entries, t), [sheet]))
+    return Written(made(report, t, _title(entries, t), [sheet]), missing_glyphs(report))
 
 
 def _title(entries: list[Entry], t: Translator) -> str:

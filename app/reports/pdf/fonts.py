@@ -41,14 +41,11 @@ class Face:
     """Only the characters of this encoding are taken; None: all."""
 
     @property
-    def file(self) -> Path:
-        """Where it is installed."""
+    def file(self) -> Path | None:
+        """Where it is installed; None where its package is not: most are of the extra `fonts`."""
         spec = find_spec(self.package)
         if spec is None or not spec.submodule_search_locations:
-            raise RuntimeError(
-                f"The package {self.package} with the font {self.name} is not installed; "
-                "install Chainage again."
-            )
+            return None
         return Path(spec.submodule_search_locations[0]) / self.path
 
 
@@ -87,11 +84,17 @@ FACES = (
 
 @cache
 def _face_data(face: Face) -> hb.Face:
+    if face.file is None:
+        raise RuntimeError(
+            f"The package {face.package} with the font {face.name} is not installed."
+        )
     return hb.Face(hb.Blob.from_file_path(str(face.file)))
 
 
 @cache
 def _characters(face: Face) -> frozenset[int]:
+    if face.file is None:
+        return frozenset()
     known = frozenset(_face_data(face).unicodes)
     if face.codec is None:
         return known

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import groupby
@@ -177,6 +177,12 @@ def _shown(char: str) -> str:
 
 def _in_a_font(char: str) -> str:
     return char if char in f"\n{_JOINERS}" or face_of(char) else f"[U+{ord(char):04X}]"
+
+
+def without_glyph(texts: Iterable[str]) -> list[str]:
+    """Characters that no installed font shows, each once, in order: "U+1F642" stands for one."""
+    chars = {_shown(char) for text in texts for char in text} - {"", "\n"}
+    return [f"U+{ord(char):04X}" for char in sorted(chars) if _in_a_font(char) != char]
 
 
 def _filled(text: str, weight: Weight, room: float) -> list[str]:

@@ -15,6 +15,7 @@ from reports import HEADER, entry, full_report, remarked, report
 from app.reports import pdf as document
 from app.reports.content.translator import Translator
 from app.reports.formats import FORMATS
+from app.reports.pdf import fonts
 from app.reports.tables.table import rows
 from app.survey.rounding import decimals
 
@@ -145,6 +146,31 @@ def test_a_remark_of_ten_thousand_characters_is_told_in_full(full):
     content = document.write(replace(full, entries=entries)).content
 
     assert "END." in text_of(content)
+
+
+def test_characters_that_no_font_shows_are_reported(full):
+    assert document.write(full).losses == ()
+    entries = (remarked(full.entries[0], "smile \U0001f642, again \U0001f642"), *full.entries[1:])
+
+    (loss,) = document.write(replace(full, entries=entries)).losses
+
+    assert "U+1F642;" in loss.detail
+    assert "chainage[fonts]" in loss.detail
+
+
+def test_without_the_extra_fonts_other_scripts_stand_as_numbers(full, monkeypatch):
+    installed = fonts.find_spec
+    extra = lambda name: None if name.startswith("justmytype") else installed(name)  # noqa: E731
+    with monkeypatch.context() as without:
+        without.setattr(fonts, "find_spec", extra)
+        for known in (fonts._characters, fonts.face_of):
+            known.cache_clear()
+        made = document.write(replace(full, entries=(remarked(full.entries[0], "陈 über"),)))
+    for known in (fonts._characters, fonts.face_of):
+        known.cache_clear()
+
+    assert "[U+9648] über" in text_of(made.content)
+    assert "U+9648" in made.losses[0].detail
 
 
 def test_hostile_text_is_shown_as_it_is(full):

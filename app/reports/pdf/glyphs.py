@@ -1,0 +1,36 @@
+"""What a document in PDF cannot show for want of a font."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from app.reports.pdf.text import without_glyph
+from app.reports.report import Loss, Report
+
+_NAMED = 20
+
+
+def missing_glyphs(report: Report) -> tuple[Loss, ...]:
+    """One loss that names the characters that stand as their numbers, if there are any."""
+    found = without_glyph(_texts(report))
+    if not found:
+        return ()
+    more = f" and {len(found) - _NAMED} more" if len(found) > _NAMED else ""
+    named = ", ".join(found[:_NAMED])
+    return (
+        Loss(
+            f"No installed font shows {named}{more}; they stand as these numbers. "
+            "The fonts of most scripts come with `pip install 'chainage[fonts]'`."
+        ),
+    )
+
+
+def _texts(report: Report) -> Iterator[str]:
+    """What people have entered."""
+    yield report.name
+    yield report.company.name or ""
+    yield from (value for value in report.header.values() if isinstance(value, str))
+    for entry in report.entries:
+        yield from (entry.tag.remark or "", entry.tagged_by, entry.edited_by or "")
+    for event in report.events:
+        yield from (event.who, event.remark or "")
