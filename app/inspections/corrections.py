@@ -25,7 +25,7 @@ from app.survey.makeup import Makeup, makeup_of
 from app.survey.notices import Notice, notices_of
 from app.survey.stated import Joints, Stated
 from app.survey.track_rows import estimate_at
-from app.survey.versions import version_of
+from app.survey.versions import require_version
 from app.tracking.live import Live
 from app.tracking.tracks import Tracks
 from vo_core import Rig, Track
@@ -119,7 +119,7 @@ class Corrections:
         remark: str | None,
         who: str,
         *,
-        replaces: str | None = None,
+        replaced: str | None = None,
     ) -> Corrected:
         """State it in place of what was stated before; it is committed and synced on return.
 
@@ -128,17 +128,15 @@ class Corrections:
             stated: All that is stated from now on.
             remark: Why.
             who: For the record.
-            replaces: Version of what it was made of; None replaces whatever there is.
+            replaced: Version of what it was made of; None replaces whatever there is.
         Raises:
             InspectionNotFound: There is none of this id.
             InvalidCorrection: It cannot be applied to the track as it is; nothing was stored.
-            ChangedMeanwhile: Something else than `replaces` is stated; nothing was stored.
+            ChangedMeanwhile: Something else than `replaced` is stated; nothing was stored.
         """
 
         def require(stored: Mapping[str, Any]) -> None:
-            current = Stated.from_json(stored).to_json()
-            if replaces is not None and version_of(current) != replaces:
-                raise ChangedMeanwhile(current, stated.to_json())
+            require_version(Stated.from_json(stored).to_json(), stated.to_json(), replaced)
 
         statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
         began_s = time.monotonic()
@@ -184,7 +182,7 @@ class Corrections:
             before = self.get(inspection_id)
             try:
                 return self.put(
-                    inspection_id, change(before.stated), remark, who, replaces=before.version
+                    inspection_id, change(before.stated), remark, who, replaced=before.version
                 )
             except ChangedMeanwhile:
                 if not tries_left:

@@ -45,6 +45,7 @@ from app.storage.observations import ObservationStore
 from app.storage.tables import ENDED, Inspection
 from app.survey.stretches import open_stretches
 from app.survey.track_rows import estimate_at, since
+from app.survey.versions import require_version, version_of
 from app.tracking.cameras import Sources
 from app.tracking.live import CameraStatus, Live, Progress
 from app.tracking.media import Media
@@ -79,6 +80,11 @@ class InspectionView:
     """While it is recorded."""
     warning: str | None
     """What was wrong with the video or the run, or why its end waits, in a sentence."""
+
+    @property
+    def version(self) -> str:
+        """Of name and header."""
+        return version_of({"name": self.row.name, "header": self.row.header})
 
 
 class Inspections:
@@ -418,10 +424,28 @@ class Inspections:
         return self._media.picture(self.video_path(row), estimate.time_s, _FRAME_JPEG_QUALITY)
 
     def change(
-        self, inspection_id: str, who: str, name: str | None, header: Mapping[str, Any] | None
+        self,
+        inspection_id: str,
+        who: str,
+        name: str | None,
+        header: Mapping[str, Any] | None,
+        *,
+        replaced: str | None = None,
     ) -> InspectionView:
-        """Give another name or another header; None leaves it as it is."""
-        self._store.change(inspection_id, who, name, header)
+        """Give another name or another header; None leaves it as it is.
+
+        Raises:
+            InspectionNotFound: There is none of this id.
+            PackNotFound: The header names a code pack that does not exist.
+            ChangedMeanwhile: They are not of version `replaced` any more; nothing was stored.
+        """
+
+        def require(stored: Mapping[str, Any]) -> None:
+            sent = {"name": name, "header": None if header is None else dict(header)}
+            yours = {**stored, **{key: value for key, value in sent.items() if value is not None}}
+            require_version(stored, yours, replaced)
+
+        self._store.change(inspection_id, who, name, header, require)
         return self.get(inspection_id)
 
     def delete(self, inspection_id: str, who: str) -> None:

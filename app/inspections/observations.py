@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Mapping
 from functools import lru_cache
+from typing import Any
 
 from cachetools import LRUCache
 
@@ -29,8 +31,9 @@ from app.survey.place import (
 )
 from app.survey.records import Event
 from app.survey.stretches import next_stretch_number
-from app.survey.tag import StatedTag, Tag
+from app.survey.tag import StatedTag, Tag, entered
 from app.survey.track_rows import is_unmeasured
+from app.survey.versions import require_version
 from app.tracking.live import Live
 from app.tracking.tracks import Tracks
 from app.tracking.videos import NO_FILM
@@ -62,14 +65,28 @@ class Observations:
         """Guards the next."""
         self._courses: LRUCache[str, Course] = LRUCache(_COURSES_KEPT)
 
-    def put(self, inspection_id: str, observation_id: str, tag: Tag, who: str) -> None:
+    def put(
+        self,
+        inspection_id: str,
+        observation_id: str,
+        tag: Tag,
+        who: str,
+        *,
+        replaced: str | None = None,
+    ) -> None:
         """Create or replace an observation; it is committed and synced when this returns.
 
         The same tag again changes nothing; a deleted observation comes back with this tag.
 
+        Args:
+            inspection_id, observation_id: Which.
+            tag: All that is entered from now on.
+            who: For the record.
+            replaced: Version of what it was made of; None replaces whatever there is.
         Raises:
             InspectionNotFound: There is no such inspection.
             FrameOutsideVideo, PixelOutsidePicture: It cannot be anchored there.
+            ChangedMeanwhile: It is not of version `replaced` any more; nothing was stored.
         """
         inspection = self._inspections.get(inspection_id)
         track = self._tracks.get(inspection_id)
@@ -77,7 +94,12 @@ class Observations:
         if tag.pixel and inspection.source_kind == IMPORTED and is_unmeasured(track):
             raise PixelOutsidePicture(f"{NO_FILM} Tag it without a pixel.")
         stated = StatedTag.kept(tag.model_dump())
-        if self._store.put(inspection_id, observation_id, stated, who):
+
+        def require(stored: Mapping[str, Any] | None) -> None:
+            current = None if stored is None else entered(stored)
+            require_version(current, stated.to_json(), replaced)
+
+        if self._store.put(inspection_id, observation_id, stated, who, require):
             self._live.observations_changed(inspection_id)
 
     def delete(self, inspection_id: str, observation_id: str, who: str) -> None:

@@ -15,6 +15,7 @@ from app.storage.inspections import existing
 from app.storage.tables import EventRow, ObservationRow
 from app.survey.records import Observation
 from app.survey.tag import StatedTag
+from app.survey.versions import Require
 
 
 class ObservationStore:
@@ -53,17 +54,27 @@ class ObservationStore:
         with self._database.read() as session:
             return [found for found in session.scalars(query) if found]
 
-    def put(self, inspection_id: str, observation_id: str, tag: StatedTag, who: str) -> bool:
+    def put(
+        self,
+        inspection_id: str,
+        observation_id: str,
+        tag: StatedTag,
+        who: str,
+        require: Require | None = None,
+    ) -> bool:
         """Create, replace or bring back; whether anything changed.
 
         Raises:
             InspectionNotFound: There is no such inspection.
+            Exception: What `require` raises of the fields that are stored, None if there are none.
         """
 
         def apply(session: Session) -> bool:
             row = session.get(ObservationRow, (inspection_id, observation_id))
             before = None if row is None else row.fields
             was_deleted = row is not None and row.deleted_at is not None
+            if require is not None:
+                require(None if was_deleted else before)
             is_changed = _put(session, inspection_id, observation_id, tag.to_json(), who)
             if is_changed and self._has_webhook:
                 row = _existing(session, inspection_id, observation_id)

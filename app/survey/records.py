@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
-from app.survey.tag import StatedTag
+from app.survey.tag import StatedTag, entered
+from app.survey.versions import version_of
 
 RESCALED = "rescaled"
 """The action of an event that Chainage itself has caused: joints have changed the scale."""
@@ -37,6 +38,11 @@ class Observation:
     edited_at: datetime | None = None
     edited_by: str | None = None
     deleted_at: datetime | None = None
+
+    @property
+    def version(self) -> str:
+        """Of what a person has entered."""
+        return version_of(entered(self.tag.to_json()))
 
     @property
     def frame(self) -> int:

@@ -59,3 +59,8 @@ class StatedTag(Tag):
             for name in type(self).model_fields
             if (value := getattr(self, name)) is not None
         }
+
+
+def entered(fields: Mapping[str, Any]) -> dict[str, Any]:
+    """What of the fields of a tag a person enters, and no file of an import."""
+    return {name: fields[name] for name in Tag.model_fields if fields.get(name) is not None}

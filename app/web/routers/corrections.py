@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Query, Response
 
-from app.errors import InspectionNotFound
+from app.errors import ChangedMeanwhile, InspectionNotFound
 from app.survey.stated import StatedIn
 from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, ServicesDep, operator, viewer
 from app.web.schemas.corrections import CorrectionsIn, CorrectionsOut, IntervalOut, MakeupOut
 from app.web.schemas.failures import failures
 from app.web.schemas.records import AlertOut, AlertsOut, EventOut, EventsOut, IssueOut, IssuesOut
+from app.web.versions import Replaced, tag_with
 from vo_core.errors import InvalidCorrection
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["corrections"])
@@ -19,23 +20,30 @@ router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["corrections
 
 @router.get("/corrections", responses=failures(InspectionNotFound))
 @viewer
-def get(inspection_id: InspectionId, services: ServicesDep) -> CorrectionsOut:
+def get(inspection_id: InspectionId, services: ServicesDep, response: Response) -> CorrectionsOut:
     """What holds now."""
-    return CorrectionsOut.of(services.corrections.get(inspection_id))
+    corrected = services.corrections.get(inspection_id)
+    tag_with(response, corrected.version)
+    return CorrectionsOut.of(corrected)
 
 
-@router.put("/corrections", responses=failures(InspectionNotFound, InvalidCorrection))
+@router.put(
+    "/corrections", responses=failures(InspectionNotFound, InvalidCorrection, ChangedMeanwhile)
+)
 @operator
 def put(
     inspection_id: InspectionId,
     body: CorrectionsIn,
     services: ServicesDep,
     principal: PrincipalDep,
+    replaced: Replaced,
+    response: Response,
 ) -> CorrectionsOut:
     """State it in place of what was stated; to undo, state what was stated before."""
     corrected = services.corrections.put(
-        inspection_id, body.to_stated(), body.remark, principal.name
+        inspection_id, body.to_stated(), body.remark, principal.name, replaced=replaced
     )
+    tag_with(response, corrected.version)
     return CorrectionsOut.of(corrected)
 
 

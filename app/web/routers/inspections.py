@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, BackgroundTasks, Query, Response
 
 from app.errors import (
+    ChangedMeanwhile,
     FrameNotFound,
     InspectionNotFound,
     LiveSourceRefused,
@@ -37,6 +38,7 @@ from app.web.schemas.inspections import (
 )
 from app.web.schemas.observations import WallGridOut, WallPointOut
 from app.web.slow import slow
+from app.web.versions import Replaced, tag_with
 from vo_core.errors import InvalidRig, RigVideoMismatch, UnreadableVideo
 
 router = APIRouter(prefix="/api/inspections", tags=["inspections"])
@@ -82,21 +84,30 @@ def list_all(services: ServicesDep) -> InspectionsOut:
 
 @router.get("/{inspection_id}", responses=failures(InspectionNotFound))
 @viewer
-def get(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
+def get(inspection_id: InspectionId, services: ServicesDep, response: Response) -> InspectionOut:
     """One."""
-    return InspectionOut.of(services.inspections.get(inspection_id))
+    view = services.inspections.get(inspection_id)
+    tag_with(response, view.version)
+    return InspectionOut.of(view)
 
 
-@router.patch("/{inspection_id}", responses=failures(InspectionNotFound, PackNotFound))
+@router.patch(
+    "/{inspection_id}", responses=failures(InspectionNotFound, PackNotFound, ChangedMeanwhile)
+)
 @operator
 def change(
     inspection_id: InspectionId,
     body: InspectionChange,
     services: ServicesDep,
     principal: PrincipalDep,
+    replaced: Replaced,
+    response: Response,
 ) -> InspectionOut:
     """Give another name or another header."""
-    view = services.inspections.change(inspection_id, principal.name, body.name, body.header)
+    view = services.inspections.change(
+        inspection_id, principal.name, body.name, body.header, replaced=replaced
+    )
+    tag_with(response, view.version)
     return InspectionOut.of(view)
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Response
 from starlette.responses import FileResponse
 
+from app.container import Services
 from app.errors import (
+    ChangedMeanwhile,
     FrameOutsideVideo,
     InspectionNotFound,
     ObservationNotFound,
@@ -16,6 +18,7 @@ from app.survey.tag import Tag
 from app.web.deps import InspectionId, ObservationId, PrincipalDep, ServicesDep, operator, viewer
 from app.web.schemas.failures import content, failures
 from app.web.schemas.observations import ObservationOut, ObservationsOut
+from app.web.versions import Replaced, tag_with
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}/observations", tags=["observations"])
 
@@ -33,7 +36,9 @@ def list_all(inspection_id: InspectionId, services: ServicesDep) -> Observations
 
 @router.put(
     "/{observation_id}",
-    responses=failures(InspectionNotFound, FrameOutsideVideo, PixelOutsidePicture),
+    responses=failures(
+        InspectionNotFound, FrameOutsideVideo, PixelOutsidePicture, ChangedMeanwhile
+    ),
 )
 @operator
 def put(
@@ -42,20 +47,27 @@ def put(
     body: Tag,
     services: ServicesDep,
     principal: PrincipalDep,
+    replaced: Replaced,
+    response: Response,
 ) -> ObservationOut:
     """Create or replace; answered when it is committed and synced. May be repeated."""
-    services.observations.put(inspection_id, observation_id, body, principal.name)
+    services.observations.put(
+        inspection_id, observation_id, body, principal.name, replaced=replaced
+    )
     services.photos.wait_for(inspection_id, observation_id)
-    return ObservationOut.of(services.observations.get(inspection_id, observation_id))
+    return _tagged(services, inspection_id, observation_id, response)
 
 
 @router.get("/{observation_id}", responses=failures(InspectionNotFound, ObservationNotFound))
 @viewer
 def get(
-    inspection_id: InspectionId, observation_id: ObservationId, services: ServicesDep
+    inspection_id: InspectionId,
+    observation_id: ObservationId,
+    services: ServicesDep,
+    response: Response,
 ) -> ObservationOut:
     """One."""
-    return ObservationOut.of(services.observations.get(inspection_id, observation_id))
+    return _tagged(services, inspection_id, observation_id, response)
 
 
 @router.delete(
@@ -83,10 +95,19 @@ def restore(
     observation_id: ObservationId,
     services: ServicesDep,
     principal: PrincipalDep,
+    response: Response,
 ) -> ObservationOut:
     """Undo a delete."""
     services.observations.restore(inspection_id, observation_id, principal.name)
-    return ObservationOut.of(services.observations.get(inspection_id, observation_id))
+    return _tagged(services, inspection_id, observation_id, response)
+
+
+def _tagged(
+    services: Services, inspection_id: str, observation_id: str, response: Response
+) -> ObservationOut:
+    view = services.observations.get(inspection_id, observation_id)
+    tag_with(response, view.row.version)
+    return ObservationOut.of(view)
 
 
 @router.get(

@@ -27,6 +27,8 @@ class CorrectionsOut(BaseModel):
     error: ErrorOut | None
     reason: dict[str, Any] | None
     """Code and params of the error, where there is more to say than its sentence."""
+    version: str
+    """Of what was stated: the `If-Match` of a change, in quotation marks."""
 
     @classmethod
     def of(cls, corrected: Corrected) -> CorrectionsOut:
@@ -37,6 +39,7 @@ class CorrectionsOut(BaseModel):
             result=result_of(corrected),
             error=ErrorOut(**error) if error else None,
             reason=reason_of(refusal) if refusal else None,
+            version=corrected.version,
         )
 
 

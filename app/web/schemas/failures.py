@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from app.errors import code_of
+from app.errors import ChangedMeanwhile, code_of
 from app.web.answers import EVERYWHERE, STATUS
 
 
@@ -17,6 +17,15 @@ class ErrorOut(BaseModel):
     detail: str
 
 
+class ChangedMeanwhileOut(ErrorOut):
+    """Of a change whose `If-Match` names another version than the one that is stored."""
+
+    current: dict[str, Any] | None
+    """What is stored; null if it was deleted."""
+    yours: dict[str, Any]
+    """What would have been stored."""
+
+
 Responses = dict[int | str, dict[str, Any]]
 
 
@@ -25,8 +34,12 @@ def failures(*kinds: type[Exception]) -> Responses:
     codes = {status: list(names) for status, names in EVERYWHERE.items()}
     for status, code in ((STATUS[kind], code_of(kind)) for kind in kinds):
         codes.setdefault(status, []).append(code)
+    models = {STATUS[ChangedMeanwhile]: ChangedMeanwhileOut} if ChangedMeanwhile in kinds else {}
     return {
-        status: {"model": ErrorOut, "description": ", ".join(f"`{name}`" for name in names)}
+        status: {
+            "model": models.get(status, ErrorOut),
+            "description": ", ".join(f"`{name}`" for name in names),
+        }
         for status, names in codes.items()
     }
 

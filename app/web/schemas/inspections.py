@@ -170,6 +170,8 @@ class InspectionOut(BaseModel):
     """As it was measured."""
     revision: int
     """Rises with every correction: distances are then to be read again."""
+    version: str
+    """Of name and header: the `If-Match` of a change, in quotation marks."""
     corrected: bool
     defects: int
     worst_severity: int | None
@@ -203,6 +205,7 @@ class InspectionOut(BaseModel):
             distance_u95_m=None if sigma_mm is None else half_width_m(sigma_mm),
             distance_raw_m=metres(view.raw_distance_mm),
             revision=row.revision,
+            version=view.version,
             corrected=view.is_corrected,
             defects=view.defects,
             worst_severity=view.worst_severity,

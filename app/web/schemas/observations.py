@@ -56,6 +56,8 @@ class ObservationOut(BaseModel):
     created_at: datetime
     created_by: str
     edited_at: datetime | None
+    version: str
+    """Of what was entered: the `If-Match` of a change, in quotation marks."""
 
     @classmethod
     def of(cls, view: ObservationView) -> ObservationOut:
@@ -81,6 +83,7 @@ class ObservationOut(BaseModel):
             created_at=row.created_at,
             created_by=row.created_by,
             edited_at=row.edited_at,
+            version=row.version,
         )
 
 

@@ -88,9 +88,9 @@ def test_who_is_never_fast_enough_is_refused(corrections: Corrections) -> None:
 
 def test_a_change_of_another_version_is_refused_with_both(corrections: Corrections) -> None:
     before = corrections.get(ID)
-    corrections.put(ID, BY_ALI, None, "Ali", replaces=before.version)
+    corrections.put(ID, BY_ALI, None, "Ali", replaced=before.version)
     with pytest.raises(ChangedMeanwhile) as refused:
-        corrections.put(ID, with_zero(Stated()), None, "Siti", replaces=before.version)
+        corrections.put(ID, with_zero(Stated()), None, "Siti", replaced=before.version)
     assert refused.value.current == BY_ALI.to_json()
     assert refused.value.yours == with_zero(Stated()).to_json()
     assert corrections.get(ID).stated == BY_ALI
