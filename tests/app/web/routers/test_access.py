@@ -1,30 +1,12 @@
-import json
 import re
 import stat
 from pathlib import Path
 
 import pytest
 from builders import TOKEN, Client, assert_error, serving
-from websockets.exceptions import InvalidStatus
-from websockets.sync.client import connect
+from doors import log_in, refusal
 
 from app.web.routers.pages import version_of
-
-
-def example(parameter: str) -> str:
-    return {
-        "frame": "0",
-        "kind": "csv",
-        "observation_id": "00000000-0000-4000-8000-000000000000",
-    }.get(parameter, "0" * 32)
-
-
-def log_in(client: Client, token: str = TOKEN) -> Client:
-    """A browser with a session."""
-    browser = client.anonymous()
-    browser.headers["Origin"] = client.server.url
-    assert browser.post("/api/login", json={"token": token}).status_code == 204
-    return browser
 
 
 def test_a_wrong_token_is_as_good_as_none(shared: Client) -> None:
@@ -246,14 +228,3 @@ def test_a_ticket_opens_one_3d_view_and_nothing_else(shared: Client, done: str) 
         {"Cookie": f"chainage_session={credential}"},
     ):
         assert_error(stranger.get("/api/session", headers=headers), 401, "unauthenticated")
-
-
-def refusal(url: str, origin: str | None, headers: dict[str, str]) -> int:
-    with (
-        pytest.raises(InvalidStatus) as caught,
-        connect(url, origin=origin, additional_headers=headers),
-    ):
-        pass
-    body = json.loads(caught.value.response.body)
-    assert body.keys() == {"code", "detail"}
-    return int(caught.value.response.status_code)

@@ -16,10 +16,10 @@ from typing import NamedTuple
 import httpx
 import pytest
 from builders import TOKEN, Client, LiveServer, assert_error, serving
+from doors import example, log_in, refusal
 from fastapi import FastAPI, WebSocket
 from receivers import certificate
 from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
-from test_access import example, log_in, refusal
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 

@@ -1,0 +1,39 @@
+"""What tests of the API's doors share: an address of every route, a session, a refused socket."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from builders import TOKEN, Client
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+
+def example(parameter: str) -> str:
+    """A value for a parameter of a path; nothing is there."""
+    return {
+        "frame": "0",
+        "kind": "csv",
+        "observation_id": "00000000-0000-4000-8000-000000000000",
+    }.get(parameter, "0" * 32)
+
+
+def log_in(client: Client, token: str = TOKEN) -> Client:
+    """A browser with a session."""
+    browser = client.anonymous()
+    browser.headers["Origin"] = client.server.url
+    assert browser.post("/api/login", json={"token": token}).status_code == 204
+    return browser
+
+
+def refusal(url: str, origin: str | None, headers: dict[str, str]) -> int:
+    """The status with which a WebSocket is refused, in the one body of every failure."""
+    with (
+        pytest.raises(InvalidStatus) as caught,
+        connect(url, origin=origin, additional_headers=headers),
+    ):
+        pass
+    body = json.loads(caught.value.response.body)
+    assert body.keys() == {"code", "detail"}
+    return int(caught.value.response.status_code)
