@@ -25,7 +25,9 @@ from app.lab.simulation.sample import SAMPLE
 from app.storage.database import Database
 from app.storage.files import DataFolder, sha256_of
 from app.storage.imports import ImportStore
-from app.storage.tables import Event, Inspection, Observation
+from app.storage.tables import Inspection
+from app.survey.records import Event, Observation
+from app.survey.tag import StatedTag
 from app.tracking.queue import track_metadata
 from app.tracking.tracks import Tracks
 from app.tracking.videos import file_name, video_columns
@@ -157,10 +159,10 @@ def _observations(
         frame = n * frames // defects
         # Within the middle of the picture, where every frame shows the wall.
         u, v = (0.3 + 0.4 * (n * 7 % 11) / 10) * width, (0.35 + 0.3 * (n * 5 % 7) / 6) * height
-        fields = {"frame": frame, "pixel": [round(u, 1), round(v, 1)], **_fields(n)}
+        tag = StatedTag.kept({"frame": frame, "pixel": (round(u, 1), round(v, 1))} | _fields(n))
         yield Observation(
-            inspection_id=inspection_id, id=str(uuid.uuid4()), seq=n + 1, frame=frame,
-            fields=fields, photo_frame=frame, photo_sha256=digest, created_at=now, created_by=WHO,
+            inspection_id=inspection_id, id=str(uuid.uuid4()), seq=n + 1, tag=tag,
+            photo_frame=frame, photo_sha256=digest, created_at=now, created_by=WHO,
         )  # fmt: skip
 
 
@@ -172,7 +174,7 @@ def _fields(n: int) -> dict[str, object]:
 
 
 def _event(inspection: Inspection, row: Observation | None) -> Event:
-    after = row.fields if row else {"name": inspection.name, "header": inspection.header}
+    after = row.tag.to_json() if row else {"name": inspection.name, "header": inspection.header}
     return Event(
         inspection_id=inspection.id, observation_id=row.id if row else None, action="created",
         who=WHO, at=inspection.created_at, before=None, after=after,

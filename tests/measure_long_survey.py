@@ -125,9 +125,13 @@ TAG = """() => new Promise((resolve) => {
 })"""
 
 
-def ask_ms(server: Server, path: str, times: int = 3) -> float:
-    """How long an answer takes, the middle one of some."""
-    return statistics.median(timed_ms(lambda: read(server, path)) for _ in range(times))
+def ask_ms(server: Server, inspection_id: str, what: str, times: int = 3) -> float:
+    """How long an answer takes, the middle one of some; before each a tag is changed."""
+    found = []
+    for n in range(times):
+        put_tag(server, inspection_id, n)
+        found.append(timed_ms(lambda: read(server, f"/api/inspections/{inspection_id}/{what}")))
+    return statistics.median(found)
 
 
 def read(server: Server, path: str) -> bytes:
@@ -144,13 +148,17 @@ def timed_ms(act: Callable[[], object]) -> float:
 def tag_ms(server: Server, inspection_id: str, frames: int) -> float:
     """How long one more tag takes."""
 
-    def tag(n: int) -> None:
-        body = {"frame": n * frames // TAGS, "pixel": [300, 240], "code": "BBF", "char1": "B"}
-        path = f"/api/inspections/{inspection_id}/observations/{uuid.uuid4()}"
-        server.ask("PUT", path, body).close()
+    put_tag(server, inspection_id, 0)
+    places = [n * frames // TAGS for n in range(TAGS)]
+    return statistics.median(
+        timed_ms(lambda frame=frame: put_tag(server, inspection_id, frame)) for frame in places
+    )
 
-    tag(0)
-    return statistics.median(timed_ms(lambda n=n: tag(n)) for n in range(TAGS))
+
+def put_tag(server: Server, inspection_id: str, frame: int) -> None:
+    body = {"frame": frame, "pixel": [300, 240], "code": "BBF", "char1": "B"}
+    path = f"/api/inspections/{inspection_id}/observations/{uuid.uuid4()}"
+    server.ask("PUT", path, body).close()
 
 
 def rss_mb(server: Server) -> float:
@@ -162,13 +170,12 @@ def rss_mb(server: Server) -> float:
 
 def measure_server(server: Server, full: str, empty: str, frames: int) -> Figures:
     """What programs ask for; a survey of the same length without defects has the first tag."""
-    path = f"/api/inspections/{full}"
-    read(server, f"{path}/corrections")  # read and adjusted once, as for every page
-    read(server, f"/api/inspections/{empty}/corrections")
+    for inspection_id in (full, empty):  # read and adjusted once, as for every page
+        read(server, f"/api/inspections/{inspection_id}/corrections")
     return {
-        "checks, ms": ask_ms(server, f"{path}/checks"),
-        "CSV export, ms": ask_ms(server, f"{path}/exports/csv"),
-        "list of observations, ms": ask_ms(server, f"{path}/observations"),
+        "checks, ms": ask_ms(server, full, "checks"),
+        "CSV export, ms": ask_ms(server, full, "exports/csv"),
+        "list of observations, ms": ask_ms(server, full, "observations"),
         "first tag, ms": tag_ms(server, empty, frames),
         "last tag, ms": tag_ms(server, full, frames),
         "server memory, MB": rss_mb(server),
