@@ -1,4 +1,4 @@
-"""The commands on a film without a server: track, correct."""
+"""The commands that process a film without a server: track, correct."""
 
 from __future__ import annotations
 
