@@ -74,7 +74,7 @@ def reading(data: Path, company: Company) -> Iterator[Reader]:
     that writes is not in the way.
 
     Raises:
-        UnusableDatabase: There is none, or it is damaged or of a newer version.
+        UnusableDatabase: The database is missing, damaged or of a newer version.
     """
     places = Places(data)
     if not places.database.is_file():

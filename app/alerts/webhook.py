@@ -173,7 +173,7 @@ class Webhook:
                 self._store.record_failure(alert.id, str(failure), next_at)
             else:
                 logger.info("The client was notified of observation %s.", alert.observation_id)
-                self._store.record_told(alert.id)
+                self._store.record_sent(alert.id)
 
     def _body(self, alert: Alert, page_root: str) -> bytes | None:
         """Return the message as of now; None where no severe observation is left."""

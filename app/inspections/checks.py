@@ -39,7 +39,7 @@ class Checks:
             views: Its observations, where they have just been listed.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         row = self._inspections.get(inspection_id)
 

@@ -91,7 +91,7 @@ class Corrections:
         """What holds now.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         corrected = self._solution(inspection_id).corrected
         return replace(corrected, tilt=self._tracks.tilt(inspection_id))
@@ -100,7 +100,7 @@ class Corrections:
         """What would hold; a known length that would be refused is shown with its closure.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         rig = self._statement(inspection_id).rig
         try:
@@ -130,7 +130,7 @@ class Corrections:
             who: For the record.
             replaced: Version of what it was made of; None replaces whatever there is.
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
             InvalidCorrection: It cannot be applied to the track as it is; nothing was stored.
             ChangedMeanwhile: Something else than `replaced` is stated; nothing was stored.
         """
@@ -174,7 +174,7 @@ class Corrections:
         """State what `change` makes of what is stated, also while others state something else.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
             InvalidCorrection: It cannot be applied to the track as it is; nothing was stored.
             ChangedMeanwhile: Others were faster again and again; nothing was stored.
         """
@@ -195,7 +195,7 @@ class Corrections:
         False if something else was stated meanwhile: then nothing is recorded.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
             DiskFull: It could not be recorded.
         """
         statement, solution = self._statement(inspection_id), self._last_solution(inspection_id)
@@ -223,7 +223,7 @@ class Corrections:
         """What the interval of a frame is made of, of the furthest one without; see `makeup_of`.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         adjusted, raw = self.adjusted(inspection_id), self._tracks.get(inspection_id)
         if not len(raw):
@@ -261,7 +261,7 @@ class Corrections:
         """Rises with every correction.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         return self._statement(inspection_id).revision
 

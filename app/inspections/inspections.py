@@ -195,7 +195,7 @@ class Inspections:
         """State how the run ended; a live one is ended with it and then fit for review.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
             OpenStretches: A continuous defect has no end; the text names it.
         """
         self._store.get(inspection_id)
@@ -217,7 +217,7 @@ class Inspections:
         """Track all frames again with another rig, or with the same; what is tagged stays.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
             StillRunning: It is queued or running.
             NothingRecorded: There is no film.
             InvalidRig: The text names field, value and what is allowed.
@@ -248,7 +248,7 @@ class Inspections:
             between: What the robot has done since.
             who: For the record.
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
             StillRunning: It is queued or running.
             NothingRecorded: It never was live, or has no film.
             NotAllTracked: The track ends before the film.
@@ -366,7 +366,7 @@ class Inspections:
         """One.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         return self._view(self._store.summary(inspection_id))
 
@@ -374,7 +374,7 @@ class Inspections:
         """Only what is stored.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         return self._store.get(inspection_id)
 
@@ -435,7 +435,7 @@ class Inspections:
         """Give another name or another header; None leaves it as it is.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
             PackNotFound: The header names a code pack that does not exist.
             ChangedMeanwhile: They are not of version `replaced` any more; nothing was stored.
         """

@@ -84,7 +84,7 @@ class Observations:
             who: For the record.
             replaced: Version of what it was made of; None replaces whatever there is.
         Raises:
-            InspectionNotFound: There is no such inspection.
+            InspectionNotFound: No inspection has this id.
             FrameOutsideVideo, PixelOutsidePicture: It cannot be anchored there.
             ChangedMeanwhile: It is not of version `replaced` any more; nothing was stored.
         """
@@ -161,7 +161,7 @@ class Observations:
         """Everything that was done to the inspection or to one observation, oldest first.
 
         Raises:
-            InspectionNotFound: There is no such inspection.
+            InspectionNotFound: No inspection has this id.
         """
         self._inspections.get(inspection_id)
         return self._inspections.events(inspection_id, observation_id)

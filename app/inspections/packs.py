@@ -64,7 +64,7 @@ class Packs:
         """Remove an imported pack.
 
         Raises:
-            PackNotFound: There is none of this id.
+            PackNotFound: No pack has this id.
             PackInUse: An inspection is coded with it.
         """
         self._store.delete(pack_id)
@@ -74,7 +74,7 @@ class Packs:
         """The codes of a pack; those of the built-in one for None.
 
         Raises:
-            PackNotFound: There is none of this id.
+            PackNotFound: No pack has this id.
         """
         return built_in() if pack_id is None else self._imported(pack_id)
 

@@ -56,7 +56,7 @@ class Picking:
         """The tracked frame that shows the place best, of several passes the one at `near_frame`.
 
         Raises:
-            InspectionNotFound: There is no such inspection.
+            InspectionNotFound: No inspection has this id.
             IncompleteWallPoint: A pipe needs a clock position, a floor a lateral one.
             WallNotSeen: No frame shows it.
         """

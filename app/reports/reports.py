@@ -99,7 +99,7 @@ class Reports:
             units: Of the same.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
             ExportNotAvailable: A format that does not exist, or that lacks what it needs.
         """
         if kind not in FORMATS:
@@ -127,7 +127,7 @@ class Reports:
         """Everything that it says.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         row = self._inspections.get(inspection_id)
         rig, table = rig_of(row), self._packs.table_of(row.header)

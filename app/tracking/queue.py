@@ -132,7 +132,7 @@ class Tracking:
         """Track an ended inspection again from its first frame.
 
         Raises:
-            StillRunning: It is queued or running.
+            StillRunning: The inspection is queued or running.
             NothingRecorded: There is no video to track.
         """
         self.require_film(self._inspections.get(inspection_id))

@@ -115,7 +115,7 @@ class Scenes:
         """The 3D view of a page, opened if need be, kept open while in use.
 
         Raises:
-            InspectionNotFound: There is no such inspection.
+            InspectionNotFound: No inspection has this id.
             NoScene: The viewer could not be started, or too many are open.
         """
         async with self.page(inspection_id, page) as view:
