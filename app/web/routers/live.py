@@ -166,11 +166,11 @@ def _corrected(
         solved = corrections.newest(update.inspection_id)
         joints = len(solved.joints) + len(solved.expected_joints)
         last = update.estimates[-1] if update.estimates else None
-        told = None if last is None else corrections.estimate(update.inspection_id, last)
+        corrected = None if last is None else corrections.estimate(update.inspection_id, last)
         notices = corrections.notices(update.inspection_id)
     except InspectionNotFound:  # the update reports its end
         return None, None, None, []
-    return told, revision, joints, notices
+    return corrected, revision, joints, notices
 
 
 async def _send_clicks(socket: WebSocket, clicks: asyncio.Queue[Click]) -> None:

@@ -83,7 +83,7 @@ async def connect(
     page = page_of(socket)
 
     async def on_click(click: Click) -> None:
-        services.clicks.tell(inspection_id, page, click)
+        services.clicks.publish(inspection_id, page, click)
 
     async with services.scenes.use(inspection_id, page) as scene:
         await pump(socket, scene, socket.state.principal.role, on_click)

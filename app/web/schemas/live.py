@@ -67,7 +67,7 @@ class HealthOut(BaseModel):
 
 def live_header(
     update: Update,
-    told: Estimate | None,
+    corrected: Estimate | None,
     revision: int | None,
     joints: int | None,
     notices: Sequence[Notice],
@@ -77,7 +77,7 @@ def live_header(
 
     Args:
         update: What is published.
-        told: Its last estimate, corrected.
+        corrected: Its last estimate, corrected.
         revision: Of the corrections; None if the inspection has been deleted.
         joints: How many are known, seen or expected; None likewise.
         notices: Where picture and rig disagree.
@@ -87,7 +87,7 @@ def live_header(
     progress, camera = update.progress, update.camera
     age_s = None if update.captured_s is None else now_s - update.captured_s
     pose = {
-        name: getattr(told, name, None)
+        name: getattr(corrected, name, None)
         for name in (
             "frame", "time_s", "x_mm", "y_mm", "yaw_deg", "distance_mm", "sigma_distance_mm",
             "quality", "status", "z_mm", "pitch_deg", "roll_deg",
