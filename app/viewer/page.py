@@ -183,7 +183,7 @@ HEADERS = {
     "Content-Type": "text/html; charset=utf-8",
     "Content-Encoding": "gzip",
     "Content-Security-Policy": _policy([*_INLINE_SCRIPT.findall(_TEXT), _packed_script(_INDEX)]),
-    # A browser refuses a page that has both a sandbox and an opener policy.
+    # A browser refuses to open a sandboxed page on its own if it has an opener policy.
     "Cross-Origin-Opener-Policy": "unsafe-none",
     "ETag": ETAG,
     # The page and the server must have the same viser version.

@@ -1,4 +1,4 @@
-"""Old surveys of other programs, and inspections that were exported: made inspections."""
+"""Imports old surveys of other programs, and exported inspections, as inspections."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The unrolled wall, and how good the pictures were that it was made from."""
+"""The unrolled wall, and the picture health of its frames."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _ASKED_AGAIN = {"Cache-Control": "private, no-cache"}
 @router.get("/unrolled", responses=failures(InspectionNotFound))
 @viewer
 def unrolled(inspection_id: InspectionId, services: ServicesDep) -> UnrolledOut:
-    """Which tiles there are, as far as tracking is, at their corrected distances."""
+    """Return the tiles so far, at their corrected distances."""
     layout = services.unrolled.layout(rig_of(services.inspections.row(inspection_id)))
 
     def chainage_mm(raw_mm: float) -> float:
@@ -43,7 +43,7 @@ def tile(
     services: ServicesDep,
     v: Annotated[int | None, Query(description="Its revision: then it may be kept.")] = None,
 ) -> Response:
-    """The picture of a tile; its columns run with the distance."""
+    """Return the picture of a tile; its columns run with the distance."""
     services.inspections.row(inspection_id)
     jpeg = services.unrolled.picture(inspection_id, index)
     headers = _ASKED_AGAIN if v is None else _KEPT
@@ -57,6 +57,6 @@ def health(
     services: ServicesDep,
     since: Annotated[int, Query(ge=0, description="Only frames from this one on.")] = 0,
 ) -> HealthOut:
-    """How good each picture was to measure on; row i is frame i, from `since` on."""
+    """Return the health of each picture; row i is frame i, from `since` on."""
     services.inspections.row(inspection_id)
     return HealthOut.of(services.tracks.health(inspection_id), since)
