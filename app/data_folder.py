@@ -1,4 +1,4 @@
-"""Reports of a data folder without a server, beside one that may be using it."""
+"""Reads a data folder and makes its reports, with or without a running server."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from app.tracking.unrolled import Unrolled
 
 
 class Reader:
-    """What is stored, and reports of it."""
+    """Stored inspections, and their reports."""
 
     def __init__(self, database: Database, places: Places, company: Company) -> None:
         store, live = InspectionStore(database), Live()
@@ -52,26 +52,28 @@ class Reader:
         )
 
     def named(self, wanted: str) -> list[Inspection]:
-        """Those of exactly this id or name, else those whose id begins so."""
+        """Return the inspections with exactly this id or name, else those whose id begins
+        with it.
+        """
         rows = [summary.row for summary in self._store.summaries()]
         exact = [row for row in rows if wanted in (row.id, row.name)]
         return exact or [row for row in rows if wanted and row.id.startswith(wanted.lower())]
 
 
 def _draw_scene(report: Report) -> str:
-    from app.viewer.still import scene_page  # a second to import, for few formats
+    from app.viewer.still import scene_page  # slow to import, and few formats need it
 
     return scene_page(report)
 
 
 @contextmanager
 def reading(data: Path, company: Company) -> Iterator[Reader]:
-    """Read a data folder as it is at this moment.
+    """Open the present state of a data folder for reading.
 
-    Nothing in it is changed, but the first bundle makes the key that it is signed with.
+    Nothing in it changes, except that the first bundle makes its signing key.
 
-    The database is a copy, so that one of an older version can be brought forward and a server
-    that writes is not in the way.
+    The database is copied, so that one of an older version can be migrated and a writing server
+    does not interfere.
 
     Raises:
         UnusableDatabase: The database is missing, damaged or of a newer version.

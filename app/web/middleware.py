@@ -183,7 +183,7 @@ class Guard:
                 )
             connection.state.principal = principal
         if _TICKETED.fullmatch(scope["path"]):
-            return  # nothing that a browser adds by itself counts there, and its origin is opaque
+            return  # cookies do not count there, and the origin of the page is opaque
         if scope["type"] == "websocket":
             _check_origin(connection, is_required=True)
         elif scope["method"] not in _SAFE_METHODS:

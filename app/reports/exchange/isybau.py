@@ -1,6 +1,6 @@
-"""ISYBAU XML 2017-07: the survey, with nodes and pipe, without which readers take nothing.
+"""ISYBAU XML 2017-07: the survey, with the nodes and the pipe that readers require.
 
-The order of the elements is that of the official schema; lists are named by their number there.
+The order of the elements follows the official schema; lists are named by their number there.
 """
 
 from __future__ import annotations
@@ -50,12 +50,12 @@ _MAX_M, _MAX_UNIT_M, _MAX_MM, _MAX_STRETCH = 999.99, 99.99, 9999, 99
 _EN_2011 = "8"
 """U102: EN 13508-2 of 2011 without national rules."""
 _ZONES = (31, 32, 33)
-"""Of UTM, in which the collection of the federal states is kept."""
+"""UTM zones of the collections of the federal states."""
 _END_TO_END = {START, END}
 
 
 def write(report: Report) -> Written:
-    """ISO-8859-1 with character references, CRLF."""
+    """Write ISO-8859-1 with character references, CRLF."""
     fields = Fields(report.header)
     rows, losses = rows_of(report)
     names, lost = names_of(
@@ -86,7 +86,7 @@ def write(report: Report) -> Written:
 
 
 class _Pipe:
-    """The culvert as master data and survey both describe it."""
+    """The culvert as described by both master data and survey."""
 
     def __init__(self, report: Report, fields: Fields, names: Names) -> None:
         self.report = report
@@ -114,7 +114,7 @@ class _Pipe:
 
 
 def _identifiers(collectives: Element, made_on: str, *, has_film: bool) -> None:
-    """Every collective by its key, which the collective itself repeats."""
+    """List every collective with its key, which the collective repeats."""
     keys = child(collectives, "Kennungen")
     master = children(child(keys, "Kollektiv"), {"Kennung": _MASTER, "Kollektivart": "1"})
     children(
@@ -292,12 +292,12 @@ def _survey(collectives: Element, pipe: _Pipe, rows: list[Row]) -> list[Loss]:
 class _Run:
     direction: str
     zero: str | None
-    """U105."""
+    """Reference point by list U105."""
     unit_length: str | None
 
 
 def _circumstances(fields: Fields) -> dict[str, object]:
-    """Weather to flow control."""
+    """Add weather to flow control."""
     weather, control = fields.text("weather"), fields.text("flow_control")
     found = lists.weather(weather)
     temperature_c = fields.number_within("temperature_c", -99, 99)
@@ -404,7 +404,7 @@ def _row(row: Row, grounds: str | None, losses: list[Loss]) -> dict[str, object]
 
 
 def characters_in_words(row: Row) -> str:
-    """Of a start or an end, where the format wants XP; empty if it was coded so."""
+    """Name the character of a start or end where the format requires XP; empty if it is XP."""
     chars = f"{row.char1}{row.char2}"
     return "" if chars in ("", "XP") else f"coded {row.code} {row.char1} {row.char2}".rstrip()
 
@@ -419,7 +419,7 @@ def _film(state: Element, name: str, asset: str, direction: str) -> None:
 
 
 def _metres(value_m: float | None, most_m: float = _MAX_M) -> str | None:
-    """Two decimals; None for what the format cannot hold."""
+    """Format with two decimals; None for what the format cannot hold."""
     if value_m is None or not 0 <= value_m <= most_m:
         return None
     return decimals(value_m, 2)

@@ -1,7 +1,6 @@
 """DWA-M 150 XML, type B of 04-2010: nodes (KG), pipe (HG), inspection (HI), observations (HZ).
 
-Elements stand in rising number.  A station has one decimal there, so the exact one is given in
-HZ999.
+Elements are in rising order. A station has one decimal, so HZ999 states the exact one.
 """
 
 from __future__ import annotations
@@ -42,13 +41,13 @@ _LONGEST_NODE, _LONGEST_ASSET = 16, 33
 _MAX_MM, _MAX_LENGTH_M, _MAX_STATION_M, _MAX_STRETCH = 9999, 9999.999, 9999.9, 99
 _MAX_UNIT_M = 999.999
 _CAMERA = "2"
-"""U109: it drives itself."""
+"""Camera of list U109: self-propelled."""
 _MAX_QUANTITY, _MIN_QUANTITY = 99999.9, -9999.9
-"""Seven characters with one decimal."""
+"""Limits of seven characters with one decimal."""
 
 
 def write(report: Report) -> Written:
-    """ISO-8859-1 with character references, CRLF."""
+    """Write ISO-8859-1 with character references, CRLF."""
     fields = Fields(report.header)
     rows, losses = rows_of(report)
     names, lost = names_of(
@@ -82,7 +81,7 @@ def write(report: Report) -> Written:
 
 
 def _places(ends: Ends | None, names: Names) -> tuple[dict[str, tuple[float, float]], list[Loss]]:
-    """Easting and northing of the nodes, the upstream one first; empty if they are not known."""
+    """Return easting and northing of the nodes, the upstream one first; empty if unknown."""
     points = utm_m(ends) if ends else None
     if ends is None or points is None:
         return {}, [Loss("Without coordinates of both ends the file has no geometry.")]

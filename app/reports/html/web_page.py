@@ -1,7 +1,7 @@
 """The report as one HTML file that opens from the disk, without a network.
 
-Photos stand in it as data URIs, the 3D view as a page within the page that is drawn when somebody
-asks for it.  The policy in its head forbids every request; whatever came in as text is escaped.
+It contains photos as data URIs, and the 3D view as a page within the page that is drawn on demand.
+The policy in its head forbids every request; all text is escaped.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from app.survey.catalogue.header import FIELDS, is_empty, required_to_issue
 from vo_core.errors import ChainageError
 
 ENOUGH_PX = 1280
-"""Of the longer side of a photo; one that is twice as large is reduced."""
+"""Longer side of a photo; one that is twice as large is reduced."""
 
 _POLICY = (
     "default-src 'none'",
@@ -46,8 +46,8 @@ _POLICY = (
     "form-action 'none'",
 )
 _SCENE_POLICY = (
-    # A page within the page has the policy of the outer one, too; viser's own is unpacked by
-    # inline scripts, so that hashes cannot name them.
+    # A nested page inherits the policy of the outer one; viser's own is unpacked by inline scripts,
+    # so that hashes cannot name them.
     "script-src 'unsafe-inline' 'wasm-unsafe-eval' blob: data:",
     "font-src data:",
     "worker-src blob: data:",
@@ -66,7 +66,7 @@ class _Section:
 
 
 def write(report: Report) -> Written:
-    """In the language and units of the report."""
+    """Write the report in its language and units."""
     t = Translator.of(report)
     scene, losses = _scene(report)
     sections = [
@@ -119,7 +119,7 @@ def write(report: Report) -> Written:
 
 
 def _e(text: object) -> str:
-    """Text as markup and as the value of an attribute."""
+    """Escape text for markup and attribute values."""
     return html.escape(legible(str(text)))
 
 
@@ -143,13 +143,13 @@ def _pairs(rows: Rows) -> str:
 
 
 def _table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], kind: str) -> str:
-    """A table with a caption, in a box of its own where it is too wide.
+    """Build a table with a caption, in a scrolling box where it is too wide.
 
     Args:
-        caption: Text.
-        heads: Texts.
-        rows: Cells as markup; the first one of each is its head.
-        kind: Class.
+        caption: Its text.
+        heads: Texts of the head row.
+        rows: Cells as markup; the first cell of each row is its head.
+        kind: Class of the table.
     """
     head = "".join(f'<th scope="col">{_e(name)}</th>' for name in heads)
     body = "\n".join(
@@ -229,7 +229,7 @@ def _observation(entry: Entry, t: Translator) -> Sequence[str]:
 
 
 def _severity(entry: Entry, t: Translator) -> str:
-    """Figure and word: colour is never the only sign."""
+    """Show figure and word: colour is never the only sign."""
     if entry.tag.severity is None:
         return f'<span class="unrated">{_e(t.severity(None))}</span>'
     return (
@@ -328,8 +328,8 @@ def _measurement(report: Report, t: Translator) -> str:
     ):
         parts.append(f"<h3>{_e(t(f'measurement.{name}'))}</h3>{_pairs(rows)}")
     if report.joint_evidence:
-        heads, told = joint_table(report.joint_evidence, t)
-        joints = [[_e(cell) for cell in row] for row in told]
+        heads, cells = joint_table(report.joint_evidence, t)
+        joints = [[_e(cell) for cell in row] for row in cells]
         parts.append(_table(t("measurement.joints"), heads, joints, "joints"))
     return "\n".join(parts)
 
@@ -364,7 +364,7 @@ def _checks(report: Report, t: Translator) -> str:
 
 
 def _scene(report: Report) -> tuple[str | None, tuple[Loss, ...]]:
-    """The page of the 3D view; without one, why."""
+    """Return the page of the 3D view, or the loss that says why there is none."""
     if report.draw_scene is None:
         return None, ()
     try:
@@ -384,7 +384,7 @@ def _scene_body(scene: str | None, t: Translator) -> str:
 
 
 def _scene_script(scene: str | None) -> str:
-    """In base64 nothing can end the element that it stands in."""
+    """Embed the scene in base64, which cannot end the element that contains it."""
     if scene is None:
         return ""
     page = base64.b64encode(scene.encode()).decode()
