@@ -1,23 +1,23 @@
-/** What the picture of every frame suffered from, as far as tracking is: grows with the track. */
+/** Complaints about the picture of every tracked frame; grows with the track. */
 
 import { ApiError, get } from './api.js';
 
-/** The complaints that there are, in the order of their bits. */
+/** All complaints, in the order of their bits. */
 export const COMPLAINTS = ['too_fast', 'too_dark', 'too_bright', 'blurred', 'lens_dirty'];
 
 const BITS = new Map(COMPLAINTS.map((name, i) => [name, 1 << i]));
 
-/** Fires `change` when frames were added or it was begun anew. */
+/** Fires `change` when frames were added or the run was restarted. */
 export class Health extends EventTarget {
   #path;
-  /** Of each frame a bit for each complaint. */
+  /** For each frame, one bit for each complaint. */
   complaints = [];
-  /** The numbers that a complaint is shown with. */
+  /** The figures shown with a complaint. */
   #overlap = [];
   #fixedPattern = [];
   /** All bits that have occurred. */
   occurred = 0;
-  /** Rises when it begins anew. */
+  /** Rises when the run is restarted. */
   generation = 0;
 
   /** @param {string} inspection */
@@ -41,7 +41,7 @@ export class Health extends EventTarget {
     this.dispatchEvent(new Event('change'));
   }
 
-  /** Of one frame, as the live socket sends it; null where it is not known. */
+  /** Returns the health of one frame, in the form of the live socket; null where it is unknown. */
   at(frame) {
     if (!(frame in this.complaints)) return null;
     return {
@@ -60,7 +60,7 @@ export class Health extends EventTarget {
     this.dispatchEvent(new Event('change'));
   }
 
-  /** Tracked before the server kept this: there is nothing, which is no fault. */
+  /** Fetches health; an inspection tracked before the server stored it has none, which is no fault. */
   async #ask(signal) {
     try {
       return (await get(`${this.#path}?since=${this.complaints.length}`, signal)).columns;
@@ -74,5 +74,5 @@ export class Health extends EventTarget {
 const bitsOf = (names) =>
   names === '' ? 0 : names.split(' ').reduce((bits, name) => bits | (BITS.get(name) ?? 0), 0);
 
-/** Names of the complaints in a set of bits. */
+/** Returns the names of the complaints in a set of bits. */
 export const namesOf = (bits) => COMPLAINTS.filter((name) => bits & BITS.get(name));

@@ -1,6 +1,6 @@
 /**
- * The track of one inspection: for every frame its presentation time and where the robot was.
- * The times are the PTS table of the video: a picture is found by its time, never by time * fps.
+ * The track of one inspection: presentation time and pose of every frame. The times are the PTS table of
+ * the video: a picture is found by its time, never by time * fps.
  */
 
 import { get } from './api.js';
@@ -11,7 +11,7 @@ const COLUMNS = [
 ];
 /** Browsers round media times to microseconds. */
 const ROUNDING_S = 0.0005;
-/** Passes so near to a place are as near as each other. */
+/** Distances of passes from a place that differ less than this count as equal. */
 const SAME_PLACE_MM = 5;
 
 /**
@@ -30,15 +30,15 @@ const SAME_PLACE_MM = 5;
  * @property {number} roll_deg
  */
 
-/** Fires `change` when rows were added or the track was begun anew. */
+/** Fires `change` when rows were added or the track was restarted. */
 export class Track extends EventTarget {
   #path;
   #columns = emptyColumns();
-  /** Of the first `#ranged` rows. */
+  /** Least distance of the first `#ranged` rows. */
   #low = Infinity;
   #high = -Infinity;
   #ranged = 0;
-  /** Rises when the track begins anew: what was worked out from an earlier one is void. */
+  /** Rises when the track is restarted: everything computed from an earlier one is void. */
   generation = 0;
 
   constructor(inspectionId) {
@@ -50,7 +50,7 @@ export class Track extends EventTarget {
     return this.#columns.time_s.length;
   }
 
-  /** One column, for drawing. */
+  /** Returns one column, for drawing. */
   column(name) {
     return this.#columns[name];
   }
@@ -86,7 +86,7 @@ export class Track extends EventTarget {
     this.dispatchEvent(new Event('change'));
   }
 
-  /** Fetches it from the first row again: its distances have been corrected. */
+  /** Fetches all rows again, as their distances have been corrected. */
   async reload(signal) {
     const { columns } = await get(`${this.#path}&since=0`, signal);
     this.#begin(columns);
@@ -104,7 +104,7 @@ export class Track extends EventTarget {
     this.generation += 1;
   }
 
-  /** The frame that is on screen at this media time; -1 without a track. */
+  /** Returns the frame on screen at this media time; -1 without a track. */
   frameAt(timeS) {
     const times = this.#columns.time_s;
     let low = 0;
@@ -118,7 +118,7 @@ export class Track extends EventTarget {
   }
 
   /**
-   * Where to seek for this frame: within its interval, as its very start may show the one before.
+   * Returns where to seek for this frame: within its interval, as its very start may show the previous one.
    * @param {number} frame
    * @param {number} share of the interval, from its start
    */
@@ -130,7 +130,8 @@ export class Track extends EventTarget {
   }
 
   /**
-   * The frame nearest to a distance; of several passes (the robot reversed) that nearest to `frame`.
+   * Returns the frame nearest to a distance; of several passes (the robot reversed), the one nearest to
+   * `frame`.
    * @param {number} distanceMm
    * @param {number} frame
    */
@@ -140,7 +141,7 @@ export class Track extends EventTarget {
     for (const distance of distances) nearest = Math.min(nearest, Math.abs(distance - distanceMm));
     const tolerance = nearest + SAME_PLACE_MM;
     let best = -1;
-    let passing = -1; // the nearest frame of the pass that `i` is in
+    let passing = -1; // the nearest frame of the pass that contains `i`
     for (let i = 0; i <= distances.length; i += 1) {
       const apart = i < distances.length ? Math.abs(distances[i] - distanceMm) : Infinity;
       if (apart <= tolerance) {
