@@ -132,8 +132,8 @@ export class LiveFeed extends EventTarget {
 
   #receive(data) {
     if (typeof data === 'string') {
-      const told = JSON.parse(data);
-      if (told.type) this.dispatchEvent(new CustomEvent(told.type, { detail: told }));
+      const message = JSON.parse(data);
+      if (message.type) this.dispatchEvent(new CustomEvent(message.type, { detail: message }));
       return;
     }
     const { header, jpeg } = parseMessage(data);

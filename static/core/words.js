@@ -69,7 +69,7 @@ export function wordFor(area, name) {
 }
 
 /** Errors whose sentence from the server says more than ours: it names the field, the file, the number. */
-const TOLD_BY_THE_SERVER = new Set([
+const WORDED_BY_THE_SERVER = new Set([
   'invalid_request', 'invalid_rig', 'rig_video_mismatch', 'unreadable_video', 'invalid_pack', 'invalid_import',
   'invalid_correction', 'invalid_message', 'shape_mismatch', 'open_stretches', 'live_source_refused',
   'not_ready', 'unknown_host', 'sample_failed', 'camera_unreachable', 'export_not_available',
@@ -80,6 +80,6 @@ const TOLD_BY_THE_SERVER = new Set([
  * @param {{code: string, message?: string, detail?: string}} error an ApiError, or an error of the API
  */
 export function errorText({ code, message, detail }) {
-  const told = detail ?? message;
-  return (TOLD_BY_THE_SERVER.has(code) ? null : wordFor('error', code ?? '')) ?? told;
+  const sentence = detail ?? message;
+  return (WORDED_BY_THE_SERVER.has(code) ? null : wordFor('error', code ?? '')) ?? sentence;
 }

@@ -176,7 +176,7 @@ def test_the_clock_is_set_by_keys_and_by_drawing(desk: Page, server: Server, emp
     desk.mouse.move(middle[0] + radius * 0.87, middle[1] - radius * 0.5)
     desk.mouse.move(middle[0] + radius * 0.5, middle[1] - radius * 0.87)
     desk.mouse.up()
-    expect(desk.locator(".dial__told")).to_have_text("1 – 3")
+    expect(desk.locator(".dial__hours-text")).to_have_text("1 – 3")
 
 
 def test_a_stretch_is_started_changed_and_finished(desk: Page, server: Server, empty: str) -> None:

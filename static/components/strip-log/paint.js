@@ -1,9 +1,9 @@
-/** What both strips draw in the same way: read-out plates, the play head, the cursor. */
+/** Common drawing of both strips: read-out plates, the play head, the cursor. */
 
 const PLATE_PX = 20;
 
 /**
- * Text on a dark plate, kept within the strip.
+ * Draws text on a dark plate, kept within the strip.
  * @param {CanvasRenderingContext2D} context
  * @param {CSSStyleDeclaration} styles
  * @param {string} text
@@ -26,7 +26,7 @@ export function paintPlate(context, styles, text, x, y, [least, most]) {
 }
 
 /**
- * A line across the strip at the play head; an arrow on its side when it is out of sight.
+ * Draws a line across the strip at the play head; an arrow at the edge when it is out of sight.
  * @param {string} halo colour around the line
  */
 export function paintPlayhead(context, colour, halo, plot, mm, top, bottom) {
@@ -48,7 +48,7 @@ export function paintPlayhead(context, colour, halo, plot, mm, top, bottom) {
   context.fill();
 }
 
-/** A thin line under the pointer. */
+/** Draws a thin line under the pointer. */
 export function paintHair(context, styles, x, top, bottom) {
   context.strokeStyle = styles.getPropertyValue('--accent');
   context.lineWidth = 1;

@@ -1,7 +1,7 @@
 /**
- * The run as lanes along its distance: defects, joints, quality, speed and more, with the play head.
- * The lanes are drawn when the data or the axis change, what moves with the pointer and the film on a
- * canvas above them; both at most once per animation frame.
+ * The run as lanes along its distance: defects, joints, quality, speed and more, with the play head. The
+ * lanes are drawn when the data or the axis change; what moves with pointer and film is on a canvas above
+ * them. Both are drawn at most once per animation frame.
  */
 
 import { Plot, ticks } from '../../core/axis.js';
@@ -22,7 +22,7 @@ import { paintHair, paintPlate, paintPlayhead } from './paint.js';
 import { Strip } from './strip.js';
 import { stripSettings } from './strip-settings.js';
 
-/** Here the film needs the room more than the lanes. */
+/** On these screens the film needs the room more than the lanes. */
 const LOW_SCREEN = matchMedia('(max-height: 860px) and (min-width: 1100px)');
 /** Lanes of this height have room for a second line beside them. */
 const TWO_LINES = 26;
@@ -32,8 +32,8 @@ const AXIS_HEIGHT = 24;
 const TICK_PX = 72;
 const MINOR_TICKS = 5;
 const ZOOM_STEP = 0.5;
-/** The scales of the lanes go at least so far. */
-/** Lanes of what only our own tracking knows. */
+/** Least ranges of the lanes. */
+/** Lanes of quantities that only our own tracking measures. */
 const MEASURED = new Set(['quality', 'speed', 'lateral', 'yaw', 'health']);
 const LEAST_SCALES = { speed: 1.25 * USUAL_LIMIT_M_PER_MIN, lateral_mm: 5, yaw_deg: 2 };
 
@@ -43,7 +43,7 @@ class StripLog extends Strip {
   #generation = 0;
   #areLanesStale = true;
   #seen = null;
-  /** How long the lanes last took, in ms. */
+  /** Time of the last drawing of the lanes, in ms. */
   paintMs = 0;
 
   mount() {
@@ -102,7 +102,7 @@ class StripLog extends Strip {
     openGoTo(this.desk);
   }
 
-  /** @param {1|-1} direction 1 comes closer, to the play head where it is in sight */
+  /** @param {1|-1} direction 1 zooms in, to the play head where it is visible */
   zoom(direction) {
     const { axis, playhead } = this.desk;
     const here = playhead.value.row?.distance_mm;
@@ -135,7 +135,7 @@ class StripLog extends Strip {
     else this.seekDistance(this.plot.toMm(x));
   }
 
-  // What happens elsewhere ------------------------------------------------------------------
+  // Events from elsewhere ----------------------------------------------------------------------
 
   #tracked() {
     const { track, axis } = this.desk;
@@ -149,7 +149,7 @@ class StripLog extends Strip {
     this.stale();
   }
 
-  /** Keeps the play head in sight where it was before: a person who looks elsewhere is left in peace. */
+  /** Keeps the play head visible if it was: a person who looks elsewhere is not disturbed. */
   #played() {
     const { axis, playhead } = this.desk;
     const { row, isLive } = playhead.value;
@@ -181,12 +181,12 @@ class StripLog extends Strip {
     return this.parts.track.clientHeight / this.scale;
   }
 
-  /** The lanes that are seen: [{lane, top, height}], and where the axis begins. */
+  /** Returns the visible lanes, [{lane, top, height}], and where the axis begins. */
   #arrange(complaints) {
     const isLow = LOW_SCREEN.matches;
     let top = TOP;
-    const isTold = isUnmeasured(this.desk.inspection.value);
-    const seen = LANES.filter(({ name }) => stripSettings.has(name) && !(isTold && MEASURED.has(name)));
+    const isUnmeasuredRun = isUnmeasured(this.desk.inspection.value);
+    const seen = LANES.filter(({ name }) => stripSettings.has(name) && !(isUnmeasuredRun && MEASURED.has(name)));
     const rows = seen.map((lane) => {
       const height = lane.height(complaints, isLow);
       const row = { lane, top, height };
@@ -279,7 +279,7 @@ class StripLog extends Strip {
     const scale = height >= TWO_LINES && lane.scale?.(scales);
     context.textBaseline = 'middle';
     if (plot.isNarrow) {
-      // No room beside it: inside the lane, on its own ground; the marks explain themselves.
+      // No room beside it: inside the lane, on its own ground; the marks need no explanation.
       if (lane.name === 'defects') return;
       context.textAlign = 'left';
       context.font = `500 10px ${colour('--sans')}`;
@@ -359,7 +359,7 @@ class StripLog extends Strip {
     if (text) paintPlate(context, styles, text, x, Math.max(11, Math.min(y - 20, this.#height - 40)), within);
   }
 
-  /** What the lane under the pointer says, and the time of the frame that stands there. */
+  /** Returns the read-out of the lane under the pointer, and the time of its frame. */
   #valueAt(mm, x, y) {
     const { track, playhead, health } = this.desk;
     const mark = this.#markAt(x, y);
@@ -405,7 +405,7 @@ class StripLog extends Strip {
   }
 }
 
-/** A scale's end with one digit that matters. */
+/** Rounds the end of a scale to one significant digit. */
 function rounded(value) {
   const power = 10 ** Math.floor(Math.log10(value));
   return Number(([1, 2, 5, 10].find((size) => size * power >= value) * power).toPrecision(3));

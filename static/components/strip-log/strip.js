@@ -1,13 +1,13 @@
-/** What the strips along the distance have in common: one axis, its pointer, units that grow with the type. */
+/** Common base of the strips along the distance: one axis, its pointer, units that grow with the type. */
 
 import { Plot } from '../../core/axis.js';
 import { onThemeChange } from '../../core/screen.js';
 import { Component } from '../../core/store.js';
 import { stripGestures } from './gestures.js';
 
-/** A strip says what a `tap(x, y)` does and what is `stale()`; its part `track` is what is drawn. */
+/** A strip defines `tap(x, y)` and `stale()`; its part `track` is the drawing. */
 export class Strip extends Component {
-  /** CSS px of a unit: type and lines grow with the type of the page. */
+  /** CSS px in a unit: type and lines grow with the type of the page. */
   scale = 1;
   /** {x, y} of the pointer in units, or null */
   hover = null;
@@ -37,7 +37,7 @@ export class Strip extends Component {
     return new Plot(this.desk.axis.value, this.parts.track.clientWidth / this.scale);
   }
 
-  /** Of a pipe unit to the end of the axis. */
+  /** The joints, from a pipe unit before the axis to one after it. */
   get joints() {
     return this.desk.joints;
   }
