@@ -109,7 +109,7 @@ class OffsetConflict(AppError):
     """The offsets of client and disk differ."""
 
     def __init__(self, offset: int) -> None:
-        super().__init__(f"The server holds {offset} bytes of this upload; go on from there.")
+        super().__init__(f"The server holds {offset} bytes of this upload; continue from there.")
         self.offset = offset
 
 
@@ -118,7 +118,9 @@ class ChangedMeanwhile(AppError):
 
     def __init__(self, current: Mapping[str, Any] | None, yours: Mapping[str, Any]) -> None:
         """Store both in the form in which they are sent; `current` is None if it was deleted."""
-        super().__init__("It was changed meanwhile, so nothing was stored; the answer has both.")
+        super().__init__(
+            "It was changed meanwhile, so nothing was stored; the answer contains both versions."
+        )
         self.current, self.yours = current, yours
 
 
@@ -138,7 +140,7 @@ class DiskFull(AppError):
     """There is not enough room on the server's disk."""
 
     def __init__(
-        self, detail: str = "The server's disk is full. Free some room, then go on."
+        self, detail: str = "The server's disk is full. Free some space, then continue."
     ) -> None:
         super().__init__(detail)
 

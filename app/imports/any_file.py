@@ -32,8 +32,8 @@ def read(content: bytes) -> ImportedFile | WholeInspection:
         _require_size(content, _MOST_TEXT_BYTES)
         return en13508_text.read(content)
     raise InvalidImport(
-        "The file is none that can be read: EN 13508-2 text (its first line begins with #A1 or "
-        "#B01), WinCan .db3, or the JSON report of Chainage."
+        "The file has none of the known formats: EN 13508-2 text (its first line begins with "
+        "#A1 or #B01), WinCan .db3, or the JSON report of Chainage."
     )
 
 

@@ -386,7 +386,7 @@ class _File(_Part):
     """Older exports have none."""
 
     @model_validator(mode="after")
-    def _tags_can_be_told_apart(self) -> _File:
+    def _tags_are_distinct(self) -> _File:
         for name in ("id", "seq"):
             found = [getattr(tag, name) for tag in self.tags]
             if len(set(found)) != len(found):
@@ -432,7 +432,7 @@ def _parsed(content: bytes) -> Any:
     except UnicodeEncodeError as error:
         text = error.object[max(error.start - 20, 0) : error.start]
         raise InvalidImport(
-            f"The file cannot be imported: a text holds half a character behind {text!r}."
+            f"The file cannot be imported: a text contains half a character after {text!r}."
         ) from error
     except UnicodeDecodeError as error:
         raise InvalidImport(f"The file is not in UTF-8 (byte {error.start}).") from error
@@ -460,7 +460,7 @@ def _said_once(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) != len(pairs):
         (twice, _), *_ = Counter(name for name, _ in pairs).most_common(1)
-        raise ValueError(f"{twice!r:.60} stands twice in one object")
+        raise ValueError(f"{twice!r:.60} occurs twice in one object")
     return found
 
 
@@ -522,7 +522,7 @@ def _require_few_parts(events: Sequence[_Event]) -> None:
         seen += len(inner)
         if seen > _MOST_PARTS:
             raise InvalidImport(
-                f"The file cannot be imported: its events say more than {_MOST_PARTS} things."
+                f"The file cannot be imported: its events contain more than {_MOST_PARTS} things."
             )
         parts.extend(inner)
 

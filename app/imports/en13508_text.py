@@ -144,9 +144,7 @@ def read(content: bytes) -> ImportedFile:
     room = MOST_OF_FILE
     for block in _blocks(lines):
         if len(surveys) == MOST_SURVEYS:
-            warnings.append(
-                Caveat(f"{MOST_SURVEYS} surveys are read of a file, not more.", block.line)
-            )
+            warnings.append(Caveat(f"Only {MOST_SURVEYS} surveys of a file are read.", block.line))
             break
         try:
             surveys.append(_survey(block, form, min(room, MOST_OBSERVATIONS)))
@@ -321,7 +319,7 @@ def _observations(
         if len(cells) != len(columns):
             notes.add(f"{len(cells)} values for {len(columns)} columns.", line)
         if len(text) > _LONGEST_LINE:
-            notes.add(f"Of this line {_LONGEST_LINE} characters are read, not more.", line)
+            notes.add(f"Only {_LONGEST_LINE} characters of this line are read.", line)
         row = {name: clean(cell, len(cell)) for name, cell in zip(columns, cells, strict=False)}
         observation = _observation(row, nodes, line, notes)
         if observation is not None:

@@ -203,8 +203,7 @@ class Notes:
 def too_many() -> str:
     """Return the sentence that says why observations are left out."""
     return (
-        f"{MOST_OBSERVATIONS} observations are read of a survey, and {MOST_OF_FILE} of a file, not "
-        "more."
+        f"Only {MOST_OBSERVATIONS} observations of a survey and {MOST_OF_FILE} of a file are read."
     )
 
 
@@ -241,7 +240,7 @@ def fitting_header(stated: Mapping[str, Any], notes: Notes) -> dict[str, Any]:
     for name, value in stated.items():
         cleaned = clean(value) if isinstance(value, str) else value
         if isinstance(value, str) and len(value) > LONGEST_TEXT:
-            notes.add(f"Of the header field {name} {LONGEST_TEXT} characters are kept, not more.")
+            notes.add(f"Only {LONGEST_TEXT} characters of the header field {name} are kept.")
         if cleaned is None or cleaned == "":
             continue
         if faults({name: cleaned}):

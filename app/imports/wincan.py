@@ -206,7 +206,7 @@ def _rows(database: sqlite3.Connection, table: str, notes: Notes) -> Iterator[_R
     selected = f"SELECT {wanted} FROM {_quoted(table)} LIMIT {_MOST_ROWS + 1}"  # noqa: S608
     for count, values in enumerate(database.execute(selected)):
         if count == _MOST_ROWS:
-            notes.add(f"{_MOST_ROWS} rows are read of a table, and {table:.40} has more.")
+            notes.add(f"Only {_MOST_ROWS} rows of a table are read; {table:.40} has more.")
             return
         yield _Row(
             {
@@ -263,7 +263,7 @@ def _file(database: sqlite3.Connection) -> ImportedFile:
         observed.setdefault(row.text("OBS_Inspection_FK"), []).append(row)
     inspections = rows(_INSPECTION)
     if len(inspections) > MOST_SURVEYS:
-        notes.add(f"{MOST_SURVEYS} surveys are read of a file, not more.")
+        notes.add(f"Only {MOST_SURVEYS} surveys of a file are read.")
     surveys: list[ImportedSurvey] = []
     room = MOST_OF_FILE
     for row in inspections[:MOST_SURVEYS]:

@@ -22,7 +22,7 @@ CPU_S = 120
 """Processor time limit; the largest export takes some 15 s."""
 _ANSWER_TIMEOUT_S = 240.0
 _WAIT_FOR_TURN_S = 60.0
-_TOO_LONG = "The file takes longer to be read than any survey does, so it was given up."
+_TOO_LONG = "Reading the file took longer than any survey needs and was stopped."
 
 
 class FileReader:
@@ -68,8 +68,8 @@ class FileReader:
             if isinstance(message, wire.Found):
                 return wire.unpack(message)
         except (msgspec.MsgspecError, ValueError) as error:
-            logger.warning("The process that read an import gave no sensible answer: %s", error)
-            raise InvalidImport("The file could not be read; the log says more.") from error
+            logger.warning("The process that read an import gave an invalid answer: %s", error)
+            raise InvalidImport("The file could not be read; details are in the log.") from error
         if message.code != "invalid_import":
             logger.error("Import: %s %s", message.detail, message.trace)
         raise InvalidImport(message.detail)

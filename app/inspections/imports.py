@@ -136,8 +136,8 @@ class Imports:
         self, whole: WholeInspection, filename: str, content: bytes, who: str
     ) -> Imported:
         warnings = [
-            "The film, the photos and the picture of the wall are not in such a file; everything "
-            "that was stated and measured is here."
+            "Such a file does not contain the film, the photos or the picture of the wall; "
+            "everything stated and measured was imported."
         ]
         header = dict(whole.header)
         try:
@@ -158,7 +158,7 @@ class Imports:
         inspection.status = whole.status
         if whole.status not in ENDED:
             inspection.status, inspection.finished_at = "cancelled", inspection.queued_at
-            warnings.append("It was exported before it had ended; it ends here where it was then.")
+            warnings.append("It was exported before its end; here it ends at that point.")
         # The file that the distances are based on, though it is not here.
         inspection.source_kind = whole.source_kind
         inspection.source_filename = whole.source_filename

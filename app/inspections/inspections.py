@@ -264,15 +264,17 @@ class Inspections:
         if row.status not in ENDED:
             raise StillRunning(f"The inspection is {row.status}; stop it first.")
         if row.source_kind != "live":
-            raise NothingRecorded("Only what was recorded from a camera can be recorded on.")
+            raise NothingRecorded("Only a recording of a camera can be continued.")
         self._tracking.require_film(row)
         track = self._tracks.get(inspection_id)
         if not len(track) or len(track) != row.video.get("frames"):
-            raise NotAllTracked("The film is not tracked to its end; track it again first.")
+            raise NotAllTracked("The film was not tracked to its end; track it again first.")
         size_wh = row.video["width"], row.video["height"]
         source = self._sources.resolve(url, size_wh)
         if source.camera.kind == "file":
-            raise LiveSourceRefused("A recorder's file is a film of its own, and no next part.")
+            raise LiveSourceRefused(
+                "A recorder's file is a separate film and cannot be the next part."
+            )
         self._folder.require_room(_LEAST_ROOM_TO_RECORD)
         video, recording = self.video_path(row), self._folder.recording(inspection_id)
         if video != recording:
@@ -293,7 +295,7 @@ class Inspections:
             raise
         if video != recording:
             video.unlink()
-        logger.info("Inspection %s is recorded on by %s.", inspection_id, who)
+        logger.info("Inspection %s is continued by %s.", inspection_id, who)
         self._recorder.begin(row, source, between)
         return self.get(inspection_id)
 
@@ -388,7 +390,7 @@ class Inspections:
             raise NothingRecorded(NO_FILM)
         path = self._folder.inspection(inspection.id) / inspection.video_file
         if not path.exists():
-            raise NothingRecorded("The camera has given no picture, so there is no video.")
+            raise NothingRecorded("The camera delivered no picture, so there is no video.")
         return path
 
     def track_as(self, inspection_id: str, kind: str, first: int) -> tuple[str, str]:

@@ -138,15 +138,15 @@ class Samples:
             self._add(self._rendered())
         except ChainageError as error:
             # When the server stops, the end of the child is no failure.
-            self._tell(None if self._stopping else SampleState("failed", fault=str(error)))
+            self._set_state(None if self._stopping else SampleState("failed", fault=str(error)))
         except Exception:
             logger.exception("The sample inspection could not be made.")
-            fault = "Making the sample met an unexpected fault. It is in the server's log."
-            self._tell(SampleState("failed", fault=fault))
+            fault = "The sample failed because of a program fault. It is in the server's log."
+            self._set_state(SampleState("failed", fault=fault))
         else:
-            self._tell(None)
+            self._set_state(None)
 
-    def _tell(self, state: SampleState | None) -> None:
+    def _set_state(self, state: SampleState | None) -> None:
         with self._changed:
             self._making = state
             self._changed.notify_all()
@@ -214,7 +214,7 @@ class Samples:
         while True:
             match self._messages.decode(child.receive(_STALL_S)):
                 case Rendered(done, total):
-                    self._tell(SampleState("rendering", done, total))
+                    self._set_state(SampleState("rendering", done, total))
                 case Done():
                     return
                 case Failed(_, detail, trace):

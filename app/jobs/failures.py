@@ -22,5 +22,5 @@ def failure_of(error: Exception) -> Failed:
     is_short = isinstance(error, MemoryError | BlockingIOError)
     if is_short or getattr(error, "code", None) == _CV2_NO_MEMORY:
         return Failed("out_of_memory", _OUT_OF_MEMORY)
-    detail = "Tracking met an unexpected fault; it is in the log."
+    detail = "Tracking failed because of a fault in the program; it is in the log."
     return Failed("tracking_failed", detail, traceback.format_exc())

@@ -43,7 +43,9 @@ def _answer(content: bytes) -> bytes:
     except MemoryError:
         return encode(Failed("invalid_import", OUT_OF_MEMORY))
     except Exception:
-        detail = "Reading the file met an unexpected fault; it is in the log of the server."
+        detail = (
+            "Reading the file failed because of a fault in the program; it is in the server's log."
+        )
         return encode(Failed("import_failed", detail, traceback.format_exc()))
     if len(packed) > MAX_MESSAGE_BYTES:
         detail = "The file says more than surveys do. Export it again, in several files."

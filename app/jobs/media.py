@@ -59,7 +59,7 @@ def _answer(request: ProbeRequest | PictureRequest) -> FromMedia:
     except (MemoryError, BlockingIOError):  # see `failures`
         return Failed("out_of_memory", "The video needs more memory than the media process has.")
     except Exception:
-        detail = "Reading the video met an unexpected fault; it is in the log."
+        detail = "Reading the video failed because of a fault in the program; it is in the log."
         return Failed("media_failed", detail, traceback.format_exc())
 
 

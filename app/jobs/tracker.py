@@ -100,13 +100,13 @@ def _from(first: int, frames: Iterator[Numbered], connection: Connection) -> Ite
     """Yield the frames from this number on; earlier ones are decoded too, as later ones refer to
     them.
     """
-    told_s = time.monotonic()
+    reported_s = time.monotonic()
     for found in frames:
         if found.frame.index >= first:
             yield found
-        elif time.monotonic() - told_s >= _PASSING_S:
+        elif time.monotonic() - reported_s >= _PASSING_S:
             connection.send_bytes(encode(Passing(found.frame.index)))
-            told_s = time.monotonic()
+            reported_s = time.monotonic()
 
 
 def _send(follower: Follower, connection: Connection) -> None:

@@ -478,7 +478,7 @@ def _require_certainty(found: Adjusted, seen: Sequence[Sighting]) -> None:
     by_bed = DOUBT * Bed.of(found.raw).share
     if done.doubts_rig and abs(done.scale - 1) > max(_MOST_AGAINST_RIG, by_bed):
         raise InvalidCorrection(
-            f"{different} joints ask for a scale of {done.scale:.3f}, which neither the rig nor a "
+            f"{different} joints require a scale of {done.scale:.3f}, which neither the rig nor a "
             f"bed of silt explains; check whether a segment has {spacing.segment_mm:g} mm.",
             "unexplained_scale",
             n=different,
@@ -487,7 +487,7 @@ def _require_certainty(found: Adjusted, seen: Sequence[Sighting]) -> None:
         )
     if done.doubts_rig and different < _LEAST_AGAINST_RIG and abs(done.scale - 1) > by_bed:
         raise InvalidCorrection(
-            f"{different} joints ask for a scale of {done.scale:.3f}, which the rig does not "
+            f"{different} joints require a scale of {done.scale:.3f}, which the rig does not "
             "explain; one more joint or a taped length decides.",
             "undecided_scale",
             n=different,

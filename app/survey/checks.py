@@ -176,7 +176,7 @@ def _characters(view: ObservationView, rows: list[Code]) -> Iterator[Issue]:
         if not value:
             yield _missing(view, name)
         else:
-            text = f"has {name} {value}, which {tag.code} does not know"
+            text = f"has {name} {value}, which {tag.code} does not have"
             params = {"code": str(tag.code), "field": name, "value": value}
             yield _about(view, "block", "unknown_character", text, **params)
         return
@@ -204,7 +204,7 @@ def photos(case: Case) -> Iterator[Issue]:
     """Check that named photos exist and that severe observations have one."""
     for view in case.views:
         if view.row.has_photo and not case.photo_is_there(view):
-            yield _about(view, "block", "photo_missing", "has lost the file of its photo")
+            yield _about(view, "block", "photo_missing", "has a photo whose file is missing")
         severity = view.row.tag.severity
         if not view.row.is_photographed and severity is not None and severity >= SEVERE:
             text = f"has severity {severity} and no photo"
@@ -392,7 +392,10 @@ def the_run(case: Case) -> Iterator[Issue]:
                 "residual_mm": round(closure.residual_mm, 1),
                 "residual_percent": round(closure.residual_percent, 2),
             }
-            text = f"The known length was forced over {residual['residual_mm']:+.0f} mm."
+            text = (
+                "The known length was forced despite a residual of "
+                f"{residual['residual_mm']:+.0f} mm."
+            )
             yield Issue("warn", "length_forced", text, params=residual)
 
 
@@ -404,8 +407,8 @@ def _end(case: Case, known_mm: float, reached_mm: float) -> Iterator[Issue]:
         yield Issue(
             "warn",
             "end_not_reached",
-            f"The survey is called complete but ends {decimals(metres(short_mm), 2)} m before the "
-            "known length.",
+            f"The survey is stated as complete but ends {decimals(metres(short_mm), 2)} m before "
+            "the known length.",
             params={"short_m": metres(short_mm), "known_length_m": metres(known_mm)},
         )
 

@@ -139,7 +139,9 @@ class JointsIn(Given):
 
     use: Annotated[
         bool | None,
-        Field(description="null: they count by themselves where they can be counted for certain."),
+        Field(
+            description="null: they count automatically where they can be counted with certainty."
+        ),
     ] = None
     marked: Annotated[list[MarkIn], Field(max_length=1000)] = Field(default_factory=list)
     left_out: Annotated[list[LeftOutIn], Field(max_length=10_000)] = Field(default_factory=list)

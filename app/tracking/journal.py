@@ -77,7 +77,7 @@ class Journal:
             return None
         at = kept.checkpoint
         if sum(len(batch.rows) for batch in found) != at.frames:
-            logger.error("The journal of %s does not hold what its checkpoint says.", self._id)
+            logger.error("The journal of %s does not match its checkpoint.", self._id)
             return None
         self._bytes = kept.journal_bytes
         return Resumption(self._checkpoint, at.frames, at.cpu_s, found)

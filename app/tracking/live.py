@@ -134,19 +134,19 @@ class Live:
                 self._newest.pop(inspection_id, None)
             else:
                 self._newest[inspection_id] = update
-        self._tell(update)
+        self._notify(update)
 
     def observations_changed(self, inspection_id: str) -> None:
         """Notify the listeners that the list of observations must be read again."""
-        self._tell(ObservationsChanged(inspection_id))
+        self._notify(ObservationsChanged(inspection_id))
 
     def wall_changed(self, inspection_id: str, indices: tuple[int, ...]) -> None:
         """Notify the listeners that these tiles of the unrolled wall must be read again."""
-        self._tell(WallChanged(inspection_id, indices))
+        self._notify(WallChanged(inspection_id, indices))
 
     def corrected(self, inspection_id: str) -> None:
         """Notify the listeners that published distances have changed."""
-        self._tell(DistancesCorrected(inspection_id))
+        self._notify(DistancesCorrected(inspection_id))
 
     def newest(self, inspection_id: str) -> Update | None:
         """Return the newest update of an active inspection."""
@@ -167,7 +167,7 @@ class Live:
                 if not listeners:
                     del self._listeners[inspection_id]
 
-    def _tell(self, event: Event) -> None:
+    def _notify(self, event: Event) -> None:
         with self._lock:
             listeners = [
                 *self._listeners.get(event.inspection_id, ()),

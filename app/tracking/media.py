@@ -97,7 +97,7 @@ class Media:
             message = self._answers.decode(answer)
         except msgspec.MsgspecError as error:
             self._restart()
-            raise MediaFailed("The media process gave no sensible answer.") from error
+            raise MediaFailed("The media process gave an invalid answer.") from error
         if isinstance(message, expected):
             return message
         if isinstance(message, Failed) and message.code == "unreadable_video":

@@ -92,7 +92,7 @@ class Tracking:
         """Queue again what was running when the server ended, and start."""
         interrupted = self._inspections.queue_interrupted()
         if interrupted:
-            logger.info("%d interrupted inspections go on.", interrupted)
+            logger.info("%d interrupted inspections continue.", interrupted)
         for thread in self._threads:
             thread.start()
 
@@ -270,10 +270,12 @@ class Tracking:
                 ) from error
             outcome = Outcome("cancelled")
         except msgspec.MsgspecError:
-            logger.exception("The tracking process of %s sent nonsense.", run.inspection.id)
+            logger.exception(
+                "The tracking process of %s sent an invalid message.", run.inspection.id
+            )
             child.kill()
             outcome = Outcome(
-                "failed", "tracking_failed", "The tracking process gave no sensible answer."
+                "failed", "tracking_failed", "The tracking process gave an invalid answer."
             )
         finally:
             child.end()

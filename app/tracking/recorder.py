@@ -60,11 +60,13 @@ _MOST_DEATHS, _DEATHS_WITHIN_S = 5, 60.0
 _HOPELESS = ("camera_unreachable", "rig_video_mismatch", "unreadable_video", "invalid_rig")
 _ROOM_TO_REMUX = 1.05
 """Free space needed for the MP4, relative to the recording."""
-AFTER_A_CRASH = "The server ended during the recording; this is what was recorded until then."
-_UNTRACKED = "The camera process ended before it had tracked all; the recording is tracked anew."
+AFTER_A_CRASH = "The server ended during the recording; everything recorded until then is kept."
+_UNTRACKED = (
+    "The camera process ended before it had tracked everything; the recording is tracked again."
+)
 
 
-_NO_PICTURE = "The camera gave no picture before the end."
+_NO_PICTURE = "The camera delivered no picture before the end."
 
 
 @dataclass
@@ -182,8 +184,8 @@ class Recorder:
             child.end()
         if isinstance(answer, Failed):
             recording.unlink(missing_ok=True)
-            logger.warning("%s cannot be recorded on: %s %s", video, answer.detail, answer.trace)
-            raise MediaFailed(f"The film cannot be recorded on. {answer.detail}")
+            logger.warning("%s cannot be continued: %s %s", video, answer.detail, answer.trace)
+            raise MediaFailed(f"The film cannot be continued. {answer.detail}")
         sync_folder(recording.parent)
 
     def _in_thread(self, work: Any, subject: Any, inspection_id: str) -> None:
@@ -276,12 +278,12 @@ class Recorder:
                         return Outcome("failed", code, detail)
         except TimeoutError as error:
             child.kill()
-            raise _Died("it said nothing for too long and was ended") from error
+            raise _Died("it was silent for too long and was ended") from error
         except (EOFError, BrokenPipeError) as error:
             raise _Died(describe_exit(child.end())) from error
         except msgspec.MsgspecError as error:
             child.kill()
-            raise _Died("it gave no sensible answer") from error
+            raise _Died("it gave an invalid answer") from error
 
     def _request(self, run: LiveRun) -> LiveRequest:
         assert run.source is not None  # noqa: S101  (given by begin)

@@ -27,7 +27,7 @@ logger = logging.getLogger(__name__)
 
 _PAUSE_S = 2.0
 _WAITS_FOR_ROOM = (
-    "The server's disk is full. What was tracked is held in memory until there is room for it."
+    "The server's disk is full. The results are held in memory until there is room for them."
 )
 
 

@@ -156,8 +156,8 @@ EVERYWHERE: dict[int, tuple[str, ...]] = {
 _HTTP_CODES = {
     400: ("bad_request", "The request cannot be understood."),
     404: ("not_found", "There is nothing at this address."),
-    405: ("method_not_allowed", "This address does not take that method."),
-    408: ("request_timeout", "The request did not arrive whole in time; send it again."),
+    405: ("method_not_allowed", "This address does not accept that method."),
+    408: ("request_timeout", "The request did not arrive completely in time; send it again."),
     413: ("body_too_large", "The body of the request is too large."),
     416: ("range_not_satisfiable", "The file has no such range."),
 }
@@ -175,7 +175,7 @@ def body_of(error: Exception) -> tuple[int, dict[str, str]]:
         return error.status_code, {"code": code, "detail": detail}
     return 500, {
         "code": "internal_error",
-        "detail": "The server met an unexpected fault. It is in the server's log"
+        "detail": "An unexpected error occurred. It is in the server's log"
         + (f" as {found}." if (found := request_id.get()) else "."),
     }
 

@@ -198,7 +198,7 @@ class Guard:
         host = _host_name(headers.get("host", ""))
         if host not in self._hosts and not _is_address(host):
             raise UnknownHost(
-                f"The server does not answer to the name {host!r}; its operator can add it to "
+                f"The server does not accept the host name {host!r}; its operator can add it to "
                 "CHAINAGE_ALLOWED_HOSTS."
             )
 
@@ -273,8 +273,8 @@ def _check_origin(connection: HTTPConnection, *, is_required: bool) -> None:
         is_ours = not is_required
     if not is_ours:
         raise CrossOrigin(
-            "The request comes from a page of another site, or does not say from where. Where a "
-            "reverse proxy speaks TLS for the server, CHAINAGE_TRUSTED_PROXIES has to name it."
+            "The request comes from a page of another site, or does not state its origin. Where a "
+            "reverse proxy speaks TLS for the server, CHAINAGE_TRUSTED_PROXIES must name it."
         )
 
 

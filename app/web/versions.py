@@ -16,9 +16,9 @@ def _replaced(
     if_match: Annotated[
         str | None,
         Header(
-            description="The `ETag` of what the change was made of: if something else is stored by "
-            "now, nothing is changed, and the answer is 412 with both. Without it, the change "
-            "replaces whatever there is."
+            description="The `ETag` that the change was based on. If another version is stored by "
+            "now, nothing changes, and the answer is 412 with both versions. Without it, the "
+            "change replaces any version."
         ),
     ] = None,
 ) -> str | None:

@@ -444,7 +444,7 @@ def test_tags_are_sent_from_memory_when_the_browser_keeps_nothing(
     page.add_init_script("Object.defineProperty(window, 'indexedDB', { value: undefined })")
     log_in(page, server, f"/inspections/{inspection}")
     expect_frame(page, 0)
-    expect(page.get_by_text("gives the page no room")).to_be_visible()
+    expect(page.get_by_text("gives the page no storage")).to_be_visible()
     page.keyboard.press("1")
     expect_saved(page)
     assert [item["code"] for item in observations(server, empty)] == ["BAB"]
@@ -460,11 +460,11 @@ def test_a_full_disk_of_the_browser_is_told(desk: Page, server: Server, empty: s
     )
     desk.route("**/observations/*", lambda route: route.abort())
     desk.keyboard.press("1")
-    expect(desk.get_by_text("gives the page no room")).to_be_visible()
+    expect(desk.get_by_text("gives the page no storage")).to_be_visible()
     expect(desk.locator(".save")).to_have_text("Waiting (1)")
     desk.unroute("**/observations/*")
     expect_saved(desk)
-    expect(desk.get_by_text("gives the page no room")).to_be_hidden()
+    expect(desk.get_by_text("gives the page no storage")).to_be_hidden()
     assert [item["code"] for item in observations(server, empty)] == ["BAB"]
 
 

@@ -28,7 +28,9 @@ router = APIRouter(prefix="/api", tags=["catalogue"])
 @viewer
 def all_codes(
     services: ServicesDep,
-    pack: Annotated[PackId | None, Query(description="An imported pack, not the built-in.")] = None,
+    pack: Annotated[
+        PackId | None, Query(description="Id of an imported pack; the built-in one without it.")
+    ] = None,
 ) -> list[CodeOut]:
     """Return the codes of a pack, in its order."""
     return [CodeOut(**asdict(code)) for code in services.packs.table(pack).rows]

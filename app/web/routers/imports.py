@@ -26,7 +26,8 @@ def add(
         bytes,
         Body(
             media_type="application/octet-stream",
-            description="EN 13508-2 text, WinCan .db3 or the JSON report; its content says which.",
+            description="EN 13508-2 text, WinCan .db3 or the JSON report; the content determines "
+            "the format.",
         ),
     ],
     services: ServicesDep,

@@ -199,7 +199,7 @@ def track(
     services: ServicesDep,
     format: Literal["csv", "tum", "json"] = "csv",  # noqa: A002  (the contract's name)
     since: Annotated[int, Query(ge=0, description="Only rows from this frame on.")] = 0,
-    raw: Annotated[bool, Query(description="As it was measured, without corrections.")] = False,
+    raw: Annotated[bool, Query(description="The raw track, without corrections.")] = False,
 ) -> Response:
     """Return the corrected track so far."""
     written = services.inspections.raw_track_as if raw else services.inspections.track_as

@@ -24,7 +24,7 @@ def list_all(services: ServicesDep) -> PacksOut:
 
 @router.post("", status_code=201, responses=failures(InvalidPack, PackNameTaken))
 def add(
-    name: Annotated[PackName, Query(description="As it is to be chosen; no other may have it.")],
+    name: Annotated[PackName, Query(description="Name of the pack, which must be unique.")],
     content: Annotated[bytes, Body(media_type="text/csv", description="The table, in UTF-8.")],
     response: Response,
     services: ServicesDep,

@@ -23,7 +23,8 @@ def frame_at(
     distance_m: Annotated[float, Query(ge=-1e5, le=1e5, allow_inf_nan=False)],
     clock: Annotated[float | None, Query(ge=0, le=12, description="Of a pipe.")] = None,
     y_mm: Annotated[
-        float | None, Query(ge=-1e5, le=1e5, description="Right of the axis, of a floor.")
+        float | None,
+        Query(ge=-1e5, le=1e5, description="Distance to the right of the axis, on a floor."),
     ] = None,
     near_frame: Annotated[
         int | None, Query(ge=0, le=2**31, description="Chooses among several passes.")

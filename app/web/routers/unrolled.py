@@ -41,7 +41,9 @@ def tile(
     inspection_id: InspectionId,
     index: Annotated[int, Path(ge=-(2**31), le=2**31)],
     services: ServicesDep,
-    v: Annotated[int | None, Query(description="Its revision: then it may be kept.")] = None,
+    v: Annotated[
+        int | None, Query(description="Revision of the tile, with which the answer may be cached.")
+    ] = None,
 ) -> Response:
     """Return the picture of a tile; its columns run with the distance."""
     services.inspections.row(inspection_id)

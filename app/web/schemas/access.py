@@ -36,7 +36,7 @@ class PreferencesIn(Given):
     language: Literal["en", "ms"] | None = Field(description="null: that of the browser.")
     units: Literal["m", "ft"]
     quick_codes: Annotated[list[QuickCode], Field(max_length=9)] = Field(
-        description="Of the keys 1 to 9, in this order."
+        description="Codes of the keys 1 to 9, in this order."
     )
     single_keys: bool = Field(
         default=True, description="Whether letters, digits and signs are keys (WCAG 2.1.4)."

@@ -72,7 +72,7 @@ class FinishIn(Given):
     abandon_reason: (
         Annotated[str, StringConstraints(strip_whitespace=True, max_length=2000, pattern=TEXT)]
         | None
-    ) = Field(None, description="Required of an abandoned one.")
+    ) = Field(None, description="Required for an abandoned survey.")
     known_length_m: Annotated[float, Field(gt=0, le=100_000)] | None = None
 
     @model_validator(mode="after")
@@ -93,8 +93,9 @@ class ContinueIn(Given):
 
     url: Url
     robot: Literal["stood_still", "moved"] = Field(
-        description="What it has done since the part before. `moved`, also if nobody knows: the "
-        "distance goes on from the last one, uncertain by 10 m and by the way so far."
+        description="Movement of the robot since the previous part. Use `moved` also if nobody "
+        "knows: the distance continues from the last one, uncertain by 10 m and by the distance "
+        "so far."
     )
 
 
