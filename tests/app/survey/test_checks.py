@@ -169,7 +169,7 @@ def test_a_number_is_of_one_stretch(shared: Client, run: str, tag: Tag) -> None:
     assert told(shared, run) == [("block", "stretch_number_twice")]
 
 
-def test_the_same_defect_twice_is_told(shared: Client, run: str, tag: Tag) -> None:
+def test_the_same_defect_twice_is_reported(shared: Client, run: str, tag: Tag) -> None:
     stretch_of(tag, 85, 110, 1)
     stretch_of(tag, 100, 125, 2)
     (check,) = checks(shared, run)
@@ -253,7 +253,7 @@ def test_a_photo_that_is_gone_blocks_and_a_severe_defect_needs_one(
     video.with_name("away.mp4").rename(video)
 
 
-def test_lost_and_dark_frames_are_told(server: Client, clip: Path, tmp_path: Path) -> None:
+def test_lost_and_dark_frames_are_reported(server: Client, clip: Path, tmp_path: Path) -> None:
     dark = with_dark_frames(clip, tmp_path / "dark.mp4", range(10, 20))
     inspection_id = server.inspect(dark, header=HEADER)
     server.wait(inspection_id)
@@ -278,7 +278,7 @@ def with_dark_frames(clip: Path, out: Path, dark: range) -> Path:
     return out
 
 
-def test_a_tag_that_was_never_reached_is_told(server: Client, long_clip: Path) -> None:
+def test_a_tag_that_was_never_reached_is_reported(server: Client, long_clip: Path) -> None:
     inspection_id = server.inspect(long_clip, header=HEADER)
     server.wait(inspection_id, "running")
     server.tag(inspection_id, **CRACK | {"frame": 1400})
