@@ -44,7 +44,7 @@ _MOST_TRIES = 5
 _SOLVE_EVERY_S = 5.0
 _SOLVE_SHARE = 0.1
 """While a run goes on it is solved so often at most, and for so much of the time: some 10 ms for a
-minute of video with joints, seconds for an hour with a hundred of them."""
+minute of video with joints, seconds for two hours with hundreds of them."""
 
 
 @dataclass(frozen=True)
