@@ -84,7 +84,7 @@ def test_a_library_is_known_in_one_place_only(package, home):
 
 
 ROOMS = (
-    ("errors", "logs", "settings"),
+    ("back_off", "errors", "logs", "settings"),
     ("survey",),
     ("imports", "lab", "storage"),
     ("jobs", "access"),
