@@ -66,6 +66,8 @@ class Entry:
     """What the code pack calls it; None for a code that is not in it."""
     clock_from: int | None
     """As it was entered, else as the pixel shows it, to the hour."""
+    clock_h: float | None
+    """As the pixel shows it, exact; None without one and on a floor."""
     cont_id: int | None
     """Number of its stretch."""
     cont_role: Role | None

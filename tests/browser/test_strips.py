@@ -116,6 +116,29 @@ def test_the_wall_has_the_whole_circle_at_every_size(
             expect(selected).to_have_count(0)
 
 
+def test_of_marks_that_overlap_the_nearest_one_is_clicked(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    for frame, code in ((100, "BAC"), (101, "BAF")):
+        path = f"/api/inspections/{inspection}/observations/{uuid4()}"
+        server.ask("PUT", path, {"frame": frame, "code": code, "clock_from": 5})
+    desk.reload()
+    _wait_for_wall(desk)
+    desk.wait_for_function("() => document.querySelector('wall-strip').marks.length === 2")
+    places = desk.evaluate(
+        """() => {
+          const { marks, scale } = document.querySelector('wall-strip');
+          const placeOf = ({ item, x, y }) => [item.code, [x * scale, y * scale]];
+          return Object.fromEntries(marks.map(placeOf));
+        }"""
+    )
+    assert math.dist(places["BAC"], places["BAF"]) < 10
+    for code, (x, y) in places.items():
+        desk.locator(".wall__track").click(position={"x": x, "y": y})
+        expect(desk.locator(".defect [aria-current=true]")).to_contain_text(code)
+        desk.keyboard.press("Escape")
+
+
 def test_a_mark_in_the_log_selects_its_defect(desk: Page) -> None:
     log = desk.locator(".strip__track")
     _click(log, 0.5, 0.6)
