@@ -1,4 +1,4 @@
-"""Builds the services, starts them in order, stops them in the opposite one."""
+"""Builds the services, starts them in order, and stops them in reverse order."""
 
 from __future__ import annotations
 
@@ -89,8 +89,8 @@ class Services:
 
 @asynccontextmanager
 async def running(settings: Settings) -> AsyncIterator[Services]:
-    """The services of one data folder, until the block ends."""
-    # The default has a few threads only, and each upload occupies one while the disk syncs.
+    """Run the services of one data folder until the block ends."""
+    # The default pool has few threads, and each upload occupies one while the disk syncs.
     asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(_THREADS, "worker"))
     with ExitStack() as stack:
         services = await asyncio.to_thread(_start, settings, stack)
@@ -110,7 +110,7 @@ async def running(settings: Settings) -> AsyncIterator[Services]:
 
 
 def _start(settings: Settings, stack: ExitStack) -> Services:
-    """What is started here is stopped by `stack`, also if a later step fails."""
+    """Build and start the services; `stack` stops them, also if a later step fails."""
     folder = DataFolder(settings.data, reserve_bytes=settings.disk_reserve_bytes)
     stack.callback(folder.close)
     metrics = Metrics()
@@ -240,7 +240,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
 
 
 def _client(settings: Settings) -> Client | None:
-    """Who is notified of what must not wait."""
+    """Return the client to notify of urgent observations, if one is set."""
     if settings.webhook_url is None or settings.webhook_secret is None:
         return None
     page_root = (settings.public_url or "").rstrip("/")
@@ -248,7 +248,9 @@ def _client(settings: Settings) -> Client | None:
 
 
 def _peer(settings: Settings) -> Peer | None:
-    """The software that Chainage is the meter counter of; on this machine unless it is named."""
+    """Return the software that uses Chainage as meter counter; on this machine unless it is
+    named.
+    """
     if settings.meter_counter is None:
         return None
     host, _, port = settings.meter_counter.rpartition(":")

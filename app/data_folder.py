@@ -77,7 +77,7 @@ class Records:
 
 
 def _draw_scene(report: Report) -> str:
-    from app.viewer.still import scene_page  # a second to import, for few formats
+    from app.viewer.still import scene_page  # slow to import, and few formats need it
 
     return scene_page(report)
 
@@ -86,13 +86,13 @@ def _draw_scene(report: Report) -> str:
 def reading(data: Path, company: Company) -> Iterator[Records]:
     """Read a data folder as it is at this moment.
 
-    Nothing in it is changed, but the first bundle makes the key that it is signed with.
+    Nothing in it changes, except that the first bundle makes its signing key.
 
-    The database is a copy, so that one of an older version can be brought forward and a server
-    that writes is not in the way.
+    The database is copied, so that one of an older version can be migrated and a writing server
+    does not interfere.
 
     Raises:
-        UnusableDatabase: There is none, or it is damaged or of a newer version.
+        UnusableDatabase: The database is missing, damaged or of a newer version.
     """
     places = Places(data)
     if not places.database.is_file():

@@ -1,4 +1,4 @@
-"""What can go wrong in the server.
+"""Errors of the server.
 
     vo_core.errors.ChainageError
     └── AppError
@@ -46,7 +46,7 @@ class PhotoNotFound(AppError):
 
 
 class TileNotFound(AppError):
-    """That piece of the wall was not seen."""
+    """The part of the wall was not seen."""
 
 
 class FrameNotFound(AppError):
@@ -58,15 +58,15 @@ class WallNotSeen(AppError):
 
 
 class IncompleteWallPoint(AppError):
-    """A place on the wall without the coordinate around it."""
+    """A place on the wall lacks its coordinate around the wall."""
 
 
 class Unauthenticated(AppError):
-    """Neither a valid token nor a valid session came with the request."""
+    """The request has no valid token or session."""
 
 
 class Forbidden(AppError):
-    """The role of the token is not enough."""
+    """The role of the token is not sufficient."""
 
 
 class UnreadableTokens(AppError):
@@ -78,7 +78,7 @@ class CrossOrigin(AppError):
 
 
 class UnknownHost(AppError):
-    """The server is addressed by a name it does not answer to."""
+    """The request names the server by a host name that it does not accept."""
 
 
 class TooManyAttempts(AppError):
@@ -86,7 +86,7 @@ class TooManyAttempts(AppError):
 
 
 class InvalidUpload(AppError):
-    """A tus request without a header that it needs, or with an unreadable one."""
+    """A tus request lacks a header or has an unreadable one."""
 
 
 class UnsupportedTusVersion(AppError):
@@ -94,31 +94,33 @@ class UnsupportedTusVersion(AppError):
 
 
 class WrongContentType(AppError):
-    """A PATCH that is not application/offset+octet-stream."""
+    """The PATCH is not application/offset+octet-stream."""
 
 
 class TooManyUploads(AppError):
-    """One token has announced more files than it has used."""
+    """A token has announced too many uploads that it has not used."""
 
 
 class UploadTooLarge(AppError):
-    """More bytes than announced, or than the server takes."""
+    """More bytes than announced, or than the server accepts."""
 
 
 class OffsetConflict(AppError):
-    """The client and the disk disagree about what has arrived."""
+    """The offsets of client and disk differ."""
 
     def __init__(self, offset: int) -> None:
-        super().__init__(f"The server holds {offset} bytes of this upload; go on from there.")
+        super().__init__(f"The server holds {offset} bytes of this upload; continue from there.")
         self.offset = offset
 
 
 class ChangedMeanwhile(AppError):
-    """What a change was made of is no longer what is stored."""
+    """The stored version is no longer the one that the change was based on."""
 
     def __init__(self, current: Mapping[str, Any] | None, yours: Mapping[str, Any]) -> None:
-        """Of both in the form in which they are sent; `current` is None if it was deleted."""
-        super().__init__("It was changed meanwhile, so nothing was stored; the answer has both.")
+        """Store both in the form in which they are sent; `current` is None if it was deleted."""
+        super().__init__(
+            "It was changed meanwhile, so nothing was stored; the answer contains both versions."
+        )
         self.current, self.yours = current, yours
 
 
@@ -127,24 +129,24 @@ class UploadBusy(AppError):
 
 
 class ChecksumMismatch(AppError):
-    """The bytes that arrived are not those that were sent."""
+    """The received bytes differ from the checksum."""
 
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
-"""What the system answers to a write when the disk or the quota is full."""
+"""Errors of a write when the disk or the quota is full."""
 
 
 class DiskFull(AppError):
-    """There is no room for it on the server's disk."""
+    """There is not enough room on the server's disk."""
 
     def __init__(
-        self, detail: str = "The server's disk is full. Free some room, then go on."
+        self, detail: str = "The server's disk is full. Free some space, then continue."
     ) -> None:
         super().__init__(detail)
 
 
 class UploadIncomplete(AppError):
-    """The upload has not arrived completely."""
+    """The upload is not complete."""
 
 
 class FrameOutsideVideo(AppError):
@@ -156,7 +158,7 @@ class PixelOutsidePicture(AppError):
 
 
 class LiveSourceRefused(AppError):
-    """A live source that the server does not open."""
+    """The server does not open this live source."""
 
 
 class OpenStretches(AppError):
@@ -172,7 +174,7 @@ class ExportNotAvailable(AppError):
 
 
 class InvalidImport(AppError):
-    """The file is no inspection that can be read; the text says what is wrong where."""
+    """The file contains no inspection that can be read; the text says what is wrong and where."""
 
 
 class PackNotFound(AppError):
@@ -200,11 +202,11 @@ class SampleFailed(AppError):
 
 
 class NotAllTracked(AppError):
-    """The track ends before the film, so nothing can be recorded behind it."""
+    """The track ends before the film, so the recording cannot be continued."""
 
 
 class StillRunning(AppError):
-    """The inspection must have ended for that."""
+    """The inspection is still running."""
 
 
 class NotRunning(AppError):
@@ -226,7 +228,7 @@ class NoScene(AppError):
 
 
 class Busy(AppError):
-    """Too much is waiting already."""
+    """Too many requests are already waiting."""
 
 
 class NotReady(AppError):
@@ -234,11 +236,11 @@ class NotReady(AppError):
 
 
 class UnreadableKey(AppError):
-    """The key that bundles are signed with is damaged, or may not be read."""
+    """The signing key of bundles is damaged or not readable."""
 
 
 class UnusableBundle(AppError):
-    """The file is no evidence bundle, so that nothing in it can be checked."""
+    """The file is no evidence bundle, so nothing in it can be checked."""
 
 
 class InvalidSettings(AppError):
@@ -254,7 +256,7 @@ class UnusableDatabase(AppError):
 
 
 class UnusableBackup(AppError):
-    """The archive is damaged or none of ours, or the place to restore to is not empty."""
+    """The archive is damaged or foreign, or the place to restore to is not empty."""
 
 
 class AddressNotAvailable(AppError):
@@ -262,7 +264,7 @@ class AddressNotAvailable(AppError):
 
 
 class OpenToTheNetwork(AppError):
-    """The server would listen for other machines without encryption, which nobody has allowed."""
+    """The server would listen for other machines without encryption, which was not allowed."""
 
 
 class TokenNameTaken(AppError):
@@ -274,21 +276,21 @@ class TokenNotFound(AppError):
 
 
 _LONGEST_DETAIL = 4000
-"""In characters."""
+"""Longest detail, in characters."""
 
 
 def code_of(kind: type[Exception]) -> str:
-    """The name of an error that programs rely on: of InvalidRig invalid_rig."""
+    """Return the name of an error on which programs rely: InvalidRig gives invalid_rig."""
     return getattr(kind, "code", "") or re.sub(r"(?<!^)(?=[A-Z])", "_", kind.__name__).lower()
 
 
 def described(error: ChainageError) -> dict[str, str]:
-    """Code and detail, as answers and pages have them."""
+    """Return code and detail, as in answers and on pages."""
     return {"code": code_of(type(error)), "detail": shortened(str(error))}
 
 
 def shortened(sentence: str) -> str:
-    """What was sent may stand in it, and that may be long."""
+    """Shorten a sentence, which may contain long input."""
     if len(sentence) <= _LONGEST_DETAIL:
         return sentence
     return f"{sentence[:_LONGEST_DETAIL]} ..."

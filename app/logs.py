@@ -1,6 +1,7 @@
-"""The server's log: readable lines, or a JSON object a line; each knows the request it belongs to.
+"""The server's log: readable lines, or one JSON object a line, each with its request.
 
-No line holds a query string, a token or a cookie: addresses stand as routes, without their values.
+No line contains a query string, a token or a cookie: addresses are logged as routes, without their
+values.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import Literal
 LogFormat = Literal["text", "json"]
 
 request_id: ContextVar[str | None] = ContextVar("request_id", default=None)
-"""Of the request that is being answered; threads that work for it have it too."""
+"""Id of the current request; threads that work for it have it too."""
 _inspection: ContextVar[str | None] = ContextVar("inspection", default=None)
 
 _REQUEST_FIELDS = ("method", "route", "status", "duration_ms")
@@ -36,7 +37,7 @@ def configure(form: LogFormat) -> None:
 
 @contextmanager
 def about(inspection_id: str | None) -> Iterator[None]:
-    """What is logged within the block is about this inspection; None: about none in particular."""
+    """Log the lines of the block as about this inspection; None: about none."""
     before = _inspection.set(inspection_id)
     try:
         yield
@@ -45,7 +46,7 @@ def about(inspection_id: str | None) -> Iterator[None]:
 
 
 def _is_no_refusal(record: logging.LogRecord) -> bool:
-    """uvicorn takes every web socket that is refused with an answer for a fault of the server."""
+    """Drop uvicorn's error for a web socket that was refused with an answer."""
     return record.getMessage() != "ASGI callable returned without completing handshake."
 
 
@@ -59,7 +60,7 @@ class _ReadableLines(logging.Formatter):
         super().__init__("%(asctime)s %(levelname)s %(name)s: %(message)s")
 
     def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802  (logging's name)
-        """The line, before a traceback."""
+        """Format the line, before a traceback."""
         line = super().formatMessage(record)
         found = getattr(record, "request_id", None)
         return f"{line} [{found}]" if found else line
@@ -67,7 +68,7 @@ class _ReadableLines(logging.Formatter):
 
 class _JsonLines(logging.Formatter):
     def format(self, record: logging.LogRecord) -> str:
-        """One object, without line breaks."""
+        """Format one object, without line breaks."""
         fields = {
             "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
             "level": record.levelname,

@@ -54,15 +54,15 @@ from app.web.schemas.failures import failures
 logger = logging.getLogger(__name__)
 
 _WEBSOCKET_MESSAGE_BYTES = 64 * 2**10
-"""Browsers send clicks, camera poses and acknowledgements."""
+"""Limit of a message from a browser, which sends clicks, camera poses and acknowledgements."""
 _SHUTDOWN_S = 3
-"""Open sockets get so long to close; every wait ends."""
+"""Time for open sockets to close; every wait ends."""
 
 OnReady = Callable[[str, Services], None]
 
 
 def create_app(settings: Settings) -> FastAPI:
-    """The application on one data folder; nothing is opened before it starts."""
+    """Create the application on one data folder; nothing is opened before it starts."""
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
@@ -105,7 +105,7 @@ def serve(settings: Settings, host: str, port: int, on_ready: OnReady) -> None:
         AddressNotAvailable: Another program listens there, or there is no such address.
         InvalidSettings: The certificate or its key cannot be used.
         DataFolderInUse: Another server uses the data folder.
-        UnusableDatabase: It is damaged or of a newer version.
+        UnusableDatabase: The database is damaged or of a newer version.
         DiskFull: There is no room to open the database.
         OSError: The data folder cannot be made or written.
     """
@@ -114,7 +114,7 @@ def serve(settings: Settings, host: str, port: int, on_ready: OnReady) -> None:
 
 
 def listening(settings: Settings, host: str, port: int) -> socket.socket:
-    """A socket that is bound and holds early connections back until the server takes them.
+    """Return a bound socket, on which early connections wait until the server accepts them.
 
     Raises:
         OpenToTheNetwork: Other machines could reach it, without encryption.
@@ -124,8 +124,8 @@ def listening(settings: Settings, host: str, port: int) -> socket.socket:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         listener = socket.create_server((host, port), family=family)
-        # Connections inherit it.  An answer is sent as head and body, and without it the body waits
-        # for the acknowledgement of the head, up to 40 ms; asyncio sets it on its own sockets only.
+        # Connections inherit it. An answer is sent as head and body; without it the body waits for
+        # the acknowledgement of the head, up to 40 ms. asyncio sets it on its own sockets only.
         listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     except OSError as error:
         is_used = error.errno == EADDRINUSE
@@ -144,7 +144,7 @@ def listening(settings: Settings, host: str, port: int) -> socket.socket:
 def _require_protection(settings: Settings, address: str) -> None:
     if settings.tls_cert is not None and settings.tls_key is not None:
         try:
-            # Without a password: an encrypted key would be asked for on the terminal.
+            # With an empty password: an encrypted key would prompt on the terminal.
             ssl.create_default_context().load_cert_chain(
                 settings.tls_cert, settings.tls_key, password=""
             )
@@ -164,13 +164,13 @@ def _require_protection(settings: Settings, address: str) -> None:
 def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnReady) -> None:
     """Run the server on `listener` until a signal stops it.
 
-    `on_ready(url, services)` is called in a thread of its own once it takes requests, with the
-    address to log in at; the token stands in it unless the operator has set one.  `host` is the
-    name by which it may be reached besides those of the settings.
+    `on_ready(url, services)` is called in a separate thread once the server accepts requests, with
+    the log-in address, which contains the token unless the operator has set one. `host` is a name
+    by which the server may be reached besides those of the settings.
 
     Raises:
         DataFolderInUse: Another server uses the data folder.
-        UnusableDatabase: It is damaged or of a newer version.
+        UnusableDatabase: The database is damaged or of a newer version.
         DiskFull: There is no room to open the database.
         OSError: The data folder cannot be made or written.
     """
@@ -186,10 +186,10 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
         app,
         host=host,
         log_config=None,
-        access_log=False,  # the log-in address holds the token
+        access_log=False,  # the log-in address contains the token
         server_header=False,
         http=PromptProtocol,
-        # Anybody can write them, and guesses are counted by address.
+        # Anybody can send these headers, and guesses are counted by address.
         proxy_headers=bool(settings.trusted_proxies),
         forwarded_allow_ips=[str(network) for network in settings.trusted_proxies],
         ssl_certfile=settings.tls_cert,
@@ -203,7 +203,7 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
 
 
 class _Server(uvicorn.Server):
-    """Says when it is ready, and where."""
+    """Reports when the server is ready, and at which address."""
 
     def __init__(self, config: uvicorn.Config, settings: Settings, on_ready: OnReady) -> None:
         super().__init__(config)
@@ -212,14 +212,14 @@ class _Server(uvicorn.Server):
         self._announcing: asyncio.Task[None] | None = None
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        """A signal: whoever asks gets an answer before the sockets are closed."""
+        """Handle a signal: open requests are answered before the sockets are closed."""
         app = self.config.app
         if self.started and isinstance(app, FastAPI):
             app.state.services.health.stop()
         super().handle_exit(sig, frame)
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Start, then announce."""
+        """Start, then call on_ready."""
         await super().startup(sockets)
         if self.started:
             app = self.config.app
@@ -234,7 +234,7 @@ class _Server(uvicorn.Server):
 def _announce(on_ready: OnReady, url: str, services: Services) -> None:
     try:
         on_ready(url, services)
-    except Exception:  # the caller's fault must not go unseen in a task that nobody awaits
+    except Exception:  # the caller's fault must not go unnoticed in a task that nobody awaits
         logger.exception("The server runs, but what was to be done at its start has failed.")
 
 
@@ -244,5 +244,5 @@ def _login_url(host: str, port: int, settings: Settings, services: Services) -> 
         shown = f"[{shown}]"
     base = f"{'https' if settings.has_tls else 'http'}://{shown}:{port}/login"
     if settings.token is not None:
-        return base  # who set it knows it; it need not stand on the screen
+        return base  # who set the token knows it; it need not be on the screen
     return f"{base}?token={services.access.server_token}"

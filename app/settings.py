@@ -16,20 +16,20 @@ from app.logs import LogFormat
 
 PREFIX = "CHAINAGE_"
 _ADDRESS = r"^https?://[A-Za-z0-9._\-\[\]:]+(/[!-~]*)?$"
-"""No user name and password in it: what shows the receiver who posts is the signature."""
+"""Without user name and password: the signature shows the receiver who posts."""
 _PEER = re.compile(r"(([A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]):)?[0-9]{1,5}")
 _SECRET = ("token", "webhook_secret", "webhook_url")
 _LOGO_BYTES = 2 * 2**20
 _LOGO_STARTS = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
-"""Of a PNG, and of a JPEG."""
+"""First bytes of a PNG, and of a JPEG."""
 GIB = 2**30
 MIB = 2**20
 
 
 class Settings(BaseSettings):
-    """What an operator may change; handed to `create_app`, never a global."""
+    """Settings that an operator may change; passed to `create_app`, never a global."""
 
-    # Compose files pass on what is unset as empty.
+    # Compose files pass unset variables as empty.
     model_config = SettingsConfigDict(
         env_prefix=PREFIX, env_ignore_empty=True, extra="forbid", frozen=True
     )
@@ -162,11 +162,11 @@ class Settings(BaseSettings):
 
     @classmethod
     def load(cls, **given: Any) -> Self:
-        """From the environment, except for what is given.
+        """Load from the environment, except for given values.
 
         Raises:
-            InvalidSettings: A value that is not allowed; the text names the variable, the value
-            (never that of the token) and what is allowed.
+            InvalidSettings: A value is not allowed; the text names the variable, the value (never
+            that of the token) and the allowed values.
         """
         try:
             return cls(**given)
@@ -175,7 +175,7 @@ class Settings(BaseSettings):
 
     @property
     def has_tls(self) -> bool:
-        """Whether the server speaks TLS."""
+        """Whether the server uses TLS."""
         return self.tls_cert is not None
 
     @model_validator(mode="after")
@@ -226,7 +226,7 @@ class Settings(BaseSettings):
 
 
 def _reason(fault: ErrorDetails) -> str:
-    if not fault["loc"]:  # it is about several settings
+    if not fault["loc"]:  # the fault concerns several settings
         return fault["msg"].removeprefix("Value error, ")
     name = str(fault["loc"][0])
     found = "" if name in _SECRET else f" (found {fault['input']!r})"

@@ -1,4 +1,4 @@
-/** Exchanges the access token for a session cookie; the server knows where to go on to. */
+/** Exchanges the access token for a session cookie; the server knows the next page. */
 
 import { ApiError, get, post } from './core/api.js';
 import { html, render } from './core/html.js';
@@ -6,11 +6,11 @@ import { preferences } from './core/preferences.js';
 import { LANGUAGES, errorText, language, t } from './core/words.js';
 import { showInsecure } from './components/insecure-banner/insecure-banner.js';
 
-/** Set while the language was chosen here and the server does not know of it. */
+/** Set while the language was chosen here and the server does not know it yet. */
 const CHOSEN_HERE = 'chainage.language-chosen';
 
 const asked = new URLSearchParams(location.search);
-/** Of a link that is followed only after a question; it does not stay in the address. */
+/** Token of a link that is followed only after a question; it is removed from the address. */
 const linked = asked.get('token');
 asked.delete('token');
 const onward = `/login?${asked}`;
@@ -74,7 +74,7 @@ function refuse(text) {
   field.select();
 }
 
-/** The language that was chosen on this page goes before the one of earlier days. */
+/** Sends the language chosen on this page, which replaces an earlier one. */
 async function keepLanguage() {
   if (!sessionStorage.getItem(CHOSEN_HERE)) return;
   sessionStorage.removeItem(CHOSEN_HERE);
@@ -82,7 +82,7 @@ async function keepLanguage() {
   try {
     await preferences.save({ language });
   } catch (error) {
-    if (!(error instanceof ApiError)) throw error; // no reason to keep the person out
+    if (!(error instanceof ApiError)) throw error; // no reason to refuse the person
   }
 }
 

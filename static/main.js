@@ -1,4 +1,4 @@
-/** Puts the page that belongs to the address into the shell. */
+/** Shows the page that belongs to the address. */
 
 import { session } from './core/api.js';
 import { isKeyOn } from './core/keys.js';
@@ -24,7 +24,7 @@ session.addEventListener('signed-out', () => {
   location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
 });
 
-// A fault in the page itself must not pass unseen.
+// A fault in the page itself must not go unnoticed.
 addEventListener('unhandledrejection', ({ reason }) => {
   if (reason?.name !== 'AbortError') toastError(reason);
 });
@@ -32,7 +32,7 @@ addEventListener('error', ({ error, message }) => toastError(error ?? new Error(
 
 document.documentElement.classList.toggle('without-single-keys', !isKeyOn('a'));
 const [, name] = PAGES.find(([pattern]) => pattern.test(location.pathname)) ?? PAGES[0];
-// For style sheets: `:has()` on the root would look through the whole page at every change of a text.
+// For style sheets: `:has()` on the root would search the whole page at every change of a text.
 document.documentElement.dataset.page = name;
 const page = document.createElement(name);
 page.inspectionId = location.pathname.split('/')[2];
@@ -46,6 +46,6 @@ if (!may('operator')) {
 }
 showInsecure();
 
-// Chosen on another device: every word and number of the page may change.
+// Changed on another device: every word and number of the page may change.
 if (await preferences.load()) location.reload();
 else reopenSettings();

@@ -44,7 +44,7 @@ def main() -> int:
         rows.append(f"| {' | '.join(cells)} |")
         print(rows[-1], flush=True)
 
-    add("what", "tried", "came of it")
+    add("what", "tried", "result")
     add("---", "---", "---")
     attacks = attack(asked.files, asked.files // 25, seed=1)
     add(*_attacked(attacks))
@@ -82,7 +82,7 @@ def _survived(tally: Tally) -> list[tuple[str, str, str]]:
         (
             "kill -9 under load",
             f"{tally.rounds} rounds, {tally.server_kills} of the server, {workers} of its children",
-            f"{tally.resumes} times gone on from a checkpoint, {tally.tracks_that_differ} of "
+            f"{tally.resumes} times resumed from a checkpoint, {tally.tracks_that_differ} of "
             f"{tally.tracks_compared} tracks differ, {tally.damaged_databases} databases damaged, "
             f"{tally.orphans + tally.stuck} processes or inspections left hanging",
         ),

@@ -130,7 +130,7 @@ def test_every_error_code_is_told_in_both_languages() -> None:
     text = (ROOT / "ARCHITECTURE.md").read_text("utf-8")
     section = text.split("## Errors of the API")[1]
     codes = set(re.findall(r"`([a-z0-9]+(?:_[a-z0-9]+)+|busy)`", section))
-    by_the_server = set(re.findall(r"'(\w+)'", _told_by_the_server()))
+    by_the_server = set(re.findall(r"'(\w+)'", _worded_by_the_server()))
     known = {key.removeprefix("error.") for key in ENGLISH if key.startswith("error.")}
     assert codes - known - by_the_server == set()
     assert by_the_server - codes == set()
@@ -150,9 +150,11 @@ def test_every_refused_correction_has_words() -> None:
     assert reasons == set(re.findall(r"^  (\w+): \(", table, re.MULTILINE))
 
 
-def _told_by_the_server() -> str:
+def _worded_by_the_server() -> str:
     found = re.search(
-        r"TOLD_BY_THE_SERVER = new Set\(\[(.*?)\]", SOURCES[STATIC / "core" / "words.js"], re.DOTALL
+        r"WORDED_BY_THE_SERVER = new Set\(\[(.*?)\]",
+        SOURCES[STATIC / "core" / "words.js"],
+        re.DOTALL,
     )
     assert found
     return found[1]

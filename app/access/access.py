@@ -1,4 +1,4 @@
-"""Who may come in, and as what: tokens for programs, sessions for browsers; no passwords."""
+"""Access: tokens for programs, sessions for browsers, and the role of each; no passwords."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from app.storage.tokens import Role, TokenFile
 logger = logging.getLogger(__name__)
 
 SESSION_LIFETIME = timedelta(days=30)
-"""After that the browser logs in again, used or not."""
+"""Lifetime of a session, used or not; then the browser logs in again."""
 SESSION_IDLE = timedelta(days=7)
 _CLOCK_SLACK = timedelta(days=1)
-"""By how much a session may seem to come from the future: the clock was put right, not back."""
+"""How far in the future a session may seem to begin after the server's clock was corrected."""
 _SEEN_STEP = timedelta(minutes=10)
-"""How exactly the last use is known: a write for every request would be too many."""
+"""Precision of the stored last use: writing at every request would be too much."""
 
 SERVER = "server"
-"""Name of the server's own token; no other may have it."""
+"""Name of the server's own token; no other token may have it."""
 _WEAK_TOKEN_LENGTH = 16
 
 _FAILURES = 10
@@ -39,15 +39,15 @@ _ADDRESSES = 1000
 
 @dataclass(frozen=True)
 class Principal:
-    """Who makes a request."""
+    """The identity behind a request."""
 
     name: str
     role: Role
     credential: str
-    """Digest of the session or token: what distinguishes one browser from another."""
+    """Digest of the session or token; it distinguishes one browser from another."""
 
     def require(self, needed: Role) -> None:
-        """Raise Forbidden unless the role is enough."""
+        """Raise Forbidden unless the role is sufficient."""
         if not self.role.may(needed):
             raise Forbidden(
                 f"The token {self.name!r} has the role {self.role}; this takes the role {needed}."
@@ -55,10 +55,10 @@ class Principal:
 
 
 class Access:
-    """Tokens, sessions, and a limit on guessing."""
+    """Checks tokens and sessions, and limits guessing."""
 
     def __init__(self, store: AccessStore, tokens: TokenFile, server_token: str) -> None:
-        """`server_token` is the one that always works; an earlier one of the server ends here."""
+        """Accept `server_token` always; it replaces that of an earlier start."""
         self._store = store
         self._tokens = tokens
         self.server_token = server_token
@@ -78,8 +78,8 @@ class Access:
         """Exchange a token for a new session's cookie value.
 
         Raises:
-            TooManyAttempts: From this address came too many wrong tokens within a minute.
-            Unauthenticated: The token is not known or was revoked.
+            TooManyAttempts: This address sent too many wrong tokens within a minute.
+            Unauthenticated: The token is unknown or was revoked.
         """
         self._log_ins.check(address)
         digest = _digest(token)
@@ -101,13 +101,13 @@ class Access:
         self._store.end_login(_digest(cookie))
 
     def by_token(self, token: str, address: str) -> Principal | None:
-        """Who holds this token.
+        """Return the holder of a token, or None.
 
-        A program that asks again and again with a token that was revoked guesses nothing: each
-        wrong token counts once.  One that has been in already stays in while others guess.
+        A program that keeps using a revoked token is not guessing, so each wrong token counts once.
+        A holder who was admitted before stays admitted while others guess.
 
         Raises:
-            TooManyAttempts: From this address came too many wrong tokens within a minute.
+            TooManyAttempts: This address sent too many wrong tokens within a minute.
         """
         digest = _digest(token)
         if not self._guests.has((address, digest)):
@@ -120,19 +120,21 @@ class Access:
         return principal
 
     def by_cookie(self, cookie: str) -> Principal | None:
-        """Whose session this is; None if there is none or it has ended."""
+        """Return the holder of a session; None if it does not exist or has ended."""
         return self._in_session(_digest(cookie))
 
     def ticket(self, principal: Principal, inspection_id: str) -> str:
-        """What lets the client of one 3D view in, with nothing but that view.
+        """Make a ticket that admits the client of one 3D view to that view only.
 
-        It ends with the session or token of `principal`.  Hex digits and a dot; a ticket is no
-        cookie, so no other page can make a browser send it.
+        It ends with the session or token of `principal`.  It consists of hex digits and a dot. A
+        ticket is no cookie, so no other page can make a browser send it.
         """
         return f"{principal.credential}.{self._signature(principal.credential, inspection_id)}"
 
     def by_ticket(self, ticket: str, inspection_id: str) -> Principal | None:
-        """Who was given this ticket to the 3D view of this inspection, while that may come in."""
+        """Return the holder of a ticket to the 3D view of this inspection while they are
+        admitted.
+        """
         credential, _, signature = ticket.partition(".")
         if not hmac.compare_digest(
             signature.encode(), self._signature(credential, inspection_id).encode()
@@ -161,7 +163,7 @@ class Access:
     def _note_use(self, digest: str) -> None:
         try:
             self._store.touch_login(digest)
-        except DiskFull as full:  # who only reads needs no room
+        except DiskFull as full:  # a reader needs no free disk space
             logger.warning("The use of a session could not be noted: %s", full)
 
     def _holder(self, digest: str) -> Principal | None:
@@ -172,10 +174,10 @@ class Access:
 
 
 def create_token(tokens: TokenFile, name: str, role: Role) -> str:
-    """Make a named token; the secret is returned and kept nowhere.
+    """Make a named token and return its secret, which is stored nowhere.
 
     Raises:
-        TokenNameTaken: Another valid one has this name.
+        TokenNameTaken: Another valid token has this name.
     """
     secret = secrets.token_urlsafe(32)
     tokens.add(name, role, _digest(secret))
@@ -183,7 +185,7 @@ def create_token(tokens: TokenFile, name: str, role: Role) -> str:
 
 
 class _Recent:
-    """The newest of many things, in a bounded memory."""
+    """A bounded memory of the newest items."""
 
     def __init__(self, size: int) -> None:
         self._size = size
@@ -202,7 +204,7 @@ class _Recent:
 
 
 class _Attempts:
-    """Wrong tokens by address, in a bounded memory."""
+    """A bounded count of wrong tokens for each address."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -217,7 +219,7 @@ class _Attempts:
                 raise TooManyAttempts("Too many wrong tokens; wait a minute, then try again.")
 
     def failed(self, address: str, digest: str | None = None) -> None:
-        """Count a failure; of the same `digest` one only."""
+        """Count a failure, each `digest` once."""
         network = _network(address)
         with self._lock:
             failures = self._failures.setdefault(network, deque(maxlen=_FAILURES))
@@ -229,7 +231,7 @@ class _Attempts:
 
 
 def _network(address: str) -> str:
-    """What one person may have at will: an address, of IPv6 all of a /64."""
+    """Return the address, or for IPv6 its /64, which one person can use freely."""
     try:
         found = ipaddress.ip_address(address)
     except ValueError:
@@ -240,7 +242,7 @@ def _network(address: str) -> str:
 
 
 def _is_within(age: timedelta, most: timedelta) -> bool:
-    """Whether something that old is still good; a clock that was set back makes nothing last."""
+    """Return whether an age is within the limit; a clock that was set back extends nothing."""
     return -_CLOCK_SLACK <= age <= most
 
 

@@ -1,8 +1,8 @@
-"""Notifies the client at once of what must not wait: a signed POST for each severity 5.
+"""Notifies the client of urgent observations: a signed POST for each of severity 5.
 
-The alert is written with the observation, in one transaction; a thread of its own sends it, so that
-a client that is slow, away or hostile never keeps anybody from tagging.  What is sent shows the
-observation as it is then; one that was deleted or lowered before anybody was told is not sent.
+The alert is written with the observation, in one transaction. A separate thread sends it, so that a
+slow, absent or hostile client never delays tagging. The message shows the observation at the time
+of sending; it is not sent if the observation was deleted or made less severe before.
 """
 
 from __future__ import annotations
@@ -50,15 +50,15 @@ _STOP_TIMEOUT_S = 3.0
 
 @dataclass(frozen=True)
 class Client:
-    """Who is to be notified, and with what secret."""
+    """The receiver of notifications, with its secret."""
 
     url: str = field(repr=False)
-    """http or https; it may hold a secret itself, so it stands in no log."""
+    """http or https; it may contain a secret, so it is never logged."""
     secret: str = field(repr=False)
     page_root: str = ""
-    """In front of the path of a page, such as https://culverts.example; empty: the path alone."""
+    """Prefix of page paths, such as https://culverts.example; if empty, the path is sent alone."""
     trust: ssl.SSLContext | None = None
-    """Certificates that are trusted; None: those of the system."""
+    """Trusted certificates; None: those of the system."""
 
 
 class Unsent(Exception):
@@ -66,7 +66,7 @@ class Unsent(Exception):
 
 
 class Webhook:
-    """Sends what the outbox holds."""
+    """Sends the alerts of the outbox."""
 
     def __init__(
         self,
@@ -82,25 +82,25 @@ class Webhook:
         self._observations = observations
         self._packs = packs
         self._changed = threading.Condition()
-        """Guards the next three; notified when one changes."""
+        """Guards the next three fields; notified when one changes."""
         self._is_woken = False
         self._stopping = False
         self._stop_try: Callable[[], None] | None = None
-        """Ends the try in hand."""
+        """Ends the current try."""
         self._thread = threading.Thread(target=self._work, name="webhook", daemon=True)
 
     @property
     def is_configured(self) -> bool:
-        """Whether there is a client to be notified."""
+        """Whether a client is configured."""
         return self._client is not None
 
     def start(self) -> None:
-        """Begin with what the last run of the server left undone."""
+        """Start sending, first what the last run of the server left."""
         if self.is_configured:
             self._thread.start()
 
     def stop(self) -> None:
-        """Give up the try in hand; it is done again after the next start."""
+        """Abort the current try; it is repeated after the next start."""
         with self._changed:
             self._stopping = True
             self._changed.notify_all()
@@ -110,17 +110,17 @@ class Webhook:
             self._thread.join(_STOP_TIMEOUT_S)
 
     def on_event(self, event: Event) -> None:
-        """A listener of all events: a tag may be one that the client is to be notified of."""
+        """Handle an event: a tag may need a notification."""
         if isinstance(event, ObservationsChanged):
             with self._changed:
                 self._is_woken = True
                 self._changed.notify_all()
 
     def alerts(self, inspection_id: str) -> list[Alert]:
-        """Whether the client was notified of each severe observation, the oldest first.
+        """Return the alerts of an inspection, the oldest first.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         self._inspections.row(inspection_id)
         return self._store.of(inspection_id)
@@ -144,14 +144,14 @@ class Webhook:
                 return
 
     def _wait(self, pause_s: float | None) -> bool:
-        """Until something was tagged or the time is over; whether to go on."""
+        """Wait for a tag or a timeout; return whether to continue."""
         with self._changed:
             self._changed.wait_for(lambda: self._is_woken or self._stopping, pause_s)
             self._is_woken = False
             return not self._stopping
 
     def _deliver(self, alert: Alert) -> None:
-        """One try."""
+        """Try once to deliver an alert."""
         client = self._client
         assert client is not None  # noqa: S101  (the thread runs only with one)
         body = self._body(alert, client.page_root)
@@ -173,10 +173,10 @@ class Webhook:
                 self._store.record_failure(alert.id, str(failure), next_at)
             else:
                 logger.info("The client was notified of observation %s.", alert.observation_id)
-                self._store.record_told(alert.id)
+                self._store.record_sent(alert.id)
 
     def _body(self, alert: Alert, page_root: str) -> bytes | None:
-        """What is sent now; None where nothing severe is left to report."""
+        """Return the message as of now; None where no severe observation is left."""
         try:
             inspection = self._inspections.row(alert.inspection_id)
             view = self._observations.get(alert.inspection_id, alert.observation_id)
@@ -193,7 +193,7 @@ class Webhook:
         return kind.label if kind else None
 
     def _post(self, client: Client, body: bytes) -> None:
-        """Raises Unsent unless the client has taken it."""
+        """Post the message; raise Unsent unless the client accepts it."""
         with closing(_Post(client.url, client.trust)) as post:
             with self._changed:
                 if self._stopping:
@@ -217,7 +217,7 @@ def message(
     label: str | None,
     page_root: str,
 ) -> dict[str, Any]:
-    """The body of the POST; docs/operating.md shows its form."""
+    """Build the body of the POST; docs/operating.md shows its form."""
     row, place = view.row, view.place
     return {
         "event": EVENT,
@@ -245,13 +245,13 @@ def message(
 
 
 def signature(secret: str, body: bytes, at: int) -> str:
-    """Value of the header: `t=<unix time>,v1=<hex HMAC-SHA256 of "t.body">`."""
+    """Return the value of the header: `t=<unix time>,v1=<hex HMAC-SHA256 of "t.body">`."""
     digest = hmac.new(secret.encode(), f"{at}.".encode() + body, hashlib.sha256)
     return f"t={at},v1={digest.hexdigest()}"
 
 
 class _Post:
-    """One try; all of it together ends in time, however slowly the other side answers."""
+    """One try, whose total time is limited however slowly the other side answers."""
 
     def __init__(self, url: str, trust: ssl.SSLContext | None) -> None:
         parts = urlsplit(url)
@@ -267,7 +267,7 @@ class _Post:
         self._watch.daemon = True
 
     def give_up(self) -> None:
-        """Let whatever waits for the other side fail."""
+        """Make everything that waits for the other side fail."""
         with self._lock:
             self._is_over = True
             if self._socket is not None:
@@ -277,14 +277,14 @@ class _Post:
                     logger.debug("The connection was closed already.")
 
     def send(self, body: bytes, signed: str) -> int:
-        """Status of the answer.
+        """Send the message and return the status of the answer.
 
         Raises:
-            Unsent: There was none.
+            Unsent: No answer came.
         """
         self._watch.start()
         try:
-            # By its class it knows whether the port belongs into the Host header.
+            # The class of the connection decides whether the Host header contains the port.
             kind = http.client.HTTPSConnection if self._trust else http.client.HTTPConnection
             connection = kind(self._host, self._port, timeout=_TRY_S)
             connection.sock = self._connected()
@@ -300,7 +300,7 @@ class _Post:
             raise Unsent(self._reason(failure)) from failure
 
     def close(self) -> None:
-        """The answer's body is not of interest."""
+        """Ignore the answer's body."""
         self._watch.cancel()
         if self._socket is not None:
             self._socket.close()
@@ -318,7 +318,7 @@ class _Post:
         return wrapped
 
     def _watched(self, opened: socket.socket) -> socket.socket:
-        """From here on `give_up` ends it."""
+        """Register a socket that `give_up` closes."""
         with self._lock:
             self._socket = opened
             if self._is_over:

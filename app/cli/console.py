@@ -1,4 +1,4 @@
-"""What the commands share: where they print, the data folder, checks of their words."""
+"""Shared parts of the commands: consoles, the data folder, checks of arguments."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rich.progress import (
 )
 from rich.table import Table
 
-# No markup: names of files and values out of them hold brackets.
+# No markup: file names and values from files contain brackets.
 out = Console(markup=False, highlight=False, soft_wrap=True)
 err = Console(markup=False, highlight=False, soft_wrap=True, stderr=True)
 
@@ -29,27 +29,27 @@ Data = Annotated[
 
 
 def data_folder(data: Path | None) -> Path:
-    """The one that is named, else that of the settings."""
+    """Return the named data folder, else that of the settings."""
     from app.settings import Settings
 
     return (Settings.load() if data is None else Settings.load(data=data)).data
 
 
 def require_folder(file: Path, option: str) -> None:
-    """Known now, not after an hour of work."""
+    """Check that the folder of an output file exists, before the work starts."""
     if not file.parent.is_dir():
         raise typer.BadParameter(f"there is no folder {file.parent}", param_hint=option)
 
 
 def require_picture(file: Path, option: str) -> None:
-    """Known now, not after an hour of work: the folder, and a form that can be drawn."""
+    """Check folder and picture format of an output file, before the work starts."""
     require_folder(file, option)
     if file.suffix.lower() not in (".png", ".pdf", ".svg"):
         raise typer.BadParameter(f"{file.name} is not .png, .pdf or .svg", param_hint=option)
 
 
 def print_rows(rows: Iterable[tuple[str, str]], title: str | None = None) -> None:
-    """Names and values in two columns."""
+    """Print names and values in two columns."""
     table = Table(show_header=False, box=None, title=title, title_justify="left")
     for name, value in rows:
         table.add_row(name, value)
@@ -58,7 +58,7 @@ def print_rows(rows: Iterable[tuple[str, str]], title: str | None = None) -> Non
 
 @contextmanager
 def progress_bar() -> Iterator[Progress]:
-    """A bar on standard error while the block runs."""
+    """Show a progress bar on standard error while the block runs."""
     columns = (
         TextColumn("{task.description}", markup=False),
         BarColumn(),
@@ -70,5 +70,5 @@ def progress_bar() -> Iterator[Progress]:
 
 
 def advance(progress: Progress, task: TaskID, done: int, total: int | None) -> None:
-    """Show the task with this much done."""
+    """Update a task with the amount done."""
     progress.update(task, completed=done, total=total, visible=True)

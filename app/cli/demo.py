@@ -13,7 +13,7 @@ from app.main import listening, run
 from app.settings import MIB, Settings
 
 DISK_RESERVE_BYTES = 8 * MIB
-"""The demo needs some 30 MiB of a temporary folder, which often lies in memory and is small."""
+"""The demo needs some 30 MiB of a temporary folder, which is often small and in memory."""
 
 
 def run_demo(
@@ -23,21 +23,21 @@ def run_demo(
     on_progress: Callable[[int, int], None],
     on_ready: Callable[[str], None],
 ) -> None:
-    """Serve until a signal, with a sample that is rendered first; nothing is left behind.
+    """Serve until a signal, with a sample that is rendered first; leave nothing behind.
 
     Args:
         host, port: Where to listen.
-        on_progress: Called while the sample is rendered, with frames done and frames in all.
+        on_progress: Called while the sample is rendered, with frames done and the total.
         on_ready: Called once with the address that logs in and opens the sample.
     Raises:
-        AddressNotAvailable, InvalidSettings, OpenToTheNetwork: Known before anything is rendered.
+        AddressNotAvailable, InvalidSettings, OpenToTheNetwork: Raised before anything is rendered.
     """
     with ExitStack() as stack:
         folder = stack.enter_context(TemporaryDirectory(prefix="chainage-demo-"))
         settings = Settings.load(
             data=Path(folder) / "data",
             disk_reserve_bytes=DISK_RESERVE_BYTES,
-            pace=1.0,  # the speed of the camera: one can watch the robot drive
+            pace=1.0,  # the speed of the camera: people can watch the robot drive
         )
         listener = stack.enter_context(listening(settings, host, port))
 
@@ -46,7 +46,7 @@ def run_demo(
             sample = services.samples.wait(on_progress)
             if sample.fault is not None:
                 raise SampleFailed(sample.fault)
-            if sample.inspection_id is not None:  # else it was stopped by a signal
+            if sample.inspection_id is not None:  # otherwise a signal stopped it
                 on_ready(_opening(url, sample.inspection_id))
 
         run(settings, host, listener, ready)

@@ -1,4 +1,4 @@
-"""The commands on a film without a server: track, correct."""
+"""The commands that process a film without a server: track, correct."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def track(
 
 
 def correct(
-    track: Annotated[Path, typer.Argument(help="track.csv as it was measured.")],
+    track: Annotated[Path, typer.Argument(help="track.csv as measured.")],
     out: Annotated[Path, typer.Option(help="Corrected track file to write.")],
     length: Annotated[
         list[str] | None,
@@ -115,15 +115,11 @@ def correct(
     ] = None,
     height_sigma_mm: Annotated[
         float,
-        typer.Option(
-            min=0, help="How well the rig's height is known, one sigma; 0: as its tolerance says."
-        ),
+        typer.Option(min=0, help="Uncertainty of the rig's height, one sigma; 0: its tolerance."),
     ] = 0.0,
     focal_sigma_px: Annotated[
         float,
-        typer.Option(
-            min=0, help="How well its focal length is known, one sigma; 0: as its tolerance says."
-        ),
+        typer.Option(min=0, help="Uncertainty of the focal length, one sigma; 0: its tolerance."),
     ] = 0.0,
 ) -> None:
     """Bring a finished track to scale by known lengths and joints, without decoding again."""

@@ -136,7 +136,7 @@ def calibrate(
         typer.Option(help="Draw coverage and residuals here.", show_default=False),
     ] = None,
 ) -> None:
-    """Camera intrinsics from pictures of a checkerboard or a ChArUco board."""
+    """Measure camera intrinsics from pictures of a checkerboard or a ChArUco board."""
     from app.lab import calibration
 
     if (board is BoardKind.CHARUCO) != (marker_mm is not None):
@@ -188,7 +188,7 @@ def advise(
         ),
     ] = None,
 ) -> None:
-    """Is this camera in this pipe fit for the method?"""
+    """Judge whether this camera in this pipe is fit for the method."""
     from app.lab import advice as drawing
     from vo_core import advice
 
@@ -250,7 +250,7 @@ def bench(
         ),
     ] = None,
 ) -> None:
-    """Accuracy and speed on every scenario, against the paper's method and other peers."""
+    """Measure accuracy and speed on every scenario, against the paper's method and other peers."""
     from app.lab import bench as benchmark
     from app.lab import markdown_figures as figures
     from app.lab.simulation import SCENARIOS
@@ -301,7 +301,7 @@ def bench(
 
 
 def _require_markers(file: Path, name: str) -> None:
-    """Known now, not after an hour of work."""
+    """Check that the dictionary has enough markers, before the work starts."""
     from app.lab.markdown_figures import replace_figures
 
     try:

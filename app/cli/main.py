@@ -1,4 +1,4 @@
-"""The command line: each command checks its words, calls one function elsewhere, shows the result.
+"""The command line: each command checks its arguments, calls one function and shows the result.
 
 Exit codes: 0 done, 1 failed with a sentence on standard error, 2 wrong usage.
 """
@@ -42,7 +42,7 @@ app.add_typer(tokens.commands, name="token")
 
 def main() -> None:
     """Entry point of the `chainage` command."""
-    # As Ctrl+C does, so that temporary folders are removed.
+    # Like Ctrl+C, so that temporary folders are removed.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         app()

@@ -13,7 +13,7 @@ from rich.table import Column, Table
 from app.cli.console import Data, err, out, require_folder
 
 if TYPE_CHECKING:
-    # A second to import, for few commands.
+    # slow to import, and few commands need it
     from app.reports.report import Loss
     from app.storage.tables import Inspection
 
@@ -36,7 +36,7 @@ def export(
     ] = "en",
     units: Annotated[Literal["m", "ft"], typer.Option(help="Units of the same.")] = "m",
 ) -> None:
-    """Write the report of an inspection, without a server or beside one.
+    """Write the report of an inspection, with or without a running server.
 
     What the format cannot hold is reported on standard error.
     """
@@ -70,7 +70,7 @@ def export(
             "ended, so that distances are missing",
             style="yellow",
         )
-    _tell(written.losses)
+    _print_losses(written.losses)
     out.print(f"{file}: {row.name} ({row.id})")
 
 
@@ -90,7 +90,8 @@ def verify(
 ) -> None:
     """Check an evidence bundle: every file, the signature, and the film.
 
-    Exit code 0: nothing is wrong; 1: something is; 2: it is no bundle that could be checked.
+    Exit code 0: everything is correct; 1: something is wrong; 2: the file is no bundle that can be
+    checked.
     """
     from app.errors import UnusableBundle
     from app.reports.bundle import verify as checking
@@ -105,7 +106,7 @@ def verify(
         raise typer.BadParameter(str(error), param_hint="FILE") from error
     table = Table(
         "",
-        Column("what", overflow="fold"),  # a fingerprint that is cut can be compared with nothing
+        Column("what", overflow="fold"),  # a shortened fingerprint cannot be compared
         Column("found", overflow="fold"),
         box=None,
     )
@@ -126,7 +127,7 @@ def verify(
 
 
 def own_fingerprint(data: Path) -> str:
-    """Of the key that a data folder signs with; made if there is none."""
+    """Return the fingerprint of a data folder's signing key, which is made if missing."""
     from app.reports.bundle.signing import fingerprint
     from app.storage.signing_key import SigningKey
 
@@ -165,14 +166,14 @@ def _the_one(found: list[Inspection], wanted: str) -> Inspection:
     return found[0]
 
 
-def _tell(losses: Iterable[Loss]) -> None:
+def _print_losses(losses: Iterable[Loss]) -> None:
     for loss in losses:
         where = "" if loss.entry is None else f"observation {loss.entry.seq}: "
         err.print(f"not in this format: {where}{loss.detail}", style="yellow")
 
 
 def _replace(file: Path, blocks: Iterable[bytes]) -> None:
-    """Write the whole file or leave the old one."""
+    """Write the whole file or keep the old one."""
     part = file.with_name(f".{file.name}.{secrets.token_hex(4)}.part")
     try:
         with part.open("xb") as target:

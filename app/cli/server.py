@@ -25,7 +25,7 @@ from app.cli.reports import own_fingerprint
 from vo_core import ChainageError
 
 if TYPE_CHECKING:
-    from app.storage.backup import Summary  # a second to import, for few commands
+    from app.storage.backup import Summary  # slow to import, and few commands need it
 
 Port = Annotated[int, typer.Option(min=0, max=65535, help="0 takes any free port.")]
 Host = Annotated[str, typer.Option(help="Address to listen on.")]
@@ -38,7 +38,7 @@ def demo(host: Host = "127.0.0.1", port: Port = 8000) -> None:
     from app.cli.demo import run_demo
 
     with progress_bar() as progress:
-        # Not seen before the first frame: the port or a setting may be refused before.
+        # Shown with the first frame only: the port or a setting may be refused before.
         task = progress.add_task("rendering a sample culvert", total=None, visible=False)
         run_demo(
             host,
@@ -80,7 +80,7 @@ def serve(
         out.print(f"Open {url}")
         try:
             out.print(f"Evidence bundles are signed with the key {own_fingerprint(settings.data)}")
-        except (ChainageError, OSError) as error:  # all else works without it
+        except (ChainageError, OSError) as error:  # everything else works without it
             err.print(f"warning: {error}", style="yellow")
 
     server.serve(settings, host, port, announce)
@@ -90,9 +90,9 @@ def backup(
     file: Annotated[Path, typer.Argument(help="Archive to write (ZIP); it is replaced whole.")],
     data: Data = None,
 ) -> None:
-    """Put a data folder into an archive; a server may go on using it.
+    """Write a data folder into an archive; a server may go on using it.
 
-    Left out are the server's own token and uploads of which no inspection was made.
+    The server's own token and uploads without an inspection are left out.
     """
     from app.storage import backup as archives
 
@@ -101,7 +101,7 @@ def backup(
     with progress_bar() as progress:
         task = progress.add_task("backing up, MiB", total=None)
         done = archives.back_up(folder, file, partial(_advance_mib, progress, task))
-    out.print(f"{file}: {_told(done)}")
+    out.print(f"{file}: {_summarised(done)}")
     for name in done.missing:
         err.print(f"warning: {name} is missing in {folder}", style="yellow")
 
@@ -110,7 +110,7 @@ def restore(
     file: Annotated[Path, typer.Argument(help="Archive that `chainage backup` wrote.")],
     data: Data = None,
 ) -> None:
-    """Make a data folder of an archive, after every file in it was checked."""
+    """Restore a data folder from an archive, after checking every file in it."""
     from app.storage import backup as archives
 
     folder = data_folder(data)
@@ -118,14 +118,14 @@ def restore(
     with progress_bar() as progress:
         task = progress.add_task("restoring, MiB", total=None)
         done = archives.restore(file, folder, partial(_advance_mib, progress, task))
-    out.print(f"{folder}: {_told(done)}")
+    out.print(f"{folder}: {_summarised(done)}")
 
 
 def _advance_mib(progress: Progress, task: TaskID, done: int, total: int) -> None:
     advance(progress, task, round(done / _MIB), round(total / _MIB))
 
 
-def _told(summary: Summary) -> str:
+def _summarised(summary: Summary) -> str:
     return (
         f"{summary.inspections} inspections, {summary.observations} observations, "
         f"{summary.files} files, {summary.size_bytes / _MIB:.1f} MiB"

@@ -17,7 +17,7 @@ from app.cli.console import (
 )
 
 if TYPE_CHECKING:
-    from app.storage.tokens import TokenFile  # a second to import, for few commands
+    from app.storage.tokens import TokenFile  # slow to import, and few commands need it
 
 commands = typer.Typer(
     help="Named access tokens of a data folder, also while a server uses it.", no_args_is_help=True
@@ -38,7 +38,7 @@ def create_token(
     ],
     data: Data = None,
 ) -> None:
-    """Make a token and print it, this once."""
+    """Make a token and print it once."""
     from app.access.access import SERVER
     from app.access.access import create_token as create
     from app.storage.tokens import Role
@@ -55,7 +55,7 @@ def create_token(
 
 @commands.command("list")
 def list_tokens(data: Data = None) -> None:
-    """Show the named tokens, the revoked ones too."""
+    """List the named tokens, including revoked ones."""
     table = Table("name", "role", "created", "revoked", box=None)
     for token in _token_file(data).all():
         table.add_row(token.name, token.role, _day(token.created_at), _day(token.revoked_at))
@@ -66,7 +66,7 @@ def list_tokens(data: Data = None) -> None:
 def revoke_token(
     name: Annotated[str, typer.Argument(help="Of the token.")], data: Data = None
 ) -> None:
-    """End a token and all that is logged in with it, at once."""
+    """Revoke a token and end all of its sessions at once."""
     file = _token_file(data)
     file.revoke(name)
     err.print(f"Token {name} for {file.folder} is revoked.")

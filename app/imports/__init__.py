@@ -1,1 +1,1 @@
-"""Readers of files that other programs, and this one, have written: bytes in, plain values out."""
+"""Readers of files written by other programs and by this one: bytes in, plain values out."""

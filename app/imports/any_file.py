@@ -1,4 +1,4 @@
-"""Tells by its content which kind a file is, and reads it."""
+"""Detects the format of a file by its content, and reads it."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ MIB = 2**20
 _MOST_TEXT_BYTES = 16 * MIB
 """A survey of 2000 defects has 0.5 MB of EN 13508-2 text, and a file of 200 surveys 6 MB."""
 _MOST_JSON_BYTES = _MOST_DATABASE_BYTES = 64 * MIB
-"""An export of 2000 defects in a film of three hours at 30 Hz has some 60 MB, most of it track; a
-WinCan project with as many defects has 2 MB, but may hold catalogues and small pictures too."""
+"""An export of 2000 defects in a film of three hours at 30 Hz has some 60 MB, most of it track. A
+WinCan project with as many defects has 2 MB, but may contain catalogues and small pictures too."""
 
 
 def read(content: bytes) -> ImportedFile | WholeInspection:
-    """What the file says.  To be called in a child process with limits only.
+    """Return the content of a file; call this only in a child process with limits.
 
     Raises:
-        InvalidImport: It is of no known kind, damaged or too large; the text says why and where.
+        InvalidImport: The format is unknown, or the file is damaged or too large; the text says why
+        and where.
     """
     if chainage_json.is_chainage_json(content):
         _require_size(content, _MOST_JSON_BYTES)
@@ -31,8 +32,8 @@ def read(content: bytes) -> ImportedFile | WholeInspection:
         _require_size(content, _MOST_TEXT_BYTES)
         return en13508_text.read(content)
     raise InvalidImport(
-        "The file is none that can be read: EN 13508-2 text (its first line begins with #A1 or "
-        "#B01), WinCan .db3, or the JSON report of Chainage."
+        "The file has none of the known formats: EN 13508-2 text (its first line begins with "
+        "#A1 or #B01), WinCan .db3, or the JSON report of Chainage."
     )
 
 

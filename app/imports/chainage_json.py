@@ -1,9 +1,9 @@
-"""Reads the report in JSON back: everything that distances follow from.
+"""Reads the report in JSON: everything from which distances are derived.
 
 `app.reports.exchange.chainage_json` writes it.
 
-What is derived (`observations`, results) is not read: it is worked out anew.  Photos and video are
-not in the file.
+Derived values (`observations`, results) are not read but computed anew. Photos and video are not in
+the file.
 """
 
 from __future__ import annotations
@@ -43,16 +43,16 @@ FAMILY, VERSION = "chainage-report", 2
 
 _SHOWN_FAULTS = 10
 _MOST_ROWS = 400_000
-"""Of a track: 3.7 hours at 30 Hz, which take some 64 MB of JSON."""
+"""Most rows of a track: 3.7 hours at 30 Hz, some 64 MB of JSON."""
 _MOST_TAGS = 20_000
 _MOST_EVENTS = 100_000
-"""2000 defects that are each changed 50 times."""
+"""Most events: 2000 defects that are each changed 50 times."""
 _MOST_SIGHTINGS = 200_000
 _MOST_PARTS = 1_000_000
-"""Of all that events say, values and lists: ten each."""
+"""Most values and lists in all events together: ten for each."""
 
 _HALF_CHARACTER = re.compile(rb"\\u[dD][89a-fA-F]")
-"""Escaped; most are one of two that belong together."""
+"""An escaped surrogate; most belong to a pair."""
 
 Part = TypeVar("Part", bound=BaseModel)
 
@@ -64,9 +64,9 @@ class ImportedTag:
     id: str
     seq: int
     fields: Mapping[str, Any]
-    """What was PUT; those that are left out are not there."""
+    """Fields of the PUT; fields that it left out are missing."""
     photo_sha256: str | None
-    """Of its photo, which is not in the file."""
+    """Digest of its photo, which is not in the file."""
     created_by: str
     created_at: datetime
     edited_by: str | None
@@ -74,13 +74,13 @@ class ImportedTag:
 
     @property
     def stated(self) -> StatedTag:
-        """The fields, which were checked when the file was read."""
+        """Return the fields, which were checked when the file was read."""
         return StatedTag.kept(self.fields)
 
 
 @dataclass(frozen=True)
 class Happening:
-    """Something that was done to the inspection, where it was exported."""
+    """An event of the inspection where it was exported."""
 
     at: datetime
     who: str
@@ -96,7 +96,7 @@ class WholeInspection:
     """An inspection as it was exported."""
 
     id: str
-    """As where it comes from."""
+    """Id where it was exported."""
     name: str
     status: Literal["queued", "running", "done", "failed", "cancelled"]
     header: Mapping[str, Any]
@@ -106,7 +106,7 @@ class WholeInspection:
     source_size: int
     source_sha256: str
     video: Mapping[str, Any]
-    """What the probe found of the video, which is not here."""
+    """Result of probing the video, which is not here."""
     warning: str | None
     error: str | None
     error_code: str | None
@@ -115,22 +115,22 @@ class WholeInspection:
     stated: Stated
     revision: int
     track: Track
-    """As it was measured; row i is frame i."""
+    """The raw track; row i is frame i."""
     health: Sequence[Health]
     sightings: tuple[Sighting, ...]
     tilt: MountTilt | None
     tags: tuple[ImportedTag, ...]
-    """In the order of their numbers."""
+    """Tags in the order of their numbers."""
     events: tuple[Happening, ...]
-    """Oldest first."""
+    """Events, the oldest first."""
 
 
 def read(content: bytes) -> WholeInspection:
-    """Check a file strictly, and take it apart.
+    """Check a file strictly and return its inspection.
 
     Raises:
-        InvalidImport: It is not JSON, not of this schema or version, or a value is not allowed;
-            the text names what is wrong where.
+        InvalidImport: The file is not JSON or not of this schema or version, or a value is not
+        allowed; the text names faults and places.
     """
     values = _parsed(content)
     _require_version(values)
@@ -173,13 +173,13 @@ def read(content: bytes) -> WholeInspection:
 
 
 def is_chainage_json(content: bytes) -> bool:
-    """Whether it says of itself that it is such a file, of any version."""
+    """Return whether the file declares this format, in any version."""
     head = content[:4096].removeprefix(b"\xef\xbb\xbf").lstrip()
     return head.startswith(b"{") and b'"schema"' in head and FAMILY.encode() in head
 
 
 class _Part(BaseModel):
-    """Strict; what a later writer of this version adds is passed over."""
+    """Strict base; fields that a later writer of this version adds are ignored."""
 
     model_config = ConfigDict(strict=True, extra="ignore", allow_inf_nan=False, frozen=True)
 
@@ -190,7 +190,7 @@ _INSTANT = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9:.]{5,15}(?:Z|[+-][0-9]{2
 
 
 def _instant(value: object) -> datetime:
-    """ISO 8601 with its zone, as the export writes it."""
+    """Parse ISO 8601 with a time zone, as the export writes it."""
     if not isinstance(value, str) or not _INSTANT.fullmatch(value):
         raise ValueError("must be an instant such as 2026-09-14T09:42:00Z")
     return datetime.fromisoformat(value)
@@ -212,7 +212,7 @@ class _Source(_Part):
 
 
 class _Video(_Part):
-    """In the order in which the probe has them."""
+    """Fields in the order of the probe."""
 
     width: Annotated[int, Field(ge=1, le=8192)]
     height: Annotated[int, Field(ge=1, le=8192)]
@@ -244,7 +244,7 @@ class _Inspection(_Part):
 
 class _Joints(JointsIn):
     use: bool | None = False
-    """Files that do not say so are older than joints that count by themselves."""
+    """Files without this field are older than joints that count without a person."""
 
 
 class _Stated(StatedIn):
@@ -303,7 +303,9 @@ class _TrackColumns(_Part):
     @model_validator(mode="before")
     @classmethod
     def _with_newer_columns(cls, columns: Any) -> Any:
-        """An older export has the sigma of the registration alone, and neither height nor tilt."""
+        """Add columns that an older export lacks: it has the sigma of the registration alone, and
+        neither height nor tilt.
+        """
         if not isinstance(columns, dict):
             return columns
         sigma_mm = columns.get("sigma_distance_mm")
@@ -323,7 +325,7 @@ class _TrackColumns(_Part):
         return self
 
     def to_track(self) -> Track:
-        """As arrays."""
+        """Return the rows as arrays."""
         dtypes = {"frame": np.int64, "status": np.str_}
         return Track(
             **{
@@ -346,7 +348,7 @@ class _HealthColumns(_Part):
         return self
 
     def in_order(self) -> Sequence[Sequence[float]]:
-        """As the fields of `Health`."""
+        """Return the rows in the order of the fields of `Health`."""
         return [getattr(self, name) for name in type(self).model_fields]
 
 
@@ -384,7 +386,7 @@ class _File(_Part):
     """Older exports have none."""
 
     @model_validator(mode="after")
-    def _tags_can_be_told_apart(self) -> _File:
+    def _tags_are_distinct(self) -> _File:
         for name in ("id", "seq"):
             found = [getattr(tag, name) for tag in self.tags]
             if len(set(found)) != len(found):
@@ -395,8 +397,8 @@ class _File(_Part):
 def _require_same_length(columns: BaseModel) -> None:
     lengths = {name: len(getattr(columns, name)) for name in type(columns).model_fields}
     if len(set(lengths.values())) > 1:
-        told = ", ".join(f"{name} {length}" for name, length in lengths.items())
-        raise ValueError(f"the columns must have the same number of rows (found {told})")
+        found = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise ValueError(f"the columns must have the same number of rows (found {found})")
 
 
 def _tag(tag: _Tag) -> ImportedTag:
@@ -413,10 +415,10 @@ def _tag(tag: _Tag) -> ImportedTag:
 
 
 def _parsed(content: bytes) -> Any:
-    """JSON, without what other readers would take in another way.
+    """Parse JSON, refusing what other readers would interpret differently.
 
     Raises:
-        InvalidImport: It is not JSON, says a name twice, or holds a number that is none.
+        InvalidImport: The text is not JSON, repeats a name, or contains NaN or infinity.
     """
     try:
         values = json.loads(
@@ -430,7 +432,7 @@ def _parsed(content: bytes) -> Any:
     except UnicodeEncodeError as error:
         text = error.object[max(error.start - 20, 0) : error.start]
         raise InvalidImport(
-            f"The file cannot be imported: a text holds half a character behind {text!r}."
+            f"The file cannot be imported: a text contains half a character after {text!r}."
         ) from error
     except UnicodeDecodeError as error:
         raise InvalidImport(f"The file is not in UTF-8 (byte {error.start}).") from error
@@ -458,7 +460,7 @@ def _said_once(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) != len(pairs):
         (twice, _), *_ = Counter(name for name, _ in pairs).most_common(1)
-        raise ValueError(f"{twice!r:.60} stands twice in one object")
+        raise ValueError(f"{twice!r:.60} occurs twice in one object")
     return found
 
 
@@ -491,7 +493,7 @@ def _checked(kind: type[Part], values: Any) -> Part:
 
 
 def _reason(fault: ErrorDetails) -> str:
-    # Of a union every branch is named; its names stand in the way behind the field's.
+    # Of a union every branch is reported; its names follow the field's in the path.
     where = ".".join(str(step) for step in fault["loc"]) or "the file"
     found = fault["input"]
     is_short = isinstance(found, str | int | float | bool)
@@ -500,7 +502,7 @@ def _reason(fault: ErrorDetails) -> str:
 
 
 def _require(reasons: Sequence[str]) -> None:
-    """Raise InvalidImport if there are any."""
+    """Raise InvalidImport if there are any reasons."""
     if not reasons:
         return
     more = len(reasons) - _SHOWN_FAULTS
@@ -509,7 +511,9 @@ def _require(reasons: Sequence[str]) -> None:
 
 
 def _require_few_parts(events: Sequence[_Event]) -> None:
-    """What events say has no schema: an empty list of two bytes takes 60 in memory."""
+    """Limit the content of events, which has no schema: an empty list of two bytes takes 60 in
+    memory.
+    """
     parts: list[object] = [it for event in events for it in (event.before, event.after)]
     seen = 0
     while parts:
@@ -518,13 +522,13 @@ def _require_few_parts(events: Sequence[_Event]) -> None:
         seen += len(inner)
         if seen > _MOST_PARTS:
             raise InvalidImport(
-                f"The file cannot be imported: its events say more than {_MOST_PARTS} things."
+                f"The file cannot be imported: its events contain more than {_MOST_PARTS} things."
             )
         parts.extend(inner)
 
 
 def _beyond_the_track(file: _File, rows: int) -> list[str]:
-    """Frames of what was measured along with the track."""
+    """Report frames of other measurements that lie beyond the track."""
     reasons = [
         f"sightings.{n}.frame: the track has no frame {sighting.frame}"
         for n, sighting in enumerate(file.sightings)

@@ -1,6 +1,6 @@
 """Reads EN 13508-2 text (Annex B): any separator, comma decimals, any order of fields.
 
-A block that cannot be read fails alone, with its line; so does a row.
+An unreadable block or row is reported with its line; the others are read.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from app.imports.survey import (
 _MARK = re.compile(r"^[ \t]{0,20}#(?:A1|B01|B1)[ \t]*=", re.MULTILINE)
 _LIST = re.compile(r"#B0*([0-9]{1,2})=")
 _LONGEST_LINE = 100_000
-"""What is behind is not read; the reader of CSV takes cells of 131 072 characters."""
+"""Longer lines are cut; the CSV reader accepts cells of 131 072 characters."""
 _START, _END, _ABANDONED = "BCD", "BCE", "BDC"
 _OTHER = "Z"
 
@@ -57,7 +57,7 @@ _MATERIALS: Mapping[str, str] = {
     "AV": "polyethylene", "AW": "polypropylene", "AX": "PVC-U", "AZ": "unknown",
     "Z": "other",
 }  # fmt: skip
-"""ACD and ACF."""
+"""Materials of ACD and ACF."""
 _LETTERS: Mapping[str, tuple[str, Mapping[str, str | bool]]] = {
     "AAK": ("direction", {"A": "with_flow", "B": "against_flow", "C": "unknown"}),
     "ABE": ("method", {"A": "walk_through", "B": "camera", "C": "from_end_only"}),
@@ -94,7 +94,7 @@ _LETTERS: Mapping[str, tuple[str, Mapping[str, str | bool]]] = {
     "ADC": ("flow_control", {"A": "none", "B": "blocked upstream", "C": "partly blocked"}),
 }  # fmt: skip
 _NOT_KEPT = frozenset({"ABM"})
-"""The form of the video times, which the rows show."""
+"""The format of the video times, which the rows themselves show."""
 _COLUMNS = frozenset("ABCDEFGHIJKLMN")
 
 
@@ -104,7 +104,7 @@ class _Block:
 
     line: int
     lists: list[tuple[int, str, str | None]] = field(default_factory=list)
-    """Of `#B01` and the like: the number of the line, the codes, the values below."""
+    """Lists such as `#B01`: the line number, the codes, the values in the next line."""
     columns: str | None = None
     columns_line: int = 0
     rows: list[tuple[int, str]] = field(default_factory=list)
@@ -112,13 +112,13 @@ class _Block:
 
 @dataclass(frozen=True)
 class _Form:
-    """How the cells of the file are separated."""
+    """The cell separators of the file."""
 
     separator: str = ";"
     quote: str | None = '"'
 
     def cells(self, line: str) -> list[str]:
-        """Of a line; a quote that is not closed ends with it."""
+        """Split a line; an unclosed quote ends with it."""
         line = line[:_LONGEST_LINE]
         if self.quote is None or self.quote not in line:
             return line.split(self.separator)
@@ -127,15 +127,15 @@ class _Form:
 
 
 def looks_like(content: bytes) -> bool:
-    """Whether there is a line that such a file begins with."""
+    """Return whether some line is one that begins such a file."""
     return bool(_MARK.search(_decoded(content[: 2**16])))
 
 
 def read(content: bytes) -> ImportedFile:
-    """All inspections of the file that can be read.
+    """Read all readable inspections of the file.
 
     Raises:
-        InvalidImport: Not one can be read; the text says why, with the line.
+        InvalidImport: None can be read; the text says why, with the line.
     """
     lines = _decoded(content).splitlines()
     form = _form(lines)
@@ -144,9 +144,7 @@ def read(content: bytes) -> ImportedFile:
     room = MOST_OF_FILE
     for block in _blocks(lines):
         if len(surveys) == MOST_SURVEYS:
-            warnings.append(
-                Caveat(f"{MOST_SURVEYS} surveys are read of a file, not more.", block.line)
-            )
+            warnings.append(Caveat(f"Only {MOST_SURVEYS} surveys of a file are read.", block.line))
             break
         try:
             surveys.append(_survey(block, form, min(room, MOST_OBSERVATIONS)))
@@ -160,7 +158,7 @@ def read(content: bytes) -> ImportedFile:
 
 
 class _BadBlock(Exception):
-    """What is wrong with it, without a full stop, and where."""
+    """The fault, without a full stop, and its line."""
 
     def __init__(self, line: int, what: str) -> None:
         super().__init__(what)
@@ -168,7 +166,7 @@ class _BadBlock(Exception):
 
 
 def _decoded(content: bytes) -> str:
-    """UTF-8 if it is that, whatever #A1 says; else Latin letters of one byte each."""
+    """Decode as UTF-8 if it is valid, whatever #A1 says; else as Latin letters of one byte each."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         return content.decode("utf-16", "replace")
     try:
@@ -179,14 +177,14 @@ def _decoded(content: bytes) -> str:
 
 def _form(lines: Sequence[str]) -> _Form:
     stated = {line[:4]: line[4:] for line in lines if line[:2] == "#A" and line[3:4] == "="}
-    # A separator may be a blank or a tabulator, so it is not stripped.
+    # The separator may be a blank or a tab, so it is not stripped.
     separator = stated.get("#A3=", ";")[:1] or ";"
     quote = stated.get("#A5=", '"')[:1] or None
     return _Form(separator, None if quote == separator else quote)
 
 
 def _blocks(lines: Sequence[str]) -> Iterator[_Block]:
-    """A block ends with #Z, with the next #B01, or with the file."""
+    """Yield the blocks; each ends with #Z, with the next #B01, or with the file."""
     block: _Block | None = None
     wants_values = False
     for count, line in enumerate(lines, 1):
@@ -242,7 +240,7 @@ def _survey(block: _Block, form: _Form, room: int) -> ImportedSurvey:
 
 
 def _stated(block: _Block, form: _Form, notes: Notes) -> dict[str, str]:
-    """Values of the header by their codes."""
+    """Return the values of the header by their codes."""
     stated: dict[str, str] = {}
     for line, codes, values in block.lists:
         if values is None:
@@ -275,7 +273,7 @@ def _header(stated: Mapping[str, str], notes: Notes) -> dict[str, str | float | 
             name, meanings = _LETTERS[code]
             meaning = meanings.get(value.upper())
             if meaning is None:
-                if value.upper() != _OTHER:  # the remarks say what
+                if value.upper() != _OTHER:  # the remarks explain it
                     notes.add(f"{code} {value!r:.40} is not known; it is kept as {_own(code)}.")
                 header[_own(code)] = value
             else:
@@ -295,7 +293,7 @@ def _header(stated: Mapping[str, str], notes: Notes) -> dict[str, str | float | 
 
 
 def _own(code: str) -> str:
-    """A name for a field that has none here."""
+    """Name a header field that has no counterpart here."""
     return f"en13508_{re.sub(r'[^a-z0-9]', '_', code.lower())[:40]}"
 
 
@@ -321,7 +319,7 @@ def _observations(
         if len(cells) != len(columns):
             notes.add(f"{len(cells)} values for {len(columns)} columns.", line)
         if len(text) > _LONGEST_LINE:
-            notes.add(f"Of this line {_LONGEST_LINE} characters are read, not more.", line)
+            notes.add(f"Only {_LONGEST_LINE} characters of this line are read.", line)
         row = {name: clean(cell, len(cell)) for name, cell in zip(columns, cells, strict=False)}
         observation = _observation(row, nodes, line, notes)
         if observation is not None:
@@ -338,18 +336,18 @@ def _observation(
     said = [row.get("F", "")]
     quantities: dict[str, float | None] = {"D": None, "E": None}
     for column in quantities:
-        told = row.get(column, "")
-        quantities[column] = quantity(told)
-        if told and (quantities[column] is None or _is_node(row, column, told, nodes)):
+        cell = row.get(column, "")
+        quantities[column] = quantity(cell)
+        if cell and (quantities[column] is None or _is_node(row, column, cell, nodes)):
             quantities[column] = None
-            if not _is_node(row, column, told, nodes):
-                said.append(f"quantity {told}")
+            if not _is_node(row, column, cell, nodes):
+                said.append(f"quantity {cell}")
     clocks = [clock(row.get(column, "")) for column in ("G", "H")]
     for column, hour in zip(("G", "H"), clocks, strict=True):
-        told = row.get(column, "")
-        if hour is None and told.strip("0"):
-            notes.add(f"Clock {told!r:.20} is no whole hour; the remark says so.", line)
-            said.append(f"clock {told}")
+        cell = row.get(column, "")
+        if hour is None and cell.strip("0"):
+            notes.add(f"Clock {cell!r:.20} is no whole hour; the remark says so.", line)
+            said.append(f"clock {cell}")
     continuous = stretch(row.get("J", ""))
     if row.get("J") and continuous is None:
         notes.add(f"{row['J']!r:.20} is no stretch such as A1; the remark says so.", line)
@@ -378,6 +376,6 @@ def _observation(
     return coded(observation, notes)
 
 
-def _is_node(row: Mapping[str, str], column: str, told: str, nodes: set[str]) -> bool:
-    """At the start and at the end the first quantity is the name of the node."""
-    return column == "D" and row.get("A") in (_START, _END) and told in nodes
+def _is_node(row: Mapping[str, str], column: str, cell: str, nodes: set[str]) -> bool:
+    """Return whether the cell is the name of a node, as the first quantity at start and end is."""
+    return column == "D" and row.get("A") in (_START, _END) and cell in nodes

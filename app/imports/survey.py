@@ -1,7 +1,7 @@
-"""What a file of another program says of surveys, and how its cells are read.
+"""Surveys read from files of other programs, and how their cells are parsed.
 
-A reader never refuses what it can keep: what has no field here goes to the remark, and what is odd
-is named with its line.
+A reader keeps as much as it can: values without a field go to the remark, and odd ones are reported
+with their line.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from app.survey.tag import LONGEST_IMPORTED_REMARK, StatedTag
 
 MOST_SURVEYS = 200
 MOST_OBSERVATIONS = 10_000
-"""Of one survey; a long culvert in a bad state has 2000 defects."""
+"""Most observations of one survey; a long culvert in a bad state has 2000 defects."""
 MOST_OF_FILE = 20_000
-"""Observations of all surveys of a file."""
+"""Most observations of all surveys of a file."""
 MOST_WARNINGS = 1000
-"""Ten times what the API takes: an export adds to it, and spells other letters in Latin ones."""
+"""Ten times as many as the API accepts: an export adds some, and transliterates other letters."""
 LONGEST_PHOTO_NAME = 255
 _MOST_HEADER_FIELDS = 100
 _MOST_M = 100_000.0
@@ -55,7 +55,7 @@ class Caveat:
 
 @dataclass(frozen=True)
 class ImportedObservation:
-    """One row of a survey; None is what is not said."""
+    """One row of a survey; None means not stated."""
 
     distance_m: float
     code: str | None = None
@@ -70,13 +70,13 @@ class ImportedObservation:
     at_joint: bool = False
     remark: str = ""
     photo: str | None = None
-    """What its picture is called, which is not here."""
+    """Name of its picture, which is not here."""
     time_s: float | None = None
-    """Into the film, which is not here either."""
+    """Time in the film, which is not here either."""
     line: int | None = None
 
     def tag(self, frame: int) -> StatedTag:
-        """As it is kept, at a frame of the track that is made of the survey."""
+        """Return the tag to store, at a frame of the track made from the survey."""
         return StatedTag.model_construct(
             frame=frame,
             code=self.code,
@@ -99,9 +99,10 @@ class ImportedSurvey:
 
     name: str
     header: Mapping[str, Any]
-    """By the names of `app.survey.catalogue.header.FIELDS` and others; every known field fits."""
+    """Values by the names of `app.survey.catalogue.header.FIELDS` and others; known fields are
+    valid."""
     observations: tuple[ImportedObservation, ...]
-    """In the order of the file."""
+    """Observations in the order of the file."""
     warnings: tuple[Caveat, ...] = ()
 
 
@@ -111,11 +112,11 @@ class ImportedFile:
 
     surveys: tuple[ImportedSurvey, ...]
     warnings: tuple[Caveat, ...] = ()
-    """What is not of one survey, such as a block that cannot be read."""
+    """Caveats that concern no single survey, such as an unreadable block."""
 
 
 def clean(text: str, longest: int = LONGEST_TEXT) -> str:
-    """One line without control characters, not longer than that."""
+    """Return one line without control characters, cut to a length."""
     legible = "".join(
         " " if character.isspace() else character
         for character in text
@@ -125,7 +126,7 @@ def clean(text: str, longest: int = LONGEST_TEXT) -> str:
 
 
 def number(text: str, most: float = _MOST_M) -> float | None:
-    """With a point or a comma; None if it is none, or too large."""
+    """Parse a number with a point or a comma; None if it is invalid or too large."""
     stripped = text.strip()
     if not _NUMBER.fullmatch(stripped):
         return None
@@ -134,41 +135,41 @@ def number(text: str, most: float = _MOST_M) -> float | None:
 
 
 def quantity(text: str) -> float | None:
-    """As `number`, within what an observation may hold."""
+    """Parse a number within the limits of an observation."""
     return number(text, _MOST_QUANTITY)
 
 
 def clock(text: str) -> int | None:
-    """A whole hour; 0 and 00 stand for none."""
+    """Parse a whole hour; 0 and 00 mean none."""
     hour = number(text, 12)
     return int(hour) if hour is not None and hour >= 1 and hour == int(hour) else None
 
 
 def stretch(text: str) -> str | None:
-    """A1, also of A01."""
+    """Parse a stretch mark; A01 becomes A1."""
     found = _STRETCH.fullmatch(text.strip().upper())
     return f"{found[1]}{found[2]}" if found else None
 
 
 def video_time_s(text: str) -> float | None:
-    """Of hh:mm:ss, mm:ss, file|hh:mm:ss, or digits such as 5316 for 53 min 16 s."""
-    told = text.rpartition("|")[2].strip()
-    found = _CLOCK_TIME.fullmatch(told)
+    """Parse hh:mm:ss, mm:ss, file|hh:mm:ss, or digits such as 5316 for 53 min 16 s."""
+    part = text.rpartition("|")[2].strip()
+    found = _CLOCK_TIME.fullmatch(part)
     if found:
         return float(3600 * int(found[1] or 0) + 60 * int(found[2]) + int(found[3]))
-    if not _DIGITS.fullmatch(told):
+    if not _DIGITS.fullmatch(part):
         return None
-    digits = int(told)
+    digits = int(part)
     hours, minutes, seconds = digits // 10_000, digits // 100 % 100, digits % 100
     return float(3600 * hours + 60 * minutes + seconds) if max(minutes, seconds) < 60 else None
 
 
 def iso_date(text: str) -> str | None:
-    """Of 2026-09-14, 14.09.2026 and 14/09/2026, also with a time behind."""
-    told = text.strip().split(" ")[0].split("T")[0]
-    found = _ISO_DATE.fullmatch(told)
+    """Convert 2026-09-14, 14.09.2026 or 14/09/2026, with or without a time, to ISO 8601."""
+    part = text.strip().split(" ")[0].split("T")[0]
+    found = _ISO_DATE.fullmatch(part)
     parts = found.groups() if found else None
-    if parts is None and (found := _GERMAN_DATE.fullmatch(told)):
+    if parts is None and (found := _GERMAN_DATE.fullmatch(part)):
         parts = found.groups()[::-1]
     try:
         return date(*map(int, parts)).isoformat() if parts else None
@@ -177,9 +178,9 @@ def iso_date(text: str) -> str | None:
 
 
 def time_of_day(text: str) -> str | None:
-    """hh:mm or hh:mm:ss, also behind a date."""
-    told = text.strip().replace("T", " ").rpartition(" ")[2].partition(".")[0]
-    found = _TIME.fullmatch(told)
+    """Parse hh:mm or hh:mm:ss, with or without a date before."""
+    part = text.strip().replace("T", " ").rpartition(" ")[2].partition(".")[0]
+    found = _TIME.fullmatch(part)
     if not found:
         return None
     return f"{int(found[1]):02d}:{found[2]}" + (f":{found[3]}" if found[3] else "")
@@ -187,12 +188,12 @@ def time_of_day(text: str) -> str | None:
 
 @dataclass
 class Notes:
-    """Warnings of one survey, as they come; there may be too many to name all."""
+    """Collects the warnings of one survey, up to a limit."""
 
     said: list[Caveat] = field(default_factory=list)
 
     def add(self, detail: str, line: int | None = None) -> None:
-        """One more; the first ones of very many are enough."""
+        """Add a warning; beyond the limit it is dropped."""
         if len(self.said) < MOST_WARNINGS:
             self.said.append(Caveat(detail, line))
         elif len(self.said) == MOST_WARNINGS:
@@ -200,15 +201,14 @@ class Notes:
 
 
 def too_many() -> str:
-    """Why observations are left out, a sentence."""
+    """Return the sentence that says why observations are left out."""
     return (
-        f"{MOST_OBSERVATIONS} observations are read of a survey, and {MOST_OF_FILE} of a file, not "
-        "more."
+        f"Only {MOST_OBSERVATIONS} observations of a survey and {MOST_OF_FILE} of a file are read."
     )
 
 
 def coded(observation: ImportedObservation, notes: Notes) -> ImportedObservation:
-    """The same with a code, characters and a stretch that may be stored; others join the remark."""
+    """Check code, characters and stretch; move those that cannot be stored to the remark."""
     changes: dict[str, Any] = {}
     said = [observation.remark]
     for name, pattern in (("code", _CODE), ("char1", _LETTER), ("char2", _LETTER)):
@@ -234,22 +234,22 @@ def coded(observation: ImportedObservation, notes: Notes) -> ImportedObservation
 
 
 def fitting_header(stated: Mapping[str, Any], notes: Notes) -> dict[str, Any]:
-    """The header without what its fields may not hold; that joins the remarks."""
+    """Check the header; move values that its fields do not allow to the remarks."""
     kept: dict[str, Any] = {}
     outside: list[str] = []
     for name, value in stated.items():
-        told = clean(value) if isinstance(value, str) else value
+        cleaned = clean(value) if isinstance(value, str) else value
         if isinstance(value, str) and len(value) > LONGEST_TEXT:
-            notes.add(f"Of the header field {name} {LONGEST_TEXT} characters are kept, not more.")
-        if told is None or told == "":
+            notes.add(f"Only {LONGEST_TEXT} characters of the header field {name} are kept.")
+        if cleaned is None or cleaned == "":
             continue
-        if faults({name: told}):
-            notes.add(f"The header field {name} cannot be {told!r:.60}; the remarks say so.")
-            outside.append(f"{name}: {told}")
+        if faults({name: cleaned}):
+            notes.add(f"The header field {name} cannot be {cleaned!r:.60}; the remarks say so.")
+            outside.append(f"{name}: {cleaned}")
         elif len(kept) == _MOST_HEADER_FIELDS:
             notes.add(f"The header has too many fields; {name} is left out.")
         else:
-            kept[name] = told
+            kept[name] = cleaned
     if outside:
         kept["remarks"] = clean(", ".join([str(kept.get("remarks", "")), *outside]).strip(", "))
     known = [field.name for field in FIELDS]

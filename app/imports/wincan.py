@@ -1,8 +1,8 @@
-"""Reads WinCan .db3: SQLite, of which only plain rows of real tables are asked for.
+"""Reads WinCan .db3: SQLite, of which only plain rows of real tables are read.
 
-The file is somebody's: it is opened as a copy in memory, views, virtual tables, functions and
-columns that are worked out are refused, and every query has an end.  Columns are looked up by
-name, since versions differ, and no others are read.
+The file is untrusted: it is opened as a copy in memory; views, virtual tables, functions and
+generated columns are refused; and every query is limited. Only known columns are read, looked up by
+name, since versions differ.
 """
 
 from __future__ import annotations
@@ -38,16 +38,16 @@ from app.survey.catalogue.header import LONGEST_TEXT
 
 _MAGIC = b"SQLite format 3\0"
 _MOST_ROWS = 50_000
-"""Of a table; 200 surveys of 100 observations with two pictures each have 40 000."""
+"""Most rows of a table; 200 surveys of 100 observations with two pictures each have 40 000."""
 _MOST_VALUE_BYTES = 32 * 2**20
-"""Of all values that are read.  As a default, one large value is that of every row."""
+"""Most bytes of all values: one large default would be the value of every row."""
 _MOST_STEPS = 2_000
-"""Of _STEP instructions each: some seconds."""
+"""Limit of a query, in units of _STEP instructions: some seconds."""
 _STEP = 100_000
 _MOST_TABLES = 5000
 _LONGEST_VALUE = 2**20
 _LONGEST_TEXT_BYTES = 8 * LONGEST_TEXT
-"""Of a remark, which may be twice as long as other texts, in letters of four bytes."""
+"""Longest remark, which may be twice as long as other texts, in letters of four bytes."""
 
 _SECTION = "SECTION"
 _INSPECTION = "SECINSP"
@@ -87,51 +87,51 @@ _READ = frozenset(
     for names in (*_HEADER_TEXTS.values(), *_HEADER_NUMBERS.values(), _OTHERS)
     for name in names
 )
-"""Columns, in capitals; and those that end on _DELETED."""
+"""Columns to read, in capitals; those that end in _DELETED are read too."""
 _CODE_LETTERS = 3
-"""Of EN 13508-2; letters behind are its characters."""
+"""Letters of a code in EN 13508-2; further letters are its characters."""
 
 
 @dataclass(frozen=True)
 class _Row:
-    """What a row says, by the names of its columns in capitals; NULL and binary is left out."""
+    """The values of a row by column name in capitals; NULL and binary values are left out."""
 
     values: Mapping[str, Any]
 
     def text(self, *names: str) -> str:
-        """The first of these columns that says something."""
+        """Return the first of these columns that is not empty."""
         for name in names:
             value = self.values.get(name.upper(), "")
             if isinstance(value, float) and value == int(value):
                 value = int(value)
-            told = str(value)
-            if found := clean(told, len(told)):
+            text = str(value)
+            if found := clean(text, len(text)):
                 return found
         return ""
 
     def number(self, *names: str) -> float | None:
-        """The first of these columns that holds a number."""
+        """Return the first of these columns that holds a number."""
         return next(
             (found for name in names if (found := number(self.text(name))) is not None), None
         )
 
     @property
     def is_deleted(self) -> bool:
-        """Marked so by the program that made it."""
+        """Return whether the program that wrote the row marked it as deleted."""
         marks = [value for name, value in self.values.items() if name.endswith("_DELETED")]
         return any(mark not in ("", 0, "0", "False") for mark in marks)
 
 
 def looks_like(content: bytes) -> bool:
-    """Whether it is an SQLite file."""
+    """Return whether the content is an SQLite file."""
     return content.startswith(_MAGIC)
 
 
 def read(content: bytes) -> ImportedFile:
-    """All inspections of pipes.
+    """Read all inspections of pipes.
 
     Raises:
-        InvalidImport: It is no SQLite file, damaged, or has no table of inspections.
+        InvalidImport: The file is not SQLite, is damaged, or has no table of inspections.
     """
     if not looks_like(content):
         raise InvalidImport("The file is no SQLite database, so it is no WinCan .db3 either.")
@@ -145,12 +145,12 @@ def read(content: bytes) -> ImportedFile:
 
 
 def _opened(content: bytes) -> sqlite3.Connection:
-    """A copy in memory that answers plain SELECTs only."""
+    """Open a copy in memory that answers plain SELECTs only."""
     database = sqlite3.connect(":memory:", isolation_level=None)
     database.execute("PRAGMA trusted_schema=OFF")
     database.execute("PRAGMA cell_size_check=ON")
     database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, max(len(content), _LONGEST_VALUE))
-    # With a write-ahead log a copy without its log cannot be opened: say that there is none.
+    # With a write-ahead log, a copy without the log cannot be opened: clear that flag.
     database.deserialize(content[:18] + b"\x01\x01" + content[20:])
     steps = 0
 
@@ -185,7 +185,7 @@ def _authorize(action: int, first: str | None, *_: str | None) -> int:
 
 
 def _tables(database: sqlite3.Connection) -> dict[str, str]:
-    """Names of the real tables, by their capitals."""
+    """Return the names of the real tables, by their capitals."""
     rows = database.execute("SELECT name, type, sql FROM sqlite_master").fetchmany(_MOST_TABLES)
     return {
         name.upper(): name
@@ -206,7 +206,7 @@ def _rows(database: sqlite3.Connection, table: str, notes: Notes) -> Iterator[_R
     selected = f"SELECT {wanted} FROM {_quoted(table)} LIMIT {_MOST_ROWS + 1}"  # noqa: S608
     for count, values in enumerate(database.execute(selected)):
         if count == _MOST_ROWS:
-            notes.add(f"{_MOST_ROWS} rows are read of a table, and {table:.40} has more.")
+            notes.add(f"Only {_MOST_ROWS} rows of a table are read; {table:.40} has more.")
             return
         yield _Row(
             {
@@ -218,7 +218,7 @@ def _rows(database: sqlite3.Connection, table: str, notes: Notes) -> Iterator[_R
 
 
 def _columns(database: sqlite3.Connection, table: str, notes: Notes) -> list[str]:
-    """Those that are read; a column that is worked out may be of any size, and WinCan has none."""
+    """Return the columns to read; a generated column may have any size, and WinCan has none."""
     columns = database.execute(f"PRAGMA table_xinfo({_quoted(table)})").fetchall()
     read = [
         (str(name), hidden)
@@ -227,8 +227,8 @@ def _columns(database: sqlite3.Connection, table: str, notes: Notes) -> list[str
     ]
     worked_out = [name for name, hidden in read if hidden]
     if worked_out:
-        told = ", ".join(worked_out)
-        notes.add(f"The table {table:.40} works out these columns, which are not read: {told:.300}")
+        names = ", ".join(worked_out)
+        notes.add(f"The table {table:.40} computes these columns, which are not read: {names:.300}")
     return [name for name, hidden in read if not hidden]
 
 
@@ -263,7 +263,7 @@ def _file(database: sqlite3.Connection) -> ImportedFile:
         observed.setdefault(row.text("OBS_Inspection_FK"), []).append(row)
     inspections = rows(_INSPECTION)
     if len(inspections) > MOST_SURVEYS:
-        notes.add(f"{MOST_SURVEYS} surveys are read of a file, not more.")
+        notes.add(f"Only {MOST_SURVEYS} surveys of a file are read.")
     surveys: list[ImportedSurvey] = []
     room = MOST_OF_FILE
     for row in inspections[:MOST_SURVEYS]:
@@ -303,13 +303,13 @@ def _survey(
     codes = {observation.code for observation in observations}
     if codes & {"BCE", "BDC"}:
         header["end_condition"] = "complete" if "BCE" in codes else "abandoned"
-    told = (header.get("asset_id"), header.get("date"))
-    name = " ".join(str(part) for part in told if part) or "WinCan inspection"
+    parts = (header.get("asset_id"), header.get("date"))
+    name = " ".join(str(part) for part in parts if part) or "WinCan inspection"
     return ImportedSurvey(name, fitting_header(header, notes), observations, tuple(notes.said))
 
 
 def _order(row: _Row) -> tuple[float, float]:
-    """As WinCan lists them, else by distance."""
+    """Return the sort key: WinCan's order, else the distance."""
     place = row.number("OBS_SortOrder")
     distance_m = row.number("OBS_Distance")
     return place if place is not None else 0.0, distance_m if distance_m is not None else 0.0
@@ -329,10 +329,10 @@ def _header(
     first, second = (
         _node(section.text(f"OBJ_{end}Node_REF"), nodes, notes) for end in ("From", "To")
     )
-    told = inspection.text("INS_InspectionDir").upper()
-    direction = _DIRECTIONS.get(told)
-    if told and direction is None:
-        notes.add(f"The direction {told!r:.20} is not known.")
+    word = inspection.text("INS_InspectionDir").upper()
+    direction = _DIRECTIONS.get(word)
+    if word and direction is None:
+        notes.add(f"The direction {word!r:.20} is not known.")
     is_against = direction == "against_flow"
     header |= {
         "direction": direction or "unknown",
@@ -349,7 +349,7 @@ def _node(reference: str, nodes: Mapping[str, str], notes: Notes) -> str:
 
 
 def _profile(section: _Row, notes: Notes) -> dict[str, Any]:
-    """Height and width in millimetres, and a shape if its word is known."""
+    """Return height and width in millimetres, and the shape if its word is known."""
     word = section.text("OBJ_Shape")
     shapes = {
         "A": "circular", "C": "circular", "CIRCULAR": "circular", "ROUND": "circular",

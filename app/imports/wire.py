@@ -1,6 +1,6 @@
-"""What was found in a file on its way from the process that read it: msgpack, with checked types.
+"""Encodes the content of a file for the way from the reading process: msgpack with checked types.
 
-Nothing is unpickled, as the process has read somebody's file (`app.jobs.messages`).
+Nothing is unpickled, as the process has read an untrusted file (`app.jobs.messages`).
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from vo_core.image.health import Health
 
 _HEALTH = tuple(field.name for field in fields(Health))
 _STATUS = np.dtype("S4")
-"""ok, weak or lost: a quarter of what text takes."""
+"""ok, weak or lost in fixed length: a quarter of the size of text."""
 
 
 class Found(msgspec.Struct, frozen=True, tag="found"):
-    """All that a file says; one of the two is there."""
+    """The content of a file; one of the two fields is set."""
 
     surveys: ImportedFile | None = None
     whole: WholeInspection | None = None
-    """Without its health, which is 250 bytes a frame as objects."""
+    """The inspection without its health, which would take 250 bytes a frame as objects."""
     health: bytes = b""
-    """Columns of single precision, one after the other."""
+    """Columns of health in single precision, one after the other."""
 
 
 class HealthRows(Sequence[Health]):
-    """`Health` of each frame, made when it is asked for."""
+    """`Health` of each frame, built on access."""
 
     def __init__(self, columns: bytes) -> None:
         self._columns = np.frombuffer(columns, np.float32).reshape(len(_HEALTH), -1)
@@ -51,7 +51,7 @@ class HealthRows(Sequence[Health]):
 
 
 def pack(found: ImportedFile | WholeInspection) -> bytes:
-    """As a message."""
+    """Encode as a message."""
     if isinstance(found, ImportedFile):
         return _ENCODER.encode(Found(surveys=found))
     columns = [[getattr(row, name) for row in found.health] for name in _HEALTH]
@@ -60,10 +60,10 @@ def pack(found: ImportedFile | WholeInspection) -> bytes:
 
 
 def unpack(found: Found) -> ImportedFile | WholeInspection:
-    """What was packed.
+    """Decode a message.
 
     Raises:
-        ValueError: It does not fit together.
+        ValueError: The parts do not match.
     """
     if found.surveys is not None:
         return found.surveys
@@ -97,5 +97,5 @@ _ENCODER = msgspec.msgpack.Encoder(enc_hook=_packed)
 
 
 def decoder(kind: Any) -> msgspec.msgpack.Decoder[Any]:
-    """Of messages of which one may be `Found`."""
+    """Return a decoder of messages, one of which may be `Found`."""
     return msgspec.msgpack.Decoder(kind, dec_hook=_unpacked)

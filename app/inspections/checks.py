@@ -1,4 +1,4 @@
-"""Runs the checks over an inspection as it stands."""
+"""Runs the report checks on an inspection."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from app.tracking.tracks import Tracks
 
 
 class Checks:
-    """Runs all rules over an inspection as it stands."""
+    """Runs all rules on an inspection."""
 
     def __init__(
         self,
@@ -32,14 +32,14 @@ class Checks:
         self._folder = folder
 
     def run(self, inspection_id: str, views: list[ObservationView] | None = None) -> list[Issue]:
-        """What blocks first, each kind in the order of the rules.
+        """Return the issues, those that block first, each kind in the order of the rules.
 
         Args:
-            inspection_id: Of any state.
-            views: Its observations, where they have just been listed.
+            inspection_id: An inspection in any state.
+            views: Its observations, if the caller has just listed them.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         row = self._inspections.get(inspection_id)
 

@@ -1,8 +1,8 @@
-"""Corrected distances: what was stated is kept, the track that follows from it is worked out.
+"""Corrected distances: statements are stored, the corrected track is derived from them.
 
-The raw track never changes.  A corrected one is kept in memory as long as neither what was stated
-nor the run has changed; while a run goes on, its newest frames are carried on from the last
-solution, and least squares are solved again every few seconds at most.
+The raw track never changes. The corrected one stays in memory until a statement or the run changes.
+During a run, the newest frames are extrapolated from the last solution, and least squares are
+solved again every few seconds at most.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ from vo_core.track import Estimate
 logger = logging.getLogger(__name__)
 
 _SOLVED_FRAMES_KEPT = 1_000_000
-"""Frames of the solutions that are kept: some 100 bytes each beside the raw track."""
+"""Frames of solutions held in memory: some 100 bytes each beside the raw track."""
 _LEAST_FRAMES = 10_000
-"""A shorter one counts as so many: of joints and what else there is beside frames."""
+"""Frames counted for a shorter track, since joints and other parts need memory too."""
 _STATED_KEPT = 512
 _MOST_TRIES = 5
-"""Of a change that others are faster with."""
+"""Tries of a change while other changes come first."""
 _SOLVE_EVERY_S = 5.0
 _SOLVE_SHARE = 0.1
 """While a run goes on it is solved so often at most, and for so much of the time: some 10 ms for a
@@ -58,7 +58,7 @@ class _Statement:
 class _Solution:
     revision: int
     run: tuple[int, bool]
-    """Which run of tracking, and whether it went on."""
+    """The number of the tracking run, and whether it was running."""
     solved_s: float
     took_s: float
     corrected: Corrected
@@ -73,12 +73,12 @@ class _Solution:
 
     @property
     def is_growing(self) -> bool:
-        """Whether the run went on when it was solved."""
+        """Whether the run was going on when it was solved."""
         return self.run[1]
 
 
 class Corrections:
-    """State, preview, and use in place of the raw track."""
+    """Stores statements, previews them, and provides the corrected track."""
 
     def __init__(self, inspections: InspectionStore, tracks: Tracks, live: Live) -> None:
         self._inspections = inspections
@@ -93,19 +93,19 @@ class Corrections:
         self._solutions: LRUCache[str, _Solution] = LRUCache(_SOLVED_FRAMES_KEPT, _frames_of)
 
     def get(self, inspection_id: str) -> Corrected:
-        """What holds now.
+        """Return the current statements and their result.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         corrected = self._solution(inspection_id).corrected
         return replace(corrected, tilt=self._tracks.tilt(inspection_id))
 
     def preview(self, inspection_id: str, stated: Stated) -> Corrected:
-        """What would hold; a known length that would be refused is shown with its closure.
+        """Return the result of other statements; a refused known length is shown with its closure.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         rig = self._statement(inspection_id).rig
         try:
@@ -126,18 +126,18 @@ class Corrections:
         *,
         replaced: str | None = None,
     ) -> Corrected:
-        """State it in place of what was stated before; it is committed and synced on return.
+        """Replace all statements; they are committed and synced on return.
 
         Args:
-            inspection_id: Which.
-            stated: All that is stated from now on.
-            remark: Why.
-            who: For the record.
-            replaced: Version of what it was made of; None replaces whatever there is.
+            inspection_id: The inspection.
+            stated: All statements from now on.
+            remark: The reason.
+            who: Name for the history.
+            replaced: Version that the change was based on; None replaces any version.
         Raises:
-            InspectionNotFound: There is none of this id.
-            InvalidCorrection: It cannot be applied to the track as it is; nothing was stored.
-            ChangedMeanwhile: Something else than `replaced` is stated; nothing was stored.
+            InspectionNotFound: No inspection has this id.
+            InvalidCorrection: It cannot be applied to the present track; nothing was stored.
+            ChangedMeanwhile: The version is no longer `replaced`; nothing was stored.
         """
 
         def require(stored: Mapping[str, Any]) -> None:
@@ -176,12 +176,12 @@ class Corrections:
     def change(
         self, inspection_id: str, change: Callable[[Stated], Stated], remark: str | None, who: str
     ) -> Corrected:
-        """State what `change` makes of what is stated, also while others state something else.
+        """Apply `change` to the current statements, also while others change them.
 
         Raises:
-            InspectionNotFound: There is none of this id.
-            InvalidCorrection: It cannot be applied to the track as it is; nothing was stored.
-            ChangedMeanwhile: Others were faster again and again; nothing was stored.
+            InspectionNotFound: No inspection has this id.
+            InvalidCorrection: It cannot be applied to the present track; nothing was stored.
+            ChangedMeanwhile: Other changes came first at every try; nothing was stored.
         """
         for tries_left in reversed(range(_MOST_TRIES)):
             before = self.get(inspection_id)
@@ -195,13 +195,13 @@ class Corrections:
         raise AssertionError  # the last try returns or raises
 
     def rescaled(self, inspection_id: str, change: Rescaling) -> bool:
-        """Record that the newest solution has another scale than was published; all is read again.
+        """Record that the newest solution changed the published scale, and notify the listeners.
 
-        False if something else was stated meanwhile: then nothing is recorded.
+        Return False and record nothing if the statements changed meanwhile.
 
         Raises:
-            InspectionNotFound: There is none of this id.
-            DiskFull: It could not be recorded.
+            InspectionNotFound: No inspection has this id.
+            DiskFull: The change could not be recorded.
         """
         statement, solution = self._statement(inspection_id), self._last_solution(inspection_id)
         revision = self._inspections.rescale(inspection_id, change, statement.revision)
@@ -213,22 +213,24 @@ class Corrections:
         return True
 
     def newest(self, inspection_id: str) -> Adjusted:
-        """The last solution of any age; cheap."""
+        """Return the last solution, however old, without solving."""
         return self._last_solution(inspection_id).adjusted
 
     def adjusted(self, inspection_id: str) -> Adjusted:
-        """The newest solution; the last frames of a run that goes on may not be in it."""
+        """Return the newest solution; the last frames of a running inspection may be missing from
+        it.
+        """
         return self._solution(inspection_id).adjusted
 
     def notices(self, inspection_id: str) -> list[Notice]:
-        """Where picture and rig disagree, by the last solution of any age; cheap."""
+        """Return where picture and rig disagree, by the last solution, without solving."""
         return notices_of(self.newest(inspection_id), self._tracks.tilt(inspection_id))
 
     def makeup(self, inspection_id: str, frame: int | None) -> Makeup | None:
-        """What the interval of a frame is made of, of the furthest one without; see `makeup_of`.
+        """Return the sources of the interval of a frame, by default the furthest; see `makeup_of`.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         adjusted, raw = self.adjusted(inspection_id), self._tracks.get(inspection_id)
         if not len(raw):
@@ -244,42 +246,42 @@ class Corrections:
             self._solving.pop(inspection_id, None)
 
     def track(self, inspection_id: str) -> Track:
-        """The corrected track as far as it is, perhaps empty."""
+        """Return the corrected track so far, possibly empty."""
         adjusted = self.adjusted(inspection_id)
         _, is_growing = self._tracks.run(inspection_id)
         return adjusted.extended(self._tracks.get(inspection_id)) if is_growing else adjusted.track
 
     def at(self, inspection_id: str, frame: int | None) -> Estimate | None:
-        """The corrected estimate of a frame, None for the newest; None if it is not tracked."""
+        """Return the corrected estimate of a frame, or of the newest; None if it is not tracked."""
         raw = self._tracks.get(inspection_id)
         estimate = estimate_at(raw, len(raw) - 1 if frame is None else frame)
         return None if estimate is None else self.estimate(inspection_id, estimate)
 
     def estimate(self, inspection_id: str, raw: Estimate) -> Estimate:
-        """The corrected estimate of a frame that was just tracked; cheap."""
+        """Correct the estimate of a frame that was just tracked, without solving."""
         return self._last_solution(inspection_id).adjusted.estimate(raw)
 
     def chainage_mm(self, inspection_id: str, raw_mm: float) -> float:
-        """The corrected distance of a raw one; cheap."""
+        """Return the corrected distance of a raw one, without solving."""
         return self._last_solution(inspection_id).adjusted.chainage_mm(raw_mm)
 
     def revision(self, inspection_id: str) -> int:
-        """Rises with every correction.
+        """Return the revision, which rises with every correction.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         return self._statement(inspection_id).revision
 
     def is_stated(self, inspection: Inspection) -> bool:
-        """Whether anything is stated that moves distances."""
+        """Return whether any statement moves distances."""
         stated = Stated.from_json(inspection.corrections)
         return stated not in (Stated(), Stated(joints=Joints(use=False)))
 
     def end(self, inspection: Inspection) -> tuple[float, float | None] | None:
-        """Distance and its sigma, mm, in the last frame of an ended inspection; None without.
+        """Return distance and sigma, mm, of the last frame of an ended inspection, or None.
 
-        Nobody knows the sigma of a survey that another program has measured.
+        The sigma is None if another program measured the survey.
         """
         if inspection.distance_mm is None:
             return None
@@ -303,7 +305,7 @@ class Corrections:
             self._inspections.record_corrected_end(
                 inspection.id, inspection.revision, distance_mm, sigma_mm
             )
-        except DiskFull as full:  # it is worked out again the next time
+        except DiskFull as full:  # it is computed again the next time
             logger.warning("The corrected end of %s could not be kept: %s", inspection.id, full)
 
     def _last_solution(self, inspection_id: str) -> _Solution:
@@ -336,7 +338,7 @@ class Corrections:
         return known if is_current else None
 
     def _solve(self, inspection_id: str) -> _Solution:
-        """What was stated could be applied once; what cannot be now is left out and reported."""
+        """Solve; statements that no longer apply are left out and reported."""
         statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
         raw = self._tracks.get(inspection_id)
         stated = statement.stated.within(len(raw)) if run[1] else statement.stated
@@ -366,7 +368,7 @@ class Corrections:
         return self._keep(inspection_id, statement)
 
     def _keep(self, inspection_id: str, statement: _Statement) -> _Statement:
-        """The newest of two threads' statements holds."""
+        """Store the newer of two threads' statements."""
         with self._lock:
             known = self._statements.get(inspection_id)
             if known is None or known.revision <= statement.revision:

@@ -1,4 +1,4 @@
-"""Has the files of other programs read in a process of its own, one at a time."""
+"""Reads the files of other programs in a child process, one at a time."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from app.jobs.process import Child, describe_exit
 logger = logging.getLogger(__name__)
 
 CPU_S = 120
-"""The largest export takes some 15 s."""
+"""Processor time limit; the largest export takes some 15 s."""
 _ANSWER_TIMEOUT_S = 240.0
 _WAIT_FOR_TURN_S = 60.0
-_TOO_LONG = "The file takes longer to be read than any survey does, so it was given up."
+_TOO_LONG = "Reading the file took longer than any survey needs and was stopped."
 
 
 class FileReader:
-    """Reads under limits; a file that breaks them is refused, and nothing else happens."""
+    """Reads files under limits; a file that exceeds them is refused, without other effects."""
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
@@ -34,10 +34,10 @@ class FileReader:
         self._answers = wire.decoder(wire.Found | Failed)
 
     def read(self, content: bytes) -> ImportedFile | WholeInspection:
-        """What the file says.
+        """Return the content of a file.
 
         Raises:
-            InvalidImport: It cannot be read, or not within the limits.
+            InvalidImport: The file cannot be read within the limits.
             Busy: Other files are being read.
         """
         if not self._turn.acquire(timeout=_WAIT_FOR_TURN_S):
@@ -68,8 +68,8 @@ class FileReader:
             if isinstance(message, wire.Found):
                 return wire.unpack(message)
         except (msgspec.MsgspecError, ValueError) as error:
-            logger.warning("The process that read an import gave no sensible answer: %s", error)
-            raise InvalidImport("The file could not be read; the log says more.") from error
+            logger.warning("The process that read an import gave an invalid answer: %s", error)
+            raise InvalidImport("The file could not be read; details are in the log.") from error
         if message.code != "invalid_import":
             logger.error("Import: %s %s", message.detail, message.trace)
         raise InvalidImport(message.detail)

@@ -1,9 +1,9 @@
-"""Surveys of other programs, and exported inspections, made inspections of this server.
+"""Imports surveys of other programs, and exported inspections, as inspections of this server.
 
-There is no film: an imported survey is `done` at once, and the track of a survey that another
+There is no film, so an imported survey is `done` at once. The track of a survey that another
 program measured has one row for each observation, so that a tag stays anchored to a frame and its
-distance is derived as anywhere else.  Such a track has neither sigma nor quality, as nobody knows
-them (`app.inspections.observations.is_unmeasured`).
+distance is derived as usual. Such a track has neither sigma nor quality, as both are unknown
+(`app.inspections.observations.is_unmeasured`).
 """
 
 from __future__ import annotations
@@ -45,27 +45,27 @@ logger = logging.getLogger(__name__)
 
 _LONGEST_NAME, _LONGEST_FILENAME = 200, 255
 _BYTES_A_ROW = 200
-"""Of a track on the disk, for the room that is asked for."""
+"""Bytes of a track row on the disk, to check the free space."""
 _PICTURE_WH = (1280, 720)
 _LEAST_DIAMETER_MM, _MOST_DIAMETER_MM, _ANY_DIAMETER_MM = 100.0, 5000.0, 900.0
 _LEAST_UNIT_MM, _MOST_UNIT_MM = 100.0, 20_000.0
 _BETWEEN_ROWS_S = 1.0
-"""Of a survey without video times, from row to row; of others, where two are at the same time."""
+"""Time between rows of a survey without video times; of others, between rows at equal times."""
 _TICK_S = 0.001
 
 
 @dataclass(frozen=True)
 class Imported:
-    """What has become of a file."""
+    """The result of an import."""
 
     inspection_ids: tuple[str, ...]
-    """In the order of the file."""
+    """Ids in the order of the file."""
     warnings: tuple[str, ...]
-    """What is odd or left out, in sentences."""
+    """Sentences about what is odd or left out."""
 
 
 class Imports:
-    """Has files read and keeps what they say."""
+    """Reads files and stores their inspections."""
 
     def __init__(
         self,
@@ -81,23 +81,23 @@ class Imports:
         self._packs = packs
         self._reader = reader
         self._taking_over = threading.Lock()
-        """Of two imports of one file at the same time, one keeps its id."""
+        """Held while an id is taken over, so that concurrent imports of one file do not both keep
+        it."""
 
     def add(self, content: bytes, filename: str, who: str) -> Imported:
-        """Make an inspection of every survey in the file; which kind it is, its content says.
+        """Make an inspection of every survey in the file; its content determines its format.
 
-        A report in JSON comes back as it was, with its id if this server never had it.
+        A report in JSON is restored unchanged, with its id if this server never had it.
 
         Args:
             content: EN 13508-2 text, a WinCan .db3, or a report in JSON of this program.
-            filename: What the user calls it.
+            filename: Name given by the user.
             who: Name of the token.
 
         Raises:
-            InvalidImport: It is none of these, damaged, or takes more memory or time than a
-                survey; the text says what is wrong where.
-            Busy: Other files are being read.
-            DiskFull: There is no room for it.
+            InvalidImport: The file has another format, is damaged, or takes more memory or time
+            than a survey; the text says what is wrong where. Busy: Other files are being read.
+            DiskFull: There is no room for the inspections.
         """
         name = clean(filename, _LONGEST_FILENAME) or "file"
         found = self._reader.read(content)
@@ -136,8 +136,8 @@ class Imports:
         self, whole: WholeInspection, filename: str, content: bytes, who: str
     ) -> Imported:
         warnings = [
-            "The film, the photos and the picture of the wall are not in such a file; everything "
-            "that was stated and measured is here."
+            "Such a file does not contain the film, the photos or the picture of the wall; "
+            "everything stated and measured was imported."
         ]
         header = dict(whole.header)
         try:
@@ -158,8 +158,8 @@ class Imports:
         inspection.status = whole.status
         if whole.status not in ENDED:
             inspection.status, inspection.finished_at = "cancelled", inspection.queued_at
-            warnings.append("It was exported before it had ended; it ends here where it was then.")
-        # What the distances rest on, though it is not here.
+            warnings.append("It was exported before its end; here it ends at that point.")
+        # The file that the distances are based on, though it is not here.
         inspection.source_kind = whole.source_kind
         inspection.source_filename = whole.source_filename
         inspection.source_size = whole.source_size
@@ -181,7 +181,7 @@ class Imports:
         return Imported((inspection.id,), tuple(warnings))
 
     def _is_free(self, inspection_id: str) -> bool:
-        """Whether this server never had an inspection of this id."""
+        """Return whether this server never had an inspection of this id."""
         is_known = self._store.has_known(inspection_id)
         return not is_known and not self._folder.inspection(inspection_id).exists()
 
@@ -192,7 +192,7 @@ class Imports:
         observations: Sequence[Observation],
         events: Sequence[Event],
     ) -> None:
-        """Write the files, then commit; nothing stays if that fails."""
+        """Write the files, then commit; remove the files if that fails."""
         rows = len(run.track)
         self._folder.require_room(_BYTES_A_ROW * rows)
         inspection.frames_done = rows
@@ -215,7 +215,7 @@ class Imports:
 
 @dataclass(frozen=True)
 class Run:
-    """What is kept of the way of the camera."""
+    """The stored path of the camera."""
 
     track: Track
     health: Sequence[Health] = ()
@@ -223,7 +223,7 @@ class Run:
     tilt: MountTilt | None = None
 
     def estimates(self) -> Iterator[Estimate]:
-        """Row by row."""
+        """Yield the estimates row by row."""
         for frame in range(len(self.track)):
             estimate = estimate_at(self.track, frame)
             assert estimate is not None  # noqa: S101  (within its length)
@@ -231,14 +231,14 @@ class Run:
 
 
 def in_order(observations: Sequence[ImportedObservation]) -> list[ImportedObservation]:
-    """As they were met: by the time in the film if every row has it, else by distance."""
+    """Sort observations by the time in the film if every row has it, else by distance."""
     if all(row.time_s is not None for row in observations):
         return sorted(observations, key=lambda row: (row.time_s or 0.0, row.distance_m))
     return sorted(observations, key=lambda row: row.distance_m)
 
 
 def rig_of(header: Mapping[str, Any]) -> Rig:
-    """A stand-in, as nobody knows the camera: the pipe is that of the header, as far as it says."""
+    """Make a rig for an unknown camera, with the pipe of the header where it is stated."""
     width, height = _PICTURE_WH
     diameter_mm = _within(
         header.get("height_mm"), _LEAST_DIAMETER_MM, _MOST_DIAMETER_MM, _ANY_DIAMETER_MM
@@ -268,7 +268,9 @@ def _within(value: object, least: float, most: float, otherwise: float) -> float
 
 
 def _track(rows: Sequence[ImportedObservation]) -> Track:
-    """Row i is the i-th observation; times rise, so that each row has a moment of its own."""
+    """Make a track whose row i is the i-th observation; times rise, so that each row is
+    distinct.
+    """
     times_s: list[float] = []
     has_times = any(row.time_s is not None for row in rows)
     for row in rows:

@@ -1,4 +1,4 @@
-"""Inspections: made from an upload or a file, listed, renamed, deleted."""
+"""Inspections: created from an upload or a file, listed, renamed, deleted."""
 
 from __future__ import annotations
 
@@ -65,30 +65,30 @@ _LEAST_ROOM_TO_RECORD = 64 * MIB
 
 @dataclass(frozen=True)
 class InspectionView:
-    """An inspection with what is counted and measured about it."""
+    """An inspection with its counts and measurements."""
 
     row: Inspection
     progress: Progress
     distance_mm: float | None
-    """Of the last frame, corrected, with its standard deviation."""
+    """Corrected distance of the last frame; its standard deviation follows."""
     sigma_distance_mm: float | None
     raw_distance_mm: float | None
     is_corrected: bool
     defects: int
     worst_severity: int | None
     camera: CameraStatus | None
-    """While it is recorded."""
+    """State of the camera during a recording."""
     warning: str | None
-    """What was wrong with the video or the run, or why its end waits, in a sentence."""
+    """A sentence about a fault of the video or the run, or about why its end is delayed."""
 
     @property
     def version(self) -> str:
-        """Of name and header."""
+        """Version of name and header."""
         return version_of({"name": self.row.name, "header": self.row.header})
 
 
 class Inspections:
-    """The list of inspections and what may be done with one, besides tracking it."""
+    """Lists inspections and changes them, except for tracking."""
 
     def __init__(
         self,
@@ -127,15 +127,15 @@ class Inspections:
         header: Mapping[str, Any],
         who: str,
     ) -> str:
-        """Make an inspection of a complete upload and queue it; its id.
+        """Make an inspection of a complete upload, queue it and return its id.
 
-        If it cannot be made, the upload stays for another try.
+        If that fails, the upload stays for another try.
 
         Raises:
-            UploadNotFound, UploadIncomplete, UploadBusy: There is no file to work on.
-            InvalidRig: The text names field, value and what is allowed.
+            UploadNotFound, UploadIncomplete, UploadBusy: There is no complete file.
+            InvalidRig: The text names field, value and the allowed values.
             UnreadableVideo: The file is not a video that can be tracked.
-            RigVideoMismatch: The rig's camera has pictures of another size.
+            RigVideoMismatch: The rig's camera has another picture size.
         """
         checked = Rig.parse(dict(rig))
         require_wall_in_view(checked)
@@ -150,11 +150,11 @@ class Inspections:
         header: Mapping[str, Any],
         who: str,
     ) -> str:
-        """Make an inspection of a live source; it is recorded and tracked at once; its id.
+        """Make an inspection of a live source, record and track it at once, and return its id.
 
         Raises:
-            InvalidRig: The text names field, value and what is allowed.
-            LiveSourceRefused: The source is none that the server opens.
+            InvalidRig: The text names field, value and the allowed values.
+            LiveSourceRefused: The server does not open this source.
             DiskFull: There is no room for a recording.
         """
         checked = Rig.parse(dict(rig))
@@ -192,11 +192,11 @@ class Inspections:
         abandon_reason: str | None,
         known_length_m: float | None,
     ) -> InspectionView:
-        """State how the run ended; a live one is ended with it and then fit for review.
+        """State how the run ended; a live inspection ends and can then be reviewed.
 
         Raises:
-            InspectionNotFound: There is none of this id.
-            OpenStretches: A continuous defect has no end; the text names it.
+            InspectionNotFound: No inspection has this id.
+            OpenStretches: A stretch has no finish; the text names it.
         """
         self._store.get(inspection_id)
         still_open = open_stretches(self._observations.listed(inspection_id))
@@ -214,14 +214,14 @@ class Inspections:
         return self.get(inspection_id)
 
     def track_with(self, inspection_id: str, rig: Mapping[str, Any], who: str) -> InspectionView:
-        """Track all frames again with another rig, or with the same; what is tagged stays.
+        """Track all frames again, with this rig; tags stay.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
             StillRunning: It is queued or running.
             NothingRecorded: There is no film.
-            InvalidRig: The text names field, value and what is allowed.
-            RigVideoMismatch: The rig's camera has pictures of another size.
+            InvalidRig: The text names field, value and the allowed values.
+            RigVideoMismatch: The rig's camera has another picture size.
         """
         row = self.row(inspection_id)
         checked = Rig.parse(dict(rig))
@@ -240,23 +240,23 @@ class Inspections:
         return self.get(inspection_id)
 
     def record_on(self, inspection_id: str, url: str, between: Between, who: str) -> InspectionView:
-        """Go on with the recording of a camera as its next part; every frame keeps its number.
+        """Continue the recording of a camera as its next part; every frame keeps its number.
 
         Args:
-            inspection_id: One that was live and has ended.
-            url: The camera; it may be at another address by now.
-            between: What the robot has done since.
-            who: For the record.
+            inspection_id: A live inspection that has ended.
+            url: The camera, possibly at a new address.
+            between: The robot's movement since then.
+            who: Name for the history.
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
             StillRunning: It is queued or running.
-            NothingRecorded: It never was live, or has no film.
+            NothingRecorded: The inspection never was live, or has no film.
             NotAllTracked: The track ends before the film.
-            LiveSourceRefused: The source is none that the server opens, or one that has an end.
-            DiskFull: There is no room for more.
-            MediaFailed: The film cannot be recorded on.
+            LiveSourceRefused: The server does not open this source, or the source has an end.
+            DiskFull: There is no room for another part.
+            MediaFailed: The film cannot be converted into a recording.
         """
-        with self._recording_on:  # the film is made a recording once only
+        with self._recording_on:  # the film becomes a recording once only
             return self._record_on(self.row(inspection_id), url, between, who)
 
     def _record_on(self, row: Inspection, url: str, between: Between, who: str) -> InspectionView:
@@ -264,15 +264,17 @@ class Inspections:
         if row.status not in ENDED:
             raise StillRunning(f"The inspection is {row.status}; stop it first.")
         if row.source_kind != "live":
-            raise NothingRecorded("Only what was recorded from a camera can be recorded on.")
+            raise NothingRecorded("Only a recording of a camera can be continued.")
         self._tracking.require_film(row)
         track = self._tracks.get(inspection_id)
         if not len(track) or len(track) != row.video.get("frames"):
-            raise NotAllTracked("The film is not tracked to its end; track it again first.")
+            raise NotAllTracked("The film was not tracked to its end; track it again first.")
         size_wh = row.video["width"], row.video["height"]
         source = self._sources.resolve(url, size_wh)
         if source.camera.kind == "file":
-            raise LiveSourceRefused("A recorder's file is a film of its own, and no next part.")
+            raise LiveSourceRefused(
+                "A recorder's file is a separate film and cannot be the next part."
+            )
         self._folder.require_room(_LEAST_ROOM_TO_RECORD)
         video, recording = self.video_path(row), self._folder.recording(inspection_id)
         if video != recording:
@@ -293,18 +295,18 @@ class Inspections:
             raise
         if video != recording:
             video.unlink()
-        logger.info("Inspection %s is recorded on by %s.", inspection_id, who)
+        logger.info("Inspection %s is continued by %s.", inspection_id, who)
         self._recorder.begin(row, source, between)
         return self.get(inspection_id)
 
     def import_video(
         self, path: Path, rig: Rig, name: str, header: Mapping[str, Any] | None = None
     ) -> str:
-        """Copy a video file of this machine into a new inspection and queue it; its id.
+        """Copy a video file of this machine into a new inspection, queue it and return its id.
 
         Raises:
             UnreadableVideo: The file is not a video that can be tracked.
-            RigVideoMismatch: The rig's camera has pictures of another size.
+            RigVideoMismatch: The rig's camera has another picture size.
         """
         self._folder.require_room(path.stat().st_size)
         copy = self._folder.inspections / f"{secrets.token_hex(16)}.import"
@@ -352,47 +354,49 @@ class Inspections:
         return inspection.id
 
     def _make_place(self, inspection: Inspection) -> None:
-        """Its folder, with the rig."""
+        """Make the inspection's folder, with the rig."""
         place = self._folder.inspection(inspection.id)
         place.mkdir()
         sync_folder(place.parent)
         write_durably(place / "rig.json", json.dumps(inspection.rig, indent=2).encode())
 
     def all(self) -> list[InspectionView]:
-        """All, the newest first."""
+        """Return all inspections, the newest first."""
         return [self._view(summary) for summary in self._store.summaries()]
 
     def get(self, inspection_id: str) -> InspectionView:
-        """One.
+        """Return the inspection with this id.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         return self._view(self._store.summary(inspection_id))
 
     def row(self, inspection_id: str) -> Inspection:
-        """Only what is stored.
+        """Return the stored row only.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         return self._store.get(inspection_id)
 
     def video_path(self, inspection: Inspection) -> Path:
-        """The original file; of a camera, what is recorded so far.
+        """Return the original file, or the recording so far.
 
         Raises:
-            NothingRecorded: The camera has given no picture, or the survey was imported.
+            NothingRecorded: The camera delivered no picture, or the survey was imported.
         """
         if not inspection.has_film:
             raise NothingRecorded(NO_FILM)
         path = self._folder.inspection(inspection.id) / inspection.video_file
         if not path.exists():
-            raise NothingRecorded("The camera has given no picture, so there is no video.")
+            raise NothingRecorded("The camera delivered no picture, so there is no video.")
         return path
 
     def track_as(self, inspection_id: str, kind: str, first: int) -> tuple[str, str]:
-        """The corrected track from frame `first` on as csv, tum or json, with its media type."""
+        """Return the corrected track from frame `first` on as csv, tum or json, with its media
+        type.
+        """
         metadata = dict(track_metadata(self.row(inspection_id)))
         metadata |= self._corrections.adjusted(inspection_id).metadata()
         track = since(self._corrections.track(inspection_id), first)
@@ -400,20 +404,20 @@ class Inspections:
         return _written(track, kind, metadata, distance_raw_mm=raw_mm)
 
     def raw_track_as(self, inspection_id: str, kind: str, first: int) -> tuple[str, str]:
-        """The same as it was measured."""
+        """Return the raw track from frame `first` on, in the same formats."""
         metadata = track_metadata(self.row(inspection_id))
         return _written(since(self._tracks.get(inspection_id), first), kind, metadata)
 
     def last_estimate(self, inspection_id: str) -> Estimate | None:
-        """Of the newest tracked frame."""
+        """Return the corrected estimate of the newest tracked frame."""
         track = self._tracks.get(inspection_id)
         return estimate_at(track, len(track) - 1)
 
     def picture(self, inspection_id: str, frame: int) -> bytes:
-        """A tracked frame as JPEG.
+        """Return a tracked frame as JPEG.
 
         Raises:
-            FrameNotFound: It is not tracked, so the time of its picture is not known.
+            FrameNotFound: The frame is not tracked, so its time is unknown.
         """
         row = self.row(inspection_id)
         estimate = estimate_at(self._tracks.get(inspection_id), frame)
@@ -432,12 +436,12 @@ class Inspections:
         *,
         replaced: str | None = None,
     ) -> InspectionView:
-        """Give another name or another header; None leaves it as it is.
+        """Replace the name or the header; None keeps it.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
             PackNotFound: The header names a code pack that does not exist.
-            ChangedMeanwhile: They are not of version `replaced` any more; nothing was stored.
+            ChangedMeanwhile: Their version is no longer `replaced`; nothing was stored.
         """
 
         def require(stored: Mapping[str, Any]) -> None:
@@ -449,7 +453,7 @@ class Inspections:
         return self.get(inspection_id)
 
     def delete(self, inspection_id: str, who: str) -> None:
-        """Stop it and remove it with all its files; the record of events stays."""
+        """Stop an inspection and delete it with all its files; its events stay."""
         if self.row(inspection_id).status not in ENDED:
             self._tracking.cancel(inspection_id)
         self._store.delete(inspection_id, who)
@@ -466,8 +470,8 @@ class Inspections:
         last = self._runs.last_estimate(row.id)
         end: tuple[float | None, float | None]
         if last is not None:
-            told = self._corrections.estimate(row.id, last)
-            end = (told.distance_mm, told.sigma_distance_mm)
+            corrected = self._corrections.estimate(row.id, last)
+            end = (corrected.distance_mm, corrected.sigma_distance_mm)
         else:
             end = self._corrections.end(row) or (None, None)
         is_running = row.status == "running"
@@ -502,7 +506,7 @@ def _new_inspection(name: str, rig: Rig, header: Mapping[str, Any], **source: An
 def _written(
     track: Track, kind: str, metadata: Mapping[str, object], **lengths_mm: NDArray[np.float64]
 ) -> tuple[str, str]:
-    """A track as csv, tum or json, with its media type; only json takes further columns."""
+    """Write a track as csv, tum or json, with its media type; only json takes further columns."""
     if kind == "tum":
         return track.to_tum(), "text/plain; charset=utf-8"
     if kind == "json":

@@ -1,4 +1,4 @@
-"""Observations: anchored to a frame and a pixel, everything else derived when they are read."""
+"""Observations: anchored to a frame and a pixel; everything else is derived when they are read."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ from vo_core import Rig
 logger = logging.getLogger(__name__)
 
 _COURSES_KEPT = 8
-"""With the places of their observations."""
+"""Courses held in memory, with the places of their observations."""
 
 
 class Observations:
-    """Put, list, delete, restore."""
+    """Stores, lists, deletes and restores observations."""
 
     def __init__(
         self,
@@ -63,7 +63,7 @@ class Observations:
         self._corrections = corrections
         self._live = live
         self._lock = threading.Lock()
-        """Guards the next."""
+        """Guards the next field."""
         self._courses: LRUCache[str, Course] = LRUCache(_COURSES_KEPT)
 
     def put(
@@ -77,17 +77,17 @@ class Observations:
     ) -> None:
         """Create or replace an observation; it is committed and synced when this returns.
 
-        The same tag again changes nothing; a deleted observation comes back with this tag.
+        An equal tag changes nothing; a deleted observation is restored with this tag.
 
         Args:
-            inspection_id, observation_id: Which.
-            tag: All that is entered from now on.
-            who: For the record.
-            replaced: Version of what it was made of; None replaces whatever there is.
+            inspection_id, observation_id: The observation.
+            tag: Everything entered from now on.
+            who: Name for the history.
+            replaced: Version that the change was based on; None replaces any version.
         Raises:
-            InspectionNotFound: There is no such inspection.
-            FrameOutsideVideo, PixelOutsidePicture: It cannot be anchored there.
-            ChangedMeanwhile: It is not of version `replaced` any more; nothing was stored.
+            InspectionNotFound: No inspection has this id.
+            FrameOutsideVideo, PixelOutsidePicture: The film has no such frame or pixel.
+            ChangedMeanwhile: The version is no longer `replaced`; nothing was stored.
         """
         inspection = self._inspections.get(inspection_id)
         track = self._tracks.get(inspection_id)
@@ -104,39 +104,39 @@ class Observations:
             self._live.observations_changed(inspection_id)
 
     def delete(self, inspection_id: str, observation_id: str, who: str) -> None:
-        """Take it out of the list; it can be restored.
+        """Delete an observation; it can be restored.
 
         Raises:
-            ObservationNotFound: There never was one.
+            ObservationNotFound: No observation ever had this id.
         """
         if self._store.delete(inspection_id, observation_id, who):
             self._live.observations_changed(inspection_id)
 
     def restore(self, inspection_id: str, observation_id: str, who: str) -> None:
-        """Undo a delete.
+        """Undo a deletion.
 
         Raises:
-            ObservationNotFound: There never was one.
+            ObservationNotFound: No observation ever had this id.
         """
         if self._store.restore(inspection_id, observation_id, who):
             self._live.observations_changed(inspection_id)
 
     def all(self, inspection_id: str) -> list[ObservationView]:
-        """In the order of their numbers."""
+        """Return the observations in the order of their numbers."""
         self._inspections.get(inspection_id)
         rows, course = self._store.listed(inspection_id), self._course(inspection_id)
         places = places_of(course, [row.tag for row in rows])
         return [ObservationView(row, place) for row, place in zip(rows, places, strict=True)]
 
     def get(self, inspection_id: str, observation_id: str) -> ObservationView:
-        """One that is not deleted."""
+        """Return an observation that is not deleted."""
         row = self._store.get(inspection_id, observation_id)
         if row.deleted_at is not None:
             raise ObservationNotFound("This observation was deleted; it can be restored.")
         return ObservationView(row, place_of(self._course(inspection_id), row.tag))
 
     def wall_at(self, inspection_id: str, frame: int, pixel: tuple[float, float]) -> WallUnder:
-        """What a pixel of a tracked frame looks at.
+        """Return the wall point that a pixel of a tracked frame shows.
 
         Raises:
             PixelOutsidePicture: The picture has no such pixel.
@@ -152,36 +152,36 @@ class Observations:
         return found
 
     def wall_grid(self, inspection_id: str) -> WallGrid:
-        """Wall points of a grid of pixels over the picture, at pose 0."""
+        """Return the wall points of a grid of pixels over the picture, at pose 0."""
         return wall_grid(rig_of(self._inspections.get(inspection_id)))
 
     def next_stretch(self, inspection_id: str) -> int:
-        """The first number of a stretch that was never used."""
+        """Return the first stretch number that was never used."""
         return next_stretch_number(self._store.stretch_marks(inspection_id))
 
     def events(self, inspection_id: str, observation_id: str | None = None) -> list[Event]:
-        """Everything that was done to the inspection or to one observation, oldest first.
+        """Return every event of the inspection or of one observation, oldest first.
 
         Raises:
-            InspectionNotFound: There is no such inspection.
+            InspectionNotFound: No inspection has this id.
         """
         self._inspections.get(inspection_id)
         return self._inspections.events(inspection_id, observation_id)
 
     def _course(self, inspection_id: str) -> Course:
-        """Everything that places are derived from, as it is now."""
+        """Return the current course, from which places are derived."""
         adjusted = self._corrections.adjusted(inspection_id)
         raw = self._tracks.get(inspection_id)
         with self._lock:
             known = self._courses.get(inspection_id)
-            # While a run goes on its rows are added to, and those that are there stay.
+            # During a run rows are only added; existing ones stay.
             places = known.places if known is not None and known.adjusted is adjusted else {}
             course = self._courses[inspection_id] = Course(adjusted, raw, places)
         return course
 
 
 def rig_of(inspection: Inspection) -> Rig:
-    """The rig of an inspection, as an object."""
+    """Return the rig of an inspection as an object."""
     return _parsed_rig(Rig.model_validate(inspection.rig).model_dump_json())
 
 
@@ -191,7 +191,7 @@ def _parsed_rig(text: str) -> Rig:
 
 
 def check_pixel(inspection: Inspection, u: float, v: float) -> None:
-    """Raise PixelOutsidePicture unless the picture has it; pixel centres are at integers."""
+    """Raise PixelOutsidePicture unless the picture has the pixel; pixel centres are at integers."""
     width, height = inspection.video["width"], inspection.video["height"]
     if not (-0.5 <= u <= width - 0.5 and -0.5 <= v <= height - 0.5):
         raise PixelOutsidePicture(
@@ -205,7 +205,7 @@ def _check_anchor(inspection: Inspection, tracked: int, tag: Tag) -> None:
     if inspection.status == "done":
         limit = tracked
     elif total:
-        # Before the end the number of frames is only what the container states: leave some room.
+        # Before the end, the number of frames is what the container states: allow some more.
         limit = max(tracked, round(1.1 * total) + 100)
     else:
         limit = frame + 1

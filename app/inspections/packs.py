@@ -19,19 +19,19 @@ from app.survey.catalogue.table import CodeTable, read_table
 logger = logging.getLogger(__name__)
 
 _TABLES_KEPT = 16
-"""Read tables that are kept in memory; one has 1 MiB of text at most."""
+"""Parsed tables held in memory; each has at most 1 MiB of text."""
 
 
 @dataclass(frozen=True)
 class PackView:
-    """A pack and how many codes it has."""
+    """A pack with the number of its codes."""
 
     row: CodePack
     codes: int
 
 
 class Packs:
-    """Import, list, delete; and the codes of one."""
+    """Imports, lists and deletes packs, and returns their codes."""
 
     def __init__(self, store: PackStore) -> None:
         self._store = store
@@ -41,7 +41,7 @@ class Packs:
         """Import a pack from a CSV file.
 
         Raises:
-            InvalidPack: What is wrong with it, line by line.
+            InvalidPack: The text says what is wrong, line by line.
             PackNameTaken: Another pack has this name.
         """
         table = read_table(name, content)
@@ -57,35 +57,35 @@ class Packs:
         return PackView(pack, len(table.rows))
 
     def all(self) -> list[PackView]:
-        """The imported ones, by name."""
+        """Return the imported packs, sorted by name."""
         return [PackView(pack, len(self.table(pack.id).rows)) for pack in self._store.all()]
 
     def delete(self, pack_id: str) -> None:
-        """Remove an imported pack.
+        """Delete an imported pack.
 
         Raises:
-            PackNotFound: There is none of this id.
-            PackInUse: An inspection is coded with it.
+            PackNotFound: No pack has this id.
+            PackInUse: An inspection uses the pack.
         """
         self._store.delete(pack_id)
         self._imported.cache_clear()
 
     def table(self, pack_id: str | None) -> CodeTable:
-        """The codes of a pack; those of the built-in one for None.
+        """Return the codes of a pack; None is the built-in one.
 
         Raises:
-            PackNotFound: There is none of this id.
+            PackNotFound: No pack has this id.
         """
         return built_in() if pack_id is None else self._imported(pack_id)
 
     def require(self, header: Mapping[str, Any]) -> None:
-        """Raise PackNotFound if the header names a pack that is not there."""
+        """Raise PackNotFound if the header names a pack that does not exist."""
         self.table(header.get("code_pack") or None)
 
     def table_of(self, header: Mapping[str, Any]) -> CodeTable:
-        """The codes that an inspection with this header is coded with.
+        """Return the codes for an inspection with this header.
 
-        A header of before there were packs may name anything; it means the built-in one.
+        A header from before packs existed may name anything, which means the built-in pack.
         """
         try:
             return self.table(header.get("code_pack") or None)

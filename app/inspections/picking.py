@@ -1,4 +1,4 @@
-"""From a point of the wall back to the frame that shows it: what a click on a map of it means."""
+"""Finds the frame that shows a point of the wall, for clicks on maps of the wall."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ from vo_core.geometry.wall import Poses, enclose, robot_pixels, sight
 
 _STATUS_RANK = {"ok": 0, "weak": 1, "lost": 2}
 _MARGIN = 0.25
-"""Of what a picture shows well: a robot that has turned sees a little further."""
+"""Margin around what a picture shows well: a robot that has turned sees a little further."""
 
 Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
 class WallPlace:
-    """A point of the wall as people name it."""
+    """A point of the wall, in the terms that people use."""
 
     distance_mm: float
-    """Chainage."""
+    """Distance along the pipe."""
     clock_h: float | None
-    """Of a pipe."""
+    """Clock position in a pipe."""
     lateral_mm: float | None
-    """To the right of the axis, of a floor."""
+    """Distance to the right of the axis, on a floor."""
 
 
 @dataclass(frozen=True)
 class SeenAt:
-    """The picture that shows a point of the wall best."""
+    """The frame and pixel that show a point of the wall best."""
 
     frame: int
     pixel: tuple[float, float]
@@ -46,17 +46,18 @@ class SeenAt:
 
 @dataclass(frozen=True)
 class Picking:
-    """Finds frames by the wall that they show."""
+    """Finds frames by the part of the wall that they show."""
 
     inspections: InspectionStore
     tracks: Tracks
     corrections: Corrections
 
     def frame_at(self, inspection_id: str, place: WallPlace, near_frame: int | None) -> SeenAt:
-        """The tracked frame that shows the place best, of several passes the one at `near_frame`.
+        """Return the tracked frame that shows the place best, of several passes the one at
+        `near_frame`.
 
         Raises:
-            InspectionNotFound: There is no such inspection.
+            InspectionNotFound: No inspection has this id.
             IncompleteWallPoint: A pipe needs a clock position, a floor a lateral one.
             WallNotSeen: No frame shows it.
         """
@@ -77,17 +78,17 @@ class Picking:
 
 
 def seen_best(course: Course, place: WallPlace, near_frame: int | None) -> SeenAt | None:
-    """The frame and pixel that show the place best; None if none does.
+    """Return the frame and pixel that show the place best; None if none does.
 
-    Frames that were measured come before weak ones, and those before lost ones.  Then the pass
-    nearest `near_frame` counts, a pass being a run of frames that show the place.  In it, a camera
-    that looks down shows it best nearest to the middle of the picture; one that looks along the
-    pipe shows far wall there, so that for it the middle of what it shows well counts.
+    Frames with status ok are preferred to weak ones, and those to lost ones. Then the pass nearest
+    `near_frame` counts; a pass is a sequence of frames that show the place. Within it, a camera
+    that looks down shows the place best nearest to the middle of the picture. One that looks along
+    the pipe shows distant wall there, so the middle of the wall that it shows well counts instead.
 
     Raises:
         IncompleteWallPoint: A pipe needs a clock position, a floor a lateral one.
     """
-    # `observations.wall_under`, the other way round: rays belong to the raw track and its scale.
+    # The inverse of `observations.wall_under`: rays belong to the raw track and its scale.
     rig, raw, scale = course.adjusted.rig, course.raw, course.adjusted.scale
     corrected = course.adjusted.extended(raw)
     ahead_mm = (place.distance_mm - corrected.distance_mm) / scale
@@ -122,7 +123,7 @@ def _pixels(
     ahead_mm: NDArray[np.float64],
     arc_mm: float,
 ) -> NDArray[np.float64]:
-    """(N, 2) pixels in which the frames would show the place, inside the picture or not."""
+    """Return the (N, 2) pixels of the place in the frames, inside the picture or not."""
     poses = Poses(
         x_mm=np.zeros(len(frames)),
         y_mm=raw.y_mm[frames],
@@ -146,14 +147,14 @@ def _raw_arc_mm(rig: Rig, place: WallPlace, scale: float) -> float:
 
 
 def _of_nearest_pass(frames: NDArray[np.intp], wanted: Flags, near_frame: int) -> Flags:
-    """Which frames belong to the pass that holds the wanted frame nearest `near_frame`."""
+    """Return which frames belong to the pass of the wanted frame nearest `near_frame`."""
     passes = np.cumsum(np.diff(frames, prepend=frames[0]) > 1)
     nearest = np.where(wanted, np.abs(frames - near_frame), np.inf).argmin()
     return np.asarray(passes == passes[nearest])
 
 
 def _well_seen_mm(rig: Rig) -> tuple[float, float]:
-    """First and last mm of the wall before the camera that its picture shows well."""
+    """Return the range of wall before the camera, mm, that its picture shows well."""
     return _well_seen_of(rig.model_dump_json())
 
 

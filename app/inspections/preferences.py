@@ -1,4 +1,4 @@
-"""What a person has chosen for the page; people are distinguished by the names of their tokens."""
+"""Each person's choices for the page; people are distinguished by the names of their tokens."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from app.storage.preferences import PreferenceStore
 
 _QUICK_CODES = ("BAB", "BAC", "BAF", "BAJ", "BBA", "BBB", "BBC", "BBF", "BDD")
-"""On the digit keys 1 to 9: what is tagged most, from cracks to the water level."""
+"""Codes on the digit keys 1 to 9: the most frequent ones, from cracks to the water level."""
 
 DEFAULTS: Mapping[str, Any] = {
     "language": None,
@@ -20,17 +20,17 @@ DEFAULTS: Mapping[str, Any] = {
 
 
 class Preferences:
-    """Get and replace."""
+    """Reads and replaces preferences."""
 
     def __init__(self, store: PreferenceStore) -> None:
         self._store = store
 
     def of(self, who: str) -> dict[str, Any]:
-        """All of them; what was never chosen is as in DEFAULTS."""
+        """Return all preferences, with DEFAULTS for those never chosen."""
         return {**DEFAULTS, **self._store.get(who)}
 
     def replace(self, who: str, chosen: Mapping[str, Any]) -> None:
-        """Choose anew.
+        """Replace all preferences.
 
         Raises:
             PackNotFound: The chosen pack does not exist.

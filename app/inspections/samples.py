@@ -33,37 +33,38 @@ NAME = "Sample culvert"
 WHO = "chainage"
 
 _LIMITS = Limits(memory_bytes=1536 * 2**20, cpu_s=600, file_bytes=32 * 2**20)
-"""Drawing the wall takes some 400 MiB and 20 s, the video some 8 MiB."""
+"""Limits of the child: drawing the wall takes some 400 MiB and 20 s, the video some 8 MiB."""
 _ROOM_BYTES = 20 * 2**20
-"""The video, and its copy in the inspection."""
+"""Free space for the video and its copy in the inspection."""
 _STALL_S = 60.0
-"""Drawing the wall, before the first frame, takes the longest: 2 s on two cores."""
+"""Time without progress that counts as a stall; drawing the wall before the first frame takes 2 s
+on two cores."""
 _STOP_S = 10.0
 
 
 @dataclass(frozen=True)
 class SampleState:
-    """How far the sample is."""
+    """Progress of the sample."""
 
     state: Literal["none", "rendering", "ready", "failed"]
     frames_done: int = 0
     frames_total: int | None = None
     """Known from the first frame on."""
     inspection_id: str | None = None
-    """When it is ready."""
+    """Set when the sample is ready."""
     fault: str | None = None
-    """Why it failed, in a sentence."""
+    """A sentence that says why it failed."""
 
     @property
     def progress(self) -> float:
-        """0 to 1."""
+        """Progress from 0 to 1."""
         if self.state == "ready":
             return 1.0
         return self.frames_done / self.frames_total if self.frames_total else 0.0
 
 
 class Samples:
-    """Makes one at a time, in a thread of its own."""
+    """Makes one sample at a time, in its own thread."""
 
     def __init__(
         self, folder: DataFolder, inspections: Inspections, observations: Observations
@@ -73,15 +74,15 @@ class Samples:
         self._observations = observations
         self._messages: msgspec.msgpack.Decoder[FromSample] = msgspec.msgpack.Decoder(FromSample)
         self._changed = threading.Condition()
-        """Guards what follows; notified at each step."""
+        """Guards the next fields; notified at each step."""
         self._making: SampleState | None = None
-        """While it is made, and after it has failed."""
+        """State during rendering, and after a failure."""
         self._child: Child | None = None
         self._thread: threading.Thread | None = None
         self._stopping = False
 
     def state(self) -> SampleState:
-        """How far it is."""
+        """Return the current state."""
         with self._changed:
             if self._making is not None:
                 return self._making
@@ -91,10 +92,10 @@ class Samples:
         return SampleState("ready", inspection_id=inspection_id)
 
     def start(self) -> SampleState:
-        """Begin to make it; without effect if the sample inspection is there.
+        """Start rendering, unless the sample inspection exists.
 
         Raises:
-            SampleBeingMade: It is not ready yet.
+            SampleBeingMade: The sample is not ready yet.
         """
         before = self.state()
         with self._changed:
@@ -108,10 +109,11 @@ class Samples:
             return self._making
 
     def wait(self, on_progress: Callable[[int, int], None]) -> SampleState:
-        """Until it is ready, has failed or was stopped; its child has limits, so it ends.
+        """Wait until the sample is ready, has failed or was stopped; the limits of the child bound
+        this.
 
         Args:
-            on_progress: Called with frames done and frames in all.
+            on_progress: Called with frames done and the total.
         """
         while (state := self.state()).state == "rendering":
             if state.frames_total is not None:
@@ -135,22 +137,22 @@ class Samples:
         try:
             self._add(self._rendered())
         except ChainageError as error:
-            # When the server ends, that the child was ended too is no failure.
-            self._tell(None if self._stopping else SampleState("failed", fault=str(error)))
+            # When the server stops, the end of the child is no failure.
+            self._set_state(None if self._stopping else SampleState("failed", fault=str(error)))
         except Exception:
             logger.exception("The sample inspection could not be made.")
-            fault = "Making the sample met an unexpected fault. It is in the server's log."
-            self._tell(SampleState("failed", fault=fault))
+            fault = "The sample failed because of a program fault. It is in the server's log."
+            self._set_state(SampleState("failed", fault=fault))
         else:
-            self._tell(None)
+            self._set_state(None)
 
-    def _tell(self, state: SampleState | None) -> None:
+    def _set_state(self, state: SampleState | None) -> None:
         with self._changed:
             self._making = state
             self._changed.notify_all()
 
     def _existing(self) -> str | None:
-        """Id of the inspection that the sample became, unless it was deleted."""
+        """Return the id of the sample inspection, unless it was deleted."""
         try:
             inspection_id = self._note.read_text("ascii")
             self._inspections.row(inspection_id)
@@ -163,7 +165,7 @@ class Samples:
         return self._folder.sample / "inspection"
 
     def _add(self, files: Path) -> None:
-        """Import the video, with three tags to begin with."""
+        """Import the video and add three tags."""
         rig = Rig.load(files / "rig.json")
         inspection_id = self._inspections.import_video(
             files / "video.mp4", rig, NAME, header(rig, datetime.now().astimezone())
@@ -173,7 +175,7 @@ class Samples:
         write_durably(self._note, inspection_id.encode())
 
     def _rendered(self) -> Path:
-        """Folder of the rendered sample; what an earlier version has left is removed."""
+        """Return the folder of the rendered sample; remove that of an earlier version."""
         target = self._folder.sample / _version()
         if target.is_dir():
             return target
@@ -212,7 +214,7 @@ class Samples:
         while True:
             match self._messages.decode(child.receive(_STALL_S)):
                 case Rendered(done, total):
-                    self._tell(SampleState("rendering", done, total))
+                    self._set_state(SampleState("rendering", done, total))
                 case Done():
                     return
                 case Failed(_, detail, trace):
@@ -221,7 +223,7 @@ class Samples:
 
 
 def header(rig: Rig, now: datetime) -> dict[str, Any]:
-    """All that is known of the sample; how the drive ended is for the user to say."""
+    """Return the header fields known of the sample; the user states how the drive ended."""
     segment_mm = rig.pipe.segment_length_mm
     return {
         "asset_id": "CUL-0001",
@@ -246,6 +248,6 @@ def header(rig: Rig, now: datetime) -> dict[str, Any]:
 
 
 def _version() -> str:
-    """Of what is rendered: another one is rendered anew."""
+    """Return the version of the rendering; another version is rendered anew."""
     described = f"{version('chainage')} {SAMPLE.shortened(LENGTH_MM)!r}"
     return hashlib.sha256(described.encode()).hexdigest()[:16]

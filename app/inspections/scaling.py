@@ -1,8 +1,8 @@
-"""Brings runs to scale by their joints while they go on, and records when that moves distances.
+"""Applies the scale of joints during a run, and records when that moves distances.
 
-Joints count by themselves as long as nobody states otherwise (see `adjustment.adjust`).  Here runs
-are watched: each new joint is solved for, and when the scale comes into force, goes, or changes by
-more than the interval that was told, it stands in the history.
+Joints count unless somebody states otherwise (see `adjustment.adjust`). Each new joint of a run
+triggers a solution. The history records when a scale is first applied, dropped, or changed by more
+than its published interval.
 """
 
 from __future__ import annotations
@@ -25,26 +25,26 @@ from app.tracking.worker import Worker
 logger = logging.getLogger(__name__)
 
 WHO = "Chainage"
-"""In the history: nobody has stated it."""
+"""Author in the history: nobody stated it."""
 
 _STOP_TIMEOUT_S = 10.0
 
 
 @dataclass(frozen=True)
-class _Told:
-    """What was last told of a run."""
+class _Published:
+    """The last published scale of a run."""
 
     revision: int
     scale: dict[str, Any] | None
-    """By joints; None if they did not count."""
+    """Scale by joints; None if they did not count."""
     adjusted: Adjusted | None = None
-    """The solution that says so."""
+    """The solution with this scale."""
     sightings: int = 0
     way_mm: float = 0.0
 
 
 class Scaling(Worker):
-    """A thread that looks at runs when they have gone on."""
+    """A thread that checks inspections as their runs progress."""
 
     def __init__(
         self, inspections: InspectionStore, tracks: Tracks, corrections: Corrections
@@ -54,11 +54,11 @@ class Scaling(Worker):
         self._tracks = tracks
         self._corrections = corrections
         self._due: dict[str, str] = {}
-        """State of runs that have gone on."""
-        self._told: dict[str, _Told] = {}
+        """State of the inspections to check."""
+        self._published: dict[str, _Published] = {}
 
     def on_event(self, event: Event) -> None:
-        """A listener of all events."""
+        """Handle an event."""
         if isinstance(event, Update) and (event.estimates or event.state in ENDED):
             with self._changed:
                 self._due[event.inspection_id] = event.state
@@ -75,7 +75,7 @@ class Scaling(Worker):
                 try:
                     self._look(inspection_id, has_ended=state in ENDED)
                 except InspectionNotFound:  # deleted meanwhile
-                    self._told.pop(inspection_id, None)
+                    self._published.pop(inspection_id, None)
                 except (Busy, DiskFull) as fault:
                     logger.warning(
                         "The scale of %s could not be recorded: %s", inspection_id, fault
@@ -86,41 +86,41 @@ class Scaling(Worker):
                     )
 
     def _look(self, inspection_id: str, *, has_ended: bool) -> None:
-        told = self._told.get(inspection_id) or self._recorded(inspection_id)
+        published = self._published.get(inspection_id) or self._recorded(inspection_id)
         segment_mm = self._corrections.newest(inspection_id).rig.pipe.segment_length_mm
         if segment_mm is None:
             return
         sightings = len(self._tracks.sightings(inspection_id))
         if not has_ended:
             way_mm = self._tracks.newest_mm(inspection_id)
-            is_new = sightings != told.sightings or way_mm > told.way_mm + segment_mm
+            is_new = sightings != published.sightings or way_mm > published.way_mm + segment_mm
             if not is_new:
                 return
         adjusted = self._corrections.adjusted(inspection_id)
-        if adjusted is told.adjusted:  # it is too early to solve it again
+        if adjusted is published.adjusted:  # too early to solve again
             return
         scale = scale_of(adjusted)
         revision = self._corrections.revision(inspection_id)
-        if revision == told.revision and is_other(told.scale, scale, adjusted):
-            change = Rescaling(WHO, told.scale, scale or _why_not(adjusted), _remark(adjusted))
+        if revision == published.revision and is_other(published.scale, scale, adjusted):
+            change = Rescaling(WHO, published.scale, scale or _why_not(adjusted), _remark(adjusted))
             if self._corrections.rescaled(inspection_id, change):
                 logger.info("Inspection %s: %s", inspection_id, _remark(adjusted))
             revision = self._corrections.revision(inspection_id)
-        elif revision == told.revision:
-            scale = told.scale
+        elif revision == published.revision:
+            scale = published.scale
         way_mm = float(adjusted.track.distance_mm.max(initial=0.0))
-        self._told[inspection_id] = _Told(revision, scale, adjusted, sightings, way_mm)
+        self._published[inspection_id] = _Published(revision, scale, adjusted, sightings, way_mm)
         if has_ended:
-            del self._told[inspection_id]
+            del self._published[inspection_id]
 
-    def _recorded(self, inspection_id: str) -> _Told:
+    def _recorded(self, inspection_id: str) -> _Published:
         last = self._inspections.last_rescaled(inspection_id)
         scale = None if last is None else dict(last)
-        return _Told(self._corrections.revision(inspection_id), scale)
+        return _Published(self._corrections.revision(inspection_id), scale)
 
 
 def scale_of(adjusted: Adjusted) -> dict[str, Any] | None:
-    """What the joints say, for the record; None if they do not count."""
+    """Return the scale by joints, for the history; None if they do not count."""
     found = adjusted.by_joints
     if found is None:
         return None
@@ -133,17 +133,19 @@ def scale_of(adjusted: Adjusted) -> dict[str, Any] | None:
     }
 
 
-def is_other(told: dict[str, Any] | None, scale: dict[str, Any] | None, adjusted: Adjusted) -> bool:
-    """Whether it moves distances by more than the interval that was told."""
-    if told is None or scale is None:
-        return (told is None) != (scale is None)
-    change = abs(float(scale["scale"]) - float(told["scale"]))
+def is_other(
+    published: dict[str, Any] | None, scale: dict[str, Any] | None, adjusted: Adjusted
+) -> bool:
+    """Return whether a scale moves distances by more than the published interval."""
+    if published is None or scale is None:
+        return (published is None) != (scale is None)
+    change = abs(float(scale["scale"]) - float(published["scale"]))
     far_mm = float(abs(adjusted.track.distance_mm).max(initial=0.0))
-    return change > U95 * float(told["scale_sigma"]) and change * far_mm > 1000 * LEAST_M
+    return change > U95 * float(published["scale_sigma"]) and change * far_mm > 1000 * LEAST_M
 
 
 def _why_not(adjusted: Adjusted) -> dict[str, Any] | None:
-    """Why the joints do not count, for who reads the record in another language."""
+    """Return why the joints do not count, for readers in other languages."""
     refusal = adjusted.joints_refusal
     return None if refusal is None else {"refusal": reason_of(refusal)}
 

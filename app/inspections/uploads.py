@@ -1,7 +1,7 @@
-"""Resumable uploads after tus 1.0.0: the offset is what is on the disk.
+"""Resumable uploads after tus 1.0.0: the offset is the number of bytes on the disk.
 
-The rules are those that survived kill -9 in mid-PATCH: one request at a time uses an upload, bytes
-are synced before they are acknowledged, and a broken connection keeps what came.
+These rules survived kill -9 during a PATCH: one request at a time uses an upload, bytes are synced
+before they are acknowledged, and a broken connection keeps the received bytes.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ logger = logging.getLogger(__name__)
 
 CHECKSUMS = ("sha1", "sha256")
 MAX_CHECKED_PIECE = 16 * 2**20
-"""A piece with a checksum is held in memory until it is verified."""
+"""Largest piece with a checksum: it is held in memory until it is verified."""
 MOST_OF_A_TOKEN = 100
-"""Uploads that are announced or complete, and not yet an inspection."""
+"""Most uploads of a token that have not become an inspection."""
 _BLOCK = 2**20
 _CLOCK_WAS_SET_S = 60.0
-"""What a clock that is only kept right does not jump by."""
+"""Jump of the clock that shows it was set, not just adjusted."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Checksum:
 
 @dataclass(frozen=True)
 class UploadState:
-    """Where an upload stands."""
+    """Progress of an upload."""
 
     info: UploadInfo
     offset: int
@@ -61,7 +61,7 @@ class UploadState:
 
 
 class Uploads:
-    """Create, look up, append, delete, take."""
+    """Creates uploads, appends to them, deletes them, and hands them over."""
 
     def __init__(self, folder: DataFolder, *, max_bytes: int, expiry_s: float) -> None:
         self._folder = folder
@@ -73,18 +73,18 @@ class Uploads:
         self._busy: set[str] = set()
 
     def create(self, length: int, filename: str, metadata: str, owner: str) -> str:
-        """A new upload of `length` bytes, announced by the token `owner`.
+        """Create an upload of `length` bytes, announced by the token `owner`; return its id.
 
         Raises:
-            UploadTooLarge: Above the server's limit.
-            TooManyUploads: The token has as many as it may have.
-            DiskFull: More than the disk has room for, with what others have announced.
+            UploadTooLarge: The length exceeds the server's limit.
+            TooManyUploads: The token has reached its limit.
+            DiskFull: The disk has no room for it besides other announced uploads.
         """
         if length > self.max_bytes:
             raise UploadTooLarge(
                 f"The file has {length} bytes; the server takes {self.max_bytes} at most."
             )
-        with self._creating:  # two at once would both count without the other
+        with self._creating:  # two concurrent ones would not count each other
             announced = list(self._store.announced())
             if sum(info.owner == owner for info, _ in announced) >= MOST_OF_A_TOKEN:
                 raise TooManyUploads(
@@ -95,10 +95,10 @@ class Uploads:
             return self._store.create(UploadInfo(length, filename, metadata, owner))
 
     def state(self, upload_id: str) -> UploadState:
-        """What was announced and what has arrived.
+        """Return announced and received lengths.
 
         Raises:
-            UploadNotFound: Not made here, expired, deleted, or already an inspection.
+            UploadNotFound: The id is unknown, expired, deleted, or already an inspection.
         """
         info = self._store.info(upload_id)
         expires_at = self._store.touched_at(upload_id) + self._expiry_s
@@ -113,14 +113,14 @@ class Uploads:
     ) -> UploadState:
         """Append the bytes of one PATCH at `offset`; they are on the disk when it returns.
 
-        When `pieces` fails, because the client went away, what came is kept and synced.
+        When `pieces` fails, because the client disconnected, received bytes are kept and synced.
 
         Raises:
             OffsetConflict: The disk holds another number of bytes.
             UploadBusy: Another request is using the upload.
-            UploadTooLarge: More bytes than were announced.
-            ChecksumMismatch: Nothing was appended.
-            DiskFull: What fitted is kept.
+            UploadTooLarge: More bytes came than were announced.
+            ChecksumMismatch: The digest differs; nothing was appended.
+            DiskFull: The bytes that fitted are kept.
         """
         with self._in_use(upload_id):
             state = await asyncio.to_thread(self.state, upload_id)
@@ -152,7 +152,7 @@ class Uploads:
             raise
 
     def delete(self, upload_id: str) -> None:
-        """Forget an upload and its bytes."""
+        """Delete an upload and its bytes."""
         with self._in_use(upload_id):
             self._store.info(upload_id)
             self._store.delete(upload_id)
@@ -161,7 +161,7 @@ class Uploads:
     def take(self, upload_id: str) -> Iterator[tuple[Path, UploadInfo]]:
         """Hold a complete upload to make an inspection of it; the file may be moved away.
 
-        When the block ends without an exception the upload is gone, otherwise it stays.
+        When the block ends without an exception the upload is deleted, otherwise it stays.
 
         Raises:
             UploadIncomplete: Bytes are missing.
@@ -176,10 +176,10 @@ class Uploads:
             self._store.delete(upload_id)
 
     def expire(self) -> None:
-        """Delete the uploads that nobody goes on with.
+        """Delete abandoned uploads.
 
-        A clock that was set makes what is just arriving look old, as on a machine that knows the
-        time only once it finds a network: then all of them get their time anew.
+        Setting the clock makes active uploads look old, for example on a machine that learns the
+        time from the network only later; then the time of every upload is reset.
         """
         before_s, self._clock_zero_s = self._clock_zero_s, _clock_zero_s()
         if abs(self._clock_zero_s - before_s) > _CLOCK_WAS_SET_S:
@@ -203,7 +203,7 @@ class Uploads:
 
 
 async def _blocks(pieces: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
-    """Gather the network's pieces into blocks of 1 MiB; what came before a failure comes first."""
+    """Gather received pieces into blocks of 1 MiB; yield the rest before raising a failure."""
     gathered = bytearray()
     try:
         async for piece in pieces:
@@ -237,10 +237,10 @@ async def _verified(
 
 
 def checksum_from(algorithm: str, digest: bytes) -> Checksum:
-    """Checked for a known algorithm.
+    """Return a checksum of a known algorithm.
 
     Raises:
-        InvalidUpload: Another algorithm.
+        InvalidUpload: The algorithm is unknown.
     """
     if algorithm not in CHECKSUMS:
         raise InvalidUpload(
@@ -250,9 +250,9 @@ def checksum_from(algorithm: str, digest: bytes) -> Checksum:
 
 
 async def _in_thread(call: Callable[..., None], *args: object) -> None:
-    """`asyncio.to_thread`, but when cancelled it still waits for the thread to end.
+    """Like `asyncio.to_thread`, but wait for the thread also when cancelled.
 
-    Otherwise the file would be closed while a thread writes to it.
+    Otherwise the file would be closed while the thread writes to it.
     """
     running = asyncio.ensure_future(asyncio.to_thread(call, *args))
     try:
@@ -263,7 +263,7 @@ async def _in_thread(call: Callable[..., None], *args: object) -> None:
 
 
 def _clock_zero_s() -> float:
-    """Time 0 of the clock that nobody sets, by the one that can be set; it changes with it."""
+    """Return the wall-clock time of the monotonic zero; it changes when the clock is set."""
     return time.time() - time.monotonic()
 
 

@@ -1,1 +1,1 @@
-"""Child processes: media is decoded and tracked here, never in the server."""
+"""Child processes, which decode and track media; the server never does."""

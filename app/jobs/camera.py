@@ -1,6 +1,6 @@
-"""The camera process: captures, records and tracks one live source until it has to stop.
+"""The camera process: captures, records and tracks one live source until it must stop.
 
-The only files that it writes are the recording and its marks.
+It writes only the recording and its marks.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ if TYPE_CHECKING:
     from app.jobs.parts import Mark
 
 PREVIEW_WIDTH_PX = 640
-"""Each frame of a camera is shown; a small picture is encoded in half a millisecond."""
+"""Every frame of a camera is shown; encoding a small picture takes half a millisecond."""
 _WAIT_S = 0.1
 _STATE_S = 0.5
 _ROUNDING_S = 5e-4
-"""Recordings count in milliseconds."""
+"""Rounding of times in recordings, which count milliseconds."""
 
 
 def main() -> None:
-    """Do the one request on the pipe, then end."""
+    """Handle the one request on the pipe, then end."""
     with connection_from_arguments() as connection:
         request = _Commands(connection).next()
         assert isinstance(request, LiveRequest)  # noqa: S101  (the parent's first message)
@@ -51,35 +51,35 @@ def main() -> None:
         try:
             _run(request, connection)
         except (ConnectionError, EOFError):
-            return  # the server has gone; the recording is closed and found when it is back
+            return  # the server has gone; it will find the closed recording when it is back
         except Exception as error:
             connection.send_bytes(encode(failure_of(error)))
 
 
 def _confine(request: LiveRequest) -> None:
-    """To the camera's device, file or pipe, or the port of its address, and to the recording."""
+    """Confine the process to the recording and the camera's device, file, pipe or port."""
     camera, port = request.camera, None
     writes = [str(Path(request.recording).parent)]
     if camera.peer is not None:
         port = urlsplit(camera.location).port
-    elif camera.kind != "file":  # opened to be written, though nothing is
+    elif camera.kind != "file":  # opened for writing, though nothing is written
         writes.append(camera.location)
     confine(reads=[camera.location.removeprefix("file:")], writes=writes, port=port)
 
 
 class _Commands:
-    """What the parent sends."""
+    """Commands of the parent."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
         self._decoder: msgspec.msgpack.Decoder[ToCamera] = msgspec.msgpack.Decoder(ToCamera)
 
     def next(self) -> ToCamera:
-        """Wait for it."""
+        """Wait for the next command."""
         return self._decoder.decode(self._connection.recv_bytes())
 
     def is_to_stop(self) -> bool:
-        """Whether it has just said so."""
+        """Return whether the parent has sent a stop."""
         return self._connection.poll() and isinstance(self.next(), StopCapture)
 
 
@@ -119,10 +119,10 @@ def _run(request: LiveRequest, connection: Connection) -> None:
 def _catch_up(
     follower: Follower, request: LiveRequest, marks: list[Mark], connection: Connection
 ) -> int:
-    """Track what a process before this one recorded, but whose rows ended with it.
+    """Track frames that an earlier process recorded but whose rows were lost.
 
-    The track goes on from the last known frame, which is looked at once more; but not if a new part
-    begins behind it, or if it is not recorded.
+    The track continues from the last known frame, which is processed again, unless a new part
+    begins after it or it is not recorded.
 
     Returns:
         Number of the first frame that is not recorded yet.
@@ -154,14 +154,14 @@ def _catch_up(
 
 def _follow(capture: Capture, follower: Follower, connection: Connection) -> None:
     commands = _Commands(connection)
-    told: CameraState | None = None
-    told_s = 0.0
+    sent: CameraState | None = None
+    sent_s = 0.0
     while not capture.waiting.is_over:
         captured = capture.waiting.take(_WAIT_S)
-        state = _state(capture)  # before the picture: that shows that the camera is there
-        if time.monotonic() - told_s >= _STATE_S or _has_news(state, told):
+        state = _state(capture)  # before the picture, which shows that the camera is there
+        if time.monotonic() - sent_s >= _STATE_S or _has_news(state, sent):
             connection.send_bytes(encode(state))
-            told, told_s = state, time.monotonic()
+            sent, sent_s = state, time.monotonic()
         if captured is not None:
             follower.add(captured.frame, captured.skipped)
             batch = follower.batch()
@@ -190,13 +190,13 @@ def _state(capture: Capture) -> CameraState:
     )
 
 
-def _has_news(state: CameraState, told: CameraState | None) -> bool:
-    if told is None or state.left_out:
+def _has_news(state: CameraState, sent: CameraState | None) -> bool:
+    if sent is None or state.left_out:
         return True
     return (state.connected, state.detail, state.is_recording) != (
-        told.connected,
-        told.detail,
-        told.is_recording,
+        sent.connected,
+        sent.detail,
+        sent.is_recording,
     )
 
 

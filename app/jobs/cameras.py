@@ -1,4 +1,4 @@
-"""Opens a live source with bounds on what it may do, and says in words why it gives no picture."""
+"""Opens a live source within limits, and explains in words why it delivers no picture."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from vo_core.errors import UnreadableVideo
 from vo_core.sources import checked_stream
 
 QUIET_S = 3.0
-"""A file that has not grown, or a pipe that has been silent, for so long has ended."""
+"""A file that has not grown, or a pipe that has been silent, for this long has ended."""
 _TIMEOUTS_S = {
     "rtsp": (5.0, 2.0),
     "mjpeg": (5.0, 2.0),
@@ -40,20 +40,20 @@ _TIMEOUTS_S = {
     "file": (2.0, QUIET_S),
     "pipe": (QUIET_S, QUIET_S),
 }
-"""To open, to read.  A file that does not grow just now is opened with what it holds."""
+"""Timeouts to open and to read. A file that is not growing is opened with its present content."""
 _FORMATS = {"rtsp": "rtsp", "mjpeg": "mpjpeg", "usb": "v4l2"}
 _QUICK = {"fpsprobesize": "0", "analyzeduration": "1", "probesize": "32"}
-"""FFmpeg as it comes reads for seconds to guess a frame rate that is not used."""
+"""By default FFmpeg reads for seconds to guess a frame rate that is not used."""
 _THOROUGH = {"fpsprobesize": "0", "analyzeduration": "2000000", "probesize": "5000000"}
 _NAME = "The camera's video"
 
 
 class CameraFault(Exception):
-    """Why there is no picture, in a sentence; it is worth another try."""
+    """A sentence that says why there is no picture; another try may help."""
 
 
 class WrongPictures(CameraFault):
-    """It gives pictures, but not such as can be used; `code` is that of the API."""
+    """The source delivers unusable pictures; `code` is that of the API."""
 
     def __init__(self, code: str, detail: str) -> None:
         super().__init__(detail)
@@ -62,11 +62,11 @@ class WrongPictures(CameraFault):
 
 @contextmanager
 def opened(camera: CameraInput) -> Iterator[tuple[InputContainer, VideoStream]]:
-    """The source and its video.
+    """Open the source and return it with its video stream.
 
     Raises:
-        CameraFault: It cannot be opened.
-        WrongPictures: It has no video of a codec and a size that are taken.
+        CameraFault: The source cannot be opened.
+        WrongPictures: It has no video of a supported codec and size.
     """
     with _place(camera) as (location, options):
         options = {**camera.options, **options}
@@ -84,10 +84,10 @@ def opened(camera: CameraInput) -> Iterator[tuple[InputContainer, VideoStream]]:
 
 
 def _container(camera: CameraInput, location: str, options: dict[str, str]) -> InputContainer:
-    """Opened with the least of looking ahead that shows the size of its pictures."""
+    """Open the source, reading ahead just enough to know the picture size."""
     probes = [_THOROUGH] if camera.kind in ("file", "pipe") else [_QUICK, _THOROUGH]
     for probe in probes:
-        with told_plainly():
+        with plain_errors():
             container = av.open(
                 location,
                 format=_FORMATS.get(camera.kind),
@@ -111,8 +111,8 @@ def _says_its_size(container: InputContainer) -> bool:
 
 
 @contextmanager
-def told_plainly() -> Iterator[None]:
-    """Turn FFmpeg's errors, which may hold the address with its password, into sentences."""
+def plain_errors() -> Iterator[None]:
+    """Turn FFmpeg's errors, which may contain the address with its password, into sentences."""
     try:
         yield
     except FFmpegError as error:
@@ -124,8 +124,8 @@ def _place(camera: CameraInput) -> Iterator[tuple[str, dict[str, str]]]:
     if camera.kind != "pipe":
         yield camera.location, {}
         return
-    # Opened for writing too, so that opening does not wait for a writer and no writer's end is
-    # taken for the end; without blocking, so that reading can be given up.
+    # Opened for writing too, so that opening does not wait for a writer and the end of one writer
+    # is not taken for the end; non-blocking, so that reading can be given up.
     try:
         pipe = os.open(camera.location, os.O_RDWR | os.O_NONBLOCK | os.O_NOFOLLOW)
     except OSError as error:
@@ -141,7 +141,7 @@ def _place(camera: CameraInput) -> Iterator[tuple[str, dict[str, str]]]:
 
 
 def _require_peer(address: str) -> None:
-    """FFmpeg follows where an RTSP server sends it; whoever it has got to must be the camera.
+    """Check that every connection leads to the camera: FFmpeg follows redirections of RTSP servers.
 
     Raises:
         CameraFault: A connection leads elsewhere.
@@ -149,7 +149,7 @@ def _require_peer(address: str) -> None:
     for name in Path("/proc/self/fd").iterdir():
         number = int(name.name)
         with suppress(OSError):  # it was that of the listing itself, or is not connected
-            # Looked at before it is doubled: a double that is no socket would stay open.
+            # Checked before it is duplicated: a duplicate that is no socket would stay open.
             if not stat.S_ISSOCK(os.fstat(number).st_mode):
                 continue
             with socket.socket(fileno=os.dup(number)) as connection:

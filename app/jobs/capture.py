@@ -1,7 +1,7 @@
-"""From a camera to frames: every packet is recorded as it came and decoded for the tracker.
+"""Captures a camera: every packet is recorded unchanged and decoded for the tracker.
 
-One thread reads the camera for as long as it is wanted, through all its drop-outs, into one film.
-The tracker hears what it missed, so that every frame of the recording gets a row in the track.
+One thread reads the camera into one film until it is stopped, through all drop-outs. The tracker
+learns which frames it missed, so that every frame of the recording gets a row in the track.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from av.video.stream import VideoStream
 
 from app.back_off import BackOff
 from app.jobs import nal
-from app.jobs.cameras import CameraFault, WrongPictures, opened, told_plainly
+from app.jobs.cameras import CameraFault, WrongPictures, opened, plain_errors
 from app.jobs.clocks import FileClock, StreamClock
 from app.jobs.film import NO_ROOM, Film
 from app.jobs.messages import CameraInput
@@ -37,20 +37,21 @@ _BACK_OFF = BackOff(first_s=0.2, longest_s=2.0)
 _SYNC_S = 1.0
 _MILLISECOND = Fraction(1, 1000)
 _MOST_DAMAGED = 100
-"""Packets in a row."""
+"""Most damaged packets in a row."""
 _AT_ONCE_S, _MOST_WAITED = 0.004, 200
-"""Packets closer than that had waited; so many do at the most."""
+"""Packets that come closer together than this had been waiting, and the most that may have
+waited."""
 _PAUSE_MS = 1000
-"""Between the last picture of one part of the recording and the first of the next one."""
+"""Pause between the last picture of one part of the recording and the first of the next."""
 _TOO_LONG = f"The recording ended after {MAX_FRAMES} pictures, the most that one may have."
 
 
 Arrival = tuple["Packet[VideoStream]", float]
-"""A packet and when it came, by `time.monotonic`."""
+"""A packet and its arrival time, by `time.monotonic`."""
 
 
 class Capture:
-    """Reads a camera in a thread of its own until `stop`, or until its file or pipe has ended."""
+    """Reads a camera in its own thread until `stop`, or until its file or pipe has ended."""
 
     def __init__(
         self,
@@ -61,14 +62,14 @@ class Capture:
         first_index: int,
         zero_s: float | None,
     ) -> None:
-        """What to capture, and where to.
+        """Set what to capture, and where to.
 
         Args:
-            camera: What to open.
-            size_wh: Of the pictures, as the rig states it.
-            film: What to record into.
+            camera: The source to open.
+            size_wh: Picture size stated by the rig.
+            film: The film to record into.
             first_index: Number of the next frame.
-            zero_s: Time 0 of a recording that goes on, by `time.monotonic`.
+            zero_s: Time 0 of a recording that is continued, by `time.monotonic`.
         """
         self.waiting = Waiting(is_patient=camera.kind == "file")
         self.is_connected = False
@@ -76,9 +77,9 @@ class Capture:
         self.detail: str | None = None
         self.zero_s = zero_s
         self.problem: str | None = None
-        """Why it ended by itself, if that was too early."""
+        """Why the capture ended by itself, if that was too early."""
         self.failure: tuple[str, str] | None = None
-        """Code and sentence, if it never began."""
+        """Code and sentence, if the capture never began."""
         self._camera = camera
         self._size_wh = size_wh
         self.film = film
@@ -92,16 +93,16 @@ class Capture:
         self._disk = threading.Thread(target=self._look_after_disk, name="disk", daemon=True)
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._disk.start()
         self._reader.start()
 
     def stop(self) -> None:
-        """Ask it to end; it does so within the time that one read may take."""
+        """Ask the thread to end, which takes at most the time limit of one read."""
         self._ending.set()
 
     def join(self) -> None:
-        """Wait until the recording is closed; raises what nobody has foreseen."""
+        """Wait until the recording is closed; raise any unexpected exception."""
         self._reader.join()
         if self._fault is not None:
             raise self._fault
@@ -116,7 +117,7 @@ class Capture:
         try:
             self._keep_reading()
             self._close()
-        except Exception as error:  # raised again by `join`, where somebody listens
+        except Exception as error:  # raised again by `join` in the caller's thread
             self._fault = error
         finally:
             self._ended.set()
@@ -135,7 +136,7 @@ class Capture:
         try:
             while not self._ended.wait(_SYNC_S):
                 self.film.look_after_disk()
-        except Exception as error:  # such as a disk that is broken; raised again by `join`
+        except Exception as error:  # such as a broken disk; raised again by `join`
             self._fault = error
             self._ending.set()
 
@@ -150,7 +151,7 @@ class Capture:
                 if self.film.recording is None and self._is_hopeless(fault, began_s):
                     return
             if self.film.recording is not None and self._camera.kind in ("file", "pipe"):
-                return  # what an odd recorder writes ends once
+                return  # input from an odd recorder ends once
             if self.is_connected:
                 self.is_connected = False
                 failures = 0
@@ -180,8 +181,8 @@ class Capture:
                 if self._ending.is_set():
                     return
                 time_ms = clock.time_ms(arrived_s, self._stated_s(packet))
-                is_key = packet.is_keyframe  # a filter empties the packet that it takes
-                with told_plainly():
+                is_key = packet.is_keyframe  # a filter empties the packet that it receives
+                with plain_errors():
                     contents = form.applied(packet)
                 if not self.is_connected:
                     self.is_connected, self.detail = True, None
@@ -189,7 +190,9 @@ class Capture:
                     self._take(content, time_ms, is_key, arrived_s)
 
     def _require_same(self, stream: VideoStream) -> None:
-        """Raise WrongPictures unless they fit the rig and the recording, which now begins."""
+        """Raise WrongPictures unless the pictures fit the rig and the recording; begin the
+        recording.
+        """
         codec = stream.codec_context
         if (codec.width, codec.height) != self._size_wh:
             raise WrongPictures(
@@ -216,7 +219,7 @@ class Capture:
             self.reconnects += 1
 
     def _clock(self, waited: list[Arrival]) -> StreamClock:
-        """Of a connection that begins with these packets."""
+        """Make the clock of a connection that begins with these packets."""
         last_ms = self.film.last_ms
         first_ms = 0 if last_ms is None else last_ms + _PAUSE_MS
         last_ms = -1 if last_ms is None else last_ms
@@ -236,13 +239,15 @@ class Capture:
         return StreamClock(self.zero_s, last_ms, delay_s)
 
     def _stated_s(self, packet: Packet[VideoStream]) -> float | None:
-        """Presentation time of a packet; MJPEG has none, FFmpeg makes up 25 a second."""
+        """Return the presentation time of a packet; MJPEG has none, so FFmpeg assumes 25 a
+        second.
+        """
         if self._camera.kind == "mjpeg" or packet.pts is None or packet.time_base is None:
             return None
         return float(packet.pts * packet.time_base)
 
     def _take(self, content: bytes, time_ms: int, is_key: bool, arrived_s: float) -> None:
-        """Record a packet that can be decoded, and hand on what it shows."""
+        """Record a packet that can be decoded, and pass its pictures on."""
         pictures = self._decoded(content, time_ms)
         if pictures is None:
             return
@@ -252,7 +257,7 @@ class Capture:
     def _hand_on(self, pictures: list[VideoFrame], arrived_s: float) -> None:
         for picture in pictures:
             t_s = (picture.pts or 0) / 1000
-            # What `VideoFile` passes over when it reads the recording gets no number here.
+            # A packet that `VideoFile` skips when reading the recording gets no number here.
             if picture.pts is None or t_s <= self._last_t_s:
                 continue
             self._last_t_s = t_s
@@ -264,7 +269,7 @@ class Capture:
             self._ending.set()
 
     def _decoded(self, content: bytes, time_ms: int) -> list[VideoFrame] | None:
-        """Pictures that are ready; None if the packet is damaged."""
+        """Return the pictures that are ready; None if the packet is damaged."""
         assert self._decoder is not None  # noqa: S101  (begun by _require_same)
         packet = Packet(content)
         packet.pts = time_ms
@@ -286,7 +291,9 @@ class Capture:
 
 
 def _decoder(coding: Coding) -> VideoCodecContext:
-    """As `VideoFile` will decode the recording: packet by packet, through all connections."""
+    """Decode like `VideoFile` will decode the recording: packet by packet, through all
+    connections.
+    """
     decoder = CodecContext.create(coding.codec, "r")
     assert isinstance(decoder, VideoCodecContext)  # noqa: S101  (all codecs of a Coding are)
     decoder.extradata = coding.extradata or None
@@ -297,10 +304,10 @@ def _decoder(coding: Coding) -> VideoCodecContext:
 
 
 def _from_key_frame(packets: Iterator[Packet[VideoStream]]) -> Iterator[Arrival]:
-    """Packets as they come, from the first one where decoding may begin."""
+    """Yield packets as they arrive, starting where decoding may begin."""
     has_begun = False
     while True:
-        with told_plainly():
+        with plain_errors():
             packet = next(packets, None)
         if packet is None:
             return
@@ -310,9 +317,9 @@ def _from_key_frame(packets: Iterator[Packet[VideoStream]]) -> Iterator[Arrival]
 
 
 def _waited(arrivals: Iterator[Arrival]) -> list[Arrival]:
-    """The packets that had piled up while the connection was made, and the first that had not.
+    """Return the packets that piled up during connecting, and the first that did not.
 
-    Only what did not wait shows how long the way from the camera takes.
+    Only packets that did not wait show the delay from the camera.
     """
     waited: list[Arrival] = []
     for packet, arrived_s in islice(arrivals, _MOST_WAITED):
@@ -323,10 +330,10 @@ def _waited(arrivals: Iterator[Arrival]) -> list[Arrival]:
 
 
 class _Form:
-    """Packets in the form in which files hold them.
+    """Converts packets to the form used in files.
 
-    What a camera may say once only, when a connection begins, is put before each key frame: after a
-    drop-out it may say something else, and the recording has one beginning only.
+    Parameters that a camera may send only once, at the start of a connection, are put before each
+    key frame: they may differ after a drop-out, and the recording starts only once.
     """
 
     def __init__(self, stream: VideoStream) -> None:
@@ -338,16 +345,16 @@ class _Form:
             self._parameters = BitStreamFilterContext("dump_extra=freq=keyframe", stream)
 
     def applied(self, packet: Packet[VideoStream]) -> list[bytes]:
-        """What is to be recorded of a packet, which is used up."""
+        """Convert a packet, which is used up."""
         whole = self._parameters.filter(packet) if self._parameters else [packet]
         contents = [bytes(each) for each in whole]
         return [nal.file_form(each) for each in contents] if self._to_lengths else contents
 
 
 def _extradata(stream: VideoStream) -> bytes:
-    """What a decoder of the recording is to know beforehand, or WrongPictures.
+    """Return the initial data for a decoder of the recording, or raise WrongPictures.
 
-    H.265 stays as cameras send it, which FFmpeg and what is built on it read.
+    H.265 stays in the form of the camera, which FFmpeg and programs based on it read.
     """
     codec = stream.codec_context
     extradata = bytes(codec.extradata or b"")

@@ -1,4 +1,4 @@
-"""When a packet is to be shown, in ms since the beginning of the recording."""
+"""Presentation times of packets, in ms since the beginning of the recording."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ _SHARE_OF_NEWEST = 0.05
 
 
 class StreamClock:
-    """Times on our own clock, as evenly as the camera states them.
+    """Times on the server's clock, with the even spacing stated by the camera.
 
-    No packet comes before it was captured, so of all delays the least is taken for the one that
-    the camera's clock means; the hurry and the hesitation of the network then do not show.  A
-    camera's clock that runs slower or faster is followed, one that jumps is begun with anew.
+    No packet arrives before it was captured, so the smallest delay links the camera's clock to
+    ours; jitter of the network is then invisible. A camera's clock that runs slow or fast is
+    followed; after a jump the clock starts anew.
     """
 
     _DRIFT = 5e-4
-    """Seconds a second by which two clocks may part; quartz does a tenth of that."""
+    """Largest drift between two clocks, seconds per second; that of quartz is a tenth of it."""
     _JUMP_S = 2.0
 
     def __init__(self, zero_s: float, last_ms: int, delay_s: float | None = None) -> None:
-        """A clock for one connection.
+        """Start a clock for one connection.
 
         Args:
             zero_s: Time 0 of the recording on the clock of `arrived_s`.
-            last_ms: Latest time in the recording; all that follows is later.
-            delay_s: From a stated time to its arrival, at least, if some have come already.
+            last_ms: Latest time in the recording; all later packets get later times.
+            delay_s: Smallest delay from stated time to arrival, if packets have come already.
         """
         self._zero_s = zero_s
         self._last_ms = last_ms
@@ -32,14 +32,15 @@ class StreamClock:
         self._arrived_s = zero_s
         self._latest_pts_s = float("-inf")
         self._usual_s: float | None = None
-        """Between two packets without a stated time."""
+        """Usual interval between two packets without a stated time."""
 
     def time_ms(self, arrived_s: float, pts_s: float | None) -> int:
-        """Of the next packet; it rises but for pictures that are shown before earlier ones.
+        """Return the time of the next packet; it rises, except for pictures shown before earlier
+        ones.
 
         Args:
-            arrived_s: When it came.
-            pts_s: What the camera states, if it does.
+            arrived_s: Arrival time.
+            pts_s: Time stated by the camera, if any.
         """
         if pts_s is None:
             least_ms = self._least_step_ms(arrived_s)
@@ -59,15 +60,15 @@ class StreamClock:
         return self._later(shown_s)
 
     def _least_step_ms(self, arrived_s: float) -> int:
-        """Half of the usual interval.
+        """Return half of the usual interval.
 
-        What a network has held up comes all at once; a millisecond from picture to picture would
-        be read as a robot that shoots through the pipe.
+        Packets delayed by the network arrive all at once; intervals of a millisecond would look
+        like a robot that shoots through the pipe.
         """
         step_s = arrived_s - self._arrived_s
         if self._usual_s is None:
             self._usual_s = min(step_s, _LONGEST_STEP_S)
-        else:  # one long pause does not make pauses usual
+        else:  # one long pause does not change the usual interval
             self._usual_s += _SHARE_OF_NEWEST * (min(step_s, 3 * self._usual_s) - self._usual_s)
         self._usual_s = max(self._usual_s, 0.001)
         return round(500 * self._usual_s)
@@ -79,13 +80,13 @@ class StreamClock:
 
 
 class FileClock:
-    """The own times of a file that is read while it grows, from its first packet on."""
+    """The file's own times, from its first packet on, while the file is read and grows."""
 
     def __init__(self) -> None:
         self._first_s: float | None = None
 
     def time_ms(self, _arrived_s: float, pts_s: float | None) -> int:
-        """Of the next packet."""
+        """Return the time of the next packet."""
         if self._first_s is None:
             self._first_s = pts_s or 0.0
         return max(round(1000 * ((pts_s or 0.0) - self._first_s)), 0)

@@ -1,8 +1,9 @@
 """Confines a child to the files that it needs: Landlock, of Linux 5.13 and later.
 
-What the lists of `vo_core.sources` keep FFmpeg from opening, the kernel then refuses too, even to
-code that a malicious video makes a decoder run: the token, the database, other programs' files and,
-from Linux 6.7 on, TCP.  An older kernel, or one without Landlock, leaves it at the lists.
+The lists of `vo_core.sources` keep FFmpeg from opening other files; the kernel then refuses them
+too, even to code that a malicious video makes a decoder run: the token, the database, other
+programs' files and, from Linux 6.7 on, TCP. With an older kernel, or without Landlock, only the
+lists apply.
 
 Interface: include/uapi/linux/landlock.h, Documentation/userspace-api/landlock.rst.
 """
@@ -22,31 +23,31 @@ import app
 import vo_core
 
 _CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446
-"""System calls; these have the same number on every architecture."""
+"""System calls, whose numbers are the same on every architecture."""
 _ASK_FOR_VERSION, _PATH_BENEATH, _PORT, _NO_NEW_PRIVILEGES = 1, 1, 2, 38
 _WRITE_FILE, _READ_FILE, _READ_FOLDER = 1 << 1, 1 << 2, 1 << 3
 _REMOVE_FILE, _MAKE_FILE, _TRUNCATE = 1 << 5, 1 << 8, 1 << 14
 _FILES_OF_VERSION = {1: (1 << 13) - 1, 2: (1 << 14) - 1, 3: (1 << 15) - 1}
-"""Every right to files that a version knows; those after 3 are about devices."""
+"""All file rights known to each version; later ones concern devices."""
 _TCP, _CONNECT, _TCP_SINCE = 0b11, 0b10, 4
 _SCOPES, _SCOPES_SINCE = 0b11, 6
-"""Abstract unix sockets and signals reach no process outside."""
+"""Restrict abstract unix sockets and signals to this process."""
 _CODE = ("/usr", "/lib", "/lib64", "/proc/self", "/sys/devices/system/cpu")
 _ABSENT = (errno.ENOSYS, errno.EOPNOTSUPP, errno.EPERM)
-"""Not built in, not switched on, kept from a container."""
+"""Errors if Landlock is not built in, not enabled, or blocked in a container."""
 
 
 def confine(
     *, reads: Iterable[str] = (), writes: Iterable[str] = (), port: int | None = None
 ) -> None:
-    """Let this process, from now on, open only its own code and what is named.  Not to be undone.
+    """Restrict this process to its own code and the named files; this cannot be undone.
 
-    To be called before a thread is started: it holds for those that come later.
+    Call it before starting threads: it applies only to later ones.
 
     Args:
-        reads: Files, and folders with all that is in them.
-        writes: Files that may be changed too, and folders in which they may be made and deleted.
-        port: Of TCP, that may be connected to; without it there is none.
+        reads: Files to read, and folders with their content.
+        writes: Files to change, and folders in which files may be made and deleted.
+        port: TCP port to connect to; None for no port.
     """
     version = landlock_version()
     if not version:
@@ -73,7 +74,7 @@ def confine(
 
 
 def landlock_version() -> int:
-    """Of the kernel's Landlock; 0 without it, or if it is switched off."""
+    """Return the version of the kernel's Landlock; 0 if it is missing or disabled."""
     if sys.platform != "linux":
         return 0
     try:
@@ -85,14 +86,14 @@ def landlock_version() -> int:
 
 
 def _code() -> list[str]:
-    """The interpreter, its libraries and our packages."""
+    """Return the interpreter, its libraries and our packages."""
     ours = (str(Path(package.__file__).parent) for package in (app, vo_core) if package.__file__)
     installed = (*site.getsitepackages(), site.getusersitepackages())
     return [*_CODE, sys.prefix, sys.base_prefix, *installed, *ours]
 
 
 def _listed_by_imports() -> list[str]:
-    """Where modules are looked for: their names may be read, not all that lies there."""
+    """Return folders that imports list: file names may be read there, not contents."""
     return [path for path in sys.path if Path(path).is_dir()]
 
 
@@ -112,7 +113,7 @@ _libc = ctypes.CDLL(None, use_errno=True)
 
 
 def _call(number: int, *arguments: object) -> int:
-    """What the kernel answers, or OSError."""
+    """Make a system call; return its result or raise OSError."""
     answer = int(_libc.syscall(number, *arguments))
     if answer < 0:
         code = ctypes.get_errno()

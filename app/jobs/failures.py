@@ -1,4 +1,4 @@
-"""What a child reports to its parent of an exception."""
+"""Converts an exception of a child into a message to its parent."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ _TOLD_PLAINLY = {"UnreadableVideo": "unreadable_video", "InvalidRig": "invalid_r
 
 
 def failure_of(error: Exception) -> Failed:
-    """Code and sentence; what was not foreseen goes to the log."""
-    # By name and number: when memory is too short even to load a module, its classes are not there.
+    """Return code and sentence; unexpected exceptions carry a trace for the log."""
+    # By name and number: when memory is too short even to load a module, its classes do not exist.
     code = _TOLD_PLAINLY.get(type(error).__name__)
     if code is not None:
         return Failed(code, str(error))
-    # FFmpeg's converter says EAGAIN when there is no room for the stack of a thread.
+    # FFmpeg's converter reports EAGAIN when a thread's stack does not fit.
     is_short = isinstance(error, MemoryError | BlockingIOError)
     if is_short or getattr(error, "code", None) == _CV2_NO_MEMORY:
         return Failed("out_of_memory", _OUT_OF_MEMORY)
-    detail = "Tracking met an unexpected fault; it is in the log."
+    detail = "Tracking failed because of a fault in the program; it is in the log."
     return Failed("tracking_failed", detail, traceback.format_exc())

@@ -1,6 +1,6 @@
-"""The recording of a camera on a disk that may be full: it stops, and goes on when there is room.
+"""The recording of a camera; it pauses while the disk is full and resumes afterwards.
 
-Tracking does not wait for it.  What was captured in between is noted in parts.csv before the next
+Tracking goes on meanwhile. Frames captured during the pause are noted in parts.csv before the next
 packet is recorded, so that every frame keeps its number.
 """
 
@@ -18,24 +18,24 @@ from app.jobs.recording import Coding, Recording
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 ROOM_TO_GO_ON = 32 * 2**20
-"""Bytes free beyond the reserve: it does not stop again at once."""
+"""Bytes free beyond the reserve before recording resumes, so that it does not stop at once."""
 
 
 class Film:
-    """One file and its marks; made with the first picture."""
+    """A recording and its marks, created with the first picture."""
 
     def __init__(
         self, path: Path, marks_path: Path, pending: Sequence[Mark], reserve_bytes: int
     ) -> None:
-        """Go on with a file that exists.
+        """Continue a file that exists.
 
         Args:
             path: The recording.
             marks_path: Its parts.csv.
-            pending: Marks that are not in that file yet.
+            pending: Marks that are not yet in that file.
             reserve_bytes: Disk space to leave free.
         Raises:
-            UnreadableVideo: The file that exists is no recording.
+            UnreadableVideo: The existing file is no recording.
         """
         self._path, self._marks_path = path, marks_path
         self._reserve_bytes = reserve_bytes
@@ -47,10 +47,10 @@ class Film:
         self.recording = Recording.reopen(path) if path.exists() else None
 
     def begin(self, coding: Coding) -> None:
-        """Make the file.
+        """Create the file.
 
         Raises:
-            OSError: There is no room for it.
+            OSError: There is no room for the file.
         """
         self.recording = Recording(self._path, coding)
 
@@ -78,7 +78,7 @@ class Film:
             self._leave_out(time_ms)
 
     def note(self, frame: int, time_ms: int) -> None:
-        """A picture has got this number; it is marked if its packet was left out."""
+        """Assign a number to a picture, and mark it if its packet was left out."""
         if time_ms in self._left_out_ms:
             self._left_out_ms.remove(time_ms)
             mark = Mark(frame, time_ms / 1000, "left_out")
@@ -87,13 +87,13 @@ class Film:
                 self._news.append(mark)
 
     def news(self) -> list[Mark]:
-        """The marks since the last call."""
+        """Return the marks since the last call."""
         with self._lock:
             news, self._news = self._news, []
         return news
 
     def look_after_disk(self) -> None:
-        """Bring to the disk what was recorded, and stop in time before it is full."""
+        """Sync the recording, and pause before the disk is full."""
         if self._free_bytes() < 0:
             self.is_full = True
         if self.recording is not None:
@@ -103,7 +103,7 @@ class Film:
                 self._stop_if_full(error)
 
     def close(self) -> None:
-        """End it; marks for which there is no room are for the parent to keep."""
+        """Close the recording; the parent stores marks for which there was no room."""
         if self.recording is None:
             return
         with self.recording:

@@ -1,7 +1,7 @@
-"""The process that makes an ended recording fit for review: whole, and playable if it can be.
+"""The process that finalises an ended recording for review: complete, and playable if possible.
 
-Browsers play H.264 in MP4, so the packets are put into one as they are, at the same times.  If that
-cannot be, for its codec or for want of room, the recording itself is the video.
+Browsers play H.264 in MP4, so the packets are copied unchanged into an MP4, at the same times. If
+the codec or a lack of room prevents that, the recording itself is the video.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def _finalise(request: FinaliseRequest, connection: Connection) -> None:
     from vo_core.sources import VideoFile
 
     path = Path(request.recording)
-    with Recording.reopen(path) as recording:  # cuts off half a packet that a crash has left
+    with Recording.reopen(path) as recording:  # cuts off a packet that a crash left incomplete
         recording.finish()
         frames, codec = recording.packets, recording.coding.codec
     video_path = path
@@ -32,18 +32,20 @@ def _finalise(request: FinaliseRequest, connection: Connection) -> None:
         target = Path(request.target)
         video_path = target if _remuxed(path, target) else path
     with VideoFile(video_path) as video:
-        next(iter(video))  # raises unless there is a picture to be had
+        next(iter(video))  # raises unless a picture can be decoded
         probed = Probed(**asdict(video.info))
     connection.send_bytes(encode(Finalised(msgspec.structs.replace(probed, frames=frames))))
 
 
 def _remuxed(path: Path, target: Path) -> bool:
-    """Whether the packets of `path` are now in the MP4 file `target`, each at its time."""
+    """Copy the packets of `path` to the MP4 file `target`; return whether each has its time
+    there.
+    """
     target.unlink(missing_ok=True)
     try:
         _remux(path, target)
         is_same = _times_ms(path) == _times_ms(target)
-    except (OSError, ValueError):  # the disk is full, or the packets are not such as MP4 takes
+    except (OSError, ValueError):  # the disk is full, or MP4 does not take these packets
         is_same = False
     if not is_same:
         target.unlink(missing_ok=True)
@@ -71,7 +73,7 @@ def _remux(path: Path, target: Path) -> None:
 
 
 def _times_ms(path: Path) -> list[int]:
-    """Presentation times of all packets."""
+    """Return the presentation times of all packets."""
     import av
 
     with av.open(str(path), container_options={"protocol_whitelist": "file"}) as container:

@@ -1,4 +1,4 @@
-"""What is made of every frame while it is tracked, whether it comes from a file or a camera."""
+"""Processes every tracked frame, from a file or from a camera."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ WALL_JPEG_QUALITY = 85
 
 
 class Follower:
-    """Takes the frames of one run in order and gathers what the server is to know of them."""
+    """Tracks the frames of one run in order and collects the results for the server."""
 
     def __init__(
         self,
@@ -42,13 +42,13 @@ class Follower:
         between: Between | None = None,
         preview_width_px: int = PREVIEW_WIDTH_PX,
     ) -> None:
-        """A run that goes on after another one begins where `start` was; else at (0, 0, 0).
+        """Start a run; one that continues another begins at `start`, else at (0, 0, 0).
 
         Args:
             rig: Camera, mount and pipe.
             start: The last frame of the run before.
-            between: If another part of the recording begins: what the robot did since.
-            preview_width_px: Of the pictures in the batches.
+            between: The robot's movement since then, if another part of the recording begins.
+            preview_width_px: Width of the pictures in the batches.
         """
         self._rig = rig
         self._odometry = Odometry(rig)
@@ -65,7 +65,7 @@ class Follower:
         self._is_finished = False
 
     def add(self, frame: Frame, skipped: Sequence[tuple[int, float]] = ()) -> None:
-        """Track the next frame; `skipped` are number and time of those left out before it."""
+        """Track the next frame; `skipped` holds number and time of frames left out before it."""
         estimate = self._odometry.step(frame.image, frame.t_s)
         row = _row(estimate, frame.index)
         if self._start is not None:
@@ -82,14 +82,14 @@ class Follower:
         self._last, self._last_row = frame, row
 
     def begin_part(self, between: Between | None) -> None:
-        """The next frame does not follow on the last one: what the robot did is not in the film."""
+        """Start a new part: the film does not show what the robot did before the next frame."""
         self._joints.finish()
         self._sightings += self._joints.take()
         self._odometry, self._joints = Odometry(self._rig), JointFinder(self._rig)
         self._start, self._between, self._is_first = self._last_row, between, True
 
     def leave_out(self, frames: Sequence[tuple[int, float]]) -> None:
-        """Number and time of frames at the end that the film does not show: nobody saw on."""
+        """Add number and time of frames at the end that the film does not show."""
         for frame, time_s in frames:
             if self._last_row is not None:
                 held = place_after(self._last_row, None, time_s)
@@ -98,11 +98,13 @@ class Follower:
                 )
 
     def finish(self) -> None:
-        """The run has ended: the next batch holds what was still held back, perhaps no frame."""
+        """End the run: the next batch holds everything held back, possibly no frame."""
         self._is_finished = True
 
     def batch(self) -> Batch | None:
-        """All since the last batch, with the picture of the newest frame; None if there is none."""
+        """Return everything since the last batch, with the newest picture; None if there is
+        nothing.
+        """
         if self._last is None and not self._is_finished:
             return None
         tiles = self._wall.finish() if self._is_finished else self._wall.changed()
@@ -124,21 +126,22 @@ class Follower:
         return batch
 
     def state(self) -> bytes:
-        """All that is needed to go on, once `batch` has handed over what was found."""
+        """Return the state needed to resume, after `batch` has returned all results."""
         return pickle.dumps(self, pickle.HIGHEST_PROTOCOL)
 
     @classmethod
     def from_state(cls, state: bytes) -> Self:
-        """Goes on as the follower would have whose state it is; only for a tracker to call.
+        """Resume from a state; only a tracker may call this.
 
-        To the bit: arrays and numbers are kept exactly.  See `Checkpoint` for what a state may do.
+        Results are the same to the bit: arrays and numbers are stored exactly. See `Checkpoint` for
+        the danger of a state.
         """
         follower = pickle.loads(state)  # noqa: S301  (in a process that decodes hostile media)
         assert isinstance(follower, cls)  # noqa: S101  (the stamp fits: the same program made it)
         return follower
 
     def _look(self, frame: Frame, estimate: Estimate) -> None:
-        """What else a tracked frame shows."""
+        """Collect the other results of a tracked frame."""
         self._health.append(_gauged(estimate.frame, self._odometry.measure_health()))
         patch = self._odometry.patch
         if patch is not None and self._joints.wants(estimate):
@@ -149,7 +152,7 @@ class Follower:
 
 def _row(estimate: Estimate, index: int) -> Row:
     # Plain Python numbers: an odometry may compute in numpy scalars, which msgpack does not know.
-    # An odometry counts the frames that it gets; a camera's may have left some out.
+    # The odometry counts the frames it receives; those of a camera may have gaps.
     return Row(
         index,
         float(estimate.time_s),
@@ -168,7 +171,7 @@ def _row(estimate: Estimate, index: int) -> Row:
 
 
 def _along(estimate: Estimate, row: Row) -> Estimate:
-    """The pose in which the odometry has the camera, at the place along the pipe of its row."""
+    """Return the odometry's pose at the distance of its row."""
     return replace(
         estimate,
         frame=row.frame,
@@ -190,7 +193,9 @@ def _wall_tile(tile: Tile) -> WallTile:
 
 
 def _placed(row: Row, start: Row) -> Row:
-    """A pose since the first frame of this run as one of the run before, which `start` ends."""
+    """Convert a pose relative to this run's first frame to the earlier run, which ends at
+    `start`.
+    """
     return msgspec.structs.replace(
         row,
         x_mm=start.x_mm + row.x_mm,

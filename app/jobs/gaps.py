@@ -1,4 +1,4 @@
-"""Rows for frames that were not tracked, and for what follows on a time that nobody saw."""
+"""Rows for frames that were not tracked, and the pose after an unobserved time."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from app.jobs.parts import Between
 from vo_core.bridge import BRIDGE_ACCELERATION_MM_S2
 
 _UNKNOWN_MOVE_MM = 10_000.0
-"""One sigma of where a robot is that was moved by hand: a culvert's length."""
+"""One sigma of the position of a robot that was moved by hand: the length of a culvert."""
 _UNKNOWN_SPEED_MM_S = 500.0
-"""One sigma of how fast a robot drove while nobody looked."""
+"""One sigma of the speed of a robot that was not observed."""
 
 _IN_PROPORTION = (
     *("x_mm", "y_mm", "yaw_deg", "distance_mm"),
@@ -23,13 +23,13 @@ _IN_PROPORTION = (
 
 
 def between(before: Row, after: Row, skipped: Sequence[tuple[int, float]]) -> Iterator[Row]:
-    """Poses in proportion to the time between two tracked frames.
+    """Interpolate poses over time between two tracked frames.
 
-    They are weak, and lost next to a lost one.  Their sigma is the larger one of the neighbours',
-    with what an unseen acceleration moves by in the middle of the gap: a t (T - t) / 2.
+    They are weak, or lost next to a lost frame. Their sigma is the larger one of the neighbours
+    plus the displacement by an unseen acceleration within the gap: a t (T - t) / 2.
 
     Args:
-        before, after: Of the nearest tracked frames.
+        before, after: Rows of the nearest tracked frames.
         skipped: Number and time in s of each frame between them.
     """
     length_s = after.time_s - before.time_s
@@ -57,11 +57,11 @@ def between(before: Row, after: Row, skipped: Sequence[tuple[int, float]]) -> It
 
 
 def place_after(last: Row, between: Between | None, time_s: float) -> Row:
-    """Where a run goes on that did not see what was behind this frame.
+    """Return the pose at which a run continues after an unobserved time.
 
-    A robot that was moved may have been set back to the start, or anywhere: only along the pipe
-    goes the distance on, with an uncertainty that says so, and the rest is as at a first frame.
-    One that nobody looked after is about as far off as it may have driven in the time.
+    A robot that was moved may be anywhere: its distance continues with a large uncertainty, and the
+    rest is as at a first frame. For a robot that was only unobserved, the uncertainty is the
+    distance that it may have driven in that time.
     """
     if between == "stood_still":
         return last

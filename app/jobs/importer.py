@@ -1,6 +1,6 @@
-"""The process that reads a file of another program: one file, then it ends.
+"""The process that reads one file of another program, then ends.
 
-Whatever the file makes a reader do, it does it under limits: the server keeps its memory and time.
+The reader works under limits, so that no file can use up the server's memory or time.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ OUT_OF_MEMORY = (
 
 
 def main() -> None:
-    """Take limits and the file, answer what it says, then end."""
+    """Receive limits and the file, send its content, then end."""
     with connection_from_arguments() as connection:
         allowed = msgspec.msgpack.decode(connection.recv_bytes(), type=Limits)
         limits.apply(allowed)
@@ -43,7 +43,9 @@ def _answer(content: bytes) -> bytes:
     except MemoryError:
         return encode(Failed("invalid_import", OUT_OF_MEMORY))
     except Exception:
-        detail = "Reading the file met an unexpected fault; it is in the log of the server."
+        detail = (
+            "Reading the file failed because of a fault in the program; it is in the server's log."
+        )
         return encode(Failed("import_failed", detail, traceback.format_exc()))
     if len(packed) > MAX_MESSAGE_BYTES:
         detail = "The file says more than surveys do. Export it again, in several files."

@@ -1,4 +1,4 @@
-"""Limits that a child puts on itself before it imports a decoder."""
+"""Limits that a child sets for itself before it imports a decoder."""
 
 import resource
 
@@ -9,13 +9,13 @@ _CPU_GRACE_S = 5
 
 
 def apply(limits: Limits) -> None:
-    """Address space, processor time, files; no core is dumped."""
+    """Limit address space, processor time and file size; disable core dumps."""
     _set(resource.RLIMIT_AS, limits.memory_bytes)
     _set(resource.RLIMIT_NOFILE, _OPEN_FILES)
     _set(resource.RLIMIT_FSIZE, limits.file_bytes)
     _set(resource.RLIMIT_CORE, 0)
     if limits.cpu_s is not None:
-        # At the first bound comes SIGXCPU, which names the reason; SIGKILL at the second does not.
+        # The soft limit sends SIGXCPU, which names the reason; SIGKILL at the hard limit does not.
         _set(resource.RLIMIT_CPU, limits.cpu_s, limits.cpu_s + _CPU_GRACE_S)
 
 

@@ -1,4 +1,4 @@
-"""The media process: says what a video file is, and cuts single pictures out of it."""
+"""The media process: probes video files and extracts single pictures."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def main() -> None:
 
 
 def _warm_up() -> None:
-    """Load the decoders while nobody waits."""
+    """Load the decoders before the first request."""
     import cv2  # noqa: F401
 
     import vo_core.sources  # noqa: F401
@@ -59,7 +59,7 @@ def _answer(request: ProbeRequest | PictureRequest) -> FromMedia:
     except (MemoryError, BlockingIOError):  # see `failures`
         return Failed("out_of_memory", "The video needs more memory than the media process has.")
     except Exception:
-        detail = "Reading the video met an unexpected fault; it is in the log."
+        detail = "Reading the video failed because of a fault in the program; it is in the log."
         return Failed("media_failed", detail, traceback.format_exc())
 
 
@@ -67,7 +67,7 @@ def _probe(request: ProbeRequest) -> Probed:
     from vo_core.sources import VideoFile
 
     with VideoFile(request.video) as video:
-        next(iter(video))  # raises unless there is a picture to be had
+        next(iter(video))  # raises unless a picture can be decoded
         return Probed(**asdict(video.info))
 
 

@@ -1,7 +1,7 @@
-"""What parent and children say to each other, as msgpack.
+"""Messages between parent and children, as msgpack.
 
-A child that decodes hostile media must not be able to run code in the server, so it unpickles
-nothing: every message is decoded into these types and refused if it does not fit.
+A child that decodes hostile media must not be able to run code in the server. So the server
+unpickles nothing: every message is decoded into these types and refused if it does not fit.
 """
 
 from __future__ import annotations
@@ -16,65 +16,65 @@ MAX_MESSAGE_BYTES = 64 * 2**20
 
 
 class Limits(msgspec.Struct, frozen=True, tag="limits"):
-    """What a child may use, set by itself before it touches any media."""
+    """Limits that a child sets for itself before it opens any media."""
 
     memory_bytes: int
     cpu_s: int | None = None
     file_bytes: int = 0
-    """Largest file that it may write."""
+    """Largest file that the child may write."""
     reads: tuple[str, ...] = ("/",)
-    """Files and folders that the media process may read; the others know what they need."""
+    """Files and folders that the media process may read; other children derive theirs."""
 
 
 class TrackRequest(msgspec.Struct, frozen=True, tag="track"):
-    """Parent to tracker: the one thing it is to do."""
+    """Parent to tracker: its one request."""
 
     video: str
     rig: dict[str, Any]
     limits: Limits
     pace: float | None = None
-    """At most so many seconds of video a second."""
+    """Most seconds of video tracked per second."""
     checkpoint: str | None = None
-    """File of the `KeptCheckpoint` from which it goes on; None to begin with the first frame."""
+    """File of the `KeptCheckpoint` to resume from; None to begin with the first frame."""
     marks: list[Mark] = []
-    """Of a film of a camera."""
+    """Marks of a camera's film."""
 
 
 class CameraInput(msgspec.Struct, frozen=True):
-    """A live source that was found to be allowed, as FFmpeg is to open it."""
+    """An allowed live source, with the options for FFmpeg."""
 
     kind: Literal["rtsp", "mjpeg", "usb", "file", "pipe"]
     location: str
-    """May hold a password: never shown, never logged."""
+    """May contain a password: never shown, never logged."""
     options: dict[str, str] = {}
     peer: str | None = None
-    """The one address that may be talked to."""
+    """The only address to which connections are allowed."""
 
 
 class LiveRequest(msgspec.Struct, frozen=True, tag="live"):
-    """Parent to camera process: the one thing it is to do, until it has to stop."""
+    """Parent to camera process: its one request, which runs until it is stopped."""
 
     camera: CameraInput
     rig: dict[str, Any]
     recording: str
-    """File; if it exists, it is gone on with."""
+    """File of the recording; an existing one is continued."""
     marks_file: str
     """Its parts.csv."""
     limits: Limits
     reserve_bytes: int
     """Disk space that the recording leaves free."""
     last: Row | None = None
-    """Of the last frame that the parent knows, where a recording is gone on with."""
+    """Row of the last frame that the parent knows, if a recording is continued."""
     zero_s: float | None = None
-    """Time 0 of that recording on the clock `time.monotonic`, which all processes share."""
+    """Time 0 of that recording by `time.monotonic`, which all processes share."""
     left_out: list[Mark] = []
-    """Frames until `last` that are not recorded."""
+    """Frames up to `last` that are not recorded."""
     between: Between | None = None
-    """A new part begins behind `last`."""
+    """The robot's movement, if a new part begins after `last`."""
 
 
 class StopCapture(msgspec.Struct, frozen=True, tag="stop"):
-    """Parent to camera process: end the recording, track what was captured, say done."""
+    """Parent to camera process: end the recording, track what was captured, report done."""
 
 
 class CameraState(msgspec.Struct, frozen=True, tag="camera"):
@@ -83,19 +83,19 @@ class CameraState(msgspec.Struct, frozen=True, tag="camera"):
     connected: bool
     reconnects: int
     dropped: int
-    """Frames that are recorded but were not tracked, since this process began."""
+    """Frames that were recorded but not tracked, since this process began."""
     recorded_s: float
     zero_s: float | None
     detail: str | None
-    """Why there is no picture, in a sentence."""
+    """A sentence that says why there is no picture."""
     is_recording: bool = True
     """False while the disk is full."""
     left_out: list[Mark] = []
-    """Frames that were not recorded, since the state before."""
+    """Frames that were not recorded, since the previous state."""
 
 
 class Row(msgspec.Struct, frozen=True, array_like=True):
-    """An `Estimate` on its way."""
+    """An `Estimate` as a message."""
 
     frame: int
     time_s: float
@@ -113,7 +113,7 @@ class Row(msgspec.Struct, frozen=True, array_like=True):
 
 
 class Gauged(msgspec.Struct, frozen=True, array_like=True):
-    """`Health` of a tracked frame on its way."""
+    """The `Health` of a tracked frame as a message."""
 
     frame: int
     overlap: float
@@ -124,7 +124,7 @@ class Gauged(msgspec.Struct, frozen=True, array_like=True):
 
 
 class Seen(msgspec.Struct, frozen=True, array_like=True):
-    """A `Sighting` of a joint on its way."""
+    """A `Sighting` of a joint as a message."""
 
     frame: int
     ahead_mm: float
@@ -133,7 +133,7 @@ class Seen(msgspec.Struct, frozen=True, array_like=True):
 
 
 class Tilted(msgspec.Struct, frozen=True, array_like=True):
-    """A `MountTilt` on its way."""
+    """A `MountTilt` as a message."""
 
     pitch_deg: float
     roll_deg: float
@@ -142,7 +142,7 @@ class Tilted(msgspec.Struct, frozen=True, array_like=True):
 
 
 class WallTile(msgspec.Struct, frozen=True, array_like=True):
-    """A piece of the unrolled wall, as it is now."""
+    """The current picture of one tile of the unrolled wall."""
 
     index: int
     jpeg: bytes
@@ -154,44 +154,44 @@ class Batch(msgspec.Struct, frozen=True, tag="batch"):
     rows: list[Row]
     jpeg: bytes
     captured_s: float | None = None
-    """When the frame of the picture came from its camera, by `time.monotonic`; None for files."""
+    """Time when the picture's frame came from its camera, by `time.monotonic`; None for files."""
     health: list[Gauged] = []
-    """Of the frames that were tracked; those in between were left out."""
+    """Health of the tracked frames; frames in between were left out."""
     tiles: list[WallTile] = []
-    """Pieces of the unrolled wall that changed."""
+    """Changed tiles of the unrolled wall."""
     sightings: list[Seen] = []
-    """Joints that were found."""
+    """Joints that were detected."""
     tilt: Tilted | None = None
-    """Of the mount against the rig, by all frames until now."""
+    """Tilt of the mount against the rig, from all frames so far."""
 
 
 class Checkpoint(msgspec.Struct, frozen=True, tag="checkpoint"):
-    """Tracker to parent: what another tracker needs to go on behind these frames.
+    """Tracker to parent: the state from which another tracker can continue after these frames.
 
-    All that was found in them has been sent before it.
+    All their results have been sent before.
     """
 
     frames: int
     cpu_s: float
-    """Processor time that they took."""
+    """Processor time used so far."""
     state: bytes
-    """Of the `Follower`, pickled.  Only a tracker may decode it: unpickling runs whatever code the
-    bytes name, and they come from a process that has decoded hostile media.  In another tracker,
-    under the same limits, such code gains nothing; in the server it would have everything."""
+    """State of the `Follower`, pickled. Only a tracker may decode it: unpickling runs any code that
+    the bytes name, and they come from a process that has decoded hostile media. In another tracker,
+    under the same limits, such code gains nothing; in the server it would gain everything."""
 
 
 class KeptCheckpoint(msgspec.Struct, frozen=True):
     """A checkpoint on the disk."""
 
     stamp: str
-    """Of the program, the video and the rig that it was made with; it fits no other."""
+    """Identifies program, video and rig; the checkpoint fits no others."""
     journal_bytes: int
-    """How much of the journal belongs to it."""
+    """Length of the journal covered by the checkpoint."""
     checkpoint: Checkpoint
 
 
 class Passing(msgspec.Struct, frozen=True, tag="passing"):
-    """Tracker to parent, once a second: it decodes the frames before its checkpoint once more."""
+    """Tracker to parent, once a second: it is decoding the frames before its checkpoint again."""
 
     frames: int
 
@@ -203,7 +203,7 @@ class Done(msgspec.Struct, frozen=True, tag="done"):
 
 
 class Failed(msgspec.Struct, frozen=True, tag="failed"):
-    """Either child to parent: it cannot be done."""
+    """Any child to parent: the request failed."""
 
     code: str
     detail: str
@@ -212,7 +212,7 @@ class Failed(msgspec.Struct, frozen=True, tag="failed"):
 
 
 class SampleRequest(msgspec.Struct, frozen=True, tag="sample"):
-    """Parent to the process that renders the sample: the one thing it is to do."""
+    """Parent to the process that renders the sample: its one request."""
 
     folder: str
     length_mm: float
@@ -220,14 +220,14 @@ class SampleRequest(msgspec.Struct, frozen=True, tag="sample"):
 
 
 class Rendered(msgspec.Struct, frozen=True, tag="rendered"):
-    """Renderer to parent: frames done and frames in all."""
+    """Renderer to parent: frames done and the total."""
 
     done: int
     total: int
 
 
 class ProbeRequest(msgspec.Struct, frozen=True, tag="probe"):
-    """Parent to media worker: what is this file?"""
+    """Parent to media worker: probe this file."""
 
     video: str
 
@@ -246,31 +246,31 @@ class Probed(msgspec.Struct, frozen=True, tag="probed"):
 
 
 class FinaliseRequest(msgspec.Struct, frozen=True, tag="finalise"):
-    """Parent to the process that makes a recording fit for review."""
+    """Parent to the finalising process: its one request."""
 
     recording: str
     target: str | None
-    """MP4 file to write if the recording can be played in one; None if there is no room."""
+    """MP4 file to write if the recording can be played in MP4; None if there is no room."""
     limits: Limits
 
 
 class Finalised(msgspec.Struct, frozen=True, tag="finalised"):
-    """What has become of the recording; `target` is there if the container is MP4."""
+    """The result of finalising; `target` exists if the container is MP4."""
 
     probed: Probed
 
 
 class ReopenRequest(msgspec.Struct, frozen=True, tag="reopen"):
-    """Parent to the process that makes a finished film a recording again."""
+    """Parent to the process that turns a finished film back into a recording."""
 
     video: str
     recording: str
-    """File to make; one that is there is replaced."""
+    """File to make; an existing one is replaced."""
     limits: Limits
 
 
 class PictureRequest(msgspec.Struct, frozen=True, tag="picture"):
-    """Parent to media worker: the frame shown at this time, as JPEG."""
+    """Parent to media worker: return the frame shown at this time, as JPEG."""
 
     video: str
     t_s: float
@@ -278,7 +278,7 @@ class PictureRequest(msgspec.Struct, frozen=True, tag="picture"):
 
 
 class Picture(msgspec.Struct, frozen=True, tag="picture"):
-    """Media worker to parent."""
+    """Media worker to parent: the requested picture."""
 
     jpeg: bytes
 

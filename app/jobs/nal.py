@@ -1,35 +1,37 @@
-"""H.264 as cameras send it (start codes: ISO/IEC 14496-10 annex B) and as files hold it."""
+"""H.264 in the form of cameras (start codes: ISO/IEC 14496-10 annex B) and of files."""
 
 from __future__ import annotations
 
 _START_CODE = b"\0\0\1"
 _SPS, _PPS = 7, 8
 _MOST_SPS, _MOST_PPS, _LONGEST_SET = 31, 255, 0xFFFF
-"""What the record's fields can count."""
+"""Limits of the record's fields."""
 
 
 def is_stream_form(extradata: bytes) -> bool:
-    """Whether units are set apart by start codes."""
+    """Return whether start codes separate the units."""
     return extradata.startswith((b"\0\0\1", b"\0\0\0\1"))
 
 
 def units(stream: bytes) -> list[bytes]:
-    """The units of a packet in stream form; zeros behind one belong to the next start code."""
+    """Return the units of a packet in stream form; zeros after one belong to the next start
+    code.
+    """
     return [unit for unit in (part.rstrip(b"\0") for part in stream.split(_START_CODE)) if unit]
 
 
 def file_form(stream: bytes) -> bytes:
-    """A packet of a file: each unit behind its length."""
+    """Return a packet in file form: each unit follows its length."""
     return b"".join(len(unit).to_bytes(4, "big") + unit for unit in units(stream))
 
 
 def configuration(extradata: bytes) -> bytes | None:
-    """The decoder's configuration record (ISO/IEC 14496-15, 5.3.3.1).
+    """Return the decoder's configuration record (ISO/IEC 14496-15, 5.3.3.1).
 
     Args:
         extradata: The parameters in stream form.
     Returns:
-        None if they are not complete, or more than a record holds.
+        None if they are incomplete, or exceed the limits of a record.
     """
     found = units(extradata)
     sps = [unit for unit in found if unit[0] & 31 == _SPS and len(unit) > 3]

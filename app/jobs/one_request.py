@@ -1,4 +1,4 @@
-"""A process that does one request on the files of a recording, then ends."""
+"""A process that handles one request on the files of a recording, then ends."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ Request = TypeVar("Request", FinaliseRequest, ReopenRequest)
 
 
 def serve(kind: type[Request], work: Callable[[Request, Connection], None]) -> None:
-    """Receive a request and do it under its limits, with no file open to writing but its folder's.
+    """Receive a request and handle it under its limits; only its folder is writable.
 
     Args:
-        kind: Type of the request that the parent sends.
-        work: Does the request and sends the answer; a `Failed` is sent for what it raises.
+        kind: Type of the parent's request.
+        work: Handles the request and sends the answer; `Failed` is sent if it raises.
     """
     with connection_from_arguments() as connection:
         request = msgspec.msgpack.decode(connection.recv_bytes(), type=kind)
@@ -32,6 +32,6 @@ def serve(kind: type[Request], work: Callable[[Request, Connection], None]) -> N
         try:
             work(request, connection)
         except BrokenPipeError:
-            return  # the server has gone; all this is done again when it is back
+            return  # the server has gone; the work is repeated when it is back
         except Exception as error:
             connection.send_bytes(encode(failure_of(error)))

@@ -1,9 +1,9 @@
-"""What a film of a camera does not show: the frames that were not recorded, and where parts begin.
+"""Marks of a camera's film: frames that were not recorded, and where parts begin.
 
-Kept beside the film as parts.csv, so that a frame keeps its number when the film is tracked again:
-`frame,time_s,kind`.  `left_out`: this frame was tracked, but there was no room to record it.
-`stood_still` and `moved`: a new part of the recording begins with it, and what the operator said
-that the robot had done since the frame before.
+They are stored beside the film as parts.csv, with the columns `frame,time_s,kind`, so that a frame
+keeps its number when the film is tracked again. `left_out`: there was no room to record this
+tracked frame. `stood_still` and `moved`: a new part of the recording begins with this frame, and
+the operator stated that movement of the robot since the previous frame.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from vo_core.sources import Frame
 
 Between = Literal["stood_still", "moved"]
-"""What a robot did between two parts."""
+"""Movement of the robot between two parts."""
 
 
 class Mark(msgspec.Struct, frozen=True, order=True, array_like=True):
@@ -37,7 +37,7 @@ NOT_RECORDED = (
 
 
 def read(path: Path) -> list[Mark]:
-    """All marks, none without a file; a line that a crash has cut off is not one."""
+    """Return all marks, none without a file; skip a line that a crash has cut off."""
     if not path.exists():
         return []
     marks = []
@@ -49,15 +49,15 @@ def read(path: Path) -> list[Mark]:
 
 
 def text_of(marks: Iterable[Mark]) -> str:
-    """The lines of these marks."""
+    """Format these marks as lines."""
     return "".join(f"{mark.frame},{mark.time_s:.6f},{mark.kind}\n" for mark in marks)
 
 
 def append(path: Path, marks: Iterable[Mark]) -> None:
-    """Put them behind what there is; they are on the disk when this returns.
+    """Append marks durably.
 
     Raises:
-        OSError: There is no room; the file is as it was.
+        OSError: There is no room; the file is unchanged.
     """
     file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
     try:
@@ -80,18 +80,18 @@ class Numbered:
 
     frame: Frame
     left_out: list[tuple[int, float]] = field(default_factory=list)
-    """Number and time of the frames just before it that are not in the film."""
+    """Number and time of the frames just before it that are missing from the film."""
     between: Between | None = None
-    """It begins a new part."""
+    """The robot's movement, if the frame begins a new part."""
 
 
 def numbered(frames: Iterable[Frame], marks: Iterable[Mark], first: int = 0) -> Iterator[Numbered]:
     """Give each frame of a film the number that it had when it was captured.
 
     Args:
-        frames: In order, from a film.
-        marks: Of that film.
-        first: Number of the first of them, or of those left out before it.
+        frames: Frames of a film, in order.
+        marks: Marks of that film.
+        first: Number of the first frame, or of the first frame left out before it.
     """
     left_out = {mark.frame: mark.time_s for mark in marks if mark.kind == "left_out"}
     parts: dict[int, Between] = {mark.frame: mark.kind for mark in marks if mark.kind != "left_out"}
@@ -107,7 +107,7 @@ def numbered(frames: Iterable[Frame], marks: Iterable[Mark], first: int = 0) -> 
 
 
 def left_out_after(marks: Iterable[Mark], end: int) -> list[tuple[int, float]]:
-    """Number and time of the frames from `end` on, which the film ends without."""
+    """Return number and time of the frames from `end` on, which the film lacks."""
     return [
         (mark.frame, mark.time_s) for mark in marks if mark.kind == "left_out" and mark.frame >= end
     ]

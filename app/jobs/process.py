@@ -18,14 +18,14 @@ from app.jobs.messages import MAX_MESSAGE_BYTES, encode
 
 _GRACE_S = 2.0
 _SEND_S = 10.0
-"""A child that does not take a message for so long hangs."""
+"""A child that does not accept a message for this long hangs."""
 
 
 class Child:
-    """`python -m module` holding one end of a pipe; ends when the parent's end closes.
+    """Runs `python -m module` with one end of a pipe; the child ends when the parent's end closes.
 
-    This is what multiprocessing's spawn does, without its two habits that do not fit here: it
-    imports the parent's main module (the whole server) into the child, and it unpickles.
+    It works like multiprocessing's spawn, without importing the parent's main module (the whole
+    server) into the child, and without unpickling.
     """
 
     def __init__(self, module: str) -> None:
@@ -36,7 +36,7 @@ class Child:
                 pass_fds=[theirs.fileno()],
                 stdin=subprocess.DEVNULL,
                 env=_environment(),
-                process_group=0,  # a Ctrl-C in the terminal is for the server to handle
+                process_group=0,  # the server handles a Ctrl-C in the terminal
             )
 
     @property
@@ -45,16 +45,16 @@ class Child:
         return self._process.pid
 
     def send(self, message: msgspec.Struct) -> None:
-        """Give it a message.
+        """Send a message to the child.
 
         Raises:
-            TimeoutError: It does not take it.
-            OSError: It has died.
+            TimeoutError: The child does not accept it.
+            OSError: The child has died.
         """
         self.send_bytes(encode(message))
 
     def send_bytes(self, content: bytes) -> None:
-        """Give it bytes as they are; raises what `send` does."""
+        """Send bytes unchanged; raises the same errors as `send`."""
         self._limit(socket.SO_SNDTIMEO, _SEND_S)
         try:
             self._connection.send_bytes(content)
@@ -62,11 +62,11 @@ class Child:
             raise TimeoutError from error
 
     def receive(self, timeout_s: float) -> bytes:
-        """Its next message.
+        """Return the child's next message.
 
         Raises:
-            TimeoutError: Nothing came in time, or it stopped in the middle of a message.
-            EOFError: It has died or closed its end, or what it sends is no message.
+            TimeoutError: Nothing came in time, or a message stopped halfway.
+            EOFError: The child died, closed its end, or sent no valid message.
         """
         if not self._connection.poll(timeout_s):
             raise TimeoutError
@@ -79,7 +79,7 @@ class Child:
             raise EOFError from error
 
     def _limit(self, option: int, timeout_s: float) -> None:
-        """Bound how long the pipe, which is a pair of sockets, waits for the next bytes."""
+        """Limit how long the pipe, a pair of sockets, waits for the next bytes."""
         seconds, rest_s = divmod(timeout_s, 1)
         with socket.socket(fileno=os.dup(self._connection.fileno())) as pipe:
             pipe.setsockopt(
@@ -87,11 +87,11 @@ class Child:
             )
 
     def terminate(self) -> None:
-        """Ask it to end; whoever waits in `receive` gets EOFError."""
+        """Ask the child to end; a waiting `receive` gets EOFError."""
         self._process.terminate()
 
     def end(self) -> int:
-        """Make sure that it has ended; its exit code, negative for a signal."""
+        """Make sure that the child has ended; return its exit code, negative for a signal."""
         self._connection.close()
         try:
             return self._process.wait(_GRACE_S)
@@ -100,12 +100,12 @@ class Child:
             return self._process.wait()
 
     def kill(self) -> int:
-        """End it now."""
+        """Kill the child; return its exit code."""
         self._process.kill()
         return self.end()
 
     def is_alive(self) -> bool:
-        """Whether it runs."""
+        """Return whether the child runs."""
         return self._process.poll() is None
 
 
@@ -116,7 +116,7 @@ _HINTS: dict[int, str] = {
 
 
 def describe_exit(code: int) -> str:
-    """How a process ended, for a person."""
+    """Describe for a person how a process ended."""
     if code >= 0:
         return f"it ended by itself with exit code {code}"
     try:
@@ -127,18 +127,18 @@ def describe_exit(code: int) -> str:
 
 
 def connection_from_arguments() -> Connection:
-    """The child's end of the pipe; for the `main` of a child."""
+    """Return the child's end of the pipe; for the `main` of a child."""
     return Connection(int(sys.argv[1]))
 
 
 def _environment() -> dict[str, str]:
-    """Nothing secret: the access token stays with the server."""
+    """Return an environment without secrets: the access token stays with the server."""
     kept = {
         name: os.environ[name] for name in ("PATH", "LANG", "LC_ALL", "TZ") if name in os.environ
     }
     return kept | {
         "PYTHONPATH": str(Path(app.__file__).parent.parent),
-        # Each thread of a numerics pool reserves address space, which is limited.
+        # Each thread of a numerical library's pool reserves address space, which is limited.
         "OPENBLAS_NUM_THREADS": "1",
         "OMP_NUM_THREADS": "1",
     }

@@ -1,10 +1,10 @@
-"""The recording of a camera: a Matroska file that can be read at any moment, also after a crash.
+"""The recording of a camera: a Matroska file that can be read at any time, also after a crash.
 
-Every packet is one cluster, appended by one write as soon as it is there.  What a killed process
-leaves behind is therefore whole but for its last cluster, and another process can go on behind it.
-Places to seek to (the cues) are kept in room that is set aside in front, so the file never has to
-be read from its beginning, neither while it grows nor afterwards.  FFmpeg's own Matroska writer
-holds each cluster back until the next one begins and writes its cues at the very end.
+Every packet is one cluster, appended by one write on arrival. So at most the last cluster of a
+killed process is incomplete, and another process can continue after it. The index for seeking (the
+cues) is kept in reserved space at the front, so that the file never has to be read from its
+beginning, neither while it grows nor afterwards. FFmpeg's own Matroska writer delays each cluster
+until the next one begins and writes its cues at the very end.
 
 Element names and ids: RFC 9559 (Matroska), RFC 8794 (EBML).
 """
@@ -26,7 +26,7 @@ _EBML, _SEGMENT, _SEEK_HEAD, _INFO, _TRACKS, _CUES, _CLUSTER = (
 _UNKNOWN_SIZE = b"\x01" + 7 * b"\xff"
 _TICKS_A_SECOND = 1000
 _CUE_ROOM = 128 * 1024
-"""Bytes set aside for cues: some 1900, half an hour at one a second."""
+"""Bytes reserved for cues: some 1900, half an hour at one a second."""
 _CODEC_IDS = {
     "h264": "V_MPEG4/ISO/AVC",
     "hevc": "V_MPEGH/ISO/HEVC",
@@ -38,12 +38,12 @@ _CODEC_IDS = {
     "vp9": "V_VP9",
 }
 CODECS = frozenset(_CODEC_IDS)
-"""FFmpeg's names of the codecs that can be recorded as they come."""
+"""FFmpeg's names of the codecs that can be recorded unchanged."""
 
 
 @dataclass(frozen=True)
 class Coding:
-    """What a decoder must know before the first packet."""
+    """The information that a decoder needs before the first packet."""
 
     codec: str
     width: int
@@ -52,14 +52,14 @@ class Coding:
 
 
 class Recording:
-    """One video stream, growing; packets in the order in which they came.
+    """One growing video stream, with packets in the order of arrival.
 
     Raises:
-        OSError: The disk takes no more; what was written before stays readable.
+        OSError: The disk is full; everything written before stays readable.
     """
 
     def __init__(self, path: Path, coding: Coding) -> None:
-        """Begin a new file."""
+        """Create a new file."""
         self.coding = coding
         self._cues = _Cues()
         self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
@@ -67,16 +67,16 @@ class Recording:
             self._write(_head(coding), 0)
         except BaseException:
             os.close(self._file)
-            path.unlink()  # without its head it is no recording that could be gone on with
+            path.unlink()  # without its head, the file could not be continued
             raise
         self._end = len(_head(coding))
 
     @classmethod
     def reopen(cls, path: Path) -> Self:
-        """Go on behind the last whole packet of a file that was left behind.
+        """Continue after the last complete packet of an existing file.
 
         Raises:
-            UnreadableVideo: It is not a recording of ours, or not even its head was written.
+            UnreadableVideo: The file is not our recording, or its head is incomplete.
         """
         self = cls.__new__(cls)
         self._file = os.open(path, os.O_RDWR)
@@ -100,44 +100,44 @@ class Recording:
 
     @property
     def size(self) -> int:
-        """Bytes so far."""
+        """Number of bytes so far."""
         return self._end
 
     @property
     def packets(self) -> int:
-        """How many there are."""
+        """Number of packets."""
         return self._cues.packets
 
     @property
     def last_ms(self) -> int | None:
-        """Latest time of a packet, None before the first."""
+        """Latest time of a packet; None before the first."""
         return self._cues.last_ms
 
     def append(self, time_ms: int, is_key: bool, packet: bytes) -> None:
-        """Write a packet; when this returns, a reader sees it.
+        """Write a packet; readers see it when this returns.
 
         Args:
             time_ms: Presentation time since the beginning of the recording.
-            is_key: Decoding may begin here.
-            packet: As it came from the camera.
+            is_key: Whether decoding may begin here.
+            packet: The packet from the camera, unchanged.
         """
         cluster = _cluster(time_ms, is_key, packet)
         try:
             self._write(cluster, self._end)
         except OSError:
-            os.ftruncate(self._file, self._end)  # half a packet helps nobody
+            os.ftruncate(self._file, self._end)  # an incomplete packet is useless
             raise
         if self._cues.note(time_ms, is_key, self._end - _segment_start()):
             self._write(self._cues.element(), _cues_at(self.coding))
         self._end += len(cluster)
 
     def finish(self) -> None:
-        """State the duration; nothing is appended after that."""
+        """Write the duration; nothing is appended after that."""
         self._write(struct.pack(">d", float(self.last_ms or 0)), _duration_at())
         os.fsync(self._file)
 
     def sync(self) -> None:
-        """Bring it from the page cache to the disk."""
+        """Sync the file from the page cache to the disk."""
         os.fdatasync(self._file)
 
     def _write(self, content: bytes, at: int) -> None:
@@ -162,7 +162,7 @@ class Recording:
 
 
 class _Cues:
-    """Places of key frames, as many as the room in front of the packets holds."""
+    """Positions of key frames, as many as the reserved space holds."""
 
     _BYTES_EACH = 69
     _MOST = (_CUE_ROOM - 32) // _BYTES_EACH
@@ -175,7 +175,7 @@ class _Cues:
         self.last_ms: int | None = None
 
     def note(self, time_ms: int, is_key: bool, position: int) -> bool:
-        """Take in a packet; whether it became a cue."""
+        """Take note of a packet; return whether it became a cue."""
         self.packets += 1
         self.last_ms = time_ms if self.last_ms is None else max(self.last_ms, time_ms)
         if not is_key or (self._points and time_ms < self._newest_ms + self._interval_ms):
@@ -189,14 +189,14 @@ class _Cues:
         return True
 
     def element(self) -> bytes:
-        """Cues, and a void that fills the rest of the room."""
+        """Return the cues, and a void that fills the rest of the space."""
         cues = _element(_CUES, *self._points)
         void = _CUE_ROOM - len(cues) - 9
         return cues + bytes.fromhex("EC01") + void.to_bytes(7, "big") + bytes(void)
 
 
 def _head(coding: Coding) -> bytes:
-    """Everything before the first cluster, the same for equal codings."""
+    """Return everything before the first cluster; equal codings give equal bytes."""
     front = _ebml_header() + bytes.fromhex(_SEGMENT) + _UNKNOWN_SIZE + _front(coding)
     return front + _Cues().element()
 
@@ -246,12 +246,12 @@ def _seek_head(cues_at: int) -> bytes:
 
 
 def _duration_at() -> int:
-    """Of the number in the first element of the info."""
+    """Return the position of the number in the first element of the info."""
     return _segment_start() + len(_seek_head(0)) + 12 + 2 + 8
 
 
 def _segment_start() -> int:
-    """What positions in the file are counted from."""
+    """Return the origin of the positions in the file."""
     return len(_ebml_header()) + 4 + len(_UNKNOWN_SIZE)
 
 
@@ -259,7 +259,7 @@ _LONGEST_HEAD = 2**20
 
 
 def _coding_of(head: bytes, name: str) -> Coding:
-    """Read back what `_head` wrote, by writing it again."""
+    """Recover the coding that `_head` wrote, by writing it again."""
     for codec, codec_id in _CODEC_IDS.items():
         front = _element("86", codec_id.encode()) + bytes.fromhex("63A2")
         start = head.find(front)
@@ -267,7 +267,7 @@ def _coding_of(head: bytes, name: str) -> Coding:
             continue
         extradata_at = start + len(front) + 8
         end = extradata_at + int.from_bytes(head[extradata_at - 7 : extradata_at], "big")
-        # Behind it the element of the picture's size: 9 bytes, then two numbers, each after 9.
+        # After it comes the element of the picture size: 9 bytes, then two numbers, each after 9.
         width, height = (int.from_bytes(head[end + at : end + at + 8], "big") for at in (18, 35))
         coding = Coding(codec, width, height, head[extradata_at:end])
         track = slice(start, end + 43)
@@ -288,7 +288,7 @@ _CLUSTER_HEAD = 4 + 8 + (1 + 8 + 8) + (1 + 8) + 4
 
 
 def _cluster_at(file: int, at: int) -> tuple[int, int, bool] | None:
-    """Length in bytes, time and kind of the cluster that begins there; None if none does."""
+    """Return length in bytes, time and kind of the cluster that begins there; None if none does."""
     head = os.pread(file, _CLUSTER_HEAD, at)
     if len(head) < _CLUSTER_HEAD or head[:4] != bytes.fromhex(_CLUSTER):
         return None
@@ -297,7 +297,7 @@ def _cluster_at(file: int, at: int) -> tuple[int, int, bool] | None:
 
 
 def _element(id_hex: str, *parts: bytes) -> bytes:
-    """An EBML element; its size always takes eight bytes."""
+    """Build an EBML element; its size always takes eight bytes."""
     body = b"".join(parts)
     return bytes.fromhex(id_hex) + b"\x01" + len(body).to_bytes(7, "big") + body
 

@@ -1,6 +1,6 @@
-"""The process that makes a finished film a recording again, so that a camera can go on in it.
+"""The process that turns a finished film back into a recording, so that a camera can continue it.
 
-The packets are put back into the form that `recording` appends to, each at its time.
+The packets are converted back to the form that `recording` appends to, each at its time.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ def _reopen(request: ReopenRequest, connection: Connection) -> None:
     from vo_core.sources import checked_stream
 
     target = Path(request.recording)
-    target.unlink(missing_ok=True)  # of an attempt that failed
+    target.unlink(missing_ok=True)  # left by an attempt that failed
     with av.open(request.video, container_options={"protocol_whitelist": "file"}) as source:
         stream = checked_stream(source, Path(request.video).name)
         codec = stream.codec_context

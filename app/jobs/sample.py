@@ -1,4 +1,4 @@
-"""The process that renders the sample inspection into a folder, and says how far it is."""
+"""The process that renders the sample inspection into a folder and reports its progress."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from app.jobs.process import connection_from_arguments
 
 
 def main() -> None:
-    """Do the one request on the pipe, then end."""
+    """Handle the one request on the pipe, then end."""
     with connection_from_arguments() as connection:
         request = msgspec.msgpack.decode(connection.recv_bytes(), type=SampleRequest)
         limits.apply(request.limits)
@@ -32,10 +32,10 @@ def _render(request: SampleRequest, connection: Connection) -> None:
     from app.lab.simulation import simulate
     from app.lab.simulation.sample import SAMPLE
 
-    def tell(done: int, total: int) -> None:
+    def report(done: int, total: int) -> None:
         connection.send_bytes(encode(Rendered(done, total)))
 
-    simulate(SAMPLE.shortened(request.length_mm), Path(request.folder), tell)
+    simulate(SAMPLE.shortened(request.length_mm), Path(request.folder), report)
     connection.send_bytes(encode(Done(None)))
 
 

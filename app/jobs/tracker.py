@@ -1,6 +1,6 @@
-"""The tracking process: one video through the odometry, poses and small pictures back.
+"""The tracking process: runs one video through the odometry and returns poses and small pictures.
 
-It writes no file and opens none but the video and its checkpoint; its parent keeps what it finds.
+It writes no file and opens only the video and its checkpoint; its parent stores the results.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ if TYPE_CHECKING:
     from app.jobs.parts import Numbered
 
 BATCH_S = 1 / 15
-"""A batch with a picture is sent at most this often."""
+"""Shortest time between batches with a picture."""
 _LONGEST_PAUSE_S = 1.0
-"""However far apart two frames are: silence is taken for a hang."""
+"""Longest pause between frames: longer silence is taken for a hang."""
 _PASSING_S = 1.0
 _CHECKPOINT_S = (0.5, 30.0)
-"""Between two checkpoints, at least and, but for their cost, at most."""
+"""Shortest and longest time between two checkpoints; their cost may make it longer."""
 _REDONE, _CHECKPOINT_COST = 1 / 20, 1 / 100
-"""Shares of the time: what a crash may undo, and what goes into checkpoints at most."""
+"""Share of the work that a crash may lose, and largest share of time spent on checkpoints."""
 _MOST_STATE_BYTES = MAX_MESSAGE_BYTES - 1024
 
 
 def main() -> None:
-    """Do the one request on the pipe, then end."""
+    """Handle the one request on the pipe, then end."""
     with connection_from_arguments() as connection:
         request = msgspec.msgpack.decode(connection.recv_bytes(), type=TrackRequest)
         limits.apply(request.limits)
@@ -52,7 +52,7 @@ def main() -> None:
         try:
             _track(request, connection)
         except BrokenPipeError:
-            return  # the server has gone; whatever was in the air is done again when it is back
+            return  # the server has gone; unfinished work is repeated when it is back
         except Exception as error:
             connection.send_bytes(encode(failure_of(error)))
 
@@ -76,7 +76,7 @@ def _track(request: TrackRequest, connection: Connection) -> None:
         end = begun.frames
         for found in _from(begun.frames, numbered, connection):
             frame = found.frame
-            # Before the frame is added, so that the last batch of all holds one.
+            # Sent before the frame is added, so that the last batch contains a frame.
             if time.monotonic() - sent_at >= BATCH_S:
                 _send(follower, connection)
                 checkpoints.make_if_due(follower, end)
@@ -97,14 +97,16 @@ def _read(path: Path) -> Checkpoint:
 
 
 def _from(first: int, frames: Iterator[Numbered], connection: Connection) -> Iterator[Numbered]:
-    """The frames from this number on; those before are decoded too, as later ones refer to them."""
-    told_s = time.monotonic()
+    """Yield the frames from this number on; earlier ones are decoded too, as later ones refer to
+    them.
+    """
+    reported_s = time.monotonic()
     for found in frames:
         if found.frame.index >= first:
             yield found
-        elif time.monotonic() - told_s >= _PASSING_S:
+        elif time.monotonic() - reported_s >= _PASSING_S:
             connection.send_bytes(encode(Passing(found.frame.index)))
-            told_s = time.monotonic()
+            reported_s = time.monotonic()
 
 
 def _send(follower: Follower, connection: Connection) -> None:
@@ -117,14 +119,14 @@ class _Checkpoints:
     """Sends a checkpoint when it is worth its cost."""
 
     def __init__(self, connection: Connection, spent_cpu_s: float) -> None:
-        """`spent_cpu_s` is the processor time of the processes before this one."""
+        """Start with `spent_cpu_s`, the processor time of the processes before this one."""
         self._connection = connection
         self._spent_cpu_s = spent_cpu_s
         self._begun_s: float | None = None
         self._due_s = 0.0
 
     def make_if_due(self, follower: Follower, frames: int) -> None:
-        """Call it right after a batch was sent, when `frames` are tracked."""
+        """Send a checkpoint if it is due, right after a batch, when `frames` are tracked."""
         least_s, most_s = _CHECKPOINT_S
         started_s = time.monotonic()
         if self._begun_s is None:
@@ -132,7 +134,7 @@ class _Checkpoints:
         if started_s < self._due_s:
             return
         state = follower.state()
-        # One that is too long for a message is left out; an earlier one serves as well.
+        # A state too long for a message is not sent; an earlier checkpoint is good enough.
         if len(state) <= _MOST_STATE_BYTES:
             cpu_s = self._spent_cpu_s + time.process_time()
             self._connection.send_bytes(encode(Checkpoint(frames, cpu_s, state)))
@@ -142,7 +144,7 @@ class _Checkpoints:
 
 
 class _Pace:
-    """Holds tracking back to so many seconds of video a second; None lets it run."""
+    """Limits tracking to so many seconds of video per second; None means no limit."""
 
     def __init__(self, pace: float | None) -> None:
         self._pace = pace

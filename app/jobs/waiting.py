@@ -1,4 +1,4 @@
-"""The frames between a camera and the tracker."""
+"""The queue of frames between a camera and the tracker."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from vo_core.sources import Frame
 
 MOST = 3
-"""Frames that may wait: 100 ms at 30 a second, about what a busy machine makes one wait."""
+"""Most waiting frames: 100 ms at 30 a second, a typical delay on a busy machine."""
 
 
 @dataclass
@@ -18,16 +18,16 @@ class Captured:
 
     frame: Frame
     captured_s: float
-    """When its packet came, by `time.monotonic`."""
+    """Arrival time of its packet, by `time.monotonic`."""
     skipped: list[tuple[int, float]] = field(default_factory=list)
-    """Number and time of the frames that were left out just before it."""
+    """Number and time of the frames that were dropped just before it."""
 
 
 class Waiting:
-    """The newest frames that nobody has taken; when there are too many the oldest goes.
+    """The newest untaken frames; when there are too many, the oldest is dropped.
 
-    The first one of all stays, as the track begins there.  A patient queue leaves nothing out and
-    makes the source wait.
+    The very first frame is never dropped, as the track begins there. A patient queue drops nothing
+    and makes the source wait.
     """
 
     def __init__(self, *, is_patient: bool) -> None:
@@ -39,14 +39,14 @@ class Waiting:
 
     @property
     def dropped(self) -> int:
-        """Frames left out so far."""
+        """Number of frames dropped so far."""
         with self._changed:
             return self._dropped
 
     def put(self, captured: Captured) -> None:
         """Add the newest frame."""
         with self._changed:
-            if self._is_patient:  # ends: the tracker takes one or ends with the whole process
+            if self._is_patient:  # this ends: the tracker takes one or ends with the whole process
                 self._changed.wait_for(lambda: len(self._frames) < MOST or self._is_closed)
             self._frames.append(captured)
             if len(self._frames) > MOST:
@@ -62,7 +62,7 @@ class Waiting:
         self._dropped += 1
 
     def take(self, timeout_s: float) -> Captured | None:
-        """The oldest frame; None if none comes in time, or ever."""
+        """Return the oldest frame; None if none comes in time, or ever."""
         with self._changed:
             self._changed.wait_for(lambda: self._frames or self._is_closed, timeout_s)
             if not self._frames:
@@ -72,13 +72,13 @@ class Waiting:
             return self._frames.popleft()
 
     def close(self) -> None:
-        """No more will come; what waits can still be taken."""
+        """Close the queue: waiting frames can still be taken."""
         with self._changed:
             self._is_closed = True
             self._changed.notify_all()
 
     @property
     def is_over(self) -> bool:
-        """Closed, and everything is taken."""
+        """Whether it is closed and empty."""
         with self._changed:
             return self._is_closed and not self._frames

@@ -1,7 +1,7 @@
 """Chainage as the meter counter of other software: the distance of the running live inspection.
 
-One thread holds the connection.  It reads the newest distance when it has time, so that tracking
-never waits for it, and nothing that the other side sends, or does not take, can grow in memory.
+One thread holds the connection. It reads the newest distance when it has time, so that tracking
+never waits for it. Memory use does not depend on what the other side sends or fails to read.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ from vo_core.track import Estimate
 logger = logging.getLogger(__name__)
 
 NAME = "Meter counter"
-"""Who is named in the history."""
+"""Author of its entries in the history."""
 
-_TELL_EVERY_S = 0.2
+_SEND_EVERY_S = 0.2
 _CONNECT_S = 5.0
 _SEND_S = 5.0
 """A peer that takes nothing for so long is left."""
@@ -49,12 +49,12 @@ _READ_BYTES = 4096
 _NOTED_AT_MOST = 50
 _STOP_TIMEOUT_S = 8.0
 _FARTHEST_M = 10_000.0
-"""As far as an offset of the zero may be."""
+"""Largest offset of the zero."""
 
 
 @dataclass(frozen=True)
 class Peer:
-    """Where the other software listens."""
+    """Address of the other software."""
 
     host: str
     port: int
@@ -65,25 +65,25 @@ class Peer:
 
 @dataclass(frozen=True)
 class Connection:
-    """How it is with the other software."""
+    """State of the connection to the other software."""
 
     peer: str | None
-    """None where none is configured."""
+    """Address of the peer; None where none is configured."""
     is_connected: bool
     detail: str | None
-    """Why not, in a sentence."""
+    """The sentence that says why there is no connection."""
 
 
 class MeterCounter:
-    """Reports the distance, and lets the other side set it."""
+    """Reports the distance to other software and lets it set the distance."""
 
     def __init__(self, peer: Peer | None, corrections: Corrections) -> None:
         self._peer = peer
         self._corrections = corrections
         self._lock = threading.Lock()
-        """Guards the next four."""
+        """Guards the next four fields."""
         self._running: dict[str, Estimate | None] = {}
-        """The live inspections, the newest last, each with its last frame."""
+        """The running live inspections, the newest last, each with its last frame."""
         self._is_connected = False
         self._detail: str | None = None
         self._socket: socket.socket | None = None
@@ -91,12 +91,12 @@ class MeterCounter:
         self._thread = threading.Thread(target=self._work, name="meter-counter", daemon=True)
 
     def start(self) -> None:
-        """Connect, and go on trying."""
+        """Connect, and retry until stopped."""
         if self._peer is not None:
             self._thread.start()
 
     def stop(self) -> None:
-        """Hang up."""
+        """Disconnect."""
         self._stopping.set()
         with self._lock:
             if self._socket is not None:
@@ -105,13 +105,13 @@ class MeterCounter:
             self._thread.join(_STOP_TIMEOUT_S)
 
     def connection(self) -> Connection:
-        """As it is now."""
+        """Return the current state of the connection."""
         with self._lock:
             peer = None if self._peer is None else str(self._peer)
             return Connection(peer, self._is_connected, self._detail)
 
     def on_event(self, event: Event) -> None:
-        """A listener of all events: which live inspections run, and how far they are."""
+        """Handle an event: which live inspections run, and their last frames."""
         if not isinstance(event, Update):
             return
         with self._lock:
@@ -123,7 +123,7 @@ class MeterCounter:
                 self._running[event.inspection_id] = last
 
     def _newest(self) -> tuple[str, Estimate] | None:
-        """The live inspection that was begun last, if it has a frame."""
+        """Return the live inspection that started last, if it has a frame."""
         with self._lock:
             for inspection_id, estimate in reversed(self._running.items()):
                 return None if estimate is None else (inspection_id, estimate)
@@ -146,7 +146,7 @@ class MeterCounter:
             failures += 1
 
     def _talk(self) -> None:
-        """As long as the connection holds."""
+        """Exchange messages while the connection holds."""
         assert self._peer is not None  # noqa: S101  (the thread runs only with one)
         with socket.create_connection((self._peer.host, self._peer.port), _CONNECT_S) as opened:
             opened.settimeout(_SEND_S)
@@ -160,7 +160,7 @@ class MeterCounter:
                     self._socket = None
 
     def found(self) -> None:
-        """The other side has answered the connection."""
+        """Record that the other side has accepted the connection."""
         with self._lock:
             self._is_connected, self._detail = True, None
         logger.info("The meter counter is connected to %s.", self._peer)
@@ -173,7 +173,9 @@ class MeterCounter:
             logger.warning("The meter counter is not connected to %s: %s", self._peer, detail)
 
     def distance_m(self) -> float | None:
-        """Corrected, to the centimetre, of the running live inspection; None while none runs."""
+        """Return the corrected distance of the running live inspection, to the centimetre, or
+        None.
+        """
         newest = self._newest()
         if newest is None:
             return None
@@ -184,7 +186,7 @@ class MeterCounter:
         return rounded(metres(estimate.distance_mm), 2)
 
     def set_distance(self, value_m: float | None) -> str | None:
-        """Count from where the camera is at `value_m`; why not, in a sentence."""
+        """Set the distance of the current camera position; return a sentence if that is refused."""
         if value_m is None or abs(value_m) > _FARTHEST_M:
             return "The value is no length in m or ft within 10 km."
         newest = self._newest()
@@ -206,29 +208,29 @@ class MeterCounter:
 
 
 class _Conversation:
-    """One connection, from the first message on."""
+    """One connection, from its first message."""
 
     def __init__(self, counter: MeterCounter, connected: socket.socket) -> None:
         self._counter = counter
         self._socket = connected
         self._ids = count(1)
         self._listener = Listener()
-        self._told_m: float | None = None
-        self._tell_from_s = 0.0
+        self._sent_m: float | None = None
+        self._send_from_s = 0.0
         self._change_from_s = 0.0
         self._noted: set[str] = set()
 
     def hold(self) -> None:
-        """Until the other side ends it.
+        """Exchange messages until the other side ends the connection.
 
         Raises:
-            OSError: It did, or does not take what it is sent.
+            OSError: The connection ended, or the other side stopped reading.
         """
         self._socket.sendall(choose_version(next(self._ids)))
         self._counter.found()
         while True:
-            self._tell()
-            readable, _, _ = select.select([self._socket], [], [], _TELL_EVERY_S)
+            self._send_distance()
+            readable, _, _ = select.select([self._socket], [], [], _SEND_EVERY_S)
             if not readable:
                 continue
             received = self._socket.recv(_READ_BYTES)
@@ -240,26 +242,26 @@ class _Conversation:
                 else:
                     self._note(message.name)
 
-    def _tell(self) -> None:
-        """The distance if it is another one, not more often than is asked for."""
+    def _send_distance(self) -> None:
+        """Send the distance if it changed, at most as often as the protocol asks."""
         now = time.monotonic()
-        if now < self._tell_from_s:
+        if now < self._send_from_s:
             return
         distance_m = self._counter.distance_m()
-        if distance_m is not None and distance_m != self._told_m:
+        if distance_m is not None and distance_m != self._sent_m:
             self._socket.sendall(status(next(self._ids), distance_m))
-            self._told_m, self._tell_from_s = distance_m, now + _TELL_EVERY_S
+            self._sent_m, self._send_from_s = distance_m, now + _SEND_EVERY_S
 
     def _change(self, value_m: float | None) -> str | None:
-        """A peer that asks without end does not fill the history."""
+        """Set the distance; endless requests of a peer do not fill the history."""
         now = time.monotonic()
         if now < self._change_from_s:
             return "Too fast: one change a moment."
-        self._change_from_s = now + _TELL_EVERY_S
+        self._change_from_s = now + _SEND_EVERY_S
         return self._counter.set_distance(value_m)
 
     def _note(self, name: str) -> None:
-        """Once for each name, and not for any number of them."""
+        """Log an unknown message once for each name, and for a limited number of names."""
         if name not in self._noted and len(self._noted) < _NOTED_AT_MOST:
             self._noted.add(name)
             logger.info("The meter counter does not answer %r.", name)

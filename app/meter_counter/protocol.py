@@ -1,4 +1,4 @@
-"""What a meter counter says to WinCan ProTouch, and hears from it: JSON objects over TCP.
+"""Messages between a meter counter and WinCan ProTouch: JSON objects over TCP.
 
 ProTouch is the server and ends each message with a line feed; its public simulator does not, so an
 object counts as soon as it is complete.
@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from typing import Any
 
 API_VERSION = 2
-"""From it on a status says whether the camera is in a lateral."""
+"""From this version on, a status says whether the camera is in a lateral."""
 
 _M_PER_UNIT: Mapping[object, float] = {"m": 1.0, "meter": 1.0, "ft": 0.3048, "feet": 0.3048}
 _CHANGE = "CHANGE_METER_COUNTER_VALUE_REQ"
 _LONGEST_BYTES = 64 * 2**10
-"""Of a message; what goes on for longer is none."""
-_LONGEST_TOLD = 100
+"""Longest message; anything longer is discarded."""
+_LONGEST_SHOWN = 100
 """Characters of a name, or of an id that is text."""
 
 MessageId = int | str
@@ -27,17 +27,17 @@ MessageId = int | str
 
 @dataclass(frozen=True)
 class ChangeRequest:
-    """The operator sets the counter."""
+    """A request of the operator to set the counter."""
 
     message_id: MessageId
-    """Stands in the answer."""
+    """Id that the answer repeats."""
     value_m: float | None
-    """None where it is no length."""
+    """None if the value is no length."""
 
 
 @dataclass(frozen=True)
 class Other:
-    """A message that needs no answer of ours."""
+    """A message that needs no answer."""
 
     name: str
 
@@ -46,34 +46,34 @@ Heard = ChangeRequest | Other
 
 
 def choose_version(message_id: int) -> bytes:
-    """The first message of a connection."""
+    """Build the first message of a connection."""
     return _message(message_id, "SETUP", "CHOOSE_API_VERSION", {"value": API_VERSION})
 
 
 def status(message_id: int, value_m: float) -> bytes:
-    """The distance, whenever it has changed."""
+    """Build the message that reports a changed distance."""
     payload = {"value": value_m, "unit": "meter", "isLateral": False}
     return _message(message_id, "MONITORING", "METER_COUNTER_STATUS_IND", payload)
 
 
 def changed(message_id: MessageId) -> bytes:
-    """The counter has the value that was asked for."""
+    """Build the answer that confirms the requested value."""
     return _change_answer(message_id, is_done=True, error="")
 
 
 def refused(message_id: MessageId, reason: str) -> bytes:
-    """The counter has its value still."""
+    """Build the answer that refuses the requested value."""
     return _change_answer(message_id, is_done=False, error=reason)
 
 
 class Listener:
-    """Cuts what comes in into messages; what is none is dropped, however much of it there is."""
+    """Splits received bytes into messages and drops everything else, of any length."""
 
     def __init__(self) -> None:
         self._rest = b""
 
     def hear(self, received: bytes) -> list[Heard]:
-        """The messages that are complete now."""
+        """Return the messages that are now complete."""
         *lines, self._rest = (self._rest + received).split(b"\n")
         found = [message for line in lines for message in _objects(line)[0]]
         messages, used = _objects(self._rest)
@@ -84,10 +84,10 @@ class Listener:
 
 
 def _objects(line: bytes) -> tuple[list[dict[str, Any]], int]:
-    """The objects at the beginning of a line, and the number of bytes that they take."""
+    """Return the objects at the beginning of a line, and the number of bytes that they take."""
     try:
         text = line.decode()
-    except UnicodeDecodeError:  # not complete yet, or garbage
+    except UnicodeDecodeError:  # incomplete, or garbage
         return [], 0
     found, at = [], 0
     for value, end in _values(text):
@@ -98,7 +98,7 @@ def _objects(line: bytes) -> tuple[list[dict[str, Any]], int]:
 
 
 def _values(text: str) -> Iterator[tuple[object, int]]:
-    """JSON one after the other, each with the place after it, until something is none."""
+    """Yield consecutive JSON values, each with its end, until one is invalid."""
     decoder, at = json.JSONDecoder(), 0
     while start := text.find("{", at) + 1:
         if text[at : start - 1].strip():
@@ -111,7 +111,7 @@ def _values(text: str) -> Iterator[tuple[object, int]]:
 
 
 def _understood(message: Mapping[str, Any]) -> Heard | None:
-    """None for JSON that is no message."""
+    """Return the message, or None for JSON that is no message."""
     header, payload = message.get("header"), message.get("payload")
     if not isinstance(header, dict):
         return None
@@ -119,9 +119,9 @@ def _understood(message: Mapping[str, Any]) -> Heard | None:
     if not isinstance(name, str):
         return None
     if name != _CHANGE or not isinstance(message_id, int | str) or isinstance(message_id, bool):
-        return Other(name[:_LONGEST_TOLD])
-    if len(str(message_id)) > _LONGEST_TOLD:
-        return Other(name[:_LONGEST_TOLD])
+        return Other(name[:_LONGEST_SHOWN])
+    if len(str(message_id)) > _LONGEST_SHOWN:
+        return Other(name[:_LONGEST_SHOWN])
     fields = payload if isinstance(payload, dict) else {}
     return ChangeRequest(message_id, _metres(fields.get("value"), fields.get("unit", "m")))
 

@@ -1,4 +1,4 @@
-"""Whether every part works, with reasons."""
+"""Health of the server: whether every part works, with reasons."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _GOOD_SQLITE = (3, 51, 3)
 
 @dataclass(frozen=True)
 class Check:
-    """One part."""
+    """The result for one part."""
 
     name: str
     ok: bool
@@ -29,7 +29,7 @@ class Check:
 
 
 class Health:
-    """Asks the parts; the answer is kept for 2 s, as anyone may ask."""
+    """Checks the parts; the answer is cached for 2 s, as anyone may ask."""
 
     def __init__(
         self,
@@ -50,14 +50,14 @@ class Health:
         self._checks: list[Check] = []
 
     def ready(self) -> list[Check]:
-        """All checks.
+        """Run all checks.
 
         Raises:
-            NotReady: One failed; the text says which and why.
+            NotReady: A check failed; the text says which and why.
         """
         if self._stopping:
             raise NotReady("server: It is shutting down.")
-        # Whoever asks meanwhile does not wait with a thread each for a database that hangs.
+        # Concurrent callers do not each block a thread on a hanging database.
         if not self._lock.acquire(timeout=_CACHED_S):
             raise NotReady("server: The last check has not ended yet.")
         try:
@@ -73,7 +73,7 @@ class Health:
         return checks
 
     def stop(self) -> None:
-        """Not ready from now on; what is being answered still is."""
+        """Report not ready from now on; open requests are still answered."""
         self._stopping = True
 
     def _writes(self) -> Check:
@@ -81,7 +81,7 @@ class Health:
             self._database.beat()
         except (ChainageError, OSError) as error:
             return Check("database", False, str(error))
-        except Exception as error:  # the driver's errors have no common base with ours
+        except Exception as error:  # the driver's errors share no base class with ours
             return Check("database", False, f"It takes no writes ({type(error).__name__}).")
         return Check("database", True, "It takes writes.")
 

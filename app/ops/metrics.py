@@ -1,7 +1,7 @@
-"""What a monitoring system asks the server, in the text format of Prometheus.
+"""Metrics for monitoring systems, in the text format of Prometheus.
 
-Every label has few values: routes stand with names in place of their values, and no inspection,
-token or address is one.
+Every label has few values: routes keep their parameter names, and no inspection, token or address
+is a label.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _SECONDS = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0,
 
 
 class Metrics:
-    """Counts what happens, and looks at the services when it is asked."""
+    """Counts events, and reads the services when the metrics are requested."""
 
     def __init__(self) -> None:
         self._registry = CollectorRegistry()
@@ -85,31 +85,31 @@ class Metrics:
         )
         self._lock = threading.Lock()
         self._dropped_before: dict[str, int] = {}
-        """By live inspection that runs."""
+        """Frames dropped so far, by running live inspection."""
 
     def observe(self, services: WatchedServices) -> None:
-        """Look at them whenever somebody asks."""
+        """Read these services at every request."""
         self._registry.register(services)
 
     def text(self) -> bytes:
-        """Everything, as it is now."""
+        """Return all metrics as of now."""
         return generate_latest(self._registry)
 
     def count_request(self, method: str, route: str, status: int, duration_s: float) -> None:
-        """A request has ended."""
+        """Count a request that has ended."""
         self._requests.labels(method, route, str(status)).inc()
         self._request_seconds.labels(method, route).observe(duration_s)
 
     def websocket_clients(self, kind: str) -> Gauge:
-        """The open web sockets of a kind, "live" or "viewer", to be raised and lowered."""
+        """Return the gauge of open web sockets of a kind, "live" or "viewer"."""
         return self._websockets.labels(kind)
 
     def count_write(self, duration_s: float) -> None:
-        """The database has done a transaction."""
+        """Count a transaction of the database."""
         self._write_seconds.observe(duration_s)
 
     def on_event(self, event: Event) -> None:
-        """A listener of all events."""
+        """Count an event."""
         if not isinstance(event, Update):
             return
         self._frames.inc(len(event.estimates))
@@ -124,7 +124,7 @@ class Metrics:
 
 
 class WatchedServices(Collector):
-    """What is looked up when it is asked for."""
+    """Collects values from the services on request."""
 
     def __init__(
         self,
@@ -145,11 +145,11 @@ class WatchedServices(Collector):
         self._alerts = alerts
 
     def describe(self) -> Iterator[Metric]:
-        """Nothing beforehand: the registry would else ask the services while they start."""
+        """Describe nothing in advance; else the registry would query services that are starting."""
         return iter(())
 
     def collect(self) -> Iterator[Metric]:
-        """One after the other."""
+        """Yield the metrics of each service."""
         counts = self._inspections.counts()
         by_status = GaugeMetricFamily(
             "chainage_inspections", "Inspections by status.", labels=["status"]
@@ -176,14 +176,14 @@ class WatchedServices(Collector):
         restarts.add_metric(["media"], self._media.restarts)
         restarts.add_metric(["camera"], self._recorder.restarts)
         yield restarts
-        told = GaugeMetricFamily(
+        alerts = GaugeMetricFamily(
             "chainage_webhook_alerts",
             "Severe observations that the client is notified of, by what has become of it.",
             labels=["state"],
         )
         for state, number in self._alerts.counts().items():
-            told.add_metric([state], number)
-        yield told
+            alerts.add_metric([state], number)
+        yield alerts
 
 
 def _gauge(name: str, text: str, value: float) -> GaugeMetricFamily:
@@ -191,7 +191,9 @@ def _gauge(name: str, text: str, value: float) -> GaugeMetricFamily:
 
 
 def _children() -> int:
-    """Each stands under the thread that started it, and moves when that thread ends."""
+    """Count child processes: each is listed under the thread that started it until that thread
+    ends.
+    """
     found: set[str] = set()
     for task in Path(f"/proc/{os.getpid()}/task").glob("*"):
         with suppress(OSError):  # a thread that has just ended

@@ -1,1 +1,1 @@
-"""The defect location report: one model of it, and a module for every form that it leaves in."""
+"""The defect location report: one model, and one module for each output format."""

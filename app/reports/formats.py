@@ -1,4 +1,4 @@
-"""Every format of the report, by the name that the API and the command line know it under."""
+"""Every format of the report, by its name in the API and on the command line."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from app.reports.tables import spreadsheet, table
 
 @dataclass(frozen=True)
 class Format:
-    """One form that a report leaves in."""
+    """One output format of the report."""
 
     stem: str
-    """Of the file's name, after the inspection's."""
+    """Stem of the file's name, after the inspection's name."""
     suffix: str
     media_type: str
     write: Callable[[Report], Written]

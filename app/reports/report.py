@@ -1,4 +1,4 @@
-"""What a report says, worked out once: every format has the same distances because of it."""
+"""The report model, computed once, so that every format has the same distances."""
 
 from __future__ import annotations
 
@@ -31,39 +31,39 @@ _BLOCK = 2**20
 
 @dataclass(frozen=True)
 class Photo:
-    """The picture of an entry."""
+    """The photo of an entry."""
 
     name: str
-    """`<asset>-<number>.jpg`, the same in every format; of another program's survey any name."""
+    """`<asset>-<number>.jpg`, equal in every format; any name in another program's survey."""
     path: Path | None
-    """A file that may be gone; None of an import, whose photos are elsewhere."""
+    """A file that may be missing; None in an import, whose photos are elsewhere."""
     sha256: str | None
-    """None of another program's photo."""
+    """None for another program's photo."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One observation as it is reported; None is what nobody knows."""
+    """One observation as reported; None means unknown."""
 
     id: str
     seq: int
     tag: StatedTag
-    """What a person stated; all else follows from it, from track and rig."""
+    """What a person stated; everything else is derived from it, the track and the rig."""
     time_s: float | None
-    """Of the frame in the video; None, as all of its place, before the frame is tracked."""
+    """Time of the frame in the video; None, like its whole place, before the frame is tracked."""
     distance_m: float | None
-    """Corrected, to the millimetre."""
+    """Corrected distance, to the millimetre."""
     u95_m: float | None
     raw_m: float | None
-    """As it was measured."""
+    """The same distance in the raw track."""
     source: str | None
-    """What the distance rests on: odometry, joint, closure or typed."""
+    """Basis of the distance: odometry, joint, closure or typed."""
     to_go_m: float | None
-    """To the far end, if its distance is known."""
+    """Distance to the far end, if its distance is known."""
     joint_no: int | None
     at_joint: bool
     kind: Code | None
-    """What the code pack calls it; None for a code that is not in it."""
+    """The row of the code pack; None for a code that is not in it."""
     clock_from: int | None
     """As it was entered, else as the pixel shows it, to the hour."""
     clock_h: float | None
@@ -72,7 +72,7 @@ class Entry:
     """Number of its stretch."""
     cont_role: Role | None
     cont_length_m: float | None
-    """Of the stretch, given at its start once it is finished."""
+    """Length of the stretch, given at its start once it is finished."""
     photo: Photo | None
     x_m: float | None
     """The wall point: along the axis, right of it, below it (or below the camera's floor)."""
@@ -87,16 +87,16 @@ class Entry:
 
     @property
     def unit1(self) -> str | None:
-        """Of `quant1`, by the code pack."""
+        """Unit of `quant1`, by the code pack."""
         return self.kind.unit_q1 if self.kind and self.tag.quant1 is not None else None
 
     @property
     def unit2(self) -> str | None:
-        """Of `quant2`, by the code pack."""
+        """Unit of `quant2`, by the code pack."""
         return self.kind.unit_q2 if self.kind and self.tag.quant2 is not None else None
 
     def label(self, language: Language) -> str | None:
-        """What the code means, in the words of its pack."""
+        """Return the meaning of the code, in the words of its pack."""
         if self.kind is None:
             return None
         return self.kind.label_ms if language == "ms" else self.kind.label
@@ -104,7 +104,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Stretch:
-    """A continuous defect that is finished."""
+    """A finished continuous defect."""
 
     number: int
     start: Entry
@@ -114,7 +114,7 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Source:
-    """The film that the report rests on."""
+    """The film of the report."""
 
     kind: str
     """upload, live or import."""
@@ -122,12 +122,12 @@ class Source:
     size: int
     sha256: str
     video: Mapping[str, Any]
-    """What the probe found: width, height, duration_s, frames, codec, playable, media_type."""
+    """Result of the probe: width, height, duration_s, frames, codec, playable, media_type."""
 
 
 @dataclass(frozen=True)
 class Company:
-    """Whose paper it is."""
+    """The company that issues the report."""
 
     name: str | None = None
     logo: Path | None = None
@@ -135,41 +135,41 @@ class Company:
 
 @dataclass(frozen=True)
 class Report:
-    """An inspection as it stands."""
+    """The report of an inspection in its present state."""
 
     id: str
-    """Of the inspection, and so of its report."""
+    """Id of the inspection, and so of its report."""
     name: str
     status: str
     made_at: datetime
     created_at: datetime
     finished_at: datetime | None
     revision: int
-    """Rises whenever a distance that was published has changed."""
+    """Rises whenever a published distance changes."""
     header: Mapping[str, Any]
-    """By the names of `app.survey.catalogue.header.FIELDS`; other names may be there, too."""
+    """Values by the names of `app.survey.catalogue.header.FIELDS`; other names may occur too."""
     pack: str
     """Name of the table of codes."""
     rig: Rig
     source: Source
     entries: tuple[Entry, ...]
-    """By distance, then by time; what is not tracked comes last."""
+    """Entries by distance, then by time; untracked ones come last."""
     distance_m: float | None
-    """Corrected, of the last frame; so are the next two."""
+    """Corrected distance of the last frame, like the next two fields."""
     u95_m: float | None
     raw_distance_m: float | None
     corrected: Corrected
     issues: tuple[Issue, ...]
-    """What stands against issuing it."""
+    """Issues that stand against issuing the report."""
     events: tuple[Event, ...]
-    """Every change of it, oldest first."""
+    """Every change, the oldest first."""
     track: Track
-    """Corrected, a row for each frame."""
+    """The corrected track, one row for each frame."""
     raw_track: Track
     health: tuple[Health, ...]
-    """Of each frame, perhaps none."""
+    """Health of each frame, possibly empty."""
     sightings: tuple[Sighting, ...]
-    """Joints that were seen while it was tracked, in the order of their frames."""
+    """Joints that were seen while tracking, in the order of their frames."""
     wall: Mapping[int, Path]
     """JPEG tiles of the unrolled wall by number, which counts raw distance (`Layout`)."""
     layout: Layout | None
@@ -178,7 +178,7 @@ class Report:
     error_code: str | None = None
     company: Company = field(default_factory=Company)
     signer: Signer | None = None
-    """Of evidence bundles."""
+    """Signs evidence bundles."""
     draw_scene: Callable[[Report], str] | None = None
     """Makes the page of the 3D view; raises a ChainageError if it cannot."""
     language: Language = "en"
@@ -186,37 +186,39 @@ class Report:
 
     @property
     def asset(self) -> str:
-        """What the culvert is called: the asset of the header, else the inspection."""
+        """Name of the culvert: the asset of the header, else the inspection."""
         return str(self.header.get("asset_id") or self.name)
 
     @property
     def adjusted(self) -> Adjusted | None:
-        """How the raw track was corrected; None where what is stated contradicts itself."""
+        """The correction of the raw track; None where statements contradict each other."""
         return self.corrected.adjusted
 
     @property
     def is_unmeasured(self) -> bool:
-        """Whether another program has measured the distances: nobody knows how sure they are."""
+        """Whether another program measured the distances, so that their uncertainty is unknown."""
         return len(self.raw_track) > 0 and is_unmeasured(self.raw_track)
 
     @property
     def joints(self) -> tuple[FittedJoint, ...]:
-        """Of the pipe, that were seen."""
+        """The joints of the pipe that were seen."""
         return self.adjusted.joints if self.adjusted else ()
 
     @property
     def joint_evidence(self) -> tuple[FittedJoint, ...]:
-        """The same with a seam at the zero and what lies before it, as the scale rests on them."""
+        """The seen joints with a seam at the zero and any before it, as the scale is based on
+        them.
+        """
         return self.adjusted.evidence if self.adjusted else ()
 
     @property
     def expected_joints(self) -> tuple[ExpectedJoint, ...]:
-        """Where others should be that were not seen."""
+        """Places where joints are expected but were not seen."""
         return self.adjusted.expected_joints if self.adjusted else ()
 
     @property
     def defects(self) -> tuple[Entry, ...]:
-        """What is counted: a stretch is one, and stands where it is worst."""
+        """The counted entries: a stretch counts once, where it is worst."""
         found: dict[str, Entry] = {}
         for entry in self.entries:
             key = entry.id if entry.cont_id is None else f"stretch {entry.cont_id}"
@@ -228,7 +230,7 @@ class Report:
 
     @property
     def stretches(self) -> tuple[Stretch, ...]:
-        """The finished ones, by number."""
+        """The finished stretches, by number."""
         parts: dict[int, list[Entry]] = {}
         for entry in self.entries:
             if entry.cont_id is not None:
@@ -253,11 +255,11 @@ class Written:
     content: bytes
     losses: tuple[Loss, ...] = ()
     file: IO[bytes] | None = None
-    """In place of `content` what may not fit in memory: an open temporary file, at its start."""
+    """Replaces `content` where that may not fit in memory: an open temporary file, at its start."""
 
     @property
     def size(self) -> int:
-        """In bytes."""
+        """Size in bytes."""
         if self.file is None:
             return len(self.content)
         at = self.file.tell()
@@ -266,7 +268,7 @@ class Written:
         return end
 
     def blocks(self) -> Iterator[bytes]:
-        """The content, once; the file is closed behind it."""
+        """Yield the content once, then close the file."""
         if self.file is None:
             yield self.content
             return

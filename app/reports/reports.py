@@ -1,4 +1,4 @@
-"""Works out the report of an inspection as it stands, and writes it in any format."""
+"""Builds the report of an inspection in its present state, and writes it in any format."""
 
 from __future__ import annotations
 
@@ -39,9 +39,10 @@ from vo_core.errors import InvalidRig
 
 _ROLES: Mapping[str, Role] = {"A": "start", "C": "change", "B": "finish"}
 _KEPT_S, _KEPT_BYTES = 60.0, 64 * 2**20
-"""Written reports are kept so long: a page asks for the losses of one and then for the report."""
+"""How long written reports are cached: a page asks for the losses of one and then for the
+report."""
 _LONGEST_PHOTO_STEM = 100
-"""Of an asset in the name of a photo: file systems and exchange formats hold 255 characters."""
+"""Longest asset in the name of a photo: file systems and exchange formats allow 255 characters."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class Export:
 
 
 class Reports:
-    """Reports of inspections."""
+    """Builds and writes reports."""
 
     def __init__(
         self,
@@ -82,7 +83,7 @@ class Reports:
         self._signer = signer
         self._draw_scene = draw_scene
         self._lock = threading.Lock()
-        """Guards the next."""
+        """Guards the next field."""
         self._kept: TTLCache[Hashable, Export] = TTLCache(
             _KEPT_BYTES, _KEPT_S, getsizeof=lambda export: export.written.size
         )
@@ -90,17 +91,18 @@ class Reports:
     def export(
         self, inspection_id: str, kind: str, *, language: Language = "en", units: Units = "m"
     ) -> Export:
-        """The report as a file; asked for again soon, as after its losses, it is the same one.
+        """Return the report as a file; repeated soon, as after its losses, it returns the same
+        file.
 
         Args:
-            inspection_id: Of any state.
+            inspection_id: An inspection in any state.
             kind: One of FORMATS.
-            language: Of the formats that people read.
-            units: Of the same.
+            language: Language of formats that people read.
+            units: Units of the same formats.
 
         Raises:
-            InspectionNotFound: There is none of this id.
-            ExportNotAvailable: A format that does not exist, or that lacks what it needs.
+            InspectionNotFound: No inspection has this id.
+            ExportNotAvailable: The format does not exist, or the inspection lacks what it needs.
         """
         if kind not in FORMATS:
             raise ExportNotAvailable(
@@ -124,10 +126,10 @@ class Reports:
     def report(
         self, inspection_id: str, *, language: Language = "en", units: Units = "m"
     ) -> Report:
-        """Everything that it says.
+        """Build the report model.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         row = self._inspections.get(inspection_id)
         rig, table = rig_of(row), self._packs.table_of(row.header)
@@ -142,7 +144,7 @@ class Reports:
             for item in observations
         ]
         if row.source_kind == IMPORTED and row.video.get("duration_s") is None:
-            # Its rows have moments in an order only: there are no times in a film.
+            # Rows of an import are only ordered: they have no times in a film.
             entries = [replace(entry, time_s=None) for entry in entries]
         try:
             layout = self._unrolled.layout(rig)
@@ -202,28 +204,28 @@ class Reports:
 
 
 def _photo_stem(asset: str) -> str:
-    """One name for every format, so in ASCII: the EN 13508-2 text and RIBX hold nothing else."""
+    """Return a name for every format, so in ASCII: EN 13508-2 text and RIBX allow nothing else."""
     stem = ascii_file_name(asset)
     return stem if len(stem) <= _LONGEST_PHOTO_STEM else stem[-_LONGEST_PHOTO_STEM:].lstrip("._-")
 
 
 @dataclass(frozen=True)
 class _Line:
-    """The way from one end of the culvert to the other on the map."""
+    """The line between both ends of the culvert on the map."""
 
     start: tuple[float, float]
     end: tuple[float, float]
     length_mm: float
 
     def at(self, distance_mm: float) -> tuple[float, float]:
-        """Longitude and latitude to a centimetre."""
+        """Return longitude and latitude of a distance, to a centimetre."""
         share = distance_mm / self.length_mm
         lon, lat = (a + share * (b - a) for a, b in zip(self.start, self.end, strict=True))
         return round(lon, 7), round(lat, 7)
 
 
 def _line(header: Mapping[str, Any], surveyed_mm: float | None) -> _Line | None:
-    """None unless both ends and the length between them are known."""
+    """Return the line; None unless both ends and the length between them are known."""
     names = ("start_lon", "start_lat", "end_lon", "end_lat")
     ends = [number_of(header.get(name)) for name in names]
     known_m = number_of(header.get("known_length_m"))
@@ -279,13 +281,13 @@ def _entry(
 
 
 def _along_the_pipe(entry: Entry) -> tuple[float, float, int]:
-    """Key of the order in which a report lists its entries."""
+    """Return the sort key of a report's entries."""
     distance_m = math.inf if entry.distance_m is None else entry.distance_m
     return distance_m, math.inf if entry.time_s is None else entry.time_s, entry.seq
 
 
 def _stretch_lengths_m(observations: Sequence[ObservationView]) -> dict[str, float]:
-    """Length of the stretch that an observation starts, if it is finished and tracked."""
+    """Return the lengths of finished, tracked stretches by the observation that starts them."""
     place_m = {view.row.id: metres(view.place.distance_mm) for view in observations if view.place}
     tracked = [view.row for view in observations if view.place]
     return {
@@ -299,7 +301,7 @@ def _stretch_lengths_m(observations: Sequence[ObservationView]) -> dict[str, flo
 def _wall_point_m(
     view: ObservationView, rig: Rig
 ) -> tuple[float | None, float | None, float | None]:
-    """X along the axis, Y right, Z down from the axis, or from the floor."""
+    """Return X along the axis, Y right, Z down from the axis, or from the floor."""
     wall = view.place.wall if view.place else None
     if wall is None:
         return None, None, None
@@ -310,7 +312,7 @@ def _wall_point_m(
 
 
 def _to_go_m(header: Mapping[str, Any], distance_mm: float) -> float | None:
-    """To the far end, if its distance was entered as a number."""
+    """Return the distance to the far end, if that was entered as a number."""
     known_m = number_of(header.get("known_length_m"))
     return None if known_m is None else rounded(known_m - metres(distance_mm), 3)
 

@@ -12,20 +12,20 @@ from app.storage.tables import LoginSession
 
 
 class AccessStore:
-    """Rows come back detached: what is done to them stays without effect on the database."""
+    """Returns detached rows: changing them does not change the database."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
 
     def login(self, digest: str) -> LoginSession | None:
-        """A session, by the digest of its cookie."""
+        """Return the session with this digest of its cookie, or None."""
         with self._database.read() as session:
             return session.get(LoginSession, digest)
 
     def add_login(
         self, digest: str, token_digest: str, *, unused_since: datetime, begun_before: datetime
     ) -> None:
-        """A session begins; those that are too old, or were not used for too long, are removed."""
+        """Add a session; remove those that are too old or unused for too long."""
         now = datetime.now(UTC)
         row = LoginSession(digest=digest, token_digest=token_digest, created_at=now, seen_at=now)
 
@@ -40,7 +40,7 @@ class AccessStore:
         self._database.write(begin)
 
     def touch_login(self, digest: str) -> None:
-        """A session is used now."""
+        """Record that a session is used now."""
 
         def touch(session: Session) -> None:
             row = session.get(LoginSession, digest)
@@ -50,7 +50,7 @@ class AccessStore:
         self._database.write(touch)
 
     def end_login(self, digest: str) -> None:
-        """A session ends, if there is one."""
+        """End a session, if it exists."""
         self._database.write(
             lambda session: session.execute(
                 delete(LoginSession).where(LoginSession.digest == digest)

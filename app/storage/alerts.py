@@ -1,4 +1,4 @@
-"""The outbox of the webhook: what the client is to be notified of, and whether that was done."""
+"""The outbox of the webhook: severe observations and whether the client was notified."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from app.storage.database import Database
 from app.storage.tables import ALERT_STATES, Alert, EventRow, ObservationRow
 
 EMERGENCY = 5
-"""The severity that must not wait."""
+"""The severity that is notified at once."""
 SENDER = "Chainage"
-"""Who is named in the history."""
+"""Author of its entries in the history."""
 _WAITING_AT_MOST = 1000
 
 
 def note_emergency(
     session: Session, row: ObservationRow, before: dict[str, Any] | None, *, was_deleted: bool
 ) -> None:
-    """Within the session that stores an observation: have the client notified if it became severe.
+    """Queue a notification if an observation became severe, within the session that stores it.
 
     Args:
-        session: So that the observation and the alert are on the disk together, or neither.
-        row: As it is stored now.
-        before: Its fields until now; None for a new one.
-        was_deleted: Whether it comes back.
+        session: The session that stores the observation, so that both are on the disk or neither.
+        row: The row as stored now.
+        before: Its fields before the change; None for a new one.
+        was_deleted: Whether it is being restored.
     """
     if row.fields.get("severity") != EMERGENCY:
         return
@@ -38,9 +38,9 @@ def note_emergency(
     )
     last = session.scalar(of_this.order_by(Alert.created_at.desc()).limit(1))
     was_severe = (before or {}).get("severity") == EMERGENCY
-    # What was deleted before anybody was notified of it is new to the client when it comes back.
+    # An observation deleted before its notification is new to the client when it is restored.
     is_new = not was_severe or (was_deleted and last == "withdrawn")
-    if not is_new or last == "waiting":  # one that waits reports the state of then
+    if not is_new or last == "waiting":  # its message reports the latest state
         return
     waiting = select(func.count()).where(Alert.state == "waiting")
     is_full = (session.scalar(waiting) or 0) >= _WAITING_AT_MOST
@@ -60,13 +60,13 @@ def note_emergency(
 
 
 class AlertStore:
-    """Rows come back detached: what is done to them stays without effect on the database."""
+    """Returns detached rows: changing them does not change the database."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
 
     def of(self, inspection_id: str) -> list[Alert]:
-        """All of an inspection, the oldest first."""
+        """Return all alerts of an inspection, the oldest first."""
         query = (
             select(Alert)
             .where(Alert.inspection_id == inspection_id)
@@ -76,7 +76,7 @@ class AlertStore:
             return list(session.scalars(query))
 
     def next_waiting(self) -> Alert | None:
-        """The one whose turn is next, now or later."""
+        """Return the alert with the earliest next try, due or not."""
         query = (
             select(Alert).where(Alert.state == "waiting").order_by(Alert.next_at, Alert.id).limit(1)
         )
@@ -84,14 +84,14 @@ class AlertStore:
             return session.scalar(query)
 
     def counts(self) -> dict[str, int]:
-        """How many have each state."""
+        """Return the number of alerts in each state."""
         query = select(Alert.state, func.count()).group_by(Alert.state)
         with self._database.read() as session:
             found = {state: number for state, number in session.execute(query)}  # noqa: C416
         return {state: found.get(state, 0) for state in ALERT_STATES}
 
-    def record_told(self, alert_id: str) -> None:
-        """The client has taken it; the history says so."""
+    def record_sent(self, alert_id: str) -> None:
+        """Record that the client has accepted the alert, also in the history."""
 
         def record(row: Alert, now: datetime) -> EventRow:
             row.state, row.told_at, row.error = "told", now, None
@@ -101,7 +101,9 @@ class AlertStore:
         self._change(alert_id, record)
 
     def record_failure(self, alert_id: str, error: str, next_at: datetime | None) -> None:
-        """A try has failed; without a next one the history says that nobody was notified."""
+        """Record a failed try; without a next one, the history says that the client was not
+        notified.
+        """
 
         def record(row: Alert, now: datetime) -> EventRow | None:
             row.error = error
@@ -115,7 +117,9 @@ class AlertStore:
         self._change(alert_id, record)
 
     def withdraw(self, alert_id: str) -> None:
-        """The observation was deleted or lowered before anybody was notified."""
+        """Withdraw an alert whose observation was deleted or made less severe before it was
+        sent.
+        """
 
         def record(row: Alert, now: datetime) -> None:
             row.state = "withdrawn"

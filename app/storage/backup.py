@@ -1,10 +1,10 @@
-"""A data folder as one archive, taken while a server uses it, and the way back.
+"""Archives a data folder while a server uses it, and restores it.
 
-The archive is a ZIP without compression: pictures and videos hardly shrink, and what is stored
-plainly cannot swell when it is read.  `manifest.json` in it has the size and the SHA-256 of every
-file.  The database is copied first, as it is at one moment; then come the files of its inspections,
-which are only ever added to, replaced whole or deleted.  Left out are the server's own token and
-uploads of which no inspection was made.
+The archive is a ZIP without compression: pictures and videos hardly shrink, and uncompressed
+members cannot expand when they are read. Its `manifest.json` lists the size and the SHA-256 of
+every file. The database is copied first, in the state of one moment; then the files of its
+inspections, which are only ever appended to, replaced whole or deleted. The server's own token and
+uploads without an inspection are left out.
 """
 
 from __future__ import annotations
@@ -35,18 +35,18 @@ from app.storage.files import DataFolder, raise_if_full, sync_folder
 from app.storage.tables import ENDED
 
 OnProgress = Callable[[int, int], None]
-"""Called with bytes done and bytes in all."""
+"""Called with the bytes done and the total."""
 
 _FORMAT = 1
 _MANIFEST = "manifest.json"
 _DATABASE = "chainage.db"
 _TOKENS = "tokens.json"
 _ROOT_FILES = (_TOKENS, signing_key.FILE)
-"""Beside the database, if they are there."""
+"""Files beside the database, copied if they exist."""
 _NAME = re.compile(
     r"chainage\.db|tokens\.json|signing-key\.pem|inspections/[0-9a-f]{32}(?:/[A-Za-z0-9_-][A-Za-z0-9._-]*){1,2}"
 )
-"""All that an archive may hold: no path leads out of the folder, or to its lock."""
+"""All names that an archive may contain: no path leads out of the folder or to its lock."""
 _BLOCK = 2**20
 _MOST_MANIFEST_BYTES = 256 * 2**20
 _TRIES = 5
@@ -60,20 +60,20 @@ class Entry(msgspec.Struct, frozen=True):
 
 
 class Manifest(msgspec.Struct, frozen=True):
-    """What an archive holds."""
+    """The list of the files in an archive."""
 
     format: int
     version: str
-    """Of Chainage."""
+    """Version of Chainage."""
     made_at: datetime
     files: dict[str, Entry]
     missing: list[str]
-    """Files that the database names and that were gone before the backup."""
+    """Files that the database names and that were missing before the backup."""
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What was backed up or restored."""
+    """Totals of a backup or restore."""
 
     inspections: int
     observations: int
@@ -86,28 +86,28 @@ _MALFORMED = (
     zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError,
     sqlite3.DatabaseError,
 )  # fmt: skip
-"""What damaged, encrypted and foreign archives lead to, which has no common base."""
+"""Errors of damaged, encrypted and foreign archives, which share no base class."""
 
 
 class _Changed(Exception):
-    """A file went away while it was copied: its inspection was deleted or is tracked again."""
+    """A file disappeared while it was copied: its inspection was deleted or is tracked again."""
 
 
 def back_up(data: Path, target: Path, on_progress: OnProgress) -> Summary:
-    """Write everything that is acknowledged by now into the archive `target`.
+    """Write everything acknowledged so far into the archive `target`.
 
     Args:
         data: The data folder; a server may be using it.
-        target: Replaced whole, or left as it is when something fails.
-        on_progress: Called with how far it is.
+        target: The archive; replaced whole, or unchanged after a failure.
+        on_progress: Called with the progress.
     Raises:
-        UnusableBackup: There is no database to back up, or inspections are deleted all the time.
+        UnusableBackup: There is no database, or inspections keep being deleted.
         UnusableDatabase: The database is damaged or of a newer version.
         DiskFull: There is no room for the archive.
     """
     if not (data / _DATABASE).is_file():
         raise UnusableBackup(f"There is no database in the folder {data}; name it with --data.")
-    revision_of(data / _DATABASE)  # damage is reported by the name of the file
+    revision_of(data / _DATABASE)  # so that damage is reported with the name of this file
     missing: list[str] = []
     with tempfile.TemporaryDirectory(prefix=".chainage-backup-", dir=target.parent) as folder:
         part = Path(folder) / "part"
@@ -118,7 +118,7 @@ def back_up(data: Path, target: Path, on_progress: OnProgress) -> Summary:
                 revision_of(snapshot)
                 found = _members(data, snapshot)
                 gone = sorted(_named_by(snapshot) - found.keys())
-                if gone != missing:  # deleted meanwhile; what is gone twice was lost before
+                if gone != missing:  # deleted meanwhile; missing twice: lost before
                     missing = gone
                     continue
                 manifest = _written(part, found, missing, on_progress)
@@ -134,16 +134,16 @@ def back_up(data: Path, target: Path, on_progress: OnProgress) -> Summary:
 
 
 def restore(archive: Path, data: Path, on_progress: OnProgress) -> Summary:
-    """Make the data folder of an archive; after a failure it is as it was before.
+    """Create a data folder from an archive; after a failure the folder is unchanged.
 
     Args:
-        archive: What `back_up` wrote.
+        archive: An archive written by `back_up`.
         data: A folder that is empty or does not exist.
-        on_progress: Called with how far it is.
+        on_progress: Called with the progress.
     Raises:
-        UnusableBackup: The archive is damaged or none of ours, or the folder is not empty.
-        UnusableDatabase: It was made by a newer version.
-        DiskFull: There is no room for it.
+        UnusableBackup: The archive is damaged or foreign, or the folder is not empty.
+        UnusableDatabase: A newer version made the archive.
+        DiskFull: There is no room for the files.
     """
     if data.exists() and any(data.iterdir()):
         raise UnusableBackup(
@@ -161,13 +161,14 @@ def restore(archive: Path, data: Path, on_progress: OnProgress) -> Summary:
 
 
 def _members(data: Path, snapshot: Path) -> dict[str, Path]:
-    """Every file to be copied, by its name in the archive."""
+    """Return every file to copy, by its name in the archive."""
     members = {_DATABASE: snapshot}
     members |= {name: data / name for name in _ROOT_FILES if (data / name).is_file()}
     with closing(sqlite3.connect(snapshot)) as connection:
         ids = [str(row[0]) for row in connection.execute("SELECT id FROM inspections ORDER BY id")]
     for inspection_id in ids:
-        # By name: a checkpoint comes before the journal, which may be longer than it says.
+        # In the order of names: the checkpoint precedes the journal, which may be longer than the
+        # checkpoint says.
         for path in sorted((data / "inspections" / inspection_id).rglob("*")):
             name = path.relative_to(data).as_posix()
             if _NAME.fullmatch(name) and path.is_file() and not path.is_symlink():
@@ -176,7 +177,7 @@ def _members(data: Path, snapshot: Path) -> dict[str, Path]:
 
 
 def _named_by(database: Path) -> set[str]:
-    """Files that must be there for what the database says."""
+    """Return the files that the database requires."""
     with closing(sqlite3.connect(database)) as connection:
         inspections = connection.execute(
             "SELECT id, video_file, status, frames_done, source_sha256 FROM inspections"
@@ -187,7 +188,7 @@ def _named_by(database: Path) -> set[str]:
         ).fetchall()
     names = {f"inspections/{id_}/photos/{photo}-{frame}.jpg" for id_, photo, frame in photos}
     for id_, video_file, status, frames_done, sha256 in inspections:
-        if sha256 and video_file:  # without one it is a recording, perhaps not begun
+        if sha256 and video_file:  # without a digest it is a recording, possibly not begun
             names.add(f"inspections/{id_}/{video_file}")
         if status in ENDED and frames_done:
             names.add(f"inspections/{id_}/track.csv")
@@ -197,10 +198,10 @@ def _named_by(database: Path) -> set[str]:
 def _written(
     part: Path, members: Mapping[str, Path], missing: list[str], on_progress: OnProgress
 ) -> Manifest:
-    """Write an archive of the members, and bring it to the disk.
+    """Write an archive of the members and sync it.
 
     Raises:
-        _Changed: One of them went away; the name of a tile or a checkpoint counts as well.
+        _Changed: A member disappeared, also a tile or a checkpoint.
     """
     files: dict[str, Entry] = {}
     done = 0
@@ -222,7 +223,7 @@ def _written(
 
 
 def _stored(archive: zipfile.ZipFile, name: str, path: Path) -> Entry:
-    """Copy a file as long as it is now; what is added meanwhile belongs to the next backup."""
+    """Copy a file at its current length; bytes appended meanwhile belong to the next backup."""
     info = zipfile.ZipInfo(name)
     info.external_attr = (stat.S_IFREG | 0o600) << 16
     with path.open("rb") as source, archive.open(info, "w", force_zip64=True) as target:
@@ -231,10 +232,10 @@ def _stored(archive: zipfile.ZipFile, name: str, path: Path) -> Entry:
 
 
 def _copied(source: IO[bytes], target: IO[bytes], size: int) -> str:
-    """Copy `size` bytes; their SHA-256.
+    """Copy `size` bytes and return their SHA-256.
 
     Raises:
-        _Changed: There are fewer.
+        _Changed: The source has fewer bytes.
     """
     digest = hashlib.sha256()
     while size:
@@ -249,7 +250,7 @@ def _copied(source: IO[bytes], target: IO[bytes], size: int) -> str:
 
 @contextmanager
 def _held(data: Path) -> Iterator[DataFolder]:
-    """The new folder, held against servers; when the block fails, nothing of it is left."""
+    """Hold the new folder against servers; when the block fails, remove everything in it."""
     is_new = not data.exists()
     folder = DataFolder(data, reserve_bytes=0)
     try:
@@ -266,7 +267,7 @@ def _held(data: Path) -> Iterator[DataFolder]:
 
 @contextmanager
 def _opened(archive: Path) -> Iterator[zipfile.ZipFile]:
-    """The archive; whatever does not fit in it is one error."""
+    """Open the archive; every fault of it is one error."""
     try:
         with zipfile.ZipFile(archive) as opened:
             yield opened
@@ -275,10 +276,10 @@ def _opened(archive: Path) -> Iterator[zipfile.ZipFile]:
 
 
 def _manifest_of(source: zipfile.ZipFile, archive: Path) -> Manifest:
-    """The manifest, when the archive is what it says.
+    """Read the manifest and check it against the archive.
 
     Raises:
-        UnusableBackup: It is not.
+        UnusableBackup: The archive differs from its manifest.
     """
     infos = {info.filename: info for info in source.infolist()}
     stated = infos.pop(_MANIFEST, None)
@@ -312,7 +313,7 @@ def _size(info: zipfile.ZipInfo) -> int:
 
 
 def _require_plain(info: zipfile.ZipInfo, archive: Path) -> None:
-    """A file as `back_up` stores it: no link or device, neither packed nor encrypted."""
+    """Require a file as `back_up` stores it: no link or device, not compressed or encrypted."""
     kind = stat.S_IFMT(info.external_attr >> 16)
     is_stored = info.compress_type == zipfile.ZIP_STORED and info.file_size == info.compress_size
     if kind not in (0, stat.S_IFREG) or not is_stored or info.flag_bits & 1:
@@ -344,12 +345,12 @@ def _extract(
 
 
 def _for_owner(path: str, flags: int) -> int:
-    """As the folder is: what is in it may be a key."""
+    """Open with the owner's permissions only: the file may be a key."""
     return os.open(path, flags, 0o600)
 
 
 def _checked(part: Path, manifest: Manifest) -> Summary:
-    """Look at what was extracted as a whole."""
+    """Check the extracted files as a whole."""
     database = part / _DATABASE
     revision_of(database)
     with closing(sqlite3.connect(database)) as connection:
@@ -362,7 +363,7 @@ def _checked(part: Path, manifest: Manifest) -> Summary:
 
 
 def _settle(part: Path, root: Path) -> None:
-    """Bring what was extracted to its place, the database last: without it the rest is nothing."""
+    """Move the extracted files into place, the database last: without it the rest is not used."""
     for folder in sorted((path for path in part.rglob("*") if path.is_dir()), reverse=True):
         sync_folder(folder)
     for path in sorted(part.iterdir(), key=lambda path: path.name == _DATABASE):

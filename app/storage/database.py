@@ -51,11 +51,12 @@ class Database:
     """Opens and migrates the file, then serves `read` and `write` from any thread."""
 
     def __init__(self, path: Path, *, on_write: Callable[[float], None] | None = None) -> None:
-        """Open `path`, which is made if it is not there.
+        """Open `path`, or create it.
 
         Args:
-            path: The file.
-            on_write: Called in the writer's thread with how many seconds each transaction took.
+            path: The database file.
+            on_write: Called in the writer's thread with the duration of each transaction in
+            seconds.
         Raises:
             UnusableDatabase: The file is damaged or of a newer version.
         """
@@ -79,15 +80,15 @@ class Database:
 
     @contextmanager
     def read(self) -> Iterator[Session]:
-        """A session that sees one consistent state and cannot write."""
+        """Open a session that sees one consistent state and cannot write."""
         with Session(self._reader_engine, expire_on_commit=False) as session:
             yield session
 
     def write(self, change: Callable[[Session], Result]) -> Result:
-        """Run `change` in a transaction of the writer; returns when it is committed and synced.
+        """Run `change` in a transaction of the writer; return when it is committed and synced.
 
         Raises:
-            Busy: Too many writes are waiting, or the disk takes none.
+            Busy: Too many writes are waiting, or the disk accepts none.
             DiskFull: Nothing was written.
         """
         future: Future[Result] = Future()
@@ -99,7 +100,7 @@ class Database:
             raise Busy("The database is not keeping up; try again in a moment.") from error
 
     def beat(self) -> None:
-        """Write the heartbeat row: when this returns, the database takes writes."""
+        """Write the heartbeat row; when this returns, the database accepts writes."""
         self.write(lambda session: session.merge(Heartbeat(id=1, at=datetime.now(UTC))))
 
     def writer_is_alive(self) -> bool:
@@ -136,10 +137,10 @@ def _engine(path: Path, *pragmas: str, pool_size: int) -> Engine:
 
 
 def _is_of_full_disk(error: BaseException, path: Path) -> bool:
-    """Whether a transaction failed for want of room.
+    """Return whether a transaction failed because the disk is full.
 
-    SQLite says so of a write that the system refuses with ENOSPC; a quota, or a sync that fails,
-    it calls an I/O error, so another write has to tell.
+    SQLite reports a write refused with ENOSPC as such, but an exceeded quota or a failed sync as an
+    I/O error, which another write must confirm.
     """
     cause = getattr(error, "orig", error)  # SQLAlchemy's errors hold the driver's
     if not isinstance(cause, sqlite3.OperationalError):
@@ -157,7 +158,7 @@ def _is_of_full_disk(error: BaseException, path: Path) -> bool:
 
 
 def _migrate(engine: Engine, path: Path) -> None:
-    """Bring the file to the newest revision, with a copy of the older one kept beside it."""
+    """Migrate the file to the newest revision, after copying the older one beside it."""
     current = revision_of(path)
     config = _alembic()
     newest = ScriptDirectory.from_config(config).get_current_head()
@@ -166,8 +167,8 @@ def _migrate(engine: Engine, path: Path) -> None:
     if current is not None:
         copy_database(path, path.with_name(f"{path.name}.before-{newest}"))
     with engine.connect() as connection:
-        # Before a change of tables the driver begins no transaction; half a migration would be
-        # left behind when the server is killed.
+        # Before DDL the driver begins no transaction; without one, a server killed meanwhile would
+        # leave half a migration behind.
         connection.exec_driver_sql("BEGIN IMMEDIATE")
         config.attributes["connection"] = connection
         alembic.command.upgrade(config, "head")
@@ -182,11 +183,11 @@ def _alembic() -> alembic.config.Config:
 
 
 def revision_of(path: Path) -> str | None:
-    """Revision of the tables in a file; None if it has none or is not there.
+    """Return the revision of the tables in a file; None if it has none or does not exist.
 
     Raises:
-        UnusableDatabase: It is damaged, or a newer version of Chainage made it.
-        DiskFull: There is no room even to look.
+        UnusableDatabase: The file is damaged, or a newer version of Chainage made it.
+        DiskFull: There is no room even for reading.
     """
     if not path.exists():
         return None
@@ -219,7 +220,7 @@ def revision_of(path: Path) -> str | None:
 
 
 def _require_sound(connection: sqlite3.Connection) -> None:
-    """Damaged pages would otherwise only be met in the middle of the work."""
+    """Check for damaged pages, which would otherwise appear only in the middle of the work."""
     (found,) = connection.execute("PRAGMA quick_check(1)").fetchone()
     if found != "ok":
         raise sqlite3.DatabaseError(found)
@@ -228,10 +229,10 @@ def _require_sound(connection: sqlite3.Connection) -> None:
 def copy_database(source: Path, target: Path) -> None:
     """Copy a database, also one that a server is writing to, into a single file.
 
-    The copy is the state of one moment and holds all that was committed before.
+    The copy is the state of one moment and holds every earlier commit.
 
     Raises:
-        DiskFull: There is no room for it.
+        DiskFull: There is no room for the copy.
     """
     target.unlink(missing_ok=True)
     try:
@@ -245,5 +246,5 @@ def copy_database(source: Path, target: Path) -> None:
 
 
 def _opened_to_read(path: Path) -> sqlite3.Connection:
-    # Only what is opened so never checkpoints, beside a server whose writer may do so.
+    # Only a connection opened this way never checkpoints beside a server whose writer may.
     return sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=5.0)

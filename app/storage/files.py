@@ -1,20 +1,20 @@
-"""Files of the data folder; what is acknowledged has been synced, with its folder.
+"""Files of the data folder; acknowledged content has been synced, with its folder.
 
 chainage.db
 token                                  the access token, mode 0600, unless CHAINAGE_TOKEN is set
 tokens.json                            the named tokens, by their SHA-256; see tokens.py
 signing-key.pem                        signs evidence bundles, mode 0600; made by the first one
 lock                                   held while a server uses the folder
-sample/<version>/video.mp4  rig.json   the rendered sample; sample/inspection says what it became
-uploads/<32 hex>.bin  .json            bytes so far; what was announced
+sample/<version>/video.mp4  rig.json   the rendered sample; sample/inspection names its inspection
+uploads/<32 hex>.bin  .json            bytes so far; the announced size and names
 inspections/<32 hex>/video.<suffix>    the original, as it was uploaded
                      rig.json  track.csv
                      health.csv  joints.csv
                      recording.mkv         while a camera is recorded; then it becomes the video
-                     parts.csv             what the film of a camera does not show
+                     parts.csv             frames missing from that film, and where its parts begin
                      photos/<uuid>-<frame>.jpg
                      wall/<index>.jpg  tiles of the unrolled wall; synced by a checkpoint
-                     checkpoint  journal   while it is tracked: how to go on after a crash
+                     checkpoint  journal   during tracking: state for resuming after a crash
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def photo_name(observation_id: str, frame: int) -> str:
 
 
 class Places:
-    """Where everything is; nothing is made, so that a server may be using the folder."""
+    """Paths of all files; creates nothing, so that a server may be using the folder."""
 
     def __init__(self, root: Path) -> None:
         self.root = root.resolve()
@@ -50,43 +50,43 @@ class Places:
 
     @property
     def media(self) -> tuple[str, ...]:
-        """Folders in which there are videos."""
+        """Folders that contain videos."""
         return str(self.uploads), str(self.inspections)
 
     def inspection(self, inspection_id: str) -> Path:
-        """Folder of an inspection."""
+        """Return the folder of an inspection."""
         return self.inspections / inspection_id
 
     def track(self, inspection_id: str) -> Path:
-        """File of the track of an inspection that has ended."""
+        """Return the track file of an ended inspection."""
         return self.inspection(inspection_id) / "track.csv"
 
     def health(self, inspection_id: str) -> Path:
-        """File of how good the pictures of an inspection that has ended were."""
+        """Return the picture health file of an ended inspection."""
         return self.inspection(inspection_id) / "health.csv"
 
     def joints(self, inspection_id: str) -> Path:
-        """File of the joints that were seen while an inspection was tracked."""
+        """Return the file of the joints seen while an inspection was tracked."""
         return self.inspection(inspection_id) / "joints.csv"
 
     def wall(self, inspection_id: str) -> Path:
-        """Folder of the tiles of the unrolled wall: <index>.jpg."""
+        """Return the folder of the tiles of the unrolled wall: <index>.jpg."""
         return self.inspection(inspection_id) / "wall"
 
     def checkpoint(self, inspection_id: str) -> Path:
-        """File of the last checkpoint of an inspection that is being tracked."""
+        """Return the file of the last checkpoint of an inspection that is being tracked."""
         return self.inspection(inspection_id) / "checkpoint"
 
     def journal(self, inspection_id: str) -> Path:
-        """File of what was found until that checkpoint."""
+        """Return the file of the results up to that checkpoint."""
         return self.inspection(inspection_id) / "journal"
 
     def recording(self, inspection_id: str) -> Path:
-        """File that a camera is recorded into."""
+        """Return the file that a camera is recorded into."""
         return self.inspection(inspection_id) / RECORDING
 
     def marks(self, inspection_id: str) -> Path:
-        """File of the frames that a recording leaves out, and of where its parts begin."""
+        """Return the file of the frames missing from a recording and of where its parts begin."""
         return self.inspection(inspection_id) / "parts.csv"
 
     def photo(self, inspection_id: str, observation_id: str, frame: int) -> Path:
@@ -102,7 +102,7 @@ class Places:
 
 
 class DataFolder(Places):
-    """The places, which are made and held, and the free space."""
+    """Creates and locks the data folder, and measures free space."""
 
     def __init__(self, root: Path, *, reserve_bytes: int) -> None:
         super().__init__(root)
@@ -113,7 +113,7 @@ class DataFolder(Places):
         self._lock = self._take_lock()
 
     def close(self) -> None:
-        """Let another server use the folder."""
+        """Release the folder for another server."""
         self._lock.close()
 
     def _take_lock(self) -> BinaryIO:
@@ -128,15 +128,15 @@ class DataFolder(Places):
         return lock
 
     def free_bytes(self) -> int:
-        """What may still be filled: the free space without the reserve; negative when short."""
+        """Return the free space without the reserve; negative when short."""
         return self.disk_free_bytes() - self._reserve_bytes
 
     def disk_free_bytes(self) -> int:
-        """The free space, with the reserve."""
+        """Return the free space including the reserve."""
         return shutil.disk_usage(self.root).free
 
     def disk_bytes(self) -> int:
-        """All that the disk can hold."""
+        """Return the capacity of the disk."""
         return shutil.disk_usage(self.root).total
 
     def require_room(self, size: int) -> None:
@@ -145,7 +145,7 @@ class DataFolder(Places):
             raise DiskFull("There is not enough room on the server's disk. Free some, then go on.")
 
     def kept_token(self) -> str:
-        """The server's own token: made at the first start, readable by its owner only."""
+        """Return the server's own token, made at the first start and readable by its owner only."""
         path = self.root / "token"
         if not path.exists():
             write_durably(path, secrets.token_urlsafe(32).encode(), mode=0o600)
@@ -153,7 +153,7 @@ class DataFolder(Places):
 
 
 def write_durably(path: Path, content: bytes, *, mode: int = 0o644) -> None:
-    """Replace a file so that after a power cut it is either the old one or the whole new one."""
+    """Replace a file atomically: after a power cut it is either the old or the whole new one."""
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
     try:
@@ -170,7 +170,9 @@ def write_durably(path: Path, content: bytes, *, mode: int = 0o644) -> None:
 
 
 def append_durably(path: Path, at: int, content: bytes | bytearray) -> int:
-    """Put `content` behind the first `at` bytes of a file, cutting off the rest; its new length."""
+    """Write `content` after the first `at` bytes of a file, truncate the rest, return its new
+    length.
+    """
     is_new = not path.exists()
     try:
         with path.open("wb" if is_new else "rb+") as file:
@@ -188,7 +190,7 @@ def append_durably(path: Path, at: int, content: bytes | bytearray) -> int:
 
 
 def replace_file(path: Path, content: bytes) -> None:
-    """Replace a file whole, for what can be made again: after a power cut it may be gone."""
+    """Replace a file that can be made again: after a power cut it may be missing."""
     part = path.with_name(f".{path.name}.part")
     try:
         part.write_bytes(content)
@@ -199,14 +201,14 @@ def replace_file(path: Path, content: bytes) -> None:
 
 
 def move_durably(source: Path, target: Path) -> None:
-    """Rename within the data folder, so that it holds after a power cut."""
+    """Rename within the data folder, durably against a power cut."""
     source.replace(target)
     sync_folder(target.parent)
     sync_folder(source.parent)
 
 
 def copy_durably(source: Path, target: Path) -> None:
-    """Copy a file into the data folder; the target is whole or not there."""
+    """Copy a file into the data folder; the target is complete or missing."""
     part = target.with_name(f".{target.name}.part")
     shutil.copyfile(source, part)
     sync_file(part)
@@ -215,7 +217,7 @@ def copy_durably(source: Path, target: Path) -> None:
 
 
 def sync_file(path: Path) -> None:
-    """Bring a file that was written before to the disk."""
+    """Sync a file that was written before."""
     with path.open("rb+") as file:
         os.fsync(file.fileno())
 
@@ -230,7 +232,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def sha256_of(path: Path) -> str:
-    """SHA-256 of a file, hexadecimal."""
+    """Return the SHA-256 of a file, hexadecimal."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 

@@ -1,4 +1,4 @@
-"""Inspections that arrive whole, with their observations, in one transaction."""
+"""Stores imported inspections with their observations, each in one transaction."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from app.survey.records import Event, Observation
 
 
 class ImportStore:
-    """Adds; everything else is done as with other inspections."""
+    """Adds imported inspections; after that they are treated like others."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
 
     def has_known(self, inspection_id: str) -> bool:
-        """Whether there is, or ever was, an inspection of this id: its events stay."""
+        """Return whether an inspection of this id exists or ever existed: its events stay."""
         with self._database.read() as session:
             event = select(EventRow.id).where(EventRow.inspection_id == inspection_id).limit(1)
             is_deleted = session.scalar(event) is not None
@@ -31,12 +31,12 @@ class ImportStore:
         observations: Sequence[Observation],
         events: Sequence[Event],
     ) -> None:
-        """Commit a new inspection with all that belongs to it; it is synced when this returns.
+        """Commit a new inspection with all that belongs to it; return when it is synced.
 
         Args:
-            inspection: With an id of its own.
-            observations: Of that inspection, with their numbers.
-            events: Of that inspection, oldest first.
+            inspection: The row, with its own id.
+            observations: Its observations, numbered.
+            events: Its events, oldest first.
         """
 
         def insert(session: Session) -> None:

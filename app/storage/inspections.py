@@ -1,4 +1,4 @@
-"""Inspections in the database: the list, the queue of the tracking, and who changed what."""
+"""Inspections in the database: the list, the tracking queue, and the history."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vo_core.track import Estimate
 
 @dataclass(frozen=True)
 class Summary:
-    """An inspection and what is tagged in it."""
+    """An inspection with the number of its observations."""
 
     row: Inspection
     defects: int
@@ -30,7 +30,7 @@ class Summary:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How the tracking of an inspection ended."""
+    """The result of tracking an inspection."""
 
     status: str
     """done, failed or cancelled."""
@@ -41,36 +41,36 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Rescaling:
-    """Distances have another scale by what the run has shown."""
+    """A change of the distance scale that the run itself caused."""
 
     who: str
     before: dict[str, Any] | None
-    """What the joints said; None if they did not count."""
+    """The scale by joints before; None if they did not count."""
     after: dict[str, Any] | None
-    """Likewise; without a `scale` it holds why they do not count."""
+    """The scale by joints after; without a `scale` it holds why they do not count."""
     remark: str
 
 
 class InspectionStore:
-    """Rows come back detached: what is done to them stays without effect on the database."""
+    """Returns detached rows: changing them does not change the database."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
 
     def get(self, inspection_id: str) -> Inspection:
-        """One.
+        """Return the inspection with this id.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         with self._database.read() as session:
             return existing(session, inspection_id)
 
     def summary(self, inspection_id: str) -> Summary:
-        """One with its counts.
+        """Return the inspection with this id and its counts.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         with self._database.read() as session:
             found = session.execute(_SUMMARY.where(Inspection.id == inspection_id)).one_or_none()
@@ -79,16 +79,16 @@ class InspectionStore:
         return Summary(*found)
 
     def summaries(self) -> list[Summary]:
-        """All with their counts, the newest first."""
+        """Return all inspections with their counts, the newest first."""
         with self._database.read() as session:
             query = _SUMMARY.order_by(Inspection.created_at.desc(), Inspection.id)
             return [Summary(*found) for found in session.execute(query)]
 
     def state(self, inspection_id: str) -> tuple[Hashable, ...]:
-        """What differs after all that changes the report of an inspection that has ended.
+        """Return a state that differs after every change to the report of an ended inspection.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
         newest = select(func.max(EventRow.id)).where(EventRow.inspection_id == inspection_id)
         photos = select(
@@ -101,13 +101,13 @@ class InspectionStore:
             return (row.revision, row.status, row.finished_at, session.scalar(newest), *made)
 
     def counts(self) -> dict[str, int]:
-        """How many have each status."""
+        """Return the number of inspections of each status."""
         query = select(Inspection.status, func.count()).group_by(Inspection.status)
         with self._database.read() as session:
             return {status: number for status, number in session.execute(query)}  # noqa: C416
 
     def events(self, inspection_id: str, observation_id: str | None = None) -> list[Event]:
-        """Everything that was done to the inspection or to one observation, oldest first."""
+        """Return every event of the inspection or of one observation, oldest first."""
         query = (
             select(EventRow).where(EventRow.inspection_id == inspection_id).order_by(EventRow.id)
         )
@@ -117,7 +117,7 @@ class InspectionStore:
             return [row.record() for row in session.scalars(query.order_by(EventRow.id))]
 
     def add(self, inspection: Inspection, who: str) -> None:
-        """A new one; `inspection` may be used on as what get() returns."""
+        """Add a new inspection; `inspection` can then be used like a result of get()."""
 
         def insert(session: Session) -> None:
             session.add(inspection)
@@ -133,12 +133,12 @@ class InspectionStore:
         header: Mapping[str, Any] | None,
         require: Require | None = None,
     ) -> None:
-        """Give another name or another header; None leaves it as it is.
+        """Replace the name or the header; None keeps it.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
             PackNotFound: The header names a code pack that does not exist.
-            Exception: What `require` raises of the name and header that are stored.
+            Exception: Whatever `require` raises for the name and header that are stored.
         """
 
         def apply(session: Session) -> None:
@@ -166,13 +166,13 @@ class InspectionStore:
         unstated: Mapping[str, Any],
         require: Require | None = None,
     ) -> int:
-        """Replace what was stated about the distances; the revision after it.
+        """Replace what was stated about the distances; return the next revision.
 
-        The same again changes nothing; `unstated` stands for nothing stated yet.
+        Equal content changes nothing; `unstated` is the content before anything was stated.
 
         Raises:
-            InspectionNotFound: There is none of this id.
-            Exception: What `require` raises of what is stored.
+            InspectionNotFound: No inspection has this id.
+            Exception: Whatever `require` raises for what is stored.
         """
 
         def apply(session: Session) -> int:
@@ -190,12 +190,12 @@ class InspectionStore:
         return self._database.write(apply)
 
     def rescale(self, inspection_id: str, change: Rescaling, revision: int) -> int | None:
-        """Record that distances have another scale by what the run has shown; the revision then.
+        """Record that the run changed the distance scale; return the new revision.
 
-        None, and nothing is recorded, if it is not that of `revision` any more.
+        Return None and record nothing if the revision is no longer `revision`.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
 
         def apply(session: Session) -> int | None:
@@ -212,7 +212,9 @@ class InspectionStore:
         return self._database.write(apply)
 
     def last_rescaled(self, inspection_id: str) -> Mapping[str, Any] | None:
-        """What the last such record says holds; None without one, or if it holds no longer."""
+        """Return the scale of the last such record; None without one, or if it no longer
+        applies.
+        """
         with self._database.read() as session:
             newest = session.scalars(
                 select(EventRow)
@@ -230,7 +232,9 @@ class InspectionStore:
     def record_corrected_end(
         self, inspection_id: str, revision: int, distance_mm: float, sigma_mm: float
     ) -> None:
-        """Keep where an ended track ends; without effect if it was corrected or queued since."""
+        """Store the corrected distance of the end, unless the track was corrected or queued
+        since.
+        """
 
         def record(session: Session) -> None:
             row = session.get(Inspection, inspection_id)
@@ -240,10 +244,10 @@ class InspectionStore:
         self._database.write(record)
 
     def delete(self, inspection_id: str, who: str) -> None:
-        """Remove it with its observations; its events stay.
+        """Delete an inspection with its observations; its events stay.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
 
         def remove(session: Session) -> None:
@@ -254,9 +258,10 @@ class InspectionStore:
         self._database.write(remove)
 
     def queue_interrupted(self) -> int:
-        """Queue again what was tracked when the server ended; how many.
+        """Queue again the inspections that were being tracked when the server ended; return their
+        number.
 
-        What was being recorded is first to be finalised: see `interrupted_recordings`.
+        Recordings must be finalised first: see `interrupted_recordings`.
         """
 
         def queue(session: Session) -> int:
@@ -268,7 +273,7 @@ class InspectionStore:
         return self._database.write(queue)
 
     def interrupted_recordings(self) -> list[Inspection]:
-        """What was being recorded when the server ended."""
+        """Return the inspections that were being recorded when the server ended."""
         with self._database.read() as session:
             query = select(Inspection).where(
                 Inspection.status == "running", Inspection.source_sha256 == ""
@@ -278,10 +283,10 @@ class InspectionStore:
     def record_video(
         self, inspection_id: str, video_file: str, video: Mapping[str, Any], size: int, sha256: str
     ) -> None:
-        """Keep what has become of a recording.
+        """Store the video that a recording became.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
 
         def record(session: Session) -> None:
@@ -292,10 +297,10 @@ class InspectionStore:
         self._database.write(record)
 
     def queue_recording(self, inspection_id: str, warning: str) -> None:
-        """Let a finalised recording be tracked as a file; `warning` says why.
+        """Queue a finalised recording to be tracked as a file; `warning` says why.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
 
         def queue(session: Session) -> None:
@@ -306,10 +311,10 @@ class InspectionStore:
         self._database.write(queue)
 
     def finish(self, inspection_id: str, who: str, stated: Mapping[str, Any]) -> None:
-        """Add to the header how the run ended, as the event "finished".
+        """Add the end of the run to the header, as the event "finished".
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
 
         def apply(session: Session) -> None:
@@ -321,10 +326,10 @@ class InspectionStore:
         self._database.write(apply)
 
     def claim_oldest_queued(self) -> Inspection | None:
-        """Set the oldest queued one to `running`; None if there is none."""
+        """Set the oldest queued inspection to `running`; None if there is none."""
         with self._database.read() as session:
             if session.scalar(_OLDEST_QUEUED) is None:
-                return None  # asked before, as a write costs a sync of the disk
+                return None  # read first, as a write costs a sync of the disk
 
         def claim(session: Session) -> Inspection | None:
             inspection_id = session.scalar(_OLDEST_QUEUED)
@@ -336,10 +341,10 @@ class InspectionStore:
         return self._database.write(claim)
 
     def cancel_unless_ended(self, inspection_id: str) -> str:
-        """Set one that does not run to `cancelled`; its status before.
+        """Set an inspection that is not running to `cancelled`; return its previous status.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
 
         def cancel(session: Session) -> str:
@@ -353,11 +358,11 @@ class InspectionStore:
         return self._database.write(cancel)
 
     def queue_again(self, inspection_id: str) -> None:
-        """Queue an ended one as if it were new.
+        """Queue an ended inspection as if it were new.
 
         Raises:
-            InspectionNotFound: There is none of this id.
-            StillRunning: It is queued or running.
+            InspectionNotFound: No inspection has this id.
+            StillRunning: The inspection is queued or running.
         """
 
         def queue(session: Session) -> None:
@@ -367,11 +372,12 @@ class InspectionStore:
         self._database.write(queue)
 
     def change_rig(self, inspection_id: str, who: str, rig: Mapping[str, Any]) -> None:
-        """Queue an ended one again with this rig; what differs is the event "rig_changed".
+        """Queue an ended inspection again with this rig; record the differences as event
+        "rig_changed".
 
         Raises:
-            InspectionNotFound: There is none of this id.
-            StillRunning: It is queued or running.
+            InspectionNotFound: No inspection has this id.
+            StillRunning: The inspection is queued or running.
         """
 
         def apply(session: Session) -> None:
@@ -388,16 +394,16 @@ class InspectionStore:
     def record_on(
         self, inspection_id: str, who: str, between: str, values: Mapping[str, Any]
     ) -> Inspection:
-        """Let an ended recording go on as the event "continued"; how it had ended is taken back.
+        """Continue an ended recording as the event "continued"; its end is withdrawn.
 
         Args:
-            inspection_id: Which.
-            who: For the record.
-            between: What the robot did between the parts.
-            values: Of its columns, as of a recording that has not ended.
+            inspection_id: The inspection.
+            who: Name for the history.
+            between: The robot's movement between the parts.
+            values: Its columns, as for a recording that has not ended.
         Raises:
-            InspectionNotFound: There is none of this id.
-            StillRunning: It is queued or running.
+            InspectionNotFound: No inspection has this id.
+            StillRunning: The inspection is queued or running.
         """
 
         def apply(session: Session) -> Inspection:
@@ -431,10 +437,10 @@ class InspectionStore:
         fps: float | None,
         last: Estimate | None,
     ) -> None:
-        """Keep how a run ended, how far it got and where the last tracked frame is.
+        """Store the result of a run, its number of frames and the place of the last tracked frame.
 
         Raises:
-            InspectionNotFound: There is none of this id.
+            InspectionNotFound: No inspection has this id.
         """
 
         def record(session: Session) -> None:
@@ -442,7 +448,7 @@ class InspectionStore:
             row.status = outcome.status
             row.error_code = outcome.error_code
             row.error_detail = outcome.error_detail
-            # A recording that was queued says why, and goes on saying so.
+            # A queued recording keeps the warning that says why it was queued.
             row.warning = " ".join(filter(None, (row.warning, outcome.warning))) or None
             row.frames_done = frames_done
             row.fps = fps
@@ -477,10 +483,10 @@ _OLDEST_QUEUED = (
 
 
 def existing(session: Session, inspection_id: str) -> Inspection:
-    """The row of this id, within a session.
+    """Return the row of this id, within a session.
 
     Raises:
-        InspectionNotFound: There is none.
+        InspectionNotFound: No inspection has this id.
     """
     row = session.get(Inspection, inspection_id)
     if row is None:
@@ -502,7 +508,7 @@ def _queue_again(session: Session, row: Inspection) -> None:
     row.frames_done = 0
     row.fps = row.distance_mm = row.sigma_distance_mm = None
     row.corrected_mm = row.sigma_corrected_mm = None
-    # A photo that was missing for want of a track gets another chance.
+    # A photo that was missing for want of a track gets another try.
     session.execute(
         update(ObservationRow)
         .where(ObservationRow.inspection_id == row.id)
@@ -511,7 +517,7 @@ def _queue_again(session: Session, row: Inspection) -> None:
 
 
 def _flat(rig: Mapping[str, Any]) -> dict[str, Any]:
-    """`mount.height_mm` and so on: its values side by side."""
+    """Flatten a rig: `mount.height_mm` and so on."""
     return {
         f"{group}.{name}": value for group, fields in rig.items() for name, value in fields.items()
     }
@@ -520,7 +526,7 @@ def _flat(rig: Mapping[str, Any]) -> dict[str, Any]:
 def _differences(
     before: Mapping[str, Any], after: Mapping[str, Any]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Only what is not the same in both."""
+    """Return the values that differ."""
     names = [n for n in {**before, **after} if before.get(n) != after.get(n)]
     return {n: before.get(n) for n in names}, {n: after.get(n) for n in names}
 

@@ -1,4 +1,4 @@
-"""Observations in the database; every change leaves an event."""
+"""Observations in the database; every change writes an event."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class ObservationStore:
     """Reads and writes observations; the records that it returns are apart from the database."""
 
     def __init__(self, database: Database, *, has_webhook: bool = False) -> None:
-        """Over a database; with a webhook a severe observation is put into its outbox, too."""
+        """Use a database; with a webhook, severe observations are put into its outbox."""
         self._database = database
         self._has_webhook = has_webhook
         self._lock = threading.Lock()
@@ -39,16 +39,16 @@ class ObservationStore:
         """The record of each row that was listed, kept as long as the row stays as it is."""
 
     def get(self, inspection_id: str, observation_id: str) -> Observation:
-        """One, deleted or not.
+        """Return an observation, deleted or not.
 
         Raises:
-            ObservationNotFound: There never was one.
+            ObservationNotFound: No observation ever had this id.
         """
         with self._database.read() as session:
             return _existing(session, inspection_id, observation_id).record()
 
     def listed(self, inspection_id: str) -> list[Observation]:
-        """Those that are not deleted, in the order of their numbers."""
+        """Return the observations that are not deleted, in the order of their numbers."""
         query = (
             select(*_COLUMNS)
             .where(
@@ -72,7 +72,7 @@ class ObservationStore:
         return record
 
     def stretch_marks(self, inspection_id: str) -> list[str]:
-        """Such as "A1": of every observation there ever was that belongs to a stretch."""
+        """Return the stretch marks, such as "A1", of all observations, also of deleted ones."""
         mark = ObservationRow.fields["continuous"].as_string()
         query = select(mark).where(ObservationRow.inspection_id == inspection_id, mark.is_not(None))
         with self._database.read() as session:
@@ -86,11 +86,11 @@ class ObservationStore:
         who: str,
         require: Require | None = None,
     ) -> bool:
-        """Create, replace or bring back; whether anything changed.
+        """Create, replace or restore an observation; return whether anything changed.
 
         Raises:
-            InspectionNotFound: There is no such inspection.
-            Exception: What `require` raises of the fields that are stored, None if there are none.
+            InspectionNotFound: No inspection has this id.
+            Exception: Whatever `require` raises for the stored fields (None if there are none).
         """
 
         def apply(session: Session) -> bool:
@@ -108,10 +108,10 @@ class ObservationStore:
         return self._database.write(apply)
 
     def delete(self, inspection_id: str, observation_id: str, who: str) -> bool:
-        """Take it out of the list; whether it was there.
+        """Mark an observation as deleted; return whether it was listed.
 
         Raises:
-            ObservationNotFound: There never was one.
+            ObservationNotFound: No observation ever had this id.
         """
 
         def mark(session: Session) -> bool:
@@ -125,10 +125,10 @@ class ObservationStore:
         return self._database.write(mark)
 
     def restore(self, inspection_id: str, observation_id: str, who: str) -> bool:
-        """Undo a delete; whether there was one.
+        """Undo a deletion; return whether there was one.
 
         Raises:
-            ObservationNotFound: There never was one.
+            ObservationNotFound: No observation ever had this id.
         """
 
         def unmark(session: Session) -> bool:
@@ -144,19 +144,19 @@ class ObservationStore:
         return self._database.write(unmark)
 
     def inspections_without_photos(self) -> list[str]:
-        """Ids of the inspections that miss a photo."""
+        """Return the ids of inspections that lack a photo."""
         with self._database.read() as session:
             query = _WITHOUT_PHOTO.with_only_columns(ObservationRow.inspection_id).distinct()
             return list(session.scalars(query))
 
     def without_photo(self, inspection_id: str) -> list[Observation]:
-        """Those whose photo is neither made nor given up."""
+        """Return the observations whose photo is neither made nor given up."""
         with self._database.read() as session:
             query = _WITHOUT_PHOTO.where(ObservationRow.inspection_id == inspection_id)
             return [row.record() for row in session.scalars(query)]
 
     def record_photo(self, shown: Observation, sha256: str) -> None:
-        """The photo of `shown` is made; without effect if its frame was changed meanwhile."""
+        """Record the photo of `shown`, unless its frame was changed meanwhile."""
 
         def record(session: Session) -> None:
             row = _unchanged(session, shown)
@@ -167,7 +167,7 @@ class ObservationStore:
         self._database.write(record)
 
     def record_photo_error(self, shown: Observation, error: str) -> None:
-        """Why `shown` has no photo; without effect if its frame was changed meanwhile."""
+        """Record why `shown` has no photo, unless its frame was changed meanwhile."""
 
         def record(session: Session) -> None:
             row = _unchanged(session, shown)
@@ -192,7 +192,7 @@ _WITHOUT_PHOTO = select(ObservationRow).where(
 
 
 STATED_BY_FILE = ("at_joint", "photo_name")
-"""Fields of imported observations which nobody enters, so that they outlive a change."""
+"""Fields of imported observations that nobody enters; a change keeps them."""
 
 
 def _put(
@@ -224,7 +224,7 @@ def _put(
     if fields == before:
         return False
     if row.frame != fields["frame"]:
-        if row.photo_error is not None:  # a photo that is not here cannot be shown again
+        if row.photo_error is not None:  # an imported photo that is missing cannot be made again
             row.photo_frame = row.photo_sha256 = None
         row.photo_error = None
     row.frame, row.fields = fields["frame"], fields

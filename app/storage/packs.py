@@ -16,30 +16,30 @@ _NOT_FOUND = "There is no such code pack; it may have been deleted."
 
 
 class PackStore:
-    """Rows come back detached; a pack is never changed, only added and deleted."""
+    """Returns detached rows; a pack is never changed, only added and deleted."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
 
     def all(self) -> list[CodePack]:
-        """In the order of their names."""
+        """Return all packs, sorted by name."""
         with self._database.read() as session:
             return list(session.scalars(select(CodePack).order_by(CodePack.name)))
 
     def get(self, pack_id: str) -> CodePack:
-        """One.
+        """Return the pack with this id.
 
         Raises:
-            PackNotFound: There is none of this id.
+            PackNotFound: No pack has this id.
         """
         with self._database.read() as session:
             return existing(session, pack_id)
 
     def add(self, pack: CodePack) -> None:
-        """A new one; `pack` may be used on as what get() returns.
+        """Add a new pack; `pack` can then be used like a result of get().
 
         Raises:
-            PackNameTaken: Another one has this name.
+            PackNameTaken: Another pack has this name.
         """
 
         def insert(session: Session) -> None:
@@ -52,11 +52,11 @@ class PackStore:
         self._database.write(insert)
 
     def delete(self, pack_id: str) -> None:
-        """Remove it.
+        """Delete a pack.
 
         Raises:
-            PackNotFound: There is none of this id.
-            PackInUse: An inspection is coded with it.
+            PackNotFound: No pack has this id.
+            PackInUse: An inspection uses the pack.
         """
 
         def remove(session: Session) -> None:
@@ -75,10 +75,10 @@ class PackStore:
 
 
 def existing(session: Session, pack_id: str) -> CodePack:
-    """The row of this id, within a session.
+    """Return the row of this id, within a session.
 
     Raises:
-        PackNotFound: There is none.
+        PackNotFound: No pack has this id.
     """
     pack = session.get(CodePack, pack_id)
     if pack is None:
@@ -87,10 +87,10 @@ def existing(session: Session, pack_id: str) -> CodePack:
 
 
 def require_pack_of(session: Session, header: Mapping[str, Any]) -> None:
-    """Within the session that stores a header: the pack that it names must be there.
+    """Check, within the session that stores a header, that the pack it names exists.
 
     Raises:
-        PackNotFound: It is not.
+        PackNotFound: The pack does not exist.
     """
     pack_id = header.get("code_pack")
     if pack_id:

@@ -1,4 +1,4 @@
-"""What each person has chosen for the page, in the database."""
+"""Each person's choices for the page, in the database."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from app.storage.tables import CodePack, Preference
 
 
 class PreferenceStore:
-    """One row a person, by the name of the token."""
+    """Holds one row for each person, by the name of the token."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
 
     def get(self, who: str) -> dict[str, Any]:
-        """What was chosen; empty before the first choice, and without a pack that is gone."""
+        """Return the choices; empty before the first one, and without a pack that was deleted."""
         with self._database.read() as session:
             row = session.get(Preference, who)
             chosen = {} if row is None else dict(row.chosen)
@@ -29,7 +29,7 @@ class PreferenceStore:
             return chosen
 
     def put(self, who: str, chosen: Mapping[str, Any]) -> None:
-        """Replace all.
+        """Replace all choices.
 
         Raises:
             PackNotFound: The chosen pack does not exist.

@@ -1,4 +1,4 @@
-"""The key that a data folder signs with: made on first use, readable by its owner only."""
+"""The signing key of a data folder: made on first use, readable by its owner only."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ FILE = "signing-key.pem"
 
 
 class SigningKey:
-    """Ed25519, in `signing-key.pem` (PKCS 8); nothing is read or made before it is used."""
+    """The Ed25519 key in `signing-key.pem` (PKCS 8), read or made on first use."""
 
     def __init__(self, root: Path) -> None:
         self._path = root / FILE
 
     @property
     def public_key(self) -> bytes:
-        """32 bytes.
+        """Return the public key, 32 bytes.
 
         Raises:
             UnreadableKey: The file is damaged, or may not be read.
@@ -37,7 +37,7 @@ class SigningKey:
         return self._key.public_key().public_bytes_raw()
 
     def sign(self, content: bytes) -> bytes:
-        """64 bytes.
+        """Return the signature, 64 bytes.
 
         Raises:
             UnreadableKey: The file is damaged, or may not be read.
@@ -60,7 +60,7 @@ class SigningKey:
         return key
 
     def _make(self) -> None:
-        """Of two processes that make one at the same time, one wins and both use it."""
+        """Make the key; if two processes do so at once, one wins and both use its key."""
         pem = Ed25519PrivateKey.generate().private_bytes(
             Encoding.PEM, PrivateFormat.PKCS8, NoEncryption()
         )
@@ -70,7 +70,7 @@ class SigningKey:
                 out.write(pem)
                 out.flush()
                 os.fsync(out.fileno())
-            self._path.hardlink_to(part)  # unlike a rename it never replaces
+            self._path.hardlink_to(part)  # unlike a rename, a link never replaces
         except FileExistsError:
             pass
         except OSError as error:

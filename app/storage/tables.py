@@ -14,25 +14,25 @@ from app.survey.records import Event, Observation
 from app.survey.tag import StatedTag
 
 ENDED = ("done", "failed", "cancelled")
-"""States of an inspection that last."""
+"""Final states of an inspection."""
 STATES = ("queued", "running", *ENDED)
 IMPORTED = "import"
-"""Kind of a source that is the file of another program's survey, without its film."""
+"""Kind of a source: the survey file of another program, without its film."""
 ALERT_STATES = ("waiting", "told", "withdrawn", "given_up")
 
 
 class UtcDateTime(TypeDecorator[datetime]):
-    """An instant: aware in Python, UTC in the database (SQLite keeps no time zone)."""
+    """An instant: aware in Python, UTC in the database (SQLite stores no time zone)."""
 
     impl = DateTime
     cache_ok = True
 
     def process_bind_param(self, value: datetime | None, dialect: Dialect) -> datetime | None:
-        """Naive UTC for the database."""
+        """Convert to naive UTC for the database."""
         return None if value is None else value.astimezone(UTC).replace(tzinfo=None)
 
     def process_result_value(self, value: datetime | None, dialect: Dialect) -> datetime | None:
-        """Aware UTC for Python."""
+        """Convert to aware UTC for Python."""
         return None if value is None else value.replace(tzinfo=UTC)
 
 
@@ -52,7 +52,7 @@ class LoginSession(Base):
 
     digest: Mapped[str] = mapped_column(String(64), primary_key=True)
     token_digest: Mapped[str] = mapped_column(String(64))
-    """Of the token that it was made with: the session ends with it."""
+    """Digest of its token: the session ends with the token."""
     created_at: Mapped[datetime]
     seen_at: Mapped[datetime]
 
@@ -69,32 +69,32 @@ class Inspection(Base):
     rig: Mapped[dict[str, Any]]
     header: Mapped[dict[str, Any]]
     source_kind: Mapped[str] = mapped_column(String(10))
-    """Where its film came from: upload, live, or import of a survey that has none."""
+    """Origin of the film: upload, live, or import of a survey without one."""
     source_filename: Mapped[str] = mapped_column(String(255))
-    """What the user called it; the file itself has a name of ours."""
+    """Name given by the user; the stored file has another name."""
     source_size: Mapped[int]
     source_sha256: Mapped[str] = mapped_column(String(64))
     """Empty while a live inspection is recorded."""
     video_file: Mapped[str] = mapped_column(String(20))
-    """Name within the inspection's folder; empty of an import, whose film is not here."""
+    """Name within the inspection's folder; empty for an import, whose film is not here."""
     video: Mapped[dict[str, Any]]
-    """What the probe found: width, height, duration_s, frames, codec, playable, media_type."""
+    """Result of the probe: width, height, duration_s, frames, codec, playable, media_type."""
     frames_done: Mapped[int] = mapped_column(Integer, default=0)
     fps: Mapped[float | None] = mapped_column(Float)
-    """Tracked frames a second, of the last run."""
+    """Tracked frames per second of the last run."""
     distance_mm: Mapped[float | None] = mapped_column(Float)
-    """Of the last tracked frame, with its standard deviation."""
+    """Distance of the last tracked frame; its standard deviation follows."""
     sigma_distance_mm: Mapped[float | None] = mapped_column(Float)
     error_code: Mapped[str | None] = mapped_column(String(50))
     error_detail: Mapped[str | None] = mapped_column(Text)
     warning: Mapped[str | None] = mapped_column(Text)
-    """Why the video ended early or what was skipped, in a sentence."""
+    """A sentence that says why the video ended early or what was skipped."""
     corrections: Mapped[dict[str, Any]] = mapped_column(default=dict)
-    """Zero point, known lengths, joints: what brings the raw track to the stated distance."""
+    """Zero, known lengths and joints, which turn raw distances into corrected ones."""
     revision: Mapped[int] = mapped_column(default=0)
-    """Rises when distances that were published have changed."""
+    """Rises when published distances change."""
     corrected_mm: Mapped[float | None] = mapped_column(Float)
-    """As `distance_mm`, but corrected, so that a list need not read tracks; None until known."""
+    """Corrected `distance_mm`, so that a list need not read tracks; None until known."""
     sigma_corrected_mm: Mapped[float | None] = mapped_column(Float)
     created_at: Mapped[datetime]
     queued_at: Mapped[datetime]
@@ -102,7 +102,7 @@ class Inspection(Base):
 
     @property
     def has_film(self) -> bool:
-        """Whether this server has it, or is recording it."""
+        """Whether this server has the film, or is recording it."""
         return self.video_file != ""
 
 
@@ -115,16 +115,16 @@ class ObservationRow(Base):
         ForeignKey("inspections.id", ondelete="CASCADE"), primary_key=True
     )
     id: Mapped[str] = mapped_column(String(36), primary_key=True)
-    """UUID made by the client, so that a repeated PUT is the same observation."""
+    """UUID made by the client, so that a repeated PUT names the same observation."""
     seq: Mapped[int]
     frame: Mapped[int]
     fields: Mapped[dict[str, Any]]
-    """What was PUT, as it was accepted."""
+    """Content of the PUT as accepted."""
     photo_frame: Mapped[int | None]
     """The frame that the photo shows; None while there is none."""
     photo_sha256: Mapped[str | None] = mapped_column(String(64))
     photo_error: Mapped[str | None] = mapped_column(Text)
-    """Why there is no photo, or why that of an import is not here."""
+    """Why there is no photo, or why the photo of an import is missing."""
     created_at: Mapped[datetime]
     created_by: Mapped[str] = mapped_column(String(100))
     edited_at: Mapped[datetime | None]
@@ -133,7 +133,7 @@ class ObservationRow(Base):
 
     @classmethod
     def of(cls, observation: Observation) -> ObservationRow:
-        """To be added to a session."""
+        """Make a row to add to a session."""
         return cls(
             inspection_id=observation.inspection_id,
             id=observation.id,
@@ -151,7 +151,7 @@ class ObservationRow(Base):
         )
 
     def record(self) -> Observation:
-        """What the row holds, apart from the session."""
+        """Return the record, detached from the session."""
         return Observation(
             inspection_id=self.inspection_id,
             id=self.id,
@@ -186,7 +186,7 @@ class EventRow(Base):
 
     @classmethod
     def of(cls, event: Event) -> EventRow:
-        """To be added to a session, which gives it its id."""
+        """Make a row to add to a session, which assigns its id."""
         return cls(
             inspection_id=event.inspection_id,
             observation_id=event.observation_id,
@@ -199,7 +199,7 @@ class EventRow(Base):
         )
 
     def record(self) -> Event:
-        """What the row holds, apart from the session."""
+        """Return the record, detached from the session."""
         return Event(
             id=self.id,
             inspection_id=self.inspection_id,
@@ -214,12 +214,12 @@ class EventRow(Base):
 
 
 class Alert(Base):
-    """A severe observation that the client is to be notified of by the webhook."""
+    """The notification of a severe observation by the webhook."""
 
     __tablename__ = "alerts"
 
     id: Mapped[str] = mapped_column(String(36), primary_key=True)
-    """UUID that every try names, so that the client can drop what comes twice."""
+    """UUID repeated by every try, so that the client can drop duplicates."""
     inspection_id: Mapped[str] = mapped_column(
         ForeignKey("inspections.id", ondelete="CASCADE"), index=True
     )
@@ -229,14 +229,14 @@ class Alert(Base):
     tries: Mapped[int]
     created_at: Mapped[datetime]
     next_at: Mapped[datetime]
-    """Not before then it is tried again."""
+    """Earliest time of the next try."""
     told_at: Mapped[datetime | None]
     error: Mapped[str | None] = mapped_column(Text)
-    """Why the last try failed, in a sentence."""
+    """A sentence that says why the last try failed."""
 
 
 class Preference(Base):
-    """What a person has chosen for the page: language, units, quick codes."""
+    """A person's choices for the page: language, units, quick codes."""
 
     __tablename__ = "preferences"
 
@@ -246,20 +246,20 @@ class Preference(Base):
 
 
 class CodePack(Base):
-    """A table of codes that a person brought along, beside the built-in one."""
+    """A table of codes that a person added beside the built-in one."""
 
     __tablename__ = "code_packs"
 
     id: Mapped[str] = mapped_column(String(32), primary_key=True)
     name: Mapped[str] = mapped_column(String(100), unique=True)
     table: Mapped[str] = mapped_column(Text)
-    """The CSV as it was accepted."""
+    """The CSV as accepted."""
     created_at: Mapped[datetime]
     created_by: Mapped[str] = mapped_column(String(100))
 
 
 class Heartbeat(Base):
-    """One row that `/readyz` writes, to know that the database takes writes."""
+    """One row that `/readyz` writes to check that the database accepts writes."""
 
     __tablename__ = "heartbeat"
 

@@ -1,8 +1,8 @@
 """Named access tokens, by the SHA-256 of their secrets, in a file of the data folder.
 
-A file, because `chainage token` changes it while a server runs, and the database has one writer,
-which is in the server.  Whoever changes the file holds a lock; whoever reads it gets the old one or
-the new one, whole.
+They are in a file because `chainage token` changes them while a server runs, and the only writer of
+the database is in the server. A change holds a lock; a reader gets the whole old or the whole new
+file.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ from app.storage.files import write_durably
 
 
 class Role(StrEnum):
-    """What a token may do; each may do what those before it may."""
+    """Roles of tokens; each includes the rights of those before it."""
 
     VIEWER = "viewer"
     OPERATOR = "operator"
     ADMIN = "admin"
 
     def may(self, needed: Role) -> bool:
-        """Whether this role is enough where `needed` is asked for."""
+        """Return whether this role includes the rights of `needed`."""
         roles = list(Role)
         return roles.index(self) >= roles.index(needed)
 
 
 class NamedToken(msgspec.Struct, frozen=True):
-    """A token; the secret itself is kept nowhere."""
+    """A named token without its secret, which is stored nowhere."""
 
     name: str
     role: Role
@@ -53,17 +53,17 @@ _Stamp = tuple[int, int, int]
 
 
 class TokenFile:
-    """The tokens of a data folder; a change by another process is seen by the next call."""
+    """The tokens of a data folder; the next call sees the changes of other processes."""
 
     def __init__(self, folder: Path) -> None:
-        """Nothing is read or made yet."""
+        """Read and make nothing yet."""
         self.folder = folder
         self._path = folder / "tokens.json"
         self._lock = threading.Lock()
         self._read: tuple[_Stamp | None, tuple[NamedToken, ...]] = (None, ())
 
     def all(self) -> tuple[NamedToken, ...]:
-        """In the order in which they were made, the revoked ones too.
+        """Return all tokens in the order of creation, including revoked ones.
 
         Raises:
             UnreadableTokens: The file is damaged.
@@ -75,15 +75,15 @@ class TokenFile:
             return self._read[1]
 
     def valid(self, digest: str) -> NamedToken | None:
-        """The token with this digest, unless it is revoked."""
+        """Return the token with this digest, or None if unknown or revoked."""
         found = (token for token in self.all() if token.digest == digest)
         return next((token for token in found if token.revoked_at is None), None)
 
     def add(self, name: str, role: Role, digest: str) -> None:
-        """Keep a new one; when this returns, it is on the disk.
+        """Add a token and sync the file.
 
         Raises:
-            TokenNameTaken: Another one of this name is valid.
+            TokenNameTaken: Another valid token has this name.
         """
 
         def added(tokens: tuple[NamedToken, ...]) -> tuple[NamedToken, ...]:
@@ -97,7 +97,7 @@ class TokenFile:
         self._change(added)
 
     def revoke(self, name: str) -> None:
-        """End the valid token of this name; when this returns, that is on the disk.
+        """Revoke the valid token of this name and sync the file.
 
         Raises:
             TokenNotFound: No valid token has this name.
@@ -122,13 +122,13 @@ class TokenFile:
 
     @contextmanager
     def _locked(self) -> Iterator[None]:
-        """Among processes; a change takes milliseconds, so nobody waits for long."""
+        """Lock the file against other processes; a change takes milliseconds."""
         with (self.folder / "tokens.lock").open("wb") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             yield
 
     def _stamp(self) -> _Stamp | None:
-        """Differs whenever the file was replaced; None without a file."""
+        """Return a stamp that differs after every replacement of the file; None without a file."""
         try:
             stat = self._path.stat()
         except FileNotFoundError:

@@ -1,7 +1,7 @@
-"""What a person states about distances, and the track that follows from it.
+"""Correct a track by what people state about distances.
 
-The raw track is left as it is; from it, the rig, the joints that were seen and what was stated the
-corrected one is worked out anew, by least squares (see `vo_core.scale.correction`).
+The raw track stays unchanged. Least squares derive the corrected track anew from the raw one, the
+rig, the joints that were seen and what was stated (see `vo_core.scale.correction`).
 """
 
 from __future__ import annotations
@@ -38,41 +38,43 @@ from vo_core.track import Estimate
 from vo_core.types import Matrix
 
 NEAR_JOINT_MM = 200.0
-"""At a joint means this near to one: the rule of one coding family, 8 inches."""
+"""Distance within which an observation counts as at a joint: the rule of one coding family, 8
+inches."""
 CLOSURE_LIMIT = 3.0
-"""Standard deviations beyond which a known length is not that of the run."""
+"""Standard deviations beyond which a known length contradicts the run."""
 CLICK_PX = 3.0
 """Standard deviation of a person's click on a joint, along either side of the picture."""
 UNCALIBRATED = SCALE_SIGMA
-"""Relative standard uncertainty of a scale about which nothing else is known."""
+"""Relative standard uncertainty of the scale where nothing else is known about it."""
 _LEAST_COUNTED = 0.7
-"""Share of the rings that were seen, which must be joints if they are to set the scale; fewer are
-enough where three that agree with the rig are: rings anywhere do not."""
+"""Least share of the seen rings that must be joints to set the scale, since rings anywhere are no
+joints; a smaller share is enough where three joints agree with the rig."""
 _LEAST_AGAINST_RIG = 3
-"""Joints that overrule the rig by themselves: two segments that agree.  Fewer are enough where the
-wall itself shows that it is not as the rig says."""
+"""Joints that overrule the rig without a person: two segments that agree. Fewer are enough
+where the wall itself shows that the rig is wrong."""
 _MOST_AGAINST_RIG = 0.15
-"""Relative, that joints change the scale by themselves: 25 mm of silt ask for 11 %, and a length of
-a segment that is not that of this pipe for more.  A bed that the wall shows may be deeper."""
+"""Largest relative change of the scale that joints make without a person: 25 mm of silt need 11 %,
+a segment length of another pipe more. A bed that the wall shows may be deeper."""
 _MOST_FOCAL_PERCENT = 20.0
-"""A rig file states no more."""
+"""Largest tolerance of the focal length that a rig file states."""
 CLASSES_PERCENT = (0.5, 1.0, 5.0)
 CLASS_FLOOR_MM = 300.0
-"""Contracts ask for a per cent of the length, but for no more than a foot."""
+"""Floor of the limit of a class: contracts ask for a per cent of the length, but for no less than a
+foot."""
 
 Source = Literal["odometry", "joint", "closure", "typed"]
 
 
 @dataclass(frozen=True)
 class FittedJoint:
-    """A joint where it was seen, in corrected distance."""
+    """A joint at the corrected distance where it was seen."""
 
     number: int | None
-    """From the zero, the first one after it is 1; None where the segments cannot be counted."""
+    """Number from the zero, whose next joint is 1; None where the segments cannot be counted."""
     distance_mm: float
     sigma_mm: float
     residual_mm: float | None
-    """Known less measured when the track is scaled and nothing else; None if none counts."""
+    """Known less measured distance when the track is only scaled; None if no joint counts."""
     frame: int
     is_marked: bool
     others: tuple[int, ...] = ()
@@ -81,7 +83,7 @@ class FittedJoint:
 
 @dataclass(frozen=True)
 class UncountedMark:
-    """A click that lies on none of the joints that are counted, in corrected distance."""
+    """A click, in corrected distance, that lies on none of the counted joints."""
 
     frame: int
     distance_mm: float
@@ -89,7 +91,9 @@ class UncountedMark:
 
 @dataclass(frozen=True)
 class ExpectedJoint:
-    """Where a joint should be that was not seen; it is shown as such and never reported."""
+    """A place where a joint is expected but was not seen; it is shown as such and never
+    reported.
+    """
 
     number: int
     distance_mm: float
@@ -97,29 +101,29 @@ class ExpectedJoint:
 
 @dataclass(frozen=True)
 class NearJoint:
-    """A joint that was seen beside a place."""
+    """A seen joint near a place."""
 
     number: int | None
-    """From the zero; None where the segments cannot be counted."""
+    """Number from the zero; None where the segments cannot be counted."""
 
 
 @dataclass(frozen=True)
 class Closure:
-    """A known length against what is measured without it."""
+    """A known length compared with the length measured without it."""
 
     known_mm: float
     measured_mm: float
     sigma_mm: float
-    """Of the residual."""
+    """Standard deviation of the residual."""
 
     @property
     def residual_mm(self) -> float:
-        """Measured less known."""
+        """Measured less known length."""
         return self.measured_mm - self.known_mm
 
     @property
     def residual_percent(self) -> float:
-        """Of the known length."""
+        """The residual in percent of the known length."""
         return 100 * self.residual_mm / self.known_mm
 
     @property
@@ -128,7 +132,7 @@ class Closure:
         return abs(self.residual_mm) <= CLOSURE_LIMIT * self.sigma_mm
 
     def refusal(self) -> str:
-        """Why a length that is not plausible is not used."""
+        """The sentence that says why an implausible length is not used."""
         return (
             f"The known length of {self.known_mm / 1000:.3f} m does not fit: "
             f"{self.measured_mm / 1000:.3f} m were measured, {self.residual_mm:+.0f} mm "
@@ -140,64 +144,64 @@ class Closure:
 
 @dataclass(frozen=True)
 class Refusal:
-    """Why what is known of distances cannot be used."""
+    """The reason why what is known of distances cannot be used."""
 
     sentence: str
     reason: str | None
-    """Its name, where a page says it in other languages; `values` is what changes in it."""
+    """Name of the reason, for pages in other languages; `values` holds what varies in it."""
     values: Mapping[str, float | str]
 
     @classmethod
     def of(cls, error: InvalidCorrection) -> Refusal:
-        """Without what else an exception holds on to."""
+        """Return the refusal without the traceback that an exception holds."""
         return cls(str(error), error.reason, error.values)
 
 
 @dataclass(frozen=True)
 class DistanceClass:
-    """The per cent of the length within which distances are known."""
+    """The percentage of the length within which distances are known."""
 
     percent: float | None
-    """0.5, 1 or 5; None if even 5 is not met."""
+    """0.5, 1 or 5; None if not even 5 is met."""
     half_width_m: float
-    """95 %, at the far end."""
+    """Half of the 95 % interval at the far end."""
     residual_mm: float | None
-    """Of the closure; None if the length is not known."""
+    """Residual of the closure; None if the length is not known."""
     length_mm: float
 
 
 @dataclass(frozen=True)
 class Adjusted:
-    """A track by all that was stated, and how it came about."""
+    """A track corrected by all that was stated, with the evidence used."""
 
     raw: Track
     track: Track
-    """Corrected; a row for each of `raw`."""
+    """The corrected track, with one row for each of `raw`."""
     rig: Rig
-    """With the tolerances that were stated, if they were."""
+    """The rig, with the stated tolerances if there are any."""
     zero: Zero | None = None
     scale: float = 1.0
-    """True length over that of the raw track."""
+    """True length over the length of the raw track."""
     scale_sigma: float | None = None
-    """None if nothing is known about it: another program has measured."""
+    """None if nothing is known about the scale: another program measured the track."""
     correction: Correction | None = None
     sighted: tuple[FittedJoint, ...] = ()
-    """Every sighting of a joint, in the order of the evidence; a seam at the zero is among them."""
+    """Every sighting of a joint, in the order of the evidence, including a seam at the zero."""
     uncounted_marks: tuple[UncountedMark, ...] = ()
-    """Clicks that count for nothing."""
+    """Clicks that match no joint and are not used."""
     closures: tuple[Closure, ...] = ()
     refused: Closure | None = None
-    """A known length that is not plausible and was not forced; the track is without it."""
+    """An implausible known length that was not forced; the track does not use it."""
     source: Source = "odometry"
     spacing: JointSpacing | None = None
-    """The joints by which the track was brought to scale; None if they do not count."""
+    """The joints that set the scale of the track; None if they do not count."""
     joints_refusal: Refusal | None = None
-    """Why joints that were seen do not count although nobody has said so."""
+    """Why seen joints do not count although nobody switched them off."""
     rings: int = 0
-    """Times that something like a joint was seen."""
+    """Number of sightings of something like a joint."""
 
     def extended(self, raw: Track) -> Track:
-        """The corrected track of a run that has gone on since."""
+        """Return the corrected track of a run that has grown since."""
         rows = len(self.track)
         if len(raw) <= rows:
             return self.track
@@ -215,7 +219,7 @@ class Adjusted:
         )
 
     def estimate(self, raw: Estimate) -> Estimate:
-        """The corrected estimate of a frame, also of one that came since."""
+        """Return the corrected estimate of a frame, also of one added since."""
         found = estimate_at(self.track, raw.frame)
         if found is not None:
             return found
@@ -231,7 +235,9 @@ class Adjusted:
         )
 
     def chainage_mm(self, raw_mm: float) -> float:
-        """The corrected distance of a raw one; the mean where the robot passed several times."""
+        """Return the corrected distance of a raw one; the mean where the robot passed several
+        times.
+        """
         raw, corrected = self._by_distance
         if not len(raw):
             return raw_mm
@@ -240,7 +246,7 @@ class Adjusted:
 
     @cached_property
     def _by_distance(self) -> tuple[Matrix, Matrix]:
-        """Raw distances, rising, and the mean of the corrected ones there; to a millimetre."""
+        """Return rising raw distances and the mean corrected distance at each, to a millimetre."""
         millimetre = np.rint(self.raw.distance_mm)
         _, place, count = np.unique(millimetre, return_inverse=True, return_counts=True)
         raw = np.bincount(place, self.raw.distance_mm) / count
@@ -248,19 +254,21 @@ class Adjusted:
 
     @property
     def _last_scale(self) -> float:
-        """Where the run is now; it may change along the run."""
+        """The scale at the last row; it may vary along the run."""
         stretches = self.correction.stretches if self.correction else ()
         return stretches[-1].scale if stretches else self.scale
 
     def _onward_mm(self, way_mm: Matrix) -> Matrix:
-        """Corrected from raw distances behind the last row."""
+        """Return corrected distances for raw distances beyond the last row."""
         if not len(self.track):
             return way_mm
         last_mm, raw_mm = float(self.track.distance_mm[-1]), float(self.raw.distance_mm[-1])
         return last_mm + self._last_scale * (way_mm - raw_mm)
 
     def _onward_variance(self, way_mm: Matrix, variance: Matrix) -> Matrix:
-        """As certain as the last row, with what was added since by registration and by scale."""
+        """Return the variance beyond the last row: that of the last row plus what registration and
+        scale added since.
+        """
         scale_variance = (self.scale_sigma or 0.0) ** 2
         if not len(self.track):
             return variance + scale_variance * way_mm**2
@@ -269,23 +277,23 @@ class Adjusted:
         last = float(self.raw.sigma_registration_mm[-1] ** 2)
         by_scale = scale_variance * ((way_mm - zero_mm) ** 2 - (last_mm - zero_mm) ** 2)
         known = float(self.track.sigma_distance_mm[-1] ** 2)
-        # Where the raw variance falls again (a lock after a loss), what was doubted comes back.
+        # Where the raw variance falls again (a lock after a loss), so does the corrected one.
         drift = np.maximum(known + variance - last, np.minimum(known, variance))
         return np.asarray(np.maximum(drift + by_scale, 0.0))
 
     @cached_property
     def joints(self) -> tuple[FittedJoint, ...]:
-        """The joints of the pipe that were seen: what every drawing shows.
+        """The seen joints of the pipe, as every drawing shows them.
 
-        A seam at the zero is where the pipe begins and no joint.
+        A seam at the zero is the start of the pipe, not a joint.
         """
         return tuple(joint for joint in self.evidence if joint.number is None or joint.number >= 1)
 
     @cached_property
     def evidence(self) -> tuple[FittedJoint, ...]:
-        """What the joints are counted by, each once: what tables show and people may leave out.
+        """The evidence for the joints, each joint once: tables show it and people may leave it out.
 
-        A click comes before what was found by itself, else the surest sighting.
+        A click takes precedence over a detected ring; otherwise the surest sighting does.
         """
         groups: list[list[FittedJoint]] = []
         for joint in self.sighted:
@@ -297,7 +305,7 @@ class Adjusted:
         return tuple(_one_of(group) for group in groups)
 
     def _are_one(self, one: FittedJoint, other: FittedJoint) -> bool:
-        """Whether two sightings are of the same joint."""
+        """Return whether two sightings are of the same joint."""
         if one.number is not None or other.number is not None:
             return one.number == other.number
         segment_mm = self.rig.pipe.segment_length_mm or 0.0
@@ -321,7 +329,7 @@ class Adjusted:
 
     @cached_property
     def by_joints(self) -> ScaleProposal | None:
-        """What the joints have done; None if they do not count."""
+        """The scale that the joints give; None if they do not count."""
         done, spacing = self.correction, self.spacing
         if done is None or spacing is None:
             return None
@@ -337,10 +345,10 @@ class Adjusted:
 
     @cached_property
     def expected_joints(self) -> tuple[ExpectedJoint, ...]:
-        """Where joints should be, as far as the track goes, and none was seen.
+        """Places along the track where a joint is expected but none was seen.
 
-        They lie whole segments from the nearest one that was seen; where none was, from the zero,
-        if somebody has set it.
+        They lie whole segments from the nearest seen joint, or from a stated zero where none was
+        seen.
         """
         segment_mm = self.rig.pipe.segment_length_mm
         if segment_mm is None or not len(self.track):
@@ -363,7 +371,7 @@ class Adjusted:
 
     @property
     def measured(self) -> tuple[KnownLength | JointSpacing, ...]:
-        """What the track was brought to scale by, besides the rig."""
+        """The known lengths and joints that set the scale, besides the rig."""
         findings = self.correction.findings if self.correction else ()
         return tuple(
             found.evidence for found in findings if not isinstance(found.evidence, StatedScale)
@@ -371,12 +379,14 @@ class Adjusted:
 
     @property
     def can_change(self) -> bool:
-        """Whether the rows to come may change those that are there: by joints or lengths."""
+        """Whether joints or lengths let new rows change the existing ones."""
         return self.rig.pipe.segment_length_mm is not None or bool(self.measured)
 
     @cached_property
     def height(self) -> Height | None:
-        """That explains the scale; None if nothing speaks for it but the rig, and if it changes."""
+        """The camera height that explains the scale; None if only the rig supports it or the scale
+        varies.
+        """
         done = self.correction
         if done is None or not self.measured or done.stretches:
             return None
@@ -384,13 +394,13 @@ class Adjusted:
 
     @property
     def closure(self) -> Closure | None:
-        """Of the longest known length."""
+        """The closure of the longest known length."""
         return max(self.closures, key=lambda closure: closure.known_mm, default=None)
 
     def distance_class(self) -> DistanceClass | None:
-        """What may be promised of the distances; None without a track.
+        """The accuracy class of the distances; None without a track.
 
-        Nothing is known of what another program has measured, unless a length was stated.
+        Of a track that another program measured it is None too, unless a length was stated.
         """
         if not len(self.track) or (self.correction is None and is_unmeasured(self.raw)):
             return None
@@ -403,7 +413,9 @@ class Adjusted:
         return DistanceClass(next(met, None), half_m, residual_mm, length_mm)
 
     def residuals(self) -> list[Residual]:
-        """Of lengths, then of joints, which are called by their number from the zero."""
+        """The residuals of lengths, then of joints, which are named by their number from the
+        zero.
+        """
         if self.correction is None:
             return []
         left = self.correction.residuals
@@ -412,7 +424,7 @@ class Adjusted:
         return [*left[:lengths], *map(_renamed, left[lengths:], counted)]
 
     def metadata(self) -> dict[str, str]:
-        """For the head of a track file: what was corrected by what."""
+        """The header lines of a track file: what was corrected by what."""
         lines = {}
         if self.zero is not None:
             lines["zero"] = f"frame {self.zero.frame} at {self.zero.offset_m:.3f} m"
@@ -420,20 +432,20 @@ class Adjusted:
 
 
 def adjust(raw: Track, rig: Rig, stated: Stated, sightings: Sequence[Sighting]) -> Adjusted:
-    """The track by all that was stated, by what the rig is known to, and by the joints.
+    """Correct a track by all that was stated, by the tolerances of the rig and by the joints.
 
-    A known length that is not plausible is left out, unless it is forced; then the rig's own scale
-    is left out, as that is what the length contradicts.  Joints of which nobody has said whether
-    they count do so if they can be counted and contradict nothing.
+    An implausible known length is not used, unless it is forced; then the rig's own scale is not
+    used, as the length contradicts it. Joints that nobody switched on or off count if their
+    segments can be counted and they contradict nothing.
 
     Args:
-        raw: As it was measured; row i is frame i.
-        rig: With which it was measured.
-        stated: By a person.
-        sightings: Of joints, made with `raw`.
+        raw: The measured track; row i is frame i.
+        rig: The rig of that measurement.
+        stated: What people stated.
+        sightings: The joints seen in the run of `raw`.
     Raises:
-        InvalidCorrection: A frame that the track has not, or evidence that cannot be used or that
-            contradicts other evidence.
+        InvalidCorrection: A frame is not in the track, or evidence cannot be used or contradicts
+        other evidence.
     """
     rig = _as_known(rig, stated.rig_sigma)
     marked = _marked(raw, rig, stated.joints)
@@ -452,7 +464,9 @@ def adjust(raw: Track, rig: Rig, stated: Stated, sightings: Sequence[Sighting]) 
 
 
 def _require_certainty(found: Adjusted, seen: Sequence[Sighting]) -> None:
-    """Rings anywhere find two on a lattice easily: nobody would have asked for their scale."""
+    """Raise InvalidCorrection unless enough rings are joints: some of any set of rings fit a
+    lattice, and nobody asked for their scale.
+    """
     spacing, done = found.spacing, found.correction
     if spacing is None or done is None:
         return
@@ -472,7 +486,7 @@ def _require_certainty(found: Adjusted, seen: Sequence[Sighting]) -> None:
     by_bed = DOUBT * Bed.of(found.raw).share
     if done.doubts_rig and abs(done.scale - 1) > max(_MOST_AGAINST_RIG, by_bed):
         raise InvalidCorrection(
-            f"{different} joints ask for a scale of {done.scale:.3f}, which neither the rig nor a "
+            f"{different} joints require a scale of {done.scale:.3f}, which neither the rig nor a "
             f"bed of silt explains; check whether a segment has {spacing.segment_mm:g} mm.",
             "unexplained_scale",
             n=different,
@@ -481,7 +495,7 @@ def _require_certainty(found: Adjusted, seen: Sequence[Sighting]) -> None:
         )
     if done.doubts_rig and different < _LEAST_AGAINST_RIG and abs(done.scale - 1) > by_bed:
         raise InvalidCorrection(
-            f"{different} joints ask for a scale of {done.scale:.3f}, which the rig does not "
+            f"{different} joints require a scale of {done.scale:.3f}, which the rig does not "
             "explain; one more joint or a taped length decides.",
             "undecided_scale",
             n=different,
@@ -551,7 +565,7 @@ def _known_length(length: Length) -> KnownLength:
 
 
 def _as_known(rig: Rig, sigma: RigSigma | None) -> Rig:
-    """With what was stated in place of the tolerances of its file."""
+    """Return the rig with the stated tolerances in place of those of its file."""
     if sigma is None:
         return rig
     focal_percent = 100 * sigma.focal_px / rig.camera.focal_px
@@ -561,10 +575,10 @@ def _as_known(rig: Rig, sigma: RigSigma | None) -> Rig:
 
 
 def _by_rig(raw: Track, rig: Rig) -> list[StatedScale]:
-    """None or one.
+    """Return the scale of the rig as evidence, or nothing.
 
-    No rig has anything to do with distances that another program has measured, and one that sees
-    no wall has measured none.
+    A rig says nothing about distances that another program measured, and a rig that sees no wall
+    measures none.
     """
     if len(raw) and is_unmeasured(raw):
         return []
@@ -579,7 +593,7 @@ def _marked(raw: Track, rig: Rig, joints: Joints) -> list[Sighting]:
 
 
 def _sighted(raw: Track, rig: Rig, mark: Mark) -> Sighting:
-    """Where a click is on the wall, as if a joint had been found there."""
+    """Place a click on the wall, as if a joint had been detected there."""
     estimate = estimate_at(raw, mark.frame)
     if estimate is None:
         raise InvalidCorrection(
@@ -627,10 +641,10 @@ def _spacing(
     firm: Sequence[Evidence],
     known: Sequence[KnownLength],
 ) -> JointSpacing:
-    """Joints as evidence.
+    """Return the joints as evidence.
 
-    Known lengths help to count them only where they cannot be counted without, so that a wrong one
-    is found out by the joints.
+    Known lengths help to count them only where counting fails without, so that the joints reveal a
+    wrong length.
     """
     segment_mm = rig.pipe.segment_length_mm
     if segment_mm is None:
@@ -650,7 +664,7 @@ def _spacing(
 def _seen_spacing(
     raw: Track, rig: Rig, seen: Sequence[Sighting], evidence: Sequence[Evidence]
 ) -> JointSpacing | None:
-    """Joints that do not count, to show where they are; None if they are uncertain."""
+    """Return joints that do not count, to show where they are; None if they are uncertain."""
     segment_mm = rig.pipe.segment_length_mm
     if segment_mm is None or not seen or not evidence:
         return None
@@ -664,10 +678,11 @@ def _seen_spacing(
 
 
 def _closure(raw: Track, length: KnownLength, others: Sequence[Evidence]) -> Closure:
-    told = correct(raw, others or [StatedScale(UNCALIBRATED)], zero_frame=length.first_frame).track
-    row = row_of(told, length.last_frame)
-    sigma_mm = math.hypot(float(told.sigma_distance_mm[row]), length.sigma_mm)
-    return Closure(length.length_mm, abs(float(told.distance_mm[row])), sigma_mm)
+    evidence = others or [StatedScale(UNCALIBRATED)]
+    without = correct(raw, evidence, zero_frame=length.first_frame).track
+    row = row_of(without, length.last_frame)
+    sigma_mm = math.hypot(float(without.sigma_distance_mm[row]), length.sigma_mm)
+    return Closure(length.length_mm, abs(float(without.distance_mm[row])), sigma_mm)
 
 
 def _counted_from(raw: Track, frame: int | None) -> Track:
@@ -686,7 +701,7 @@ def _fitted(
     *,
     joints_count: bool,
 ) -> tuple[FittedJoint, ...]:
-    """The joints in the corrected track."""
+    """Return the joints in the corrected track."""
     if spacing is None or done is None:
         return ()
     joints, scale = spacing.joints, done.scale
@@ -699,7 +714,7 @@ def _fitted(
         math.hypot(float(track.sigma_distance_mm[row]), scale * joint.sighting.sigma_mm)
         for row, joint in zip(rows, joints, strict=True)
     ]
-    # Residuals are in the order of the evidence, and joints are the last that have any.
+    # Residuals follow the order of the evidence; those of joints come last.
     left_mm = (
         [left.residual_mm for left in done.residuals[-len(joints) :]]
         if joints_count
@@ -726,7 +741,7 @@ def _fitted(
 
 
 def _one_of(group: Sequence[FittedJoint]) -> FittedJoint:
-    """Of several sightings of a joint."""
+    """Choose the sighting that represents a joint."""
     best = min(group, key=lambda joint: (not joint.is_marked, joint.sigma_mm))
     others = sorted({joint.frame for joint in group} - {best.frame})
     return replace(best, others=tuple(others))
@@ -756,7 +771,9 @@ def _renamed(left: Residual, joint: FittedJoint) -> Residual:
 
 
 def _segments_between(way_mm: float, segment_mm: float) -> int:
-    """A segment of odd length is one, too: two joints never have the same number."""
+    """Count segments; a shorter segment counts as one too, so that two joints never share a
+    number.
+    """
     segments = round(way_mm / segment_mm)
     if segments == 0 and abs(way_mm) > NEAR_JOINT_MM:
         return 1 if way_mm > 0 else -1
@@ -766,15 +783,15 @@ def _segments_between(way_mm: float, segment_mm: float) -> int:
 def _numbers(
     joints: Sequence[Joint], at_mm: Sequence[float], sigma_mm: Sequence[float], segment_mm: float
 ) -> list[int | None]:
-    """Numbers from the zero; None in a count whose first joint cannot be told from its neighbours.
+    """Number the joints from the zero; None in a count whose first joint is ambiguous.
 
-    A seam at the zero itself is where the pipe begins and no joint.
+    A seam at the zero itself is the start of the pipe, not a joint.
     """
     begin_mm = min(NEAR_JOINT_MM, segment_mm / 2)
     first: dict[int, int | None] = {}
-    """Number from the zero of what its count calls 0."""
+    """Number from the zero of the joint that its count calls 0."""
     reference: tuple[float, int] | None = None
-    """The joint before, where its number is known."""
+    """The previous joint whose number is known."""
     for joint, at, sigma in zip(joints, at_mm, sigma_mm, strict=True):
         if joint.count in first:
             base = first[joint.count]

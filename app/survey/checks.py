@@ -1,7 +1,7 @@
-"""What stands against a report: what blocks it, and what a reviewer would ask about.
+"""The checks before a report is issued: what blocks it, and what a reviewer would question.
 
-Every rule is a function that yields issues.  Each issue has a code and numbers, so that a page can
-say it in its own language, and a sentence.
+Every rule is a function that yields issues. An issue has a code and numbers, so that a page can
+word it in its language, and a sentence.
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ from vo_core.image.health import complained
 Param = str | int | float
 
 SAME_PLACE_MM = 10.0
-"""Distances are shown to a centimetre."""
+"""Distances this close count as equal: they are shown to a centimetre."""
 SEVERE = 4
 LOST_PERCENT, POOR_PERCENT = 1.0, 5.0
-"""Of the frames, that may be lost or poor."""
+"""Share of frames that may be lost or poor."""
 SHORT_PERCENT, SHORT_FLOOR_MM = 1.0, 300.0
-"""An end that is short by more than that was not reached."""
+"""An end that falls short by more than this was not reached."""
 START_CODE, END_CODES = "BCD", ("BCE", "BDC")
-"""The start, the end or a survey that was stopped: of EN 13508-2."""
+"""Codes of EN 13508-2 for the start, and for the end or a survey that was stopped."""
 JOINT_CODES = ("BAI", "BAJ")
-"""A seal that intrudes, a displaced joint: of EN 13508-2."""
+"""Codes of EN 13508-2 that occur only at joints: intruding sealing material, displaced joint."""
 
 
 @dataclass(frozen=True)
 class Issue:
-    """One thing that stands against a report."""
+    """One objection to a report."""
 
     level: Literal["block", "warn"]
     code: str
@@ -55,7 +55,7 @@ class Issue:
 
 @dataclass(frozen=True)
 class Case:
-    """All that the rules look at."""
+    """Everything that the rules look at."""
 
     header: Mapping[str, Any]
     views: list[ObservationView]
@@ -63,12 +63,12 @@ class Case:
     corrected: Corrected
     track: Track
     health: Mapping[str, NDArray[np.floating]]
-    """By the fields of `Health`, of each frame, (N,)."""
+    """Health of each frame, (N,), by the fields of `Health`."""
     photo_is_there: Callable[[ObservationView], bool]
 
     @property
     def known_mm(self) -> float | None:
-        """Length of the asset: of the header, else of the corrections."""
+        """Length of the asset from the header, else from the corrections."""
         value = self.header.get("known_length_m")
         if isinstance(value, int | float) and not isinstance(value, bool) and value > 0:
             return 1000 * float(value)
@@ -81,7 +81,7 @@ class Case:
         return float(self.track.distance_mm.max()) if len(self.track) else None
 
     def view_of(self, observation_id: str) -> ObservationView:
-        """By its id."""
+        """Return the observation with this id."""
         return self._by_id[observation_id]
 
     @cached_property
@@ -90,13 +90,13 @@ class Case:
 
 
 def run(case: Case) -> list[Issue]:
-    """All that stands against the report: what blocks first, each kind in the order of RULES."""
+    """Run all rules: issues that block first, each kind in the order of RULES."""
     issues = [issue for rule in RULES for issue in rule(case)]
-    return sorted(issues, key=lambda issue: issue.level)  # "block" is before "warn"
+    return sorted(issues, key=lambda issue: issue.level)  # "block" sorts before "warn"
 
 
 def header_fields(case: Case) -> Iterator[Issue]:
-    """Required fields that are empty."""
+    """Report required fields that are empty."""
     for name in required_to_issue(case.header):
         if name == "abandon_reason":
             yield Issue("block", "abandoned_without_reason", "The survey was abandoned: say why.")
@@ -106,7 +106,9 @@ def header_fields(case: Case) -> Iterator[Issue]:
 
 
 def start_and_finish(case: Case) -> Iterator[Issue]:
-    """The first and the last observation; packs of other families have other codes for them."""
+    """Check the first and the last observation; packs of other families have other codes for
+    them.
+    """
     there = {view.row.tag.code for view in case.views}
     in_pack = {row.code for row in case.table.rows}
     if START_CODE in in_pack and START_CODE not in there:
@@ -123,7 +125,7 @@ def start_and_finish(case: Case) -> Iterator[Issue]:
 
 
 def distances(case: Case) -> Iterator[Issue]:
-    """Where an observation cannot be."""
+    """Report observations at impossible distances."""
     for view in case.views:
         place = view.place
         if place is None:
@@ -147,7 +149,7 @@ def distances(case: Case) -> Iterator[Issue]:
 
 
 def codes(case: Case) -> Iterator[Issue]:
-    """A code, of the pack, with all that it needs."""
+    """Check that each code is in the pack and has all that it requires."""
     known: dict[str, list[Code]] = {}
     for row in case.table.rows:
         known.setdefault(row.code, []).append(row)
@@ -174,7 +176,7 @@ def _characters(view: ObservationView, rows: list[Code]) -> Iterator[Issue]:
         if not value:
             yield _missing(view, name)
         else:
-            text = f"has {name} {value}, which {tag.code} does not know"
+            text = f"has {name} {value}, which {tag.code} does not have"
             params = {"code": str(tag.code), "field": name, "value": value}
             yield _about(view, "block", "unknown_character", text, **params)
         return
@@ -184,7 +186,7 @@ def _needs(view: ObservationView, table: CodeTable) -> Iterator[Issue]:
     tag = view.row.tag
     row = table.find(tag.code, tag.char1, tag.char2)
     if row is None or (tag.continuous or "").startswith("B"):
-        return  # the finish of a stretch has what its start has
+        return  # the finish of a stretch repeats its start
     if row.needs_clock == "yes" and view.clock is None:
         yield _missing(view, "clock_from")
     for name, need in (("quant1", row.needs_q1), ("quant2", row.needs_q2)):
@@ -199,10 +201,10 @@ def _missing(view: ObservationView, name: str) -> Issue:
 
 
 def photos(case: Case) -> Iterator[Issue]:
-    """A photo that is named must be there; what is severe should have one."""
+    """Check that named photos exist and that severe observations have one."""
     for view in case.views:
         if view.row.has_photo and not case.photo_is_there(view):
-            yield _about(view, "block", "photo_missing", "has lost the file of its photo")
+            yield _about(view, "block", "photo_missing", "has a photo whose file is missing")
         severity = view.row.tag.severity
         if not view.row.is_photographed and severity is not None and severity >= SEVERE:
             text = f"has severity {severity} and no photo"
@@ -210,7 +212,7 @@ def photos(case: Case) -> Iterator[Issue]:
 
 
 def stretch_rules(case: Case) -> Iterator[Issue]:
-    """One start, one finish, one code, and a length."""
+    """Check that each stretch has one start, one finish, one code and a length."""
     for stretch in stretches(view.row for view in case.views):
         number = {"stretch": stretch.number}
         if stretch.is_open:
@@ -260,18 +262,18 @@ def _one_stretch(case: Case, stretch: Stretch) -> Iterator[Issue]:
     length_mm = _length_mm(case, stretch)
     if length_mm is None:
         return
-    told = number | {"length_m": metres(length_mm)}
+    values = number | {"length_m": metres(length_mm)}
     if length_mm < -SAME_PLACE_MM:
         text = f"The stretch {stretch.number} finishes before it starts."
-        yield Issue("block", "stretch_falls", text, stretch.finishes[0].id, told)
+        yield Issue("block", "stretch_falls", text, stretch.finishes[0].id, values)
     elif length_mm < SAME_PLACE_MM:
         text = f"The stretch {stretch.number} has no length: is it a point?"
-        yield Issue("warn", "stretch_is_point", text, start.id, told)
+        yield Issue("warn", "stretch_is_point", text, start.id, values)
     asset_mm = case.known_mm or case.reached_mm
     if asset_mm and length_mm > asset_mm / 2:
         percent = round(100 * length_mm / asset_mm, 1)
         text = f"The stretch {stretch.number} is longer than half the asset ({percent:g} %)."
-        yield Issue("warn", "stretch_long", text, start.id, told | {"percent": percent})
+        yield Issue("warn", "stretch_long", text, start.id, values | {"percent": percent})
 
 
 def _length_mm(case: Case, stretch: Stretch) -> float | None:
@@ -282,7 +284,7 @@ def _length_mm(case: Case, stretch: Stretch) -> float | None:
 
 
 def overlapping_stretches(case: Case) -> Iterator[Issue]:
-    """The same code at the same clock, twice over the same length."""
+    """Report the same code at the same clock position on overlapping lengths."""
     found: dict[tuple[Any, ...], list[tuple[Stretch, float, float]]] = {}
     for stretch in stretches(view.row for view in case.views):
         if not stretch.starts or not stretch.finishes:
@@ -309,13 +311,13 @@ def _by_number(pair: tuple[tuple[Stretch, float, float], ...]) -> tuple[int, ...
 
 
 def duplicates(case: Case) -> Iterator[Issue]:
-    """The same code, distance and clock twice: reported of each but the first."""
+    """Report each repetition of a code at the same distance and clock position."""
     seen: dict[tuple[Any, ...], list[tuple[float, int]]] = {}
     for view in case.views:
         if view.place is None or not view.row.tag.code or view.row.tag.continuous:
             continue
         distance_mm, kind = view.place.distance_mm, _kind(view)
-        # What is near lies in the same cell of this length, or in one beside it.
+        # Neighbours lie in the same cell of this length or in an adjacent one.
         cell = math.floor(distance_mm / SAME_PLACE_MM)
         near = [
             seq
@@ -337,7 +339,7 @@ def _kind(view: ObservationView) -> tuple[Any, ...]:
 
 
 def remarks(case: Case) -> Iterator[Issue]:
-    """Z stands for "other": only a remark says what."""
+    """Require a remark where a code has Z for "other": only the remark explains it."""
     for view in case.views:
         tag = view.row.tag
         if "Z" in (tag.char1, tag.char2) and not tag.remark:
@@ -345,7 +347,7 @@ def remarks(case: Case) -> Iterator[Issue]:
 
 
 def joints(case: Case) -> Iterator[Issue]:
-    """What can only be at a joint."""
+    """Report codes of joints where there is no joint."""
     adjusted = case.corrected.adjusted
     if adjusted is None or not adjusted.joints:
         return
@@ -357,7 +359,7 @@ def joints(case: Case) -> Iterator[Issue]:
 
 
 def pictures(case: Case) -> Iterator[Issue]:
-    """What clients reject videos for: light, blur, speed, a dirty lens."""
+    """Report what clients reject videos for: light, blur, speed, a dirty lens."""
     for name, frames in complained(case.health).items():
         percent = round(100 * float(frames.mean()), 1) if len(frames) else 0.0
         if percent > POOR_PERCENT:
@@ -368,7 +370,7 @@ def pictures(case: Case) -> Iterator[Issue]:
 
 
 def the_run(case: Case) -> Iterator[Issue]:
-    """Lost frames, the length, and what was corrected."""
+    """Check lost frames, the length, and the corrections."""
     lost = int(np.count_nonzero(case.track.status == "lost"))
     percent = round(100 * lost / len(case.track), 1) if lost else 0.0
     if percent > LOST_PERCENT:
@@ -390,7 +392,10 @@ def the_run(case: Case) -> Iterator[Issue]:
                 "residual_mm": round(closure.residual_mm, 1),
                 "residual_percent": round(closure.residual_percent, 2),
             }
-            text = f"The known length was forced over {residual['residual_mm']:+.0f} mm."
+            text = (
+                "The known length was forced despite a residual of "
+                f"{residual['residual_mm']:+.0f} mm."
+            )
             yield Issue("warn", "length_forced", text, params=residual)
 
 
@@ -402,8 +407,8 @@ def _end(case: Case, known_mm: float, reached_mm: float) -> Iterator[Issue]:
         yield Issue(
             "warn",
             "end_not_reached",
-            f"The survey is called complete but ends {decimals(metres(short_mm), 2)} m before the "
-            "known length.",
+            f"The survey is stated as complete but ends {decimals(metres(short_mm), 2)} m before "
+            "the known length.",
             params={"short_m": metres(short_mm), "known_length_m": metres(known_mm)},
         )
 

@@ -1,4 +1,4 @@
-"""A finished track brought to scale by known lengths and joints: what `chainage correct` does."""
+"""Brings a finished track to scale by known lengths and joints, for `chainage correct`."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _LENGTH = re.compile(
 
 
 def parse_length(words: str) -> KnownLength:
-    """FRAME:FRAME=METRES or FRAME:FRAME=METRES±MM, with +- for ± where that is easier to type.
+    """Parse FRAME:FRAME=METRES or FRAME:FRAME=METRES±MM; +- may stand for ±.
 
     Raises:
-        ValueError: It is something else.
+        ValueError: The text has another form.
     """
     found = _LENGTH.fullmatch(words.replace(" ", ""))
     if found is None:
@@ -42,18 +42,18 @@ def parse_length(words: str) -> KnownLength:
 
 @dataclass(frozen=True)
 class CorrectedFile:
-    """A corrected track and what is to be reported of it."""
+    """A corrected track and the figures to report about it."""
 
     raw: Track
     correction: Correction
     metadata: dict[str, str]
-    """Of the raw file, and what was corrected by what."""
+    """Header of the raw file, and what was corrected by what."""
     rig: Rig | None
     height: Height | None
     by_joints: ScaleProposal | None
 
     def rows(self) -> list[tuple[str, str]]:
-        """Name and value of every figure, for a table."""
+        """Return name and value of every figure, for a table."""
         done = self.correction
         rows = [
             (f"by {found.evidence}", _with_sigma(found.scale, found.sigma))
@@ -98,14 +98,14 @@ def correct_file(
     height_sigma_mm: float = 0.0,
     focal_sigma_px: float = 0.0,
 ) -> CorrectedFile:
-    """Correct the track in a file by all that is known.
+    """Correct the track of a file by all that is known.
 
     Args:
-        rig: With which the track was made; its tolerances are evidence too, and joints need it.
-        height_sigma_mm, focal_sigma_px: In place of the tolerances of the rig, if above 0.
+        rig: The rig of the track; its tolerances are evidence too, and joints need it.
+        height_sigma_mm, focal_sigma_px: Replace the tolerances of the rig if above 0.
     Raises:
-        InvalidTrack: A file that cannot be read, or a track that was corrected before.
-        InvalidCorrection: What is known does not go with the track.
+        InvalidTrack: The file cannot be read, or its track is already corrected.
+        InvalidCorrection: What is known does not fit the track.
     """
     text = decoded(track.read_bytes())
     raw, metadata = Track.from_csv(text), metadata_of(text.splitlines())

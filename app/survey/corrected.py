@@ -1,4 +1,4 @@
-"""What follows from what was stated about distances, in figures for people."""
+"""The effect of stated distances, in figures for people."""
 
 from __future__ import annotations
 
@@ -16,33 +16,34 @@ from vo_core.geometry.tilt import MountTilt
 
 @dataclass(frozen=True)
 class Corrected:
-    """What was stated, what follows, and what is wrong with it."""
+    """What was stated, the track that follows, and what is wrong with it."""
 
     stated: Stated
     adjusted: Adjusted | None
-    """None if it cannot be applied; by a part of what was stated if it once could."""
+    """None if it cannot be applied; made from part of what was stated if it could be applied
+    before."""
     error: dict[str, str] | None
-    """Code and detail."""
+    """Code and detail of the error."""
     refusal: Refusal | None = None
-    """The same for pages in other languages, where it can be said."""
+    """The same error for pages in other languages, where it has a name."""
     tilt: MountTilt | None = None
-    """Of the mount against the rig, as far as the run has gone; None if it was not measured."""
+    """Tilt of the mount against the rig, over the run so far; None if it was not measured."""
 
     @property
     def version(self) -> str:
-        """Of what was stated."""
+        """Version of what was stated."""
         return version_of(self.stated.to_json())
 
 
 def reason_of(refusal: Refusal) -> dict[str, Any] | None:
-    """The name of a refusal and what changes in its sentence; None where it has none."""
+    """Return name and values of a refusal, for other languages; None where it has no name."""
     if refusal.reason is None:
         return None
     return {"code": refusal.reason, "params": dict(refusal.values)}
 
 
 def result_of(corrected: Corrected) -> dict[str, Any] | None:
-    """What came out, in figures for people: metres of distance, mm of what is left."""
+    """Return the result for people: distances in metres, residuals in mm."""
     adjusted = corrected.adjusted
     if adjusted is None:
         return None
@@ -122,7 +123,7 @@ def result_of(corrected: Corrected) -> dict[str, Any] | None:
 
 
 def _by_joints(adjusted: Adjusted) -> dict[str, Any] | None:
-    """What the joints have done to the scale; None if they do not count."""
+    """Return how the joints changed the scale; None if they do not count."""
     found = adjusted.by_joints
     if found is None:
         return None

@@ -1,4 +1,4 @@
-"""Parts of what is sent: strict, bounded, without control characters."""
+"""Types for the fields of requests: strict, bounded, without control characters."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from app.survey.catalogue.header import LONGEST_TEXT, faults
 
 
 class Given(BaseModel):
-    """Strict: JSON false is no number, NaN is none, unknown fields are refused."""
+    """Base of strict models: JSON false is no number, NaN and unknown fields are refused."""
 
     model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
 
 
-# No control characters: names go into files, tables and logs.
+# No control characters: names are written to files, tables and logs.
 LINE = r"^[^\x00-\x1f\x7f-\x9f]*$"
 TEXT = r"^[^\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]*$"
 Name = Annotated[
@@ -24,7 +24,9 @@ Name = Annotated[
 
 
 def _known_fields_fit(header: dict[str, Any]) -> dict[str, Any]:
-    """Other fields may hold anything, since surveys are imported from other programs."""
+    """Check known fields; others may hold anything, since surveys are imported from other
+    programs.
+    """
     if found := faults(header):
         raise ValueError("; ".join(found))
     return header
@@ -33,7 +35,7 @@ def _known_fields_fit(header: dict[str, Any]) -> dict[str, Any]:
 HeaderName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,49}$")]
 HeaderText = Annotated[str, StringConstraints(max_length=LONGEST_TEXT, pattern=TEXT)]
 _EXACT = Field(ge=1 - 2**53, le=2**53 - 1)
-"""Whole numbers that every reader of JSON can hold, browsers too."""
+"""Bounds of whole numbers that every JSON reader holds exactly, browsers too."""
 Header = Annotated[
     dict[HeaderName, HeaderText | Annotated[int, _EXACT] | Annotated[float, _EXACT] | bool | None],
     Field(
@@ -53,7 +55,7 @@ Clock = Annotated[int, Field(ge=1, le=12)]
 Pixel = Annotated[
     list[Annotated[float, Field(ge=-100_000, le=100_000)]], Field(min_length=2, max_length=2)
 ]
-"""Whether the picture has it is for the service to say."""
+"""The service checks whether the picture has this pixel."""
 Frame = Annotated[int, Field(ge=0, le=2**31)]
 Metres = Annotated[float, Field(gt=0, le=100_000)]
 Remark = Annotated[

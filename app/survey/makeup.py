@@ -1,4 +1,4 @@
-"""What an interval is made of, and what would shrink it most, for people who can do it."""
+"""The sources of an interval, and what would reduce it most."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ NAMES: tuple[PartName, ...] = (
 )  # fmt: skip
 
 _LEAST_SHARE = 0.01
-"""Of the variance; what is less changes nothing that anybody sees."""
+"""Share of the variance below which a source is not listed: removing it changes nothing visible."""
 _WORTH_IT = 0.8
-"""A tape is worth its while if the interval becomes so many times as wide."""
+"""A tape measurement is advised if it narrows the interval to this factor or less."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """One cause of an interval."""
+    """One source of an interval."""
 
     name: PartName
     half_width_m: float
-    """95 %, if there were no other; they add up in quadrature."""
+    """Half of the 95 % interval from this source alone; sources add up in quadrature."""
 
 
 @dataclass(frozen=True)
 class Taped:
-    """What one more taped length would make of it."""
+    """The effect of one more taped length."""
 
     length_m: float
     half_width_m: float
@@ -50,20 +50,20 @@ class Makeup:
     distance_m: float
     half_width_m: float
     parts: tuple[Part, ...]
-    """The largest first."""
+    """Sources, the largest first."""
     taped: Taped | None
-    """None if a tape would not help much; then the first of the parts is what to work on."""
+    """None if a tape would not help much; then the first of the parts is what to improve."""
 
 
 def makeup_of(adjusted: Adjusted, raw: Track, frame: int) -> Makeup | None:
-    """What the interval of a frame is made of.
+    """Return the sources of the interval of a frame.
 
     Args:
-        adjusted: By what the track is corrected.
-        raw: As far as it is now, perhaps further than `adjusted`.
-        frame: Of `raw`.
+        adjusted: The correction of the track.
+        raw: The run so far, possibly longer than `adjusted`.
+        frame: A row of `raw`.
     Returns:
-        None where nobody knows the interval: another program has measured.
+        None where the interval is unknown: another program measured the track.
     """
     if adjusted.scale_sigma is None or not 0 <= frame < len(raw):
         return None
@@ -72,7 +72,7 @@ def makeup_of(adjusted: Adjusted, raw: Track, frame: int) -> Makeup | None:
         parts = interval_parts(
             raw, scale_effects(adjusted.rig), adjusted.measured, frame, zero_frame=zero
         )
-    except (InvalidCorrection, InvalidRig):  # such as rows that came since and do not fit
+    except (InvalidCorrection, InvalidRig):  # such as rows added since that do not fit
         return None
     named = [(name, float(getattr(parts, f"{name}_mm"))) for name in NAMES]
     seen = [

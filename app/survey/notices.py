@@ -1,4 +1,4 @@
-"""Where picture and rig disagree: what people are to be shown at once, with what to check."""
+"""Notices where picture and rig disagree, with what to check."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Turn = Literal[
     "looks_ahead", "looks_back", "looks_left", "looks_right", "looks_up", "looks_down",
     "turned_clockwise", "turned_anticlockwise",
 ]  # fmt: skip
-"""How a camera differs from its rig, as seen in the direction of travel."""
+"""How a camera differs from its rig, seen in the direction of travel."""
 
 NoticeCode = (
     Literal["scale_changes", "rig_doubted", "height_doubted", "joints_doubted", "rings_uncounted"]
@@ -24,22 +24,22 @@ NoticeCode = (
 
 
 UNEXPLAINED = ("unexplained_scale", "undecided_scale")
-"""Reasons to refuse joints that ask for a scale which the rig does not explain."""
+"""Reasons to refuse joints: they need a scale that the rig does not explain."""
 
 MANY_RINGS = 4
-"""Of fewer nobody can say yet that they lie elsewhere than joints do."""
+"""Rings needed before they can be judged not to lie where joints are."""
 
 
 CERTAIN = 2.0
-"""Standard deviations, of what is stated and of what is seen together, beyond which a tilt counts.
+"""Standard deviations, of the stated and the measured tilt together, beyond which a tilt counts.
 
-Below that a tolerance explains it, and the tracker has allowed for it."""
+Below that the tolerance explains it, and the tracker allows for it."""
 
 _TURNS: dict[str, tuple[tuple[Turn, Turn], tuple[Turn, Turn]]] = {
     "down": (("looks_ahead", "looks_back"), ("looks_left", "looks_right")),
     "forward": (("looks_up", "looks_down"), ("turned_clockwise", "turned_anticlockwise")),
 }
-"""By the view of a rig: what a pitch above 0 and below 0 means, then what a roll does."""
+"""For each view of a rig, the meaning of a positive and a negative pitch, then of a roll."""
 
 
 @dataclass(frozen=True)
@@ -51,11 +51,11 @@ class Notice:
 
 
 def notices_of(adjusted: Adjusted, tilt: MountTilt | None = None) -> list[Notice]:
-    """The most serious first.
+    """Return the notices, the most serious first.
 
     Args:
         adjusted: The track with its rig.
-        tilt: Of the mount against that rig, if it was measured.
+        tilt: The tilt of the mount against that rig, if it was measured.
     """
     turned = [] if tilt is None else _turns(adjusted.rig, tilt)
     return [*_notices(adjusted), *turned]

@@ -28,11 +28,11 @@ from vo_core.geometry.wall import (
 )
 
 Anchor = tuple[int, tuple[float, ...] | None]
-"""Frame and pixel of a tag: what its place depends on, beside the course."""
+"""Frame and pixel of a tag: with the course, they determine its place."""
 
 
 _PLACES_KEPT = 20_000
-"""Of a course, some 400 bytes each."""
+"""Places kept for each course, some 400 bytes each."""
 
 
 @dataclass(frozen=True)
@@ -40,18 +40,20 @@ class Place:
     """Where an observation is: derived from frame, pixel, track and rig."""
 
     distance_mm: float
-    """Corrected, of the wall point under the pixel; of the camera if there is no pixel."""
+    """Corrected distance of the wall point under the pixel; of the camera if there is no pixel."""
     raw_mm: float
-    """The same as it was measured."""
+    """The same distance in the raw track."""
     u95_m: float | None
-    """Half of the 95 % interval; None where nobody knows: another program has measured it."""
+    """Half of the 95 % interval; None where it is unknown: another program measured the
+    distance.
+    """
     source: Source
-    """What the distance rests on."""
+    """What the distance is based on."""
     time_s: float
     wall: WallUnder | None
-    """The wall point, if there is a pixel that shows one."""
+    """The wall point under the pixel, if there is one."""
     joint: NearJoint | None
-    """Within 200 mm."""
+    """The joint within 200 mm, if there is one."""
 
     @property
     def joint_no(self) -> int | None:
@@ -61,21 +63,23 @@ class Place:
 
 @dataclass(frozen=True)
 class ObservationView:
-    """An observation with its place, None until its frame is tracked."""
+    """An observation with its place, which is None until its frame is tracked."""
 
     row: Observation
     place: Place | None
 
     @property
     def at_joint(self) -> bool:
-        """As the file of an imported survey states, else by the joints that were seen."""
+        """Whether it is at a joint: as the imported survey states, else by the joints that were
+        seen.
+        """
         return bool(self.row.tag.at_joint) or (
             self.place is not None and self.place.joint is not None
         )
 
     @property
     def clock(self) -> int | None:
-        """Whole hour: what was entered, else what the pixel says."""
+        """Clock position in whole hours: as entered, else from the pixel."""
         if self.row.tag.clock_from is not None:
             return self.row.tag.clock_from
         if self.place is None or self.place.wall is None or self.place.wall.clock_h is None:
@@ -90,7 +94,7 @@ class WallUnder:
     distance_mm: float
     """Corrected chainage."""
     raw_mm: float
-    """As it was measured."""
+    """Distance in the raw track."""
     clock_h: float | None
     """Clock position in (0, 12]; None on a floor."""
     lateral_mm: float
@@ -99,20 +103,20 @@ class WallUnder:
 
 @dataclass(frozen=True)
 class Course:
-    """The way of the camera: as it was measured, and how that is corrected."""
+    """The path of the camera: the raw track and its correction."""
 
     adjusted: Adjusted
     raw: Track
     places: MutableMapping[Anchor, Place] = field(default_factory=dict)
-    """Those that were derived before, with the same adjustment of the same run."""
+    """Places derived before with the same correction of the same run."""
 
     @cached_property
     def is_unmeasured(self) -> bool:
-        """Whether nobody knows how sure the distances are."""
+        """Whether the uncertainty of the distances is unknown."""
         return is_unmeasured(self.raw)
 
     def estimates(self, frame: int) -> tuple[Estimate, Estimate] | None:
-        """Of a frame, the raw one and the corrected one; None where the track has not arrived."""
+        """Return the raw and the corrected estimate of a frame; None until it is tracked."""
         raw = estimate_at(self.raw, frame)
         return None if raw is None else (raw, self.adjusted.estimate(raw))
 
@@ -156,20 +160,20 @@ def _wall_under(
 
 @dataclass(frozen=True)
 class WallGrid:
-    """Wall points of a grid of pixels at pose 0, from the camera; nan where none is seen."""
+    """Wall points of a grid of pixels at pose 0, relative to the camera; nan where none is seen."""
 
     u_px: list[float]
     v_px: list[float]
     axial_mm: NDArray[np.float64]
-    """(rows, cols), as are the others."""
+    """(rows, cols), like the other fields."""
     right_mm: NDArray[np.float64]
     down_mm: NDArray[np.float64]
     clock_h: NDArray[np.float64] | None
-    """None on a floor."""
+    """Clock positions; None on a floor."""
 
 
 def wall_grid(rig: Rig, cols: int = 33, rows: int = 25) -> WallGrid:
-    """By exact ray casting."""
+    """Compute the wall points of a grid of pixels by ray casting."""
     u_px = np.linspace(0, rig.camera.width - 1, cols)
     v_px = np.linspace(0, rig.camera.height - 1, rows)
     pixels = np.stack(np.meshgrid(u_px, v_px), axis=-1).reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""What is kept of an inspection: its observations, and every change as an event."""
+"""Records of an inspection: its observations, and every change as an event."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from app.survey.tag import StatedTag, entered
 from app.survey.versions import version_of
 
 RESCALED = "rescaled"
-"""The action of an event that Chainage itself has caused: joints have changed the scale."""
+"""Action of an event that Chainage itself caused: joints changed the scale."""
 RIG_CHANGED = "rig_changed"
-"""The action of an event: tracked again with another rig."""
+"""Action of an event: the film was tracked again with another rig."""
 BROUGHT_IN = "imported"
-"""The action of an event: an inspection of another server came to this one, as it was."""
+"""Action of an event: the inspection was imported from another server, unchanged."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,15 +25,15 @@ class Observation:
 
     inspection_id: str
     id: str
-    """UUID made by the client, so that a repeated PUT is the same observation."""
+    """UUID made by the client, so that a repeated PUT names the same observation."""
     seq: int
-    """1, 2, ... within the inspection; never used twice."""
+    """Sequence number 1, 2, ... within the inspection; never reused."""
     tag: StatedTag
     photo_frame: int | None = None
     """The frame that the photo shows; None while there is none."""
     photo_sha256: str | None = None
     photo_error: str | None = None
-    """Why there is no photo, or why that of an import is not here."""
+    """Why there is no photo, or why the photo of an import is missing."""
     created_at: datetime
     created_by: str
     edited_at: datetime | None = None
@@ -42,38 +42,38 @@ class Observation:
 
     @cached_property
     def version(self) -> str:
-        """Of what a person has entered."""
+        """Version of what a person entered."""
         return version_of(entered(self.tag.to_json()))
 
     @property
     def frame(self) -> int:
-        """Row of the track, and number of the picture in the film."""
+        """Row of the track, and index of the frame in the film."""
         return self.tag.frame
 
     @property
     def is_photographed(self) -> bool:
-        """Whether there is a photo of its frame, here or where it was exported."""
+        """Whether a photo of its frame exists, here or where it was exported."""
         return self.photo_frame == self.frame
 
     @property
     def has_photo(self) -> bool:
-        """Whether that photo is here."""
+        """Whether that photo is stored here."""
         return self.is_photographed and self.photo_error is None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Event:
-    """Who changed what, when, from what to what; never changed or deleted."""
+    """A change: who changed what, when, from what to what. It is never changed or deleted."""
 
     id: int = 0
-    """Rises with time; 0 until it is stored."""
+    """Rises with time; 0 until the event is stored."""
     inspection_id: str
     observation_id: str | None = None
-    """None if it is about the inspection."""
+    """None if the event is about the inspection."""
     action: str
     who: str
     at: datetime
     before: Mapping[str, Any] | None = None
     after: Mapping[str, Any] | None = None
     remark: str | None = None
-    """Why, in the words of who did it."""
+    """The reason, in the person's own words."""

@@ -1,8 +1,8 @@
-"""The one way in which a figure is rounded, so that a distance reads the same wherever it stands.
+"""The one way to round a figure, so that a distance reads the same wherever it is shown.
 
-A value is rounded half away from zero, as people do it, and on its decimal form: 3.815 is 3.82
-although its binary form lies a little below.  An interval is rounded up.  The page has the same
-rules in static/core/rounding.js.
+A value is rounded half away from zero, as people do, on its decimal form: 3.815 becomes 3.82
+although its binary form is slightly smaller. An interval is rounded up. static/core/rounding.js has
+the same rules.
 """
 
 from __future__ import annotations
@@ -11,18 +11,18 @@ import math
 from decimal import ROUND_HALF_UP, Context, Decimal
 
 _WHOLE = 1e-9
-"""Of a number that is whole but for its binary form."""
+"""Tolerance within which a number counts as whole despite its binary form."""
 _EXACT = Context(prec=400, rounding=ROUND_HALF_UP)
-"""Digits for any float: an imported header may hold 1e300."""
+"""Enough digits for any float: an imported header may hold 1e300."""
 
 
 def decimals(value: float, digits: int, *, unit: float = 1.0) -> str:
-    """With so many decimals, halves away from zero; never -0.
+    """Format a value with so many decimals, halves away from zero; never -0.
 
     Args:
         value: Finite.
-        digits: Behind the point.
-        unit: What is shown as 1.
+        digits: Number of decimals.
+        unit: Divisor; the value that is shown as 1.
     """
     exact = Decimal(repr(float(value))) / Decimal(repr(float(unit)))
     shown = exact.quantize(Decimal(1).scaleb(-digits), context=_EXACT)
@@ -30,26 +30,26 @@ def decimals(value: float, digits: int, *, unit: float = 1.0) -> str:
 
 
 def signed(value: float, digits: int) -> str:
-    """The same with a plus sign before what is above zero."""
+    """Format like `decimals`, with a plus sign for values above zero."""
     text = decimals(value, digits)
     return f"+{text}" if float(text) > 0 else text
 
 
 def rounded(value: float, digits: int) -> float:
-    """As `decimals`, as a number."""
+    """Round like `decimals` and return a number."""
     return float(decimals(value, digits))
 
 
 def rounded_up(value: float, digits: int) -> float:
-    """To the next step that is not below it."""
+    """Round up to the next step."""
     steps = 10.0**digits
     return math.ceil(value * steps - _WHOLE) / steps
 
 
 def metres(mm: float) -> float:
-    """A distance as it is published: metres to the millimetre.
+    """Convert a distance for publication: metres to the millimetre.
 
-    By way of whole tenths of a millimetre, as tracks are sent, so that the page, which rounds
-    those, shows what reports do.
+    It is rounded to tenths of a millimetre first, as tracks are sent, so that the page, which
+    rounds those, agrees with reports.
     """
     return rounded(rounded(mm / 1000, 4), 3)

@@ -1,4 +1,4 @@
-"""What a person states about distances: as it is kept, and as it arrives."""
+"""What people state about distances: as it is stored and as requests send it."""
 
 from __future__ import annotations
 
@@ -13,73 +13,73 @@ from vo_core.scale.evidence import TAPE_SIGMA_MM
 
 
 class Zero(msgspec.Struct, frozen=True):
-    """The frame whose camera is `offset_m` past the zero point."""
+    """The frame in which the camera is `offset_m` past the zero point."""
 
     frame: int
     offset_m: float
 
 
 class Length(msgspec.Struct, frozen=True):
-    """A length between the camera's places in two frames."""
+    """A length between the camera positions of two frames."""
 
     first_frame: int
     last_frame: int
     length_m: float
     sigma_mm: float
     kind: Literal["tape", "known"]
-    """known: of the whole asset, so that what is left of it is the closure."""
+    """"known" is the length of the whole asset; its residual is the closure."""
 
 
 class Mark(msgspec.Struct, frozen=True):
-    """A joint that a person has clicked on."""
+    """A joint that a person clicked."""
 
     frame: int
     pixel: tuple[float, float]
 
 
 class LeftOut(msgspec.Struct, frozen=True):
-    """Sightings in this frame are no joints."""
+    """The frame of sightings that are no joints."""
 
     frame: int
 
 
 class Joints(msgspec.Struct, frozen=True):
-    """Whether joints count, and which."""
+    """Whether joints count, and which do not."""
 
     use: bool | None = None
-    """None: nobody has said so; they count by themselves where they can be counted for certain."""
+    """None: nobody decided; joints count where their segments can be counted with certainty."""
     marked: tuple[Mark, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
 
 
 class RigSigma(msgspec.Struct, frozen=True):
-    """How well the rig is known, one sigma."""
+    """Tolerances of the rig, one sigma."""
 
     height_mm: float
     focal_px: float
 
 
 class Stated(msgspec.Struct, frozen=True):
-    """All that was stated about the distances of an inspection."""
+    """Everything stated about the distances of an inspection."""
 
     zero: Zero | None = None
     lengths: tuple[Length, ...] = ()
     joints: Joints = Joints()
     rig_sigma: RigSigma | None = None
     forced: str | None = None
-    """Why a known length holds although the track contradicts it."""
+    """Reason why a known length is used although the track contradicts it."""
 
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Stated:
-        """As it is stored and sent; what is left out is not stated."""
+        """Convert from JSON as stored and sent; a missing field is not stated."""
         return msgspec.convert(fields, cls)
 
     def to_json(self) -> dict[str, Any]:
-        """As it is stored and sent."""
+        """Convert to JSON as stored and sent."""
         return cast(dict[str, Any], msgspec.json.decode(msgspec.json.encode(self)))
 
     def within(self, rows: int) -> Stated:
-        """What of it can be used while the track has only so many rows yet."""
+        """Return what can be used while the track has only `rows` rows."""
         return msgspec.structs.replace(
             self,
             zero=self.zero if self.zero and self.zero.frame < rows else None,
@@ -94,12 +94,12 @@ class Stated(msgspec.Struct, frozen=True):
         )
 
     def unadjusted(self) -> Stated:
-        """Only what cannot contradict the track."""
+        """Return only what cannot contradict the track."""
         return Stated(zero=self.zero, rig_sigma=self.rig_sigma, joints=Joints(use=False))
 
 
 class ZeroIn(Given):
-    """Set zero here."""
+    """Request to set the zero at a frame."""
 
     frame: Frame
     offset_m: Annotated[float, Field(ge=-10_000, le=10_000)] = Field(
@@ -108,7 +108,7 @@ class ZeroIn(Given):
 
 
 class LengthIn(Given):
-    """A length that somebody knows."""
+    """Request to state a known length."""
 
     first_frame: Frame
     last_frame: Frame
@@ -122,38 +122,40 @@ class LengthIn(Given):
 
 
 class MarkIn(Given):
-    """A joint that somebody clicked on."""
+    """Request to mark a joint."""
 
     frame: Frame
     pixel: Pixel
 
 
 class LeftOutIn(Given):
-    """A ring that is no joint."""
+    """Request to leave out a ring that is no joint."""
 
     frame: Frame
 
 
 class JointsIn(Given):
-    """Which joints count."""
+    """Request that says which joints count."""
 
     use: Annotated[
         bool | None,
-        Field(description="null: they count by themselves where they can be counted for certain."),
+        Field(
+            description="null: they count automatically where they can be counted with certainty."
+        ),
     ] = None
     marked: Annotated[list[MarkIn], Field(max_length=1000)] = Field(default_factory=list)
     left_out: Annotated[list[LeftOutIn], Field(max_length=10_000)] = Field(default_factory=list)
 
 
 class RigSigmaIn(Given):
-    """How well the rig is known, one sigma."""
+    """Request to state the tolerances of the rig, one sigma."""
 
     height_mm: Annotated[float, Field(gt=0, le=1000)]
     focal_px: Annotated[float, Field(ge=0, le=1000)] = 0.0
 
 
 class StatedIn(Given):
-    """All that is known about the distances of an inspection."""
+    """Request with everything known about the distances of an inspection."""
 
     zero: ZeroIn | None = None
     lengths: Annotated[list[LengthIn], Field(max_length=100)] = Field(default_factory=list)
@@ -164,5 +166,5 @@ class StatedIn(Given):
     )
 
     def to_stated(self) -> Stated:
-        """For the service."""
+        """Convert to the stored form."""
         return Stated.from_json(self.model_dump(include=set(StatedIn.model_fields)))

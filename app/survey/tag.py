@@ -1,4 +1,4 @@
-"""A tag: what a person states about a defect or a note, anchored to a frame and a pixel."""
+"""A tag: what a person states about a defect or a note at a frame and a pixel."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from pydantic import Field, StringConstraints
 from app.survey.given import LINE, TEXT, Clock, CodeName, Frame, Given, Letter, Pixel
 
 LONGEST_IMPORTED_REMARK = 40_000
-"""Characters; other programs have longer remarks than a person may enter here."""
+"""Characters; other programs allow longer remarks than this page."""
 
 _Quantity = Annotated[float, Field(ge=-1e6, le=1e6)]
 
 
 class Tag(Given):
-    """What a person enters; everything else is derived. Only `frame` is needed: tag first."""
+    """The fields that a person enters; everything else is derived. Only `frame` is required."""
 
     frame: Frame
     pixel: Pixel | None = Field(
@@ -39,7 +39,7 @@ class Tag(Given):
 
 
 class StatedTag(Tag):
-    """A tag as it is kept: with what only the file of an imported survey states."""
+    """A stored tag, with the fields that only the file of an imported survey states."""
 
     remark: (
         Annotated[str, StringConstraints(max_length=LONGEST_IMPORTED_REMARK, pattern=TEXT)] | None
@@ -49,11 +49,11 @@ class StatedTag(Tag):
 
     @classmethod
     def kept(cls, fields: Mapping[str, Any]) -> StatedTag:
-        """Of fields that were checked when they were accepted; nothing is checked again."""
+        """Build a tag from stored fields, which were checked when they were accepted."""
         return cls.model_construct(**fields)
 
     def to_json(self) -> dict[str, Any]:
-        """Only what is stated, in the order of the fields, as it is stored and exported."""
+        """Return only the stated fields, in their order, as stored and exported."""
         return {
             name: value
             for name in type(self).model_fields
@@ -62,5 +62,5 @@ class StatedTag(Tag):
 
 
 def entered(fields: Mapping[str, Any]) -> dict[str, Any]:
-    """What of the fields of a tag a person enters, and no file of an import."""
+    """Return the fields that a person enters, without those of an import."""
     return {name: fields[name] for name in Tag.model_fields if fields.get(name) is not None}

@@ -1,4 +1,4 @@
-"""Single rows of a track, and what they show of the wall."""
+"""Single rows of a track and the wall points they show."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _NUMBERS = tuple(name for name in COLUMNS if name not in ("frame", "status"))
 
 
 def estimate_at(track: Track, frame: int) -> Estimate | None:
-    """The estimate of one frame, None where the track has not arrived."""
+    """Return the estimate of one frame, or None until it is tracked."""
     if not 0 <= frame < len(track):
         return None
     values = {name: float(getattr(track, name)[frame]) for name in _NUMBERS}
@@ -18,16 +18,18 @@ def estimate_at(track: Track, frame: int) -> Estimate | None:
 
 
 def wall_point_of(rig: Rig, pixel: tuple[float, float], estimate: Estimate) -> WallPoint | None:
-    """The wall point that a pixel of a frame shows, None where none is seen."""
+    """Return the wall point that a pixel of a frame shows, or None where none is seen."""
     return wall_point(rig, pixel, estimate.pose)
 
 
 def is_unmeasured(track: Track) -> bool:
-    """Whether another program has measured the distances: they have no sigma and no quality."""
+    """Return whether another program measured the distances, which then have no sigma or
+    quality.
+    """
     return not (track.sigma_distance_mm.any() or track.quality.any())
 
 
 def since(track: Track, frame: int) -> Track:
-    """Only the rows from `frame` on."""
+    """Return the rows from `frame` on."""
     columns = {name: getattr(track, name)[frame:] for name in ("frame", "status", *_NUMBERS)}
     return Track(**columns)

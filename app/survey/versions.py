@@ -1,4 +1,6 @@
-"""Versions of what people edit: a change may name the one it was made of, so that none is lost."""
+"""Versions of what people edit: a change may name the version it was based on, so that none is
+lost.
+"""
 
 from __future__ import annotations
 
@@ -10,20 +12,20 @@ from typing import Any
 from app.errors import ChangedMeanwhile
 
 Require = Callable[[Any], None]
-"""Called within the transaction with what is stored; raises if that is not what was changed."""
+"""Called within the transaction with what is stored; raises if that is not what was edited."""
 
 
 def require_version(
     current: Mapping[str, Any] | None, yours: Mapping[str, Any], replaced: str | None
 ) -> None:
-    """Raise ChangedMeanwhile if a change was made of something else than what is stored.
+    """Raise ChangedMeanwhile if a change was based on something else than what is stored.
 
-    A change that is there already, as one that is sent again for want of an answer, is none.
+    A change that is already stored, such as one sent again after a lost answer, is accepted.
 
     Args:
         current: What is stored, None if nothing is.
-        yours: What it is changed to.
-        replaced: Version of what it was made of; None replaces whatever there is.
+        yours: The new content.
+        replaced: Version that the change was based on; None replaces any version.
     """
     if replaced is None or current == yours:
         return
@@ -32,6 +34,6 @@ def require_version(
 
 
 def version_of(stored: Any) -> str:
-    """A short name that the same content has always, and other content never."""
+    """Return a short name of the content: equal content has equal names."""
     content = json.dumps(stored, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(content.encode()).hexdigest()[:16]

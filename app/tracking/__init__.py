@@ -1,1 +1,1 @@
-"""From a film or a camera to a track: the queue, the child processes, and what they found."""
+"""From a film or a camera to a track: the queue, the child processes, and their results."""

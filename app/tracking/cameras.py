@@ -1,8 +1,7 @@
-"""Which live sources may be opened, and how: the one place that judges what a user has asked for.
+"""Decides which live sources may be opened, and how; nothing else judges a user's address.
 
-A camera's name is resolved once, here; what is opened later is the address that was judged, so that
-a name cannot lead elsewhere the next time.  USB cameras, files and pipes are only those that the
-server itself has listed.
+A camera's name is resolved once, here, and the resulting address is opened later, so that the name
+cannot lead elsewhere meanwhile. USB cameras, files and pipes must be in the server's own list.
 """
 
 from __future__ import annotations
@@ -30,13 +29,13 @@ _METADATA = frozenset(
     ipaddress.ip_address(text)
     for text in ("169.254.169.254", "169.254.170.2", "100.100.100.200", "fd00:ec2::254")
 )
-"""Where the machines of some clouds hand out their own keys."""
+"""Addresses at which some clouds give their machines credentials."""
 _LONGEST_NAME = 255
 
 
 @dataclass(frozen=True)
 class ListedSource:
-    """A source that the server has found."""
+    """A source found by the server."""
 
     url: str
     kind: Literal["usb", "folder", "pipe"]
@@ -49,7 +48,7 @@ class LiveSource:
 
     camera: CameraInput
     shown: str
-    """What may be shown of its address: no password, no query."""
+    """The address without password and query, for display."""
 
 
 class Sources:
@@ -62,29 +61,29 @@ class Sources:
         *,
         devices: Path = Path("/sys/class/video4linux"),
     ) -> None:
-        """Where to look, and what to allow.
+        """Set where to look and what to allow.
 
         Args:
-            networks: Where cameras may be.
-            watch_folder: Where recorders write files and pipes, if there is such a folder.
-            devices: Where the system lists its cameras.
+            networks: Networks of allowed cameras.
+            watch_folder: Folder in which recorders write files and pipes, if there is one.
+            devices: Folder in which the system lists its cameras.
         """
         self._networks = tuple(networks)
         self._watch_folder = watch_folder
         self._devices = devices
 
     def listed(self) -> list[ListedSource]:
-        """USB cameras, growing files and pipes, in the order of their names."""
+        """Return USB cameras, growing files and pipes, sorted by name."""
         return [*self._usb(), *self._watched()]
 
     def resolve(self, url: str, size_wh: tuple[int, int]) -> LiveSource:
-        """What to open for an address; blocks while a name is looked up.
+        """Return the source at an address; blocks during the name look-up.
 
         Args:
-            url: As the user gave it.
-            size_wh: Of the pictures that are wanted, for cameras that can be asked.
+            url: The address given by the user.
+            size_wh: Requested picture size, for cameras that offer several.
         Raises:
-            LiveSourceRefused: It is not such as is opened; the text does not repeat passwords.
+            LiveSourceRefused: The source is not allowed; the text repeats no password.
         """
         kind, _, name = url.partition(":")
         if kind in ("usb", "file", "pipe"):
@@ -94,7 +93,7 @@ class Sources:
     def _usb(self) -> list[ListedSource]:
         found = []
         for device in sorted(self._devices.glob("video*")):
-            # A camera has several nodes; the first one gives pictures, the others data on them.
+            # A camera has several nodes; the first delivers pictures, the others metadata.
             if _line(device / "index") in ("0", ""):
                 name = _line(device / "name") or device.name
                 found.append(ListedSource(f"usb:{device.name}", "usb", name))
@@ -143,7 +142,7 @@ class Sources:
         login, at, named = parts.netloc.rpartition("@")
         literal = f"[{address}]" if address.version == 6 else str(address)
         location = parts._replace(netloc=f"{login}{at}{literal}:{port}", fragment="")
-        # Some cameras take the password in the query.
+        # Some cameras expect the password in the query.
         shown = parts._replace(netloc=named, query="..." if parts.query else "", fragment="")
         is_rtsp = parts.scheme in ("rtsp", "rtsps")
         camera = CameraInput(
@@ -155,7 +154,7 @@ class Sources:
         return LiveSource(camera, shown.geturl()[:_LONGEST_NAME])
 
     def _address_of(self, host: str, port: int) -> Address:
-        """The first of its addresses, if every one of them is allowed."""
+        """Return the first address of a host, if every one of its addresses is allowed."""
         try:
             found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
         except (OSError, UnicodeError) as error:
@@ -173,7 +172,7 @@ class Sources:
 
 
 def _split(url: str) -> tuple[SplitResult, int]:
-    """A network address and its port, or LiveSourceRefused."""
+    """Split a network address into parts and port, or raise LiveSourceRefused."""
     if not url.isascii() or not url.isprintable() or " " in url:
         raise LiveSourceRefused("The camera's address has characters that no address has.")
     try:
@@ -197,9 +196,10 @@ def _plain(text: str) -> Address:
 
 
 def _is_allowed(address: Address, networks: Iterable[Network]) -> bool:
-    """In a network that is allowed; a special address only in one of its own kind.
+    """Return whether an allowed network contains the address; a special address needs a network of
+    its own kind.
 
-    So "everything" does not take in the machine itself, which is to be named if it is meant.
+    So "everything" excludes the machine itself, which must be named to be allowed.
     """
     if address in _METADATA or address.is_multicast or address.is_unspecified:
         return False
@@ -214,9 +214,9 @@ def _is_allowed(address: Address, networks: Iterable[Network]) -> bool:
 
 
 def _is_tunnel(address: Address) -> bool:
-    """Whether an IPv6 address carries an IPv4 one, which it may lead to: 6to4 and Teredo.
+    """Return whether an IPv6 address carries an IPv4 one, to which it may lead: 6to4 and Teredo.
 
-    Those of NAT64 and the compatible ones are reserved.
+    Addresses of NAT64 and IPv4-compatible ones are reserved anyway.
     """
     return isinstance(address, ipaddress.IPv6Address) and (
         address.sixtofour is not None or address.teredo is not None
@@ -232,18 +232,18 @@ def _rtsp_options() -> dict[str, str]:
 
 
 def _http_options(scheme: str, named: str, host: str) -> dict[str, str]:
-    """The address is connected to, the name is said."""
+    """Return options that connect to the judged address and name the host in the request."""
     options = {
         "protocol_whitelist": "http,tcp" if scheme == "http" else "https,http,tls,tcp",
         "max_redirects": "0",
         "headers": f"Host: {named}\r\n",
     }
-    # Cameras sign for themselves, so that there is nothing to check a certificate against.
+    # Cameras sign their own certificates, so there is nothing to check them against.
     return options | ({"verifyhost": host} if scheme == "https" else {})
 
 
 def _line(path: Path) -> str:
-    """The text of a small file of the system, "" without one."""
+    """Return the text of a small system file, "" without one."""
     try:
         return path.read_text("utf-8", "replace").strip()
     except OSError:

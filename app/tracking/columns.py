@@ -1,4 +1,4 @@
-"""Columns of numbers that grow at their end, while others read what is there already."""
+"""Columns of numbers that grow at their end while others read the existing rows."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ _FIRST_ROWS = 256
 class GrowingColumns:
     """Named columns of equal length.
 
-    Rows are only ever added, behind those that a view shows, so a view needs no copy: it stays as
-    it is.  Whoever adds rows keeps others from doing so at the same time.
+    Rows are only ever appended, after those of any view, so that a view stays valid without a copy.
+    The caller makes sure that only one thread adds rows at a time.
     """
 
     def __init__(self, dtypes: Mapping[str, DTypeLike]) -> None:
@@ -28,7 +28,7 @@ class GrowingColumns:
         return self._rows
 
     def extend(self, rows: int, columns: Mapping[str, Sequence[Any] | NDArray[Any]]) -> None:
-        """Add so many rows, given as a sequence of that length for each column."""
+        """Add `rows` rows, given as a sequence of that length for each column."""
         end = self._rows + rows
         self._make_room(end)
         for name, column in self._columns.items():
@@ -36,23 +36,23 @@ class GrowingColumns:
         self._rows = end
 
     def view(self, name: str) -> NDArray[Any]:
-        """One column as far as it is, read-only."""
+        """Return the current rows of one column, read-only."""
         view = self._columns[name][: self._rows]
         view.flags.writeable = False
         return view
 
     def views(self) -> dict[str, NDArray[Any]]:
-        """All columns as far as they are, read-only."""
+        """Return the current rows of all columns, read-only."""
         return {name: self.view(name) for name in self._columns}
 
     def copy(self) -> GrowingColumns:
-        """The same rows, to which others may be added; what is shared is never changed."""
+        """Return a copy that can grow separately; shared rows never change."""
         same = GrowingColumns({})
         same._columns, same._rows = self.views(), self._rows
         return same
 
     def _make_room(self, rows: int) -> None:
-        """Twice as much whenever it is used up; what views show stays in the old place."""
+        """Double the capacity when it is used up; views keep the old memory."""
         room = len(next(iter(self._columns.values())))
         if rows <= room:
             return

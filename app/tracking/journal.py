@@ -1,8 +1,8 @@
-"""What the tracking of a video has found, on the disk as far as its last checkpoint.
+"""Stores the results of tracking a video up to the last checkpoint.
 
-A crash, of the server or of the tracking process, then costs what came after the checkpoint and not
-the whole run.  The journal only grows; a checkpoint is replaced whole and says how much of the
-journal belongs to it, so that both always fit each other.
+A crash of the server or of the tracking process then loses only what came after the checkpoint, not
+the whole run. The journal only grows. A checkpoint is replaced whole and states how much of the
+journal belongs to it, so that the two always match.
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ logger = logging.getLogger(__name__)
 
 _PACKAGES = ("chainage", "av", "numpy", "opencv-python-headless")
 _LENGTH_BYTES = 8
-"""In front of each entry."""
+"""Length of the size in front of each entry."""
 
 
 @dataclass(frozen=True)
 class Resumption:
-    """Where to go on."""
+    """The state from which tracking resumes."""
 
     checkpoint: Path
-    """File for the tracker."""
+    """Checkpoint file for the tracker."""
     frames: int
     cpu_s: float
-    """Processor time that they took."""
+    """Processor time used up to the checkpoint."""
     found: list[Batch]
-    """Of these frames, without pictures."""
+    """Results for the frames up to the checkpoint, without pictures."""
 
 
 class Journal:
-    """Of one inspection; used by the thread that follows its tracking."""
+    """The journal of one inspection, used by the thread that follows its tracking."""
 
     def __init__(self, folder: DataFolder, unrolled: Unrolled, inspection: Inspection) -> None:
         self._id = inspection.id
@@ -56,13 +56,13 @@ class Journal:
         self._checkpoint = folder.checkpoint(inspection.id)
         self._stamp = _stamp(inspection)
         self._bytes = 0
-        """Of the journal, that a checkpoint vouches for."""
+        """Bytes of the journal covered by the checkpoint."""
         self._unsaved = bytearray()
         self._tiles: set[int] = set()
-        """That were painted since the last checkpoint."""
+        """Tiles that were painted since the last checkpoint."""
 
     def read(self) -> Resumption | None:
-        """Forget what came after the last checkpoint; None where there is none that fits."""
+        """Return the last checkpoint and its results, discarding later ones; None if none fits."""
         self._unsaved, self._tiles, self._bytes = bytearray(), set(), 0
         try:
             kept = msgspec.msgpack.decode(self._checkpoint.read_bytes(), type=KeptCheckpoint)
@@ -77,33 +77,33 @@ class Journal:
             return None
         at = kept.checkpoint
         if sum(len(batch.rows) for batch in found) != at.frames:
-            logger.error("The journal of %s does not hold what its checkpoint says.", self._id)
+            logger.error("The journal of %s does not match its checkpoint.", self._id)
             return None
         self._bytes = kept.journal_bytes
         return Resumption(self._checkpoint, at.frames, at.cpu_s, found)
 
     def note(self, batch: Batch) -> None:
-        """Take in what was found; it is on the disk with the next checkpoint."""
+        """Add results, which reach the disk with the next checkpoint."""
         self._tiles.update(tile.index for tile in batch.tiles)
         entry = encode(msgspec.structs.replace(batch, jpeg=b"", tiles=[]))
         self._unsaved += len(entry).to_bytes(_LENGTH_BYTES, "big") + entry
 
     def keep(self, checkpoint: Checkpoint) -> None:
-        """Bring all that was noted to the disk, then the checkpoint; without room, neither."""
+        """Sync all results, then the checkpoint; without free space, neither."""
         try:
             self._unrolled.sync(self._id, self._tiles)
             end = append_durably(self._journal, self._bytes, self._unsaved)
             kept = KeptCheckpoint(self._stamp, end, checkpoint)
             write_durably(self._checkpoint, encode(kept))
         except (DiskFull, OSError):
-            # Tracking itself needs no room, and the checkpoint before still holds.
+            # Tracking itself needs no free space, and the previous checkpoint is still valid.
             logger.warning("A checkpoint of %s could not be written.", self._id, exc_info=True)
             return
         self._bytes = end
         self._unsaved, self._tiles = bytearray(), set()
 
     def drop(self) -> None:
-        """The run has ended, or begins anew."""
+        """Delete journal and checkpoint: the run has ended or starts again."""
         self._checkpoint.unlink(missing_ok=True)
         self._journal.unlink(missing_ok=True)
 
@@ -120,7 +120,7 @@ def _decoded(journal: bytes) -> list[Batch]:
 
 
 def _stamp(inspection: Inspection) -> str:
-    """Digest of all that a checkpoint depends on."""
+    """Return a digest of everything that a checkpoint depends on."""
     rig = json.dumps(inspection.rig, sort_keys=True)
     parts = "\n".join((_program(), inspection.source_sha256, rig))
     return hashlib.sha256(parts.encode()).hexdigest()
@@ -128,7 +128,7 @@ def _stamp(inspection: Inspection) -> str:
 
 @lru_cache(maxsize=1)
 def _program() -> str:
-    """Of the tracking: its code, and the libraries that it calls."""
+    """Return a digest of the tracking code and of the libraries that it calls."""
     digest = hashlib.sha256()
     for package in (app.jobs, vo_core):
         for path in sorted(Path(str(package.__file__)).parent.rglob("*.py")):

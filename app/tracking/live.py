@@ -1,7 +1,7 @@
-"""What happens right now, handed to whoever listens: the live socket, the 3D scene, the photos.
+"""Live events for listeners: the live socket, the 3D scene, the photos.
 
-Events are published from the tracking threads and from requests.  A listener is called there and
-then, so it must return at once: it keeps the newest event or puts it on a queue of its own.
+Events are published from the tracking threads and from requests. A listener is called in that
+thread, so it must return at once: it stores the newest event or puts it on its own queue.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Progress:
-    """How far tracking is."""
+    """Progress of the tracking."""
 
     frames_done: int
     frames_total: int | None
-    """As the container states it; exact only when tracking is done."""
+    """Number stated by the container; exact only when tracking is done."""
     fps: float | None
-    """Frames tracked a second."""
+    """Frames tracked per second."""
     eta_s: float | None
 
 
 @dataclass(frozen=True)
 class CameraStatus:
-    """How the camera of a live inspection does."""
+    """State of the camera of a live inspection."""
 
     connected: bool
     reconnects: int
@@ -42,32 +42,32 @@ class CameraStatus:
     """Frames that are in the recording but came too fast to be tracked."""
     recorded_s: float
     detail: str | None
-    """Why there is no picture, in a sentence."""
+    """A sentence that says why there is no picture."""
     free_bytes: int
-    """Room on the disk for the rest of the recording."""
+    """Free space for the rest of the recording."""
     is_recording: bool = True
     """False while the disk is full; tracking goes on."""
 
 
 @dataclass(frozen=True)
 class Update:
-    """Tracking went on, or the inspection changed its state."""
+    """New results of tracking, or a new state of the inspection."""
 
     inspection_id: str
     seq: int
-    """Rises with every update of the server, so that a reader knows newer from older."""
+    """Rises with every update of the server, so that readers can order updates."""
     state: str
     """queued, running, done, failed or cancelled."""
     progress: Progress
     estimates: tuple[Estimate, ...] = ()
-    """Of the frames since the update before; `jpeg` shows the last of them."""
+    """Estimates since the previous update; `jpeg` shows the last of their frames."""
     jpeg: bytes = b""
     captured_s: float | None = None
-    """When the frame of `jpeg` came from a camera, by `time.monotonic`."""
+    """Time when the frame of `jpeg` came from the camera, by `time.monotonic`."""
     camera: CameraStatus | None = None
     """None for files."""
     health: Health | None = None
-    """Of the last frame."""
+    """Picture health of the last frame."""
 
 
 @dataclass(frozen=True)
@@ -79,14 +79,14 @@ class ObservationsChanged:
 
 @dataclass(frozen=True)
 class DistancesCorrected:
-    """Every distance of the inspection is to be read again."""
+    """All distances of the inspection must be read again."""
 
     inspection_id: str
 
 
 @dataclass(frozen=True)
 class WallChanged:
-    """Pieces of the unrolled wall have another picture."""
+    """Tiles of the unrolled wall have a new picture."""
 
     inspection_id: str
     indices: tuple[int, ...]
@@ -97,7 +97,7 @@ Listener = Callable[[Event], None]
 
 
 class Live:
-    """Publishers and listeners of every inspection."""
+    """Publishes the events of every inspection to their listeners."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -117,8 +117,8 @@ class Live:
         camera: CameraStatus | None = None,
         health: Health | None = None,
     ) -> None:
-        """Notify the listeners; while an inspection is active its newest update is kept."""
-        with self._lock:  # of two at once the one with the higher number is kept
+        """Notify the listeners; the newest update of an active inspection is stored."""
+        with self._lock:  # of two concurrent updates the one with the higher number is stored
             update = Update(
                 inspection_id,
                 next(self._seq),
@@ -134,22 +134,22 @@ class Live:
                 self._newest.pop(inspection_id, None)
             else:
                 self._newest[inspection_id] = update
-        self._tell(update)
+        self._notify(update)
 
     def observations_changed(self, inspection_id: str) -> None:
-        """Notify the listeners that the list of observations is to be read again."""
-        self._tell(ObservationsChanged(inspection_id))
+        """Notify the listeners that the list of observations must be read again."""
+        self._notify(ObservationsChanged(inspection_id))
 
     def wall_changed(self, inspection_id: str, indices: tuple[int, ...]) -> None:
-        """Notify the listeners that these tiles of the unrolled wall are to be read again."""
-        self._tell(WallChanged(inspection_id, indices))
+        """Notify the listeners that these tiles of the unrolled wall must be read again."""
+        self._notify(WallChanged(inspection_id, indices))
 
     def corrected(self, inspection_id: str) -> None:
-        """Notify the listeners that distances which were published have changed."""
-        self._tell(DistancesCorrected(inspection_id))
+        """Notify the listeners that published distances have changed."""
+        self._notify(DistancesCorrected(inspection_id))
 
     def newest(self, inspection_id: str) -> Update | None:
-        """The newest update of an active inspection."""
+        """Return the newest update of an active inspection."""
         with self._lock:
             return self._newest.get(inspection_id)
 
@@ -167,7 +167,7 @@ class Live:
                 if not listeners:
                     del self._listeners[inspection_id]
 
-    def _tell(self, event: Event) -> None:
+    def _notify(self, event: Event) -> None:
         with self._lock:
             listeners = [
                 *self._listeners.get(event.inspection_id, ()),
@@ -177,5 +177,5 @@ class Live:
             try:
                 listener(event)
             except Exception:
-                # One listener's fault must not end the tracking that publishes.
+                # A fault of one listener must not end the tracking that publishes.
                 logger.exception("A listener of inspection %s failed.", event.inspection_id)

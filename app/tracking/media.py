@@ -1,4 +1,4 @@
-"""The one process that looks into media files for the server; replaced when it dies or hangs."""
+"""The one process that opens media files for the server; replaced when it dies or hangs."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ _WAIT_FOR_TURN_S = 60.0
 
 
 class Media:
-    """Probe files and cut pictures, one at a time."""
+    """Probes files and extracts pictures, one at a time."""
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
         self.restarts = 0
-        """How often the process was replaced."""
+        """Number of times that the process was replaced."""
         self._turn = threading.Lock()
         self._answers = msgspec.msgpack.Decoder(FromMedia)
         self._child = self._start()
@@ -44,14 +44,15 @@ class Media:
         self._child.kill()
 
     def is_alive(self) -> bool:
-        """Whether the process runs; if not, the next request starts another."""
+        """Return whether the process runs; if not, the next request starts another."""
         return self._child.is_alive()
 
     def probe(self, path: Path, name: str) -> Probed:
-        """What the video file is; its first picture could be decoded. `name` stands in messages.
+        """Return the properties of a video file whose first picture was decoded; messages call it
+        `name`.
 
         Raises:
-            UnreadableVideo: It cannot be used, and why.
+            UnreadableVideo: The file cannot be used; the text says why.
         """
         try:
             answer = self._ask(ProbeRequest(str(path)))
@@ -61,7 +62,7 @@ class Media:
         return answer
 
     def picture(self, path: Path, t_s: float, jpeg_quality: int = PHOTO_JPEG_QUALITY) -> bytes:
-        """The frame shown at presentation time `t_s`, as JPEG."""
+        """Return the frame shown at presentation time `t_s`, as JPEG."""
         answer = self._ask(PictureRequest(str(path), t_s, jpeg_quality))
         assert isinstance(answer, Picture)  # noqa: S101  (checked by _ask)
         return answer.jpeg
@@ -96,7 +97,7 @@ class Media:
             message = self._answers.decode(answer)
         except msgspec.MsgspecError as error:
             self._restart()
-            raise MediaFailed("The media process gave no sensible answer.") from error
+            raise MediaFailed("The media process gave an invalid answer.") from error
         if isinstance(message, expected):
             return message
         if isinstance(message, Failed) and message.code == "unreadable_video":

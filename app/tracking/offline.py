@@ -1,4 +1,4 @@
-"""A video file through the odometry without a server: what `chainage track` does."""
+"""Tracks a video file without a server, for `chainage track`."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from vo_core.types import Image
 
 
 class Method(StrEnum):
-    """How the motion is measured."""
+    """Methods of measuring the motion."""
 
     CHAINAGE = "chainage"
     PAPER = "paper"
 
 
 class Stepper(Protocol):
-    """What every method offers."""
+    """The interface of every method."""
 
     def step(self, image: Image, t_s: float) -> Estimate:
-        """One estimate a frame."""
+        """Return the estimate of the next frame."""
 
 
 METHODS: Mapping[Method, Callable[[Rig], Stepper]] = {
@@ -40,7 +40,7 @@ class TrackedVideo:
 
     track: Track
     problem: str | None
-    """Why the video ended early or what was skipped, in a sentence."""
+    """A sentence that says why the video ended early or what was skipped."""
 
 
 def track_video(
@@ -54,8 +54,8 @@ def track_video(
     """Track every frame of a video.
 
     Args:
-        finder: Is shown every frame with its pose.
-        on_progress: Called after each frame with frames done and frames in all, if that is known.
+        finder: Receives every frame with its pose.
+        on_progress: Called after each frame with frames done and the total, if known.
     Raises:
         UnreadableVideo: The video cannot be opened or holds no picture.
         RigVideoMismatch: The rig's camera has another picture size.

@@ -1,7 +1,7 @@
-"""The photo of each observation: the original picture of its frame, cut by presentation time.
+"""The photo of each observation: the original picture of its frame, found by presentation time.
 
-The table says which photos are missing, so nothing is lost when the server ends; one thread makes
-them, and a request waits for its own a little while.
+The table says which photos are missing, so nothing is lost when the server ends. One thread makes
+them; a request for a photo waits briefly for it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _STOP_TIMEOUT_S = 40.0
 
 
 class Photos(Worker):
-    """Makes what is missing, serves what is there."""
+    """Makes missing photos and finds existing ones."""
 
     def __init__(
         self,
@@ -53,15 +53,15 @@ class Photos(Worker):
         self._tracks = tracks
         self._live = live
         self._dirty: set[str] = set()
-        """Inspections that may miss photos.  A photo that changes is notified, too."""
+        """Inspections that may lack photos, also because one must be replaced."""
 
     def start(self) -> None:
-        """Begin with what the last run of the server left undone."""
+        """Start with the photos that the last run of the server left missing."""
         self._dirty.update(self._observations.inspections_without_photos())
         super().start()
 
     def on_event(self, event: Event) -> None:
-        """A listener of all events: a tag or the end of a track may allow for more photos."""
+        """Handle an event: a tag or the end of a track may allow more photos."""
         if isinstance(event, WallChanged):
             return
         if isinstance(event, Update) and event.state not in ENDED:
@@ -71,7 +71,7 @@ class Photos(Worker):
             self._changed.notify_all()
 
     def wait_for(self, inspection_id: str, observation_id: str) -> None:
-        """Wait until the photo of an observation is made or failed, but not long."""
+        """Wait briefly until the photo of an observation is made or has failed."""
         with self._changed:
             self._changed.wait_for(
                 lambda: self._is_settled(inspection_id, observation_id), _WAIT_FOR_PHOTO_S
@@ -87,10 +87,10 @@ class Photos(Worker):
         return row.frame >= len(self._tracks.get(inspection_id))  # not before it is tracked
 
     def path(self, row: Observation) -> Path:
-        """File of the photo of an observation.
+        """Return the photo file of an observation.
 
         Raises:
-            PhotoNotFound: It has none, or only that of an earlier frame.
+            PhotoNotFound: There is no photo, or only that of an earlier frame.
         """
         if not row.has_photo:
             raise PhotoNotFound(row.photo_error or "The photo is not made yet.")
@@ -134,7 +134,7 @@ class Photos(Worker):
     def _make(self, inspection: Inspection, row: Observation) -> None:
         estimate = estimate_at(self._tracks.get(inspection.id), row.frame)
         if estimate is None and inspection.status not in ENDED:
-            return  # its time is known when tracking has got there
+            return  # its time is known once its frame is tracked
         if not inspection.has_film:
             self._observations.record_photo_error(row, NO_FILM)
         elif estimate is None:
@@ -149,14 +149,14 @@ class Photos(Worker):
             self._changed.notify_all()
 
     def _cut(self, inspection: Inspection, row: Observation, time_s: float) -> None:
-        # Asked for anew: a recording becomes another file when it ends.
+        # Looked up anew: a recording becomes another file when it ends.
         video_file = self._inspections.get(inspection.id).video_file
         video = self._folder.inspection(inspection.id) / video_file
         try:
             jpeg = self._media.picture(video, time_s)
             write_durably(self._folder.photo(inspection.id, row.id, row.frame), jpeg)
         except DiskFull:
-            raise  # it can be made when there is room
+            raise  # it can be made once there is free space
         except ChainageError as failure:
             self._observations.record_photo_error(row, str(failure))
         else:

@@ -1,7 +1,7 @@
 """The queue of videos and the child processes that track them.
 
-The table of inspections is the queue: what is `queued` waits, what was `running` when the server
-ended is queued again at the next start and goes on from its last checkpoint.  One thread a slot
+The table of inspections is the queue. An inspection that was `running` when the server ended is
+queued again at the next start and continues from its last checkpoint. One thread for each slot
 takes the oldest, starts a child and drains its pipe, so that tracking never waits for the server.
 """
 
@@ -42,11 +42,12 @@ logger = logging.getLogger(__name__)
 _STOP_TIMEOUT_S = 10.0
 _PAUSE_AFTER_FAULT_S = 5.0
 _MOST_DEATHS = 3
-"""Of tracking processes, one after the other, without a newer checkpoint: it is the video."""
+"""Tracking processes that may die in a row without a newer checkpoint; then the video is at
+fault."""
 
 
 class _Died(Exception):
-    """The tracking process has ended without an answer; `code` is that of the API."""
+    """The tracking process ended without a result; `code` is that of the API."""
 
     def __init__(self, code: str, detail: str) -> None:
         super().__init__(detail)
@@ -88,15 +89,15 @@ class Tracking:
         ]
 
     def start(self) -> None:
-        """Queue again what was running when the server ended, and begin."""
+        """Queue again what was running when the server ended, and start."""
         interrupted = self._inspections.queue_interrupted()
         if interrupted:
-            logger.info("%d interrupted inspections go on.", interrupted)
+            logger.info("%d interrupted inspections continue.", interrupted)
         for thread in self._threads:
             thread.start()
 
     def stop(self) -> None:
-        """End the children; their inspections go on at the next start."""
+        """End the children; their inspections continue at the next start."""
         with self._changed:
             self._stopping = True
             self._changed.notify_all()
@@ -105,19 +106,19 @@ class Tracking:
             thread.join(_STOP_TIMEOUT_S)
 
     def is_alive(self) -> bool:
-        """Whether every slot can take work."""
+        """Return whether every slot can take work."""
         return all(thread.is_alive() for thread in self._threads)
 
     def wake(self) -> None:
-        """Something was queued."""
+        """Wake the slots: an inspection was queued."""
         with self._changed:
             self._changed.notify_all()
 
     def cancel(self, inspection_id: str) -> None:
-        """Stop an inspection; its track is kept as far as it is.
+        """Stop an inspection and keep its track so far.
 
         Raises:
-            NotRunning: It has ended already.
+            NotRunning: The inspection has already ended.
         """
         run = self._runs.ask_to_stop(inspection_id, "cancelled")
         if run is not None:
@@ -132,7 +133,7 @@ class Tracking:
         """Track an ended inspection again from its first frame.
 
         Raises:
-            StillRunning: It is queued or running.
+            StillRunning: The inspection is queued or running.
             NothingRecorded: There is no video to track.
         """
         self.require_film(self._inspections.get(inspection_id))
@@ -140,7 +141,9 @@ class Tracking:
         self.queued(inspection_id)
 
     def require_film(self, row: Inspection) -> None:
-        """Raise NothingRecorded if an ended inspection has no film; else it may begin anew."""
+        """Raise NothingRecorded if an ended inspection has no film, so that it cannot be tracked
+        again.
+        """
         video = self._folder.inspection(row.id) / row.video_file
         if not row.has_film:
             raise NothingRecorded(NO_FILM)
@@ -150,7 +153,7 @@ class Tracking:
             self._journal(row).drop()
 
     def queued(self, inspection_id: str) -> None:
-        """It was queued to be tracked from its first frame."""
+        """Publish that an inspection was queued to be tracked from its first frame."""
         self._live.publish(inspection_id, "queued", Progress(0, None, None, None))
         self.wake()
 
@@ -164,7 +167,7 @@ class Tracking:
                 logger.warning("A tracking slot waits: %s", full)
                 self._pause()
             except Exception:
-                # Such as a database that takes no writes: the row still says `running`, so the
+                # For example the database accepts no writes: the row still says `running`, so the
                 # next start tracks it again; meanwhile the slot serves others.
                 logger.exception("A tracking slot met a fault of the server.")
                 self._pause()
@@ -218,7 +221,9 @@ class Tracking:
         return Journal(self._folder, self._unrolled, inspection)
 
     def _followed(self, run: Run, journal: Journal) -> Outcome | None:
-        """Follow child after child until one has an answer; None if the next start is to go on."""
+        """Follow one child after another until one has a result; None if the next start
+        continues.
+        """
         deaths = frames = 0
         while True:
             resumption = journal.read()
@@ -242,10 +247,10 @@ class Tracking:
                     return Outcome("failed", death.code, detail)
 
     def _follow(self, run: Run, journal: Journal, resumption: Resumption | None) -> Outcome | None:
-        """Start a child and drain it until it ends; None if the next start is to go on.
+        """Start a child and drain it until it ends; None if the next start continues.
 
         Raises:
-            _Died: It ended or hung without an answer, and nobody wanted it to.
+            _Died: The child ended or hung without a result and was not asked to stop.
         """
         child = Child("app.jobs.tracker")
         try:
@@ -265,10 +270,12 @@ class Tracking:
                 ) from error
             outcome = Outcome("cancelled")
         except msgspec.MsgspecError:
-            logger.exception("The tracking process of %s sent nonsense.", run.inspection.id)
+            logger.exception(
+                "The tracking process of %s sent an invalid message.", run.inspection.id
+            )
             child.kill()
             outcome = Outcome(
-                "failed", "tracking_failed", "The tracking process gave no sensible answer."
+                "failed", "tracking_failed", "The tracking process gave an invalid answer."
             )
         finally:
             child.end()
@@ -307,7 +314,7 @@ class Tracking:
         if resumption is None:
             return TrackRequest(video, inspection.rig, self._limits, self._pace, marks=marks)
         limits = self._limits
-        if limits.cpu_s is not None:  # of the whole run, however many processes do it
+        if limits.cpu_s is not None:  # of the whole run, over all its processes
             rest_s = max(limits.cpu_s - round(resumption.cpu_s), 1)
             limits = msgspec.structs.replace(limits, cpu_s=rest_s)
         return TrackRequest(
@@ -316,7 +323,7 @@ class Tracking:
 
 
 def track_metadata(inspection: Inspection) -> Mapping[str, object]:
-    """Comment lines of a track file: where it comes from."""
+    """Return the comment lines of a track file, which state its origin."""
     return {
         "inspection": inspection.id,
         "name": inspection.name,

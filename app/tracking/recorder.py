@@ -1,8 +1,8 @@
-"""Live inspections: each has a thread and a camera process of its own, and ends as a video file.
+"""Live inspections: each has its own thread and camera process, and ends as a video file.
 
-The camera process writes the recording, which survives whatever happens to it or to the server: a
-process that dies is followed by another that goes on in the same file, and what a server leaves
-behind is finalised at its next start and tracked as a file.
+The camera process writes the recording, which survives a crash of the process or of the server:
+when a process dies, another continues the same file, and a recording that a server left open is
+finalised at its next start and tracked as a file.
 """
 
 from __future__ import annotations
@@ -53,18 +53,20 @@ from app.tracking.videos import video_columns
 logger = logging.getLogger(__name__)
 
 _SILENCE_S = 20.0
-"""A camera process reports twice a second; one that is silent for so long hangs."""
+"""Silence after which a camera process counts as hung; it reports twice a second."""
 _FINALISING_S = 1800.0
 _STOP_TIMEOUT_S = 15.0
 _MOST_DEATHS, _DEATHS_WITHIN_S = 5, 60.0
 _HOPELESS = ("camera_unreachable", "rig_video_mismatch", "unreadable_video", "invalid_rig")
 _ROOM_TO_REMUX = 1.05
-"""MP4 takes about what the recording takes."""
-AFTER_A_CRASH = "The server ended during the recording; this is what was recorded until then."
-_UNTRACKED = "The camera process ended before it had tracked all; the recording is tracked anew."
+"""Free space needed for the MP4, relative to the recording."""
+AFTER_A_CRASH = "The server ended during the recording; everything recorded until then is kept."
+_UNTRACKED = (
+    "The camera process ended before it had tracked everything; the recording is tracked again."
+)
 
 
-_NO_PICTURE = "The camera gave no picture before the end."
+_NO_PICTURE = "The camera delivered no picture before the end."
 
 
 @dataclass
@@ -75,24 +77,24 @@ class LiveRun(Run):
     zero_s: float | None = None
     """Time 0 of the recording, by `time.monotonic`."""
     between: Between | None = None
-    """It goes on where an earlier run has ended; what the robot did in between."""
+    """The robot's movement since the earlier run that this one continues."""
     first_frame: int = 0
     dropped_before: int = 0
     reconnects_before: int = 0
-    """By the processes before this one."""
+    """Reconnections of earlier processes of this run."""
     patience_s: float = 60.0
-    """Finalising an hour takes some seconds."""
+    """Time allowed for finalising; an hour of film takes some seconds."""
 
     def end_child(self, child: Child) -> None:
-        """What was captured is still to be tracked and the file closed, so it is only asked."""
+        """Ask the child to end, as it must still track what was captured and close the file."""
         try:
             child.send(StopCapture())
-        except OSError:  # it has died; its thread finds out
+        except OSError:  # it has died; its thread will notice
             logger.debug("A camera process had ended before it was asked to.")
 
 
 class _Died(Exception):
-    """The camera process has ended without an answer; the text says how."""
+    """The camera process ended without a result; the text says how."""
 
 
 class Recorder:
@@ -123,12 +125,12 @@ class Recorder:
             FromFinaliser
         )
         self.restarts = 0
-        """How often a camera process had died."""
+        """Number of camera processes that died."""
         self._lock = threading.Lock()
         self._threads: set[threading.Thread] = set()
 
     def start(self) -> None:
-        """Take up what was being recorded when the server ended."""
+        """Recover the recordings that were open when the server ended."""
         for inspection in self._inspections.interrupted_recordings():
             self._in_thread(self._recover, inspection, inspection.id)
 
@@ -144,14 +146,14 @@ class Recorder:
     def begin(
         self, inspection: Inspection, source: LiveSource, between: Between | None = None
     ) -> None:
-        """Record and track from now on; behind an earlier run if it is said what was in between."""
+        """Start recording and tracking; `between` continues an earlier run."""
         camera = CameraStatus(False, 0, 0, 0.0, None, self._room_for_more())
         run = LiveRun(inspection, source=source, camera=camera, between=between)
         self._runs.add(run)
         self._in_thread(self._run, run, inspection.id)
 
     def finish(self, inspection_id: str) -> None:
-        """End a recording and wait until it is fit for review; without effect on any other."""
+        """End a recording and wait until it can be reviewed; other inspections are unaffected."""
         if self._runs.camera(inspection_id) is None:
             return
         run = self._runs.ask_to_stop(inspection_id, "finished")
@@ -162,8 +164,8 @@ class Recorder:
         """Make a finished film a recording again; the film stays.
 
         Raises:
-            DiskFull: There is no room for both of them.
-            MediaFailed: It cannot be done.
+            DiskFull: There is no room for both files.
+            MediaFailed: The film cannot be converted.
         """
         size = video.stat().st_size
         self._folder.require_room(round(_ROOM_TO_REMUX * size))
@@ -182,8 +184,8 @@ class Recorder:
             child.end()
         if isinstance(answer, Failed):
             recording.unlink(missing_ok=True)
-            logger.warning("%s cannot be recorded on: %s %s", video, answer.detail, answer.trace)
-            raise MediaFailed(f"The film cannot be recorded on. {answer.detail}")
+            logger.warning("%s cannot be continued: %s %s", video, answer.detail, answer.trace)
+            raise MediaFailed(f"The film cannot be continued. {answer.detail}")
         sync_folder(recording.parent)
 
     def _in_thread(self, work: Any, subject: Any, inspection_id: str) -> None:
@@ -192,8 +194,8 @@ class Recorder:
                 with about(inspection_id):
                     work(subject)
             except Exception:
-                # Such as a database that takes no writes: the row still says `running`, so that
-                # the next start takes it up.
+                # For example the database accepts no writes: the row still says `running`, so that
+                # the next start recovers it.
                 logger.exception("A live inspection met a fault of the server.")
             finally:
                 with self._lock:
@@ -222,7 +224,7 @@ class Recorder:
             self._runs.remove(run)
 
     def _captured(self, run: LiveRun) -> Outcome:
-        """Follow one camera process after the other until the recording ends."""
+        """Follow one camera process after another until the recording ends."""
         deaths: deque[float] = deque(maxlen=_MOST_DEATHS)
         while True:
             child = Child("app.jobs.camera")
@@ -239,7 +241,7 @@ class Recorder:
                 child.end()
 
     def _after_death(self, run: LiveRun, deaths: deque[float], how: str) -> Outcome | None:
-        """What to do: None to go on with another process."""
+        """Decide after a death: None to continue with another process."""
         if run.stop is not None:
             return Outcome("queued", warning=_UNTRACKED)
         now = time.monotonic()
@@ -258,7 +260,7 @@ class Recorder:
         return None
 
     def _drained(self, run: LiveRun, child: Child) -> Outcome:
-        """Take what a camera process sends until it says that it is done, or raise _Died."""
+        """Receive the messages of a camera process until it is done, or raise _Died."""
         try:
             child.send(self._request(run))
             self._runs.give_child(run, child)
@@ -276,16 +278,16 @@ class Recorder:
                         return Outcome("failed", code, detail)
         except TimeoutError as error:
             child.kill()
-            raise _Died("it said nothing for too long and was ended") from error
+            raise _Died("it was silent for too long and was ended") from error
         except (EOFError, BrokenPipeError) as error:
             raise _Died(describe_exit(child.end())) from error
         except msgspec.MsgspecError as error:
             child.kill()
-            raise _Died("it gave no sensible answer") from error
+            raise _Died("it gave an invalid answer") from error
 
     def _request(self, run: LiveRun) -> LiveRequest:
         assert run.source is not None  # noqa: S101  (given by begin)
-        # As large as the disk: room may be made while it is recorded.
+        # The limit is the whole disk: space may be freed during the recording.
         limits = Limits(self._memory_bytes, file_bytes=self._folder.disk_bytes())
         return LiveRequest(
             run.source.camera,
@@ -301,7 +303,9 @@ class Recorder:
         )
 
     def _left_out(self, run: LiveRun) -> list[Mark]:
-        """Frames that have a row and are not recorded; any later one was lost with its process."""
+        """Return frames that have a row but are not recorded; later ones were lost with their
+        process.
+        """
         last = run.last.frame if run.last else -1
         marks = self._tracks.marks(run.inspection.id)
         return [mark for mark in marks if mark.kind == "left_out" and mark.frame <= last]
@@ -310,7 +314,7 @@ class Recorder:
         return max(self._folder.free_bytes(), 0)
 
     def _note(self, run: LiveRun, state: CameraState) -> None:
-        """Keep how the camera does, and notify the listeners if it has gone or come back."""
+        """Store the state of the camera, and notify the listeners if it was lost or came back."""
         before = run.camera
         run.zero_s = state.zero_s
         run.camera = CameraStatus(
@@ -358,7 +362,7 @@ class Recorder:
             old.unlink(missing_ok=True)
 
     def _recover(self, inspection: Inspection) -> None:
-        """Finalise what a server left behind, and queue it."""
+        """Finalise a recording that a server left open, and queue it."""
         logger.info("Inspection %s (%s): recording recovered.", inspection.id, inspection.name)
         old = self._finalised(inspection)
         if not self._folder.recording(inspection.id).exists():
@@ -379,9 +383,9 @@ class Recorder:
         self._tracking.wake()
 
     def _finalised(self, inspection: Inspection) -> Path | None:
-        """Make the recording the inspection's video; a file to delete when nobody reads it more.
+        """Make the recording the inspection's video; return a file to delete once nobody reads it.
 
-        What cannot be finalised stays as it is.
+        A recording that cannot be finalised stays unchanged.
         """
         recording = self._folder.recording(inspection.id)
         if not recording.exists():
@@ -395,7 +399,7 @@ class Recorder:
         columns = video_columns(answer.probed)
         columns["playable"] = columns["playable"] and video == mp4
         left_out = [m for m in self._tracks.marks(inspection.id) if m.kind == "left_out"]
-        columns["frames"] += len(left_out)  # they have numbers, too
+        columns["frames"] += len(left_out)  # dropped frames have numbers too
         sync_folder(video.parent)
         self._inspections.record_video(
             inspection.id, video.name, columns, video.stat().st_size, sha256_of(video)
@@ -421,7 +425,7 @@ class Recorder:
 
 
 def _shown(camera: CameraStatus) -> tuple[bool, bool, str | None]:
-    """What a page is to show at once."""
+    """Return what a page must show at once."""
     return camera.connected, camera.is_recording, camera.detail
 
 

@@ -1,4 +1,4 @@
-"""What is being tracked right now, from files and from cameras."""
+"""The inspections that are being tracked now, from files and from cameras."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ logger = logging.getLogger(__name__)
 
 _PAUSE_S = 2.0
 _WAITS_FOR_ROOM = (
-    "The server's disk is full. What was tracked is held in memory until there is room for it."
+    "The server's disk is full. The results are held in memory until there is room for them."
 )
 
 
@@ -38,22 +38,22 @@ class Run:
     inspection: Inspection
     child: Child | None = None
     stop: str | None = None
-    """Why it is to stop: "cancelled" or "finished" by a person, or "shutdown"."""
+    """Reason to stop: "cancelled" or "finished" by a person, or "shutdown"."""
     frames_done: int = 0
     first_batch: tuple[float, int] | None = None
-    """When it came, and how many frames it held."""
+    """Arrival time and number of frames of the first batch."""
     fps: float | None = None
     last: Estimate | None = None
     camera: CameraStatus | None = None
     """None for a file."""
     ended: threading.Event = field(default_factory=threading.Event)
     patience_s: float = 10.0
-    """How long its end may take."""
+    """Time allowed for its end."""
     hindrance: str | None = None
-    """Why its end cannot be kept yet, in a sentence."""
+    """A sentence that says why its end cannot be stored yet."""
 
     def progress(self) -> Progress:
-        """How far it is."""
+        """Return the progress."""
         total = self.inspection.video.get("frames")
         eta_s = None
         if total and self.fps:
@@ -66,7 +66,7 @@ class Run:
 
 
 class Runs:
-    """The runs by inspection, and what their children send."""
+    """The runs by inspection, and the results of their children."""
 
     def __init__(self, tracks: Tracks, unrolled: Unrolled, live: Live) -> None:
         self._tracks = tracks
@@ -77,24 +77,25 @@ class Runs:
         self._runs: dict[str, Run] = {}
 
     def add(self, run: Run) -> None:
-        """It is to begin."""
+        """Add a run that is about to begin."""
         with self.changed:
             self._runs[run.inspection.id] = run
 
     def begin(self, run: Run) -> None:
-        """With the first frame: what an earlier run has left goes."""
+        """Start a run at its first frame and drop the results of an earlier run."""
         self._unrolled.begin(run.inspection.id)
         self._set_back(run, ())
 
     def resume(self, run: Run, found: Iterable[Batch]) -> None:
-        """Behind a checkpoint, until which this was found; what came after it comes again.
+        """Resume a run at its checkpoint with the results up to it.
 
-        The wall stays: what was painted since the checkpoint is the same when it is painted again.
+        The frames after the checkpoint are tracked again. The wall stays: painting it again gives
+        the same tiles.
         """
         self._set_back(run, found)
 
     def go_on(self, run: Run) -> None:
-        """Behind the last frame of a run that has ended, whose track stays."""
+        """Continue an ended run after its last frame; its track stays."""
         self._tracks.go_on(run.inspection.id)
         track = self._tracks.get(run.inspection.id)
         with self.changed:
@@ -117,49 +118,49 @@ class Runs:
         self._live.publish(run.inspection.id, "running", progress, camera=run.camera)
 
     def remove(self, run: Run) -> None:
-        """It has ended."""
+        """Remove a run that has ended."""
         with self.changed:
             del self._runs[run.inspection.id]
             self.changed.notify_all()
         run.ended.set()
 
     def progress(self, inspection_id: str) -> Progress | None:
-        """How far a running inspection is."""
+        """Return the progress of a running inspection."""
         with self.changed:
             run = self._runs.get(inspection_id)
             return run.progress() if run else None
 
     def last_estimate(self, inspection_id: str) -> Estimate | None:
-        """The newest estimate of a running inspection."""
+        """Return the newest estimate of a running inspection."""
         with self.changed:
             run = self._runs.get(inspection_id)
             return run.last if run else None
 
     def camera(self, inspection_id: str) -> CameraStatus | None:
-        """How the camera of a live inspection does; None if it is none that runs."""
+        """Return the state of a live inspection's camera; None unless it is running."""
         with self.changed:
             run = self._runs.get(inspection_id)
             return run.camera if run else None
 
     def speeds_fps(self) -> list[float]:
-        """Frames a second of each run whose speed is known."""
+        """Return the frames per second of each run whose speed is known."""
         with self.changed:
             return [run.fps for run in self._runs.values() if run.fps is not None]
 
     def cameras(self) -> int:
-        """How many cameras are recorded."""
+        """Return the number of cameras being recorded."""
         with self.changed:
             return sum(run.camera is not None for run in self._runs.values())
 
     def give_child(self, run: Run, child: Child) -> None:
-        """The run has a child from now on; one that is to stop already is stopped at once."""
+        """Assign a child to a run; it is stopped at once if the run is to stop."""
         with self.changed:
             run.child = child
             if run.stop is not None:
                 run.end_child(child)
 
     def ask_to_stop(self, inspection_id: str, why: str) -> Run | None:
-        """Ask a run to stop; None if there is none."""
+        """Ask a run to stop; return it, or None if there is none."""
         with self.changed:
             run = self._runs.get(inspection_id)
             if run is not None:
@@ -167,22 +168,24 @@ class Runs:
             return run
 
     def ask_all_to_stop(self, why: str) -> None:
-        """Ask all of them."""
+        """Ask all runs to stop."""
         with self.changed:
             for run in self._runs.values():
                 _ask_to_stop(run, why)
             self.changed.notify_all()
 
     def hindrance(self, inspection_id: str) -> str | None:
-        """Why the end of a running inspection cannot be kept yet; None if nothing hinders."""
+        """Return why the end of a running inspection cannot be stored yet; None if nothing prevents
+        it.
+        """
         with self.changed:
             run = self._runs.get(inspection_id)
             return run.hindrance if run else None
 
     def keep_end(self, run: Run, keep: Callable[[], None]) -> bool:
-        """Do `keep`, again and again while the disk is full; False if the server stops before.
+        """Call `keep` repeatedly while the disk is full; return False if the server stops before.
 
-        What was tracked stays in memory until then, and is not lost for want of room.
+        The results stay in memory until then, so that a full disk loses nothing.
         """
         while True:
             try:
@@ -197,10 +200,10 @@ class Runs:
                 return True
 
     def take(self, run: Run, batch: Batch) -> None:
-        """Keep what a child has found and notify the listeners."""
+        """Store the results of a child and notify the listeners."""
         estimates, health = self._keep(run, batch)
         self._unrolled.take(run.inspection.id, {tile.index: tile.jpeg for tile in batch.tiles})
-        if not estimates:  # what a camera's run held back until its end
+        if not estimates:  # frames that a camera's run held back until its end
             return
         now = time.monotonic()
         with self.changed:
@@ -225,7 +228,7 @@ class Runs:
     def _keep(
         self, run: Run, batch: Batch
     ) -> tuple[tuple[Estimate, ...], list[tuple[int, Health]]]:
-        """Add a batch to the track; its estimates, and the health of its frames."""
+        """Add a batch to the track; return its estimates and the health of its frames."""
         estimates = tuple(Estimate(*msgspec.structs.astuple(row)) for row in batch.rows)
         health = [(each.frame, Health(*msgspec.structs.astuple(each)[1:])) for each in batch.health]
         self._tracks.append(run.inspection.id, estimates)

@@ -22,21 +22,20 @@ from vo_core.joints.finder import Sighting, from_csv, to_csv
 from vo_core.track import COLUMNS, Estimate, Status, Track, metadata_of
 
 HEALTH = tuple(field.name for field in fields(Health))
-"""Names of the columns."""
+"""Names of the columns of health."""
 
 Kept = TypeVar("Kept", bound=Sized)
 
 FRAMES_KEPT = 1_000_000
-"""Frames of finished tracks that are kept in memory: 116 bytes each, and 20 of their health."""
+"""Frames of finished tracks held in memory: 116 bytes each, and 20 of their health."""
 _LEAST_FRAMES = 1_000
-"""A shorter track counts as so many, so that the number of tracks is bounded too."""
+"""Frames counted for a shorter track, so that the number of tracks is bounded too."""
 
 
 class HealthColumns:
     """`Health` of the frames of a run, as columns: 20 bytes a frame.
 
-    A frame without a measurement of its own, because it came too fast to be tracked, has that of
-    the one after it.
+    A frame that came too fast to be tracked has the health of the next one.
     """
 
     def __init__(self) -> None:
@@ -46,36 +45,36 @@ class HealthColumns:
         return len(self._columns)
 
     def note(self, frame: int, health: Health) -> None:
-        """Add a frame; one that is there already stays."""
+        """Add a frame, unless it exists."""
         missing = frame + 1 - len(self)
         if missing > 0:
             values = {name: np.full(missing, getattr(health, name)) for name in HEALTH}
             self._columns.extend(missing, values)
 
     def columns(self) -> dict[str, NDArray[np.float32]]:
-        """As they are now; read-only, and not copied."""
+        """Return the current columns, read-only and not copied."""
         return self._columns.views()
 
     def copy(self) -> HealthColumns:
-        """As it is now."""
+        """Return a copy of the current rows."""
         same = HealthColumns()
         same._columns = self._columns.copy()
         return same
 
     def since(self, frame: int) -> list[Health]:
-        """Of every frame from this one on."""
+        """Return the health of every frame from this one on."""
         columns = [column[frame:].tolist() for column in self.columns().values()]
         return [Health(*values) for values in zip(*columns, strict=True)]
 
     def to_csv(self) -> str:
-        """health.csv: a header, then a row a frame."""
+        """Return health.csv: a header, then one row for each frame."""
         rows = zip(*(column.tolist() for column in self.columns().values()), strict=True)
         lines = (f"{n}," + ",".join(f"{v:.4f}" for v in row) for n, row in enumerate(rows))
         return "\n".join([",".join(("frame", *HEALTH)), *lines]) + "\n"
 
     @classmethod
     def from_csv(cls, text: str) -> HealthColumns:
-        """Read what `to_csv` made."""
+        """Read the output of `to_csv`."""
         read = cls()
         columns = zip(*(line.split(",") for line in text.splitlines()[1:]), strict=True)
         values = dict(zip(("frame", *HEALTH), columns, strict=False))
@@ -85,7 +84,7 @@ class HealthColumns:
 
 
 class _Growing:
-    """Columns of a track that is still being made: 116 bytes a frame, and what it showed."""
+    """Columns of a growing track, 116 bytes a frame, with joints and tilt."""
 
     def __init__(self) -> None:
         self.health = HealthColumns()
@@ -98,7 +97,7 @@ class _Growing:
         rows = list(estimates)
         begin = len(self.columns)
         values: dict[str, Any] = {name: [getattr(e, name) for e in rows] for name in COLUMNS}
-        # Row i is frame i, whatever number a tracker has given it.
+        # Row i is frame i, whatever number a tracker has assigned.
         values["frame"] = np.arange(begin, begin + len(rows))
         self.columns.extend(len(rows), values)
 
@@ -123,10 +122,10 @@ class Tracks:
         self._read: LRUCache[str, Track] = _cache()
         self._health: LRUCache[str, HealthColumns] = _cache()
         self._reading: dict[str, threading.Lock] = {}
-        """Held by whoever reads the files of an inspection, so that they are read once."""
+        """Held while the files of an inspection are read, so that they are read once."""
 
     def begin(self, inspection_id: str) -> None:
-        """Start an empty track; an earlier one is dropped."""
+        """Start an empty track and drop an earlier one."""
         with self._lock:
             self._growing[inspection_id] = _Growing()
             self._runs[inspection_id] = self._runs.get(inspection_id, 0) + 1
@@ -140,7 +139,7 @@ class Tracks:
             path.unlink(missing_ok=True)
 
     def go_on(self, inspection_id: str) -> None:
-        """Let a track that was finished grow again, with all that it had."""
+        """Let a finished track grow again, with all its rows."""
         track, growing = self.get(inspection_id), _Growing()
         growing.health = self.health(inspection_id).copy()
         growing.sightings = self.sightings(inspection_id)
@@ -164,7 +163,7 @@ class Tracks:
         sightings: Iterable[Sighting],
         tilt: MountTilt | None = None,
     ) -> None:
-        """Add how good frames were to measure on, joints that were seen, and the newest tilt."""
+        """Add the health of frames, the joints that were seen, and the newest tilt."""
         with self._lock:
             growing = self._growing[inspection_id]
             for frame, each in health:
@@ -173,22 +172,22 @@ class Tracks:
             growing.tilt = tilt or growing.tilt
 
     def leave_out(self, inspection_id: str, marks: Iterable[Mark]) -> None:
-        """Note frames that a camera gave and the disk had no room for."""
+        """Note camera frames that the full disk could not store."""
         with self._lock:
             self._growing[inspection_id].left_out.extend(marks)
 
     def marks(self, inspection_id: str) -> list[Mark]:
-        """What the film does not show, as far as it is known, by frame."""
+        """Return the frames missing from the film so far, in order."""
         with self._lock:
             growing = self._growing.get(inspection_id)
             known = list(growing.left_out) if growing is not None else []
         return sorted({*parts.read(self._folder.marks(inspection_id)), *known})
 
     def keep_marks(self, inspection_id: str) -> list[Mark]:
-        """Write all of them down, those too for which there was no room before.
+        """Write all missing frames to the disk, including those that did not fit before.
 
         Raises:
-            DiskFull: There still is none.
+            DiskFull: There is still no room.
         """
         marks = self.marks(inspection_id)
         if marks:
@@ -197,12 +196,12 @@ class Tracks:
         return marks
 
     def is_recorded(self, inspection_id: str, frame: int) -> bool:
-        """Whether the film shows this frame."""
+        """Return whether the film shows this frame."""
         marks = self.marks(inspection_id)
         return not any(mark.frame == frame and mark.kind == "left_out" for mark in marks)
 
     def finish(self, inspection_id: str, metadata: Mapping[str, object]) -> None:
-        """Write track.csv, health.csv and joints.csv, as far as the track is."""
+        """Write track.csv, health.csv and joints.csv with the rows so far."""
         track, health = self.get(inspection_id), self.health(inspection_id)
         sightings, tilt = self.sightings(inspection_id), self.tilt(inspection_id)
         metadata = {**metadata, **(tilt.metadata() if tilt else {})}
@@ -211,8 +210,8 @@ class Tracks:
         write_durably(self._folder.track(inspection_id), track.to_csv(metadata).encode())
         with self._lock:
             self._health[inspection_id] = health
-            # The track is read from its file from now on, so that what is worked out of it is the
-            # same after a restart; it is gone already if it is written once more.
+            # From now on the track is read from its file, so that results are the same after a
+            # restart; when it is written again, it is already dropped.
             self._growing.pop(inspection_id, None)
 
     def forget(self, inspection_id: str) -> None:
@@ -224,12 +223,14 @@ class Tracks:
             self._reading.pop(inspection_id, None)
 
     def run(self, inspection_id: str) -> tuple[int, bool]:
-        """Which run made the track, and whether it goes on; a run only adds rows."""
+        """Return the number of the run that made the track, and whether it is running; it only adds
+        rows.
+        """
         with self._lock:
             return self._runs.get(inspection_id, 0), inspection_id in self._growing
 
     def get(self, inspection_id: str) -> Track:
-        """The track as far as it is, perhaps empty; of a run that goes on nothing is copied."""
+        """Return the track so far, possibly empty; that of a running inspection is not copied."""
         with self._lock:
             growing = self._growing.get(inspection_id)
             if growing is not None:
@@ -239,7 +240,7 @@ class Tracks:
         return Track.from_estimates(()) if track is None else track
 
     def newest_mm(self, inspection_id: str) -> float:
-        """Raw distance of the last frame of a run that goes on; 0 without one."""
+        """Return the raw distance of the last frame of a running inspection; 0 without one."""
         with self._lock:
             growing = self._growing.get(inspection_id)
             if growing is None or not len(growing.columns):
@@ -247,7 +248,7 @@ class Tracks:
             return float(growing.columns.view("distance_mm")[-1])
 
     def health(self, inspection_id: str) -> HealthColumns:
-        """How good the frames were to measure on, as far as they are tracked."""
+        """Return the health of the frames tracked so far."""
         with self._lock:
             growing = self._growing.get(inspection_id)
             if growing is not None:
@@ -259,10 +260,10 @@ class Tracks:
     def _kept(
         self, cache: LRUCache[str, Kept], inspection_id: str, read: Callable[[], Kept | None]
     ) -> Kept | None:
-        """What a cache holds of an inspection, else what is read; None if there is no file.
+        """Return what a cache holds of an inspection, else what is read; None if there is no file.
 
-        It is read outside the lock that tracking needs, once however many ask for it, and kept
-        unless another run has begun since.
+        The file is read outside the lock that tracking needs, once for concurrent callers, and
+        cached unless another run has begun since.
         """
         with self._lock:
             known = cache.get(inspection_id)
@@ -282,7 +283,7 @@ class Tracks:
             return found
 
     def sightings(self, inspection_id: str) -> list[Sighting]:
-        """Joints that were seen while tracking, in the order of their frames."""
+        """Return the joints that were seen while tracking, in the order of their frames."""
         with self._lock:
             growing = self._growing.get(inspection_id)
             if growing is not None:
@@ -291,7 +292,7 @@ class Tracks:
         return from_csv(path.read_text("utf-8")) if path.exists() else []
 
     def tilt(self, inspection_id: str) -> MountTilt | None:
-        """Of the mount against the rig, as far as the track is; None if nobody has measured it."""
+        """Return the tilt of the mount against the rig so far; None if it was not measured."""
         with self._lock:
             growing = self._growing.get(inspection_id)
             if growing is not None:

@@ -1,7 +1,7 @@
-"""The unrolled wall of every inspection: tiles as they come from the tracking, kept as files.
+"""The unrolled wall of every inspection: tiles from the tracking, stored as files.
 
-They are derived from the video, so they are replaced whole but synced with a checkpoint only, and a
-tile that cannot be written is only logged.
+Tiles are derived from the video, so they are replaced whole but synced with a checkpoint only, and
+a tile that cannot be written is only logged.
 """
 
 from __future__ import annotations
@@ -29,28 +29,28 @@ class Tile:
 
     index: int
     revision: int
-    """Rises whenever the picture changes, also after the inspection is tracked again."""
+    """Rises whenever the picture changes, also when the inspection is tracked again."""
 
 
 class Unrolled:
-    """Tiles and their pictures."""
+    """Stores tiles and returns their pictures."""
 
     def __init__(self, folder: Places, live: Live) -> None:
         self._folder = folder
         self._live = live
 
     def begin(self, inspection_id: str) -> None:
-        """Tracking begins anew: there is no wall yet."""
+        """Start without tiles, as tracking starts again."""
         with suppress(FileNotFoundError):
             shutil.rmtree(self._folder.wall(inspection_id))
 
     def take(self, inspection_id: str, pictures: Mapping[int, bytes]) -> None:
-        """Keep new pictures, JPEG by index, and notify the listeners."""
+        """Store new pictures, JPEG by index, and notify the listeners."""
         if not pictures:
             return
         folder = self._folder.wall(inspection_id)
         try:
-            folder.mkdir(exist_ok=True)  # without its parent: a deleted inspection stays deleted
+            folder.mkdir(exist_ok=True)  # not its parent: a deleted inspection stays deleted
             for index, jpeg in pictures.items():
                 replace_file(_file(folder, index), jpeg)
         except OSError as error:
@@ -59,27 +59,27 @@ class Unrolled:
         self._live.wall_changed(inspection_id, tuple(pictures))
 
     def sync(self, inspection_id: str, indices: Iterable[int]) -> None:
-        """Bring the pictures of these tiles to the disk."""
+        """Sync the pictures of these tiles."""
         folder = self._folder.wall(inspection_id)
-        with suppress(FileNotFoundError):  # what could not be written was logged
+        with suppress(FileNotFoundError):  # failed writes were logged
             for index in indices:
                 sync_file(_file(folder, index))
             sync_folder(folder)
 
     def tiles(self, inspection_id: str) -> list[Tile]:
-        """All tiles along the pipe, perhaps none."""
+        """Return all tiles along the pipe, possibly none."""
         tiles = []
         with suppress(FileNotFoundError):
             for path in self._folder.wall(inspection_id).glob("*.jpg"):
-                # The time of change outlives a restart; microseconds are exact in JavaScript.
+                # The modification time survives a restart; microseconds are exact in JavaScript.
                 tiles.append(Tile(int(path.stem), path.stat().st_mtime_ns // 1000))
         return sorted(tiles, key=lambda tile: tile.index)
 
     def picture(self, inspection_id: str, index: int) -> bytes:
-        """A tile as JPEG.
+        """Return a tile as JPEG.
 
         Raises:
-            TileNotFound: That piece of the wall was not seen.
+            TileNotFound: This part of the wall was not seen.
         """
         try:
             return _file(self._folder.wall(inspection_id), index).read_bytes()
@@ -87,7 +87,7 @@ class Unrolled:
             raise TileNotFound(f"The unrolled wall has no tile {index}.") from None
 
     def layout(self, rig: Rig) -> Layout:
-        """The raster of the tiles.
+        """Return the raster of the tiles.
 
         Raises:
             InvalidRig: The camera sees no wall.
@@ -97,7 +97,7 @@ class Unrolled:
 
 @lru_cache(maxsize=64)
 def _layout(rig_json: str) -> Layout:
-    """A few milliseconds of ray casting, the same for every request."""
+    """Compute the raster in a few milliseconds of ray casting; equal for every request."""
     return Layout.of(Rig.model_validate_json(rig_json))
 
 

@@ -1,4 +1,4 @@
-"""What is kept of a video file: a name of ours, and what a browser may do with it."""
+"""The stored properties of a video file: our file name, and how a browser can show it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import msgspec
 from app.jobs.messages import Probed
 
 _KINDS = {
-    # FFmpeg's name of the container: suffix of our file, type that we serve it as
+    # FFmpeg's name of the container: suffix of our file, media type for browsers
     "mp4": (".mp4", "video/mp4"),
     "webm": (".webm", "video/webm"),
     "matroska": (".mkv", "video/x-matroska"),
@@ -22,16 +22,16 @@ _BROWSERS_PLAY = {"mp4": {"h264", *_WEBM_CODECS}, "webm": _WEBM_CODECS}
 _BROWSERS_SHOW = {"yuv420p", "yuvj420p"}
 
 NO_FILM = "This survey was imported without its film, so there is no picture."
-"""What is said in place of one."""
+"""Shown in place of a picture."""
 
 
 def file_name(probed: Probed) -> str:
-    """Its name within the inspection's folder."""
+    """Return the file name within the inspection's folder."""
     return f"video{_KINDS[_kind_of(probed)][0]}"
 
 
 def video_columns(probed: Probed) -> dict[str, Any]:
-    """The column `video` of an inspection."""
+    """Return the column `video` of an inspection."""
     kind = _kind_of(probed)
     return msgspec.structs.asdict(probed) | {
         "media_type": _KINDS[kind][1],
@@ -40,7 +40,7 @@ def video_columns(probed: Probed) -> dict[str, Any]:
 
 
 def unrecorded_columns(width: int, height: int) -> dict[str, Any]:
-    """The same of a recording that has not ended."""
+    """Return the column `video` of a recording that has not ended."""
     return {
         "width": width,
         "height": height,
@@ -56,11 +56,11 @@ def unrecorded_columns(width: int, height: int) -> dict[str, Any]:
 
 
 def unfilmed_columns(size_wh: tuple[int, int], duration_s: float | None) -> dict[str, Any]:
-    """The same of a survey that was imported without its film.
+    """Return the column `video` of a survey that was imported without its film.
 
     Args:
-        size_wh: Of the pictures that the rig stands for.
-        duration_s: Of the film, as far as its times are known; None if they are not.
+        size_wh: Picture size of the rig.
+        duration_s: Duration of the film; None if its times are unknown.
     """
     return unrecorded_columns(*size_wh) | {
         "container": "",
@@ -70,7 +70,7 @@ def unfilmed_columns(size_wh: tuple[int, int], duration_s: float | None) -> dict
 
 
 def _kind_of(probed: Probed) -> str:
-    """Which of our kinds FFmpeg's demuxer stands for; its names are lists such as `mov,mp4,m4a`."""
+    """Return our kind for FFmpeg's demuxer, whose names are lists such as `mov,mp4,m4a`."""
     names = set(probed.container.split(","))
     if "webm" in names:  # FFmpeg has one demuxer for both
         return "webm" if probed.codec in _WEBM_CODECS else "matroska"
@@ -78,5 +78,5 @@ def _kind_of(probed: Probed) -> str:
 
 
 def _is_playable(kind: str, probed: Probed) -> bool:
-    """Whether browsers play the original; otherwise single frames are shown."""
+    """Return whether browsers play the original; otherwise single frames are shown."""
     return probed.codec in _BROWSERS_PLAY.get(kind, ()) and probed.pixel_format in _BROWSERS_SHOW

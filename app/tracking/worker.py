@@ -1,4 +1,4 @@
-"""A thread that does work as it comes up, until it is stopped."""
+"""A thread that works on demand until it is stopped."""
 
 from __future__ import annotations
 
@@ -7,30 +7,30 @@ from abc import ABC, abstractmethod
 
 
 class Worker(ABC):
-    """What a service with such a thread is made of; its own state says what is to be done."""
+    """Base of services with such a thread; their own state defines the work."""
 
     def __init__(self, name: str, *, stop_timeout_s: float) -> None:
         self._changed = threading.Condition()
-        """Guards `_stopping` and what is to be done; notified when either changes."""
+        """Guards `_stopping` and the pending work; notified when either changes."""
         self._stopping = False
         self._stop_timeout_s = stop_timeout_s
         self._thread = threading.Thread(target=self._work, name=name, daemon=True)
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._thread.start()
 
     def stop(self) -> None:
-        """Finish what is in hand, and end."""
+        """Finish the current work and stop."""
         with self._changed:
             self._stopping = True
             self._changed.notify_all()
         self._thread.join(self._stop_timeout_s)
 
     def is_alive(self) -> bool:
-        """Whether the thread runs."""
+        """Return whether the thread runs."""
         return self._thread.is_alive()
 
     @abstractmethod
     def _work(self) -> None:
-        """Of the thread: returns when `_stopping` is set."""
+        """Run in the thread; return when `_stopping` is set."""

@@ -1,1 +1,1 @@
-"""The 3D view: one viser scene an inspection, behind our own origin. The only importer of viser."""
+"""The 3D view: one viser scene for each page, behind our own origin. The only importer of viser."""

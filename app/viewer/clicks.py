@@ -1,7 +1,7 @@
-"""Shift-clicks in the 3D view, on their way to the page around it.
+"""Shift-clicks in the 3D view, passed on to the page around it.
 
-The 3D view has a socket of its own, so a click comes in there and is handed to the live sockets
-of the page that it stands in.  All of it happens on the event loop.
+The 3D view has its own socket, on which clicks arrive; they are passed to the live sockets of the
+page that contains the view. All of this runs on the event loop.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ logger = logging.getLogger(__name__)
 Click = WallHit | PinHit
 
 _WAITING = 8
-"""Clicks that a page may be behind; a person makes two a second at most."""
+"""Most clicks that wait for a page; a person makes at most two a second."""
 
 
 class Clicks:
-    """Who listens to the clicks of which page."""
+    """Delivers the clicks in a page's 3D view to its listeners."""
 
     def __init__(self) -> None:
         self._queues: dict[tuple[str, str], set[asyncio.Queue[Click]]] = {}
 
     @contextmanager
     def listening(self, inspection_id: str, page: str) -> Iterator[asyncio.Queue[Click]]:
-        """The clicks in the 3D view of a page, until the block ends.
+        """Provide the clicks in the 3D view of a page until the block ends.
 
-        `page` is what page and view have in common, and no other page.
+        `page` identifies the page and the view in it.
         """
         key, queue = (inspection_id, page), asyncio.Queue[Click](_WAITING)
         queues = self._queues.setdefault(key, set())
@@ -43,8 +43,8 @@ class Clicks:
             if not queues:
                 self._queues.pop(key, None)
 
-    def tell(self, inspection_id: str, page: str, click: Click) -> None:
-        """Hand it on; it is dropped where nobody listens, or does not keep up."""
+    def publish(self, inspection_id: str, page: str, click: Click) -> None:
+        """Deliver a click; it is dropped where nobody listens or keeps up."""
         for queue in self._queues.get((inspection_id, page), ()):
             try:
                 queue.put_nowait(click)

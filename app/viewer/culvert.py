@@ -1,4 +1,4 @@
-"""The culvert to scale: its wall, the joints, their names, a measuring tape beside it."""
+"""Draws the culvert to scale: its wall, joints, labels and a measuring tape."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ _NO_TURN = (1.0, 0.0, 0.0, 0.0)
 _SIDES = 96
 
 _BEHIND = 0.008
-"""The plain wall lies so many scales behind the true one, where the pictures of it are, and its
-joints half of that: what was seen hides what is only drawn."""
+"""Distance in scales of the plain wall behind the true one, which shows the pictures; joints lie at
+half of it. So what was seen hides what is only drawn."""
 
 
 Colors = NDArray[np.uint8] | tuple[int, int, int]
 
 
 class JointMark(NamedTuple):
-    """A joint that was seen, or the place where one is expected."""
+    """A joint that was seen, or a place where one is expected."""
 
     number: int | None
     """None if it cannot be counted from the zero."""
@@ -44,7 +44,7 @@ class JointMark(NamedTuple):
 
 
 class Culvert:
-    """Draws a culvert that grows in whole metres; it adds no scene nodes but a few labels."""
+    """Draws a culvert that grows in whole metres; only few labels add scene nodes."""
 
     def __init__(self, scene: viser.SceneApi, section: Section) -> None:
         self._scene = scene
@@ -62,7 +62,7 @@ class Culvert:
         return float(self._first), float(self._last)
 
     def grow_to(self, x_m: float) -> None:
-        """Draw whole metres so far that `x_m` lies within or at the end."""
+        """Draw whole metres up to and including `x_m`."""
         first = max(min(self._first, math.floor(x_m + 1e-6)), -MAX_METRES)
         last = min(max(self._last, math.ceil(x_m - 1e-6)), MAX_METRES)
         if (first, last) != (self._first, self._last):
@@ -70,15 +70,15 @@ class Culvert:
             self._draw_wall()
 
     def set_joints(self, joints: Sequence[JointMark]) -> None:
-        """Show these joints and no others."""
+        """Show exactly these joints."""
         if tuple(joints) != self._joints:
             self._joints = tuple(joints)
             self._draw_joints()
 
     def label(self, stretch_m: Reach, mode: CameraMode, wording: Wording) -> None:
-        """Name the joints, or the metres where there are none, in this part of the culvert.
+        """Label the joints, or the metres where there are none, in this part of the culvert.
 
-        Of very many only every n-th is named.  Names stand at the tape, or at the crown for an
+        Of very many only every n-th is labelled. Labels are at the tape, or at the crown for an
         observer inside.
         """
         start, end = stretch_m
@@ -102,7 +102,7 @@ class Culvert:
 
     def _draw_wall(self) -> None:
         starts = np.arange(self._first, self._last, dtype=np.float64)
-        # Neighbours differ a little, so that metres can be distinguished.
+        # Adjacent metres differ slightly in colour.
         wall = np.where(starts[:, None] % 2, _WALL, 0.84 * _WALL).astype(np.uint8)
         size = self._section.scale_m
         if self._section.radius_m is None:
@@ -110,7 +110,7 @@ class Culvert:
             self._repeat("wall", floor, starts, wall, lower_m=_BEHIND * size)
         else:
             radius = self._section.radius_m
-            # One-sided walls: closed from inside, open towards an observer outside.
+            # One-sided walls: opaque from inside, transparent towards an observer outside.
             pipe = tube((1 + _BEHIND) * radius, 1.0, inward=True)
             self._repeat("wall", pipe, starts, wall)
             ends = np.array([self._first, self._last], np.float64)
@@ -118,7 +118,7 @@ class Culvert:
         self._draw_tape()
 
     def _draw_joints(self) -> None:
-        """What was seen as a gap with a collar, what is expected as a broken ring."""
+        """Draw a seen joint as a gap with a collar, an expected one as a broken ring."""
         seen = np.array([joint.x_m for joint in self._joints if joint.is_seen])
         expected = np.array([joint.x_m for joint in self._joints if not joint.is_seen])
         size, radius = self._section.scale_m, self._section.radius_m
@@ -165,7 +165,9 @@ class Culvert:
         )
 
     def _draw_tape(self) -> None:
-        """Beside the wall on the right: a tick every 0.1 m, a longer one every metre."""
+        """Draw a tape beside the wall on the right: a tick every 0.1 m, a longer one every
+        metre.
+        """
         size = self._section.scale_m
         start, end = self.reach_m
         y, z = self._section.half_width_m + 0.35 * size, self._section.radius_m or 0.0

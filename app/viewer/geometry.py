@@ -29,7 +29,7 @@ Vector = NDArray[np.float64]
 
 
 class Mesh(NamedTuple):
-    """Triangles whose front side is where their vertices run counter-clockwise."""
+    """Triangles whose front shows their vertices counter-clockwise."""
 
     vertices: NDArray[np.float64]
     """(V, 3)"""
@@ -45,7 +45,7 @@ class WallHit:
     clock_h: float | None
     """In (0, 12], 12 at the crown; None on a floor."""
     lateral_m: float
-    """To the right of the axis."""
+    """Distance to the right of the axis."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,11 +62,13 @@ class Section:
     radius_m: float | None
     """None for a flat floor."""
     half_width_m: float
-    """Of the floor drawn; the radius of a pipe."""
+    """Half of the drawn floor, or the radius of a pipe."""
 
     @classmethod
     def of(cls, rig: Rig) -> Section:
-        """A floor is drawn six camera heights wide: its real edge is not known."""
+        """Make the section of a rig; a floor is drawn six camera heights wide, as its edge is
+        unknown.
+        """
         if rig.pipe.diameter_mm is not None:
             radius_m = rig.pipe.diameter_mm / 2000
             return cls(radius_m, radius_m)
@@ -74,16 +76,16 @@ class Section:
 
     @property
     def scale_m(self) -> float:
-        """The length that drawn things are proportioned to: a radius, or about one for a floor."""
+        """The length that sizes drawn things: a radius, or about one for a floor."""
         return self.radius_m or self.half_width_m / 4
 
     @property
     def axis_z_m(self) -> float:
-        """Height of the middle of the space that the robot drives in."""
+        """Height of the middle of the space in which the robot drives."""
         return 0.0 if self.radius_m is not None else -self.scale_m
 
     def inset(self, by_m: float) -> Section:
-        """The same, so much nearer the axis; a floor stays where it is."""
+        """Return the section moved towards the axis; a floor stays."""
         if self.radius_m is None:
             return self
         return Section(self.radius_m - by_m, self.half_width_m)
@@ -97,7 +99,7 @@ class Section:
     def below(
         self, x_m: NDArray[np.float64], y_m: NDArray[np.float64], *, above_m: float
     ) -> Vector:
-        """(N, 3) points on the wall under (x, y), lifted by `above_m`."""
+        """Return (N, 3) points on the wall below (x, y), raised by `above_m`."""
         if self.radius_m is None:
             z = np.full_like(x_m, -above_m)
         else:
@@ -107,10 +109,10 @@ class Section:
     def hit(
         self, origin: Sequence[float], direction: Sequence[float], reach_m: tuple[float, float]
     ) -> WallHit | None:
-        """Where a ray first meets the inner side of the wall drawn from reach_m[0] to reach_m[1].
+        """Return where a ray first meets the inner side of the wall from reach_m[0] to reach_m[1].
 
-        The near wall is not drawn towards an outside observer, so that from outside the far
-        crossing counts; from inside there is only one ahead.
+        For an observer outside, the near wall is not drawn, so the far crossing counts; from inside
+        there is only one ahead.
         """
         o, d = np.asarray(origin, np.float64), np.asarray(direction, np.float64)
         if self.radius_m is None:
@@ -131,12 +133,16 @@ class Section:
 
 
 def phi_of_clock(clock_h: float) -> float:
-    """Wall angle in rad of a clock position: 6 o'clock is 0, 3 o'clock is a quarter turn."""
+    """Return the wall angle in rad of a clock position: 6 o'clock is 0, 3 o'clock a quarter
+    turn.
+    """
     return float(np.radians(180.0 - 30.0 * clock_h))
 
 
 def tube(radius_m: float, length_m: float, *, sides: int = 64, inward: bool) -> Mesh:
-    """A cylinder's side along +X from the origin, seen from inside or from outside only."""
+    """Return a cylinder's side along +X from the origin, visible from inside or from outside
+    only.
+    """
     phi = np.linspace(0, 2 * np.pi, sides, endpoint=False)
     ring = radius_m * np.stack([np.zeros(sides), np.sin(phi), np.cos(phi)], axis=1)
     vertices = np.concatenate([ring, ring + np.array([length_m, 0, 0])])
@@ -144,7 +150,7 @@ def tube(radius_m: float, length_m: float, *, sides: int = 64, inward: bool) -> 
 
 
 def torus(radius_m: float, thickness_m: float, *, sides: int = 64, around: int = 8) -> Mesh:
-    """A ring around the X axis; `radius_m` is that of its centre line."""
+    """Return a ring around the X axis; `radius_m` is that of its centre line."""
     phi = np.linspace(0, 2 * np.pi, sides, endpoint=False)
     psi = np.linspace(0, 2 * np.pi, around, endpoint=False)
     reach = radius_m + thickness_m / 2 * np.cos(psi)[:, None]
@@ -156,7 +162,7 @@ def torus(radius_m: float, thickness_m: float, *, sides: int = 64, around: int =
 
 
 def _strip_faces(sides: int, *, flip: bool) -> NDArray[np.int64]:
-    """Faces between a closed ring of vertices and the next one."""
+    """Return faces between a closed ring of vertices and the next one."""
     here = np.arange(sides)
     there = (here + 1) % sides
     faces = np.concatenate(
@@ -169,7 +175,7 @@ def _strip_faces(sides: int, *, flip: bool) -> NDArray[np.int64]:
 
 
 def plank(length_m: float, half_width_m: float) -> Mesh:
-    """A floor from the origin along +X, seen from above (-Z)."""
+    """Return a floor from the origin along +X, visible from above (-Z)."""
     w = half_width_m
     vertices = np.array([[0, -w, 0], [length_m, -w, 0], [length_m, w, 0], [0, w, 0]], np.float64)
     return Mesh(vertices, np.array([[0, 2, 1], [0, 3, 2]]))
@@ -178,9 +184,11 @@ def plank(length_m: float, half_width_m: float) -> Mesh:
 def strip(
     section: Section, arc_from_m: float, arc_to_m: float, *, sides: int = 64
 ) -> tuple[Mesh, NDArray[np.float64]]:
-    """The wall between two arcs, one unit long from the origin along +X, seen from inside.
+    """Return the wall between two arcs, one unit long from the origin along +X, visible from
+    inside.
 
-    And the (V, 2) texture coordinates of its vertices: u along +X, v from the first arc.
+    The second value holds the (V, 2) texture coordinates of its vertices: u along +X, v from the
+    first arc.
     """
     radius_m = section.radius_m
     v = np.linspace(0.0, 1.0, sides + 1)
@@ -200,26 +208,26 @@ def strip(
 
 
 def dashed(mesh: Mesh, sides: int, *, dashes: int, share: float) -> Mesh:
-    """A strip, tube or torus of so many sides with gaps; `share` of it stays."""
+    """Cut gaps into a strip, tube or torus of so many sides; `share` of it stays."""
     side = np.arange(len(mesh.faces)) % sides
     return Mesh(mesh.vertices, mesh.faces[side * dashes / sides % 1.0 < share])
 
 
 def octahedron() -> Mesh:
-    """The diamond of a pin's head, one unit from the middle to each corner."""
+    """Return the diamond of a pin's head, one unit from the centre to each corner."""
     vertices = np.concatenate([np.eye(3), -np.eye(3)])
-    x, y, z, a, b, c = range(6)  # a, b, c lie opposite of x, y, z
+    x, y, z, a, b, c = range(6)  # a, b, c are opposite x, y, z
     faces = [[x, y, z], [y, a, z], [a, b, z], [b, x, z], [y, x, c], [a, y, c], [b, a, c], [x, b, c]]
     return Mesh(vertices, np.array(faces))
 
 
 def yaw_wxyz(yaw_rad: float) -> tuple[float, float, float, float]:
-    """Quaternion of a turn about Z (down), positive from X towards Y."""
+    """Return the quaternion of a turn about Z (down), positive from X towards Y."""
     return (float(np.cos(yaw_rad / 2)), 0.0, 0.0, float(np.sin(yaw_rad / 2)))
 
 
 def camera_xyz_m(rig: Rig, x_m: float, y_m: float) -> Vector:
-    """Where the camera stands in the world."""
+    """Return the position of the camera in the world."""
     return np.asarray(camera_position(rig, Pose(1000 * x_m, 1000 * y_m)) / 1000)
 
 
@@ -230,7 +238,7 @@ class Frustum:
     rotation: NDArray[np.float64]
     """(3, 3), p_robot = R p_camera."""
     fov_rad: float
-    """Vertical."""
+    """Vertical field of view."""
     aspect: float
     """Width over height."""
     depth_m: float
@@ -244,7 +252,9 @@ class Frustum:
 
     @classmethod
     def of(cls, rig: Rig) -> Frustum:
-        """From the rays at the middles of the picture's edges; 120 degrees at most fit a plane."""
+        """Make a frustum from the rays at the middles of the picture's edges, at most 120 degrees
+        wide.
+        """
         camera = rig.camera
         right, bottom = camera.width - 1.0, camera.height - 1.0
         edges = [(0.0, camera.cy), (right, camera.cy), (camera.cx, 0.0), (camera.cx, bottom)]
@@ -256,7 +266,8 @@ class Frustum:
         corners = np.column_stack([signs * [half_width, half_height], np.ones(4)])
         touches = cast(rig, Pose(), corners @ rotation.T) - camera_position(rig, Pose())
         depths_m = touches @ rotation[:, 2] / 1000
-        # A forward or a wide camera sees far and wide: its picture stays within the robot's size.
+        # A forward or wide camera sees far and wide: its picture stays within the size of the
+        # robot.
         size = Section.of(rig).scale_m
         limits = [1.8 * size, size / half_width, size / half_height]
         depth_m = min([0.97 * d for d in depths_m if d > 0] + limits)

@@ -1,4 +1,6 @@
-"""A mesh with one JPEG on it as binary glTF 2.0: what a browser decodes, we never do."""
+"""Builds binary glTF 2.0 of a mesh with one JPEG, which the browser decodes and the server does
+not.
+"""
 
 from __future__ import annotations
 
@@ -18,12 +20,12 @@ _CLAMP_TO_EDGE, _LINEAR, _LINEAR_MIPMAP_LINEAR = 33071, 9729, 9987
 
 
 def textured_glb(mesh: Mesh, uv: NDArray[np.float64], jpeg: bytes) -> bytes:
-    """The file of a mesh of at most 65,535 vertices, seen from its front side only.
+    """Return the file of a mesh of at most 65,535 vertices, visible from its front only.
 
     Args:
-        mesh: In any unit; the coordinates pass through as they are.
+        mesh: A mesh in any unit; the coordinates are copied unchanged.
         uv: (V, 2), u along the columns of the picture and v down its rows, both from 0 to 1.
-        jpeg: Stays as it is.
+        jpeg: The picture, copied unchanged.
     """
     positions = np.asarray(mesh.vertices, "<f4")
     parts = [
@@ -53,7 +55,7 @@ def textured_glb(mesh: Mesh, uv: NDArray[np.float64], jpeg: bytes) -> bytes:
             {
                 "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
                 "alphaMode": "MASK",
-                # As bright as it was seen; without a graphics card, light costs most.
+                # Unlit, as bright as it was seen; without a graphics card, lighting costs most.
                 "extensions": {_UNLIT: {}},
             }
         ],
@@ -93,5 +95,5 @@ def _chunk(kind: int, content: bytes, filler: bytes) -> bytes:
 
 
 def _padded(length: int) -> int:
-    """To the next multiple of four bytes, as every part of the format begins at one."""
+    """Round up to a multiple of four bytes, where every part of the format begins."""
     return (length + 3) // 4 * 4

@@ -1,7 +1,7 @@
-"""The 95 % interval of the distance as a ring on the wall around the robot.
+"""Draws the 95 % interval of the distance as a ring on the wall around the robot.
 
-How the robot is known is shown by the shape as well as by the colour: measured is a full ring with
-full edges, weak has dashed edges, lost is hatched between dotted edges.
+Shape and colour show the status: ok is a full ring with solid edges, weak has dashed edges, lost is
+hatched between dotted edges.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _COLORS: dict[Status, tuple[int, int, int]] = {
     "lost": (255, 84, 84),
 }
 _LEAST_HALF_WIDTH: dict[CameraMode, float] = {"overview": 0.06, "follow": 0.02, "inside": 0.02}
-"""In scales of the section: what can still be seen."""
+"""Smallest visible half-width, in scales of the section."""
 _SIDES = 144
 
 
@@ -36,7 +36,7 @@ class _Look:
 
 
 class Interval:
-    """Three rings, one for each status, made once and then only moved and hidden."""
+    """Three rings, one for each status, created once and then only moved and hidden."""
 
     def __init__(self, scene: viser.SceneApi, section: Section) -> None:
         self._scene = scene
@@ -61,7 +61,7 @@ class Interval:
         self._status: Status | None = None
 
     def show(self, estimate: Estimate, mode: CameraMode) -> None:
-        """Move the ring; it is to scale, with a least visible width."""
+        """Move the ring; it is to scale, with a smallest visible width."""
         x_m = estimate.distance_mm / 1000
         least_m = _LEAST_HALF_WIDTH[mode] * self._section.scale_m
         half_m = max(half_width_m(estimate.sigma_distance_mm), least_m)

@@ -1,7 +1,7 @@
-"""viser's one page, served from our own origin with our head and our content security policy.
+"""Serves viser's page from our own origin with our head and content security policy.
 
-PAGE is the page, gzip; HEADERS are its response headers: send them all, and nothing that
-contradicts them; ETAG is to be compared with If-None-Match.
+PAGE is the page, gzip. HEADERS are its response headers: send all of them and nothing that
+contradicts them. Compare ETAG with If-None-Match.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import zstandard
 
 from vo_core.mosaic.mosaic import UNSEEN_GREY
 
-# viser has no switch for panel and notifications; on a phone the panel is a sheet (3rd selector).
+# viser cannot switch off panel and notifications; on a phone the panel is a sheet (3rd selector).
 # The canvas is transparent where nothing is drawn, so the gradient is the sky of the scene.
 _STYLE = """
 [data-testid="floating-panel"], .mantine-Notifications-root,
@@ -100,9 +100,9 @@ window.createImageBitmap = async function (source, ...rest) {
 
 
 def with_our_head(page: str, more: str = "") -> str:
-    """viser's page, served or stand-alone, without panel and in our colours.
+    """Return viser's page, served or stand-alone, without panel and in our colours.
 
-    `more` is script that runs before viser's.
+    `more` is a script that runs before viser's.
     """
     before, head, after = page.partition("<head>")
     if not head:
@@ -112,14 +112,14 @@ def with_our_head(page: str, more: str = "") -> str:
 
 
 def _policy(scripts: list[str]) -> str:
-    """Content security policy under which these scripts and no others run."""
+    """Return a content security policy that allows only these scripts."""
     hashes = " ".join(
         f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
         for script in scripts
     )
     return "; ".join(
         [
-            # An origin of its own: no cookie goes out from here, and nothing of ours is read.
+            # A separate origin: no cookie is sent from here, and nothing of ours can be read.
             "sandbox allow-scripts",
             "default-src 'none'",
             # No 'unsafe-eval': viser's client evaluates script that its server sends.
@@ -128,7 +128,7 @@ def _policy(scripts: list[str]) -> str:
             "img-src data: blob:",
             "font-src data:",
             "worker-src blob: data:",
-            # No data: here, or an address could carry a scene.
+            # No data: here, or an address could contain a scene.
             "connect-src 'self' blob:",
             "base-uri 'none'",
             "form-action 'none'",
@@ -143,11 +143,11 @@ _PACKED = re.compile(r'data-p="([^"]*)" data-ss="(\d+)" data-cs="(\d+)"')
 _DIGITS = {
     code: digit for digit, code in enumerate(b for b in range(0x21, 0x7F) if b not in b"\"&<>'`")
 }
-"""Of base 88: four bytes are five of them."""
+"""Digits of base 88: five of them encode four bytes."""
 
 
 def _packed_script(page: str) -> str:
-    """The script that viser's client unpacks and then adds to its page."""
+    """Return the script that viser's client unpacks and adds to its page."""
     packed = _PACKED.search(page)
     if packed is None:
         raise _wrong_version("packs its client in another way")
@@ -183,10 +183,10 @@ HEADERS = {
     "Content-Type": "text/html; charset=utf-8",
     "Content-Encoding": "gzip",
     "Content-Security-Policy": _policy([*_INLINE_SCRIPT.findall(_TEXT), _packed_script(_INDEX)]),
-    # A browser does not open a page with a sandbox and an opener policy by itself.
+    # A browser refuses to open a sandboxed page on its own if it has an opener policy.
     "Cross-Origin-Opener-Policy": "unsafe-none",
     "ETag": ETAG,
-    # The page and the server must be of one viser version.
+    # The page and the server must have the same viser version.
     "Cache-Control": "no-cache",
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",

@@ -1,4 +1,4 @@
-"""Defects as pins on the wall: a stem, a head coloured by severity, a 95 % whisker and a label.
+"""Draws defects as pins on the wall: a stem, a head coloured by severity, a 95 % whisker, a label.
 
 A stretch is a band along the wall, a clock sector an arc of it; both are one patch of the wall.
 """
@@ -40,17 +40,17 @@ _COLORS = (*_SEVERITY_COLORS, _UNRATED)
 _SELECTED: Color = (255, 255, 255)
 
 _ON_WALL = 0.015
-"""Lines and patches lie so many scales of the section before the wall."""
+"""Distance of lines and patches from the wall, in scales of the section."""
 _HEAD = 0.4
-"""Heads float so many scales before the wall."""
+"""Distance of heads from the wall, in scales."""
 _MIN_WHISKER = 0.04
-"""Least half-width of a drawn whisker, in scales of the section."""
+"""Smallest half-width of a drawn whisker, in scales of the section."""
 _NARROW = 0.12
-"""Half the breadth of a patch across the way that it is not long, in scales."""
+"""Half the width of a patch across its length, in scales."""
 _CROWDED = 5.0
-"""In an overview, pins closer than so many scales are labelled with their code alone."""
+"""In an overview, pins closer than this, in scales, are labelled with their code alone."""
 _CLICKED_RAD = 0.012
-"""Of the angle between a click and a pin; about 8 px of a window 640 px high."""
+"""Largest angle between a click and a pin; about 8 px of a window 640 px high."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,15 +62,15 @@ class Pin:
     clock: float | None
     """In (0, 12]; None on a floor."""
     u95_m: float | None
-    """Half-width of the 95 % interval of the distance; None where nobody knows it."""
+    """Half of the 95 % interval of the distance; None where it is unknown."""
     severity: int | None
-    """0 note to 5 act now; None not rated."""
+    """From 0, a note, to 5, act now; None if not rated."""
     label: str
-    """Code and name, in the language of who looks."""
+    """Code and name, in the viewer's language."""
     lateral_m: float = 0.0
-    """To the right of the axis; counts on a floor only."""
+    """Distance to the right of the axis; used on a floor only."""
     clock_to: float | None = None
-    """Other end of a sector that begins at `clock` and runs clockwise."""
+    """Other end of a sector that runs clockwise from `clock`."""
     finish_m: float | None = None
     """Other end of a stretch that begins at `distance_m`."""
 
@@ -117,7 +117,7 @@ class Pins:
     def show(
         self, pins: Sequence[Pin], mode: CameraMode, selected: str | None, wording: Wording
     ) -> None:
-        """Replace everything drawn by `pins`, and highlight the one with the id `selected`."""
+        """Draw exactly these pins and highlight the one with the id `selected`."""
         pins = sorted(pins, key=lambda pin: pin.distance_m)
         self._shapes = {pin: self._shapes.get(pin) or self._shape(pin) for pin in pins}
         self._show_labels(pins, mode, selected, wording)
@@ -202,7 +202,7 @@ class Pins:
         return self._scene.add_label(name, "", anchor="bottom-center")
 
     def _show_patches(self, pins: Sequence[Pin]) -> None:
-        """Stretches and sectors, those of one colour in one node."""
+        """Draw stretches and sectors, those of one colour in one node."""
         for color in _COLORS:
             meshes = [
                 mesh
@@ -272,7 +272,7 @@ def pin_under(
     origin: Sequence[float],
     direction: Sequence[float],
 ) -> PinHit | None:
-    """The pin whose head or stem a click meets, or nearly; of several the one met best."""
+    """Return the pin whose head or stem a click meets or nearly meets; of several the closest."""
     if not pins:
         return None
     o, d = np.asarray(origin, np.float64), np.asarray(direction, np.float64)
@@ -286,7 +286,7 @@ def pin_under(
     ahead = sight @ (d / length)
     beside = np.linalg.norm(sight - ahead[..., None] * (d / length), axis=2)
     size_m = np.array([_head_m(section, pin, mode) for pin in pins])[:, None]
-    # A head is as wide as it is drawn, a stem a third of that; far away a few pixels count.
+    # The clickable head is as wide as drawn, a stem a third of that; far away a few pixels count.
     allowed = np.maximum(size_m * np.where(ways[..., 0] == 1.0, 1.0, 1 / 3), _CLICKED_RAD * ahead)
     missed = np.where(ahead > 0, beside / allowed, np.inf).min(axis=1)
     best = int(missed.argmin())
@@ -298,7 +298,7 @@ def _enlarged(mode: CameraMode) -> float:
 
 
 def _head_m(section: Section, pin: Pin, mode: CameraMode) -> float:
-    """From the middle of the head to its corners."""
+    """Return the distance from the centre of the head to its corners."""
     return (0.085 + 0.012 * (pin.severity or 0)) * _enlarged(mode) * section.scale_m
 
 
@@ -308,7 +308,7 @@ def _head(section: Section, pin: Pin) -> Vector:
 
 
 def _on_wall(section: Section, pin: Pin, x_m: float, around_m: float = 0.0) -> Vector:
-    """A point of the wall near the pin, `around_m` to the right of it along the wall."""
+    """Return a point of the wall near the pin, `around_m` to the right of it along the wall."""
     (point,) = _points(section, [x_m], [_arc(section, pin) + around_m], _ON_WALL)
     return np.asarray(point)
 
@@ -323,7 +323,7 @@ def _arc(section: Section, pin: Pin) -> float:
 def _points(
     section: Section, xs_m: Sequence[float] | Vector, arcs_m: Sequence[float] | Vector, inset: float
 ) -> NDArray[np.float64]:
-    """(N, 3) points, so many scales before the wall."""
+    """Return (N, 3) points slightly before the wall, by a distance in scales."""
     x, arc = np.asarray(xs_m, np.float64), np.asarray(arcs_m, np.float64)
     inset_m = inset * section.scale_m
     if section.radius_m is None:
@@ -333,13 +333,13 @@ def _points(
 
 
 def _lines_at(section: Section, xs_m: Vector, arcs_m: Vector) -> NDArray[np.float64]:
-    """(N - 1, 2, 3): from point to point of the wall."""
+    """Return (N - 1, 2, 3) lines from point to point of the wall."""
     points = _points(section, xs_m, arcs_m, _ON_WALL)
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
 def _area(section: Section, pin: Pin) -> tuple[float, float, float, float] | None:
-    """First and last metre and first and last arc of a stretch or sector; None of a mere point."""
+    """Return first and last metre and arc of a stretch or sector; None for a mere point."""
     has_sector = section.radius_m is not None and None not in (pin.clock, pin.clock_to)
     if pin.finish_m is None and not has_sector:
         return None
@@ -351,7 +351,7 @@ def _area(section: Section, pin: Pin) -> tuple[float, float, float, float] | Non
     arc_m = _arc(section, pin)
     if not has_sector:
         return first_m, last_m, arc_m - narrow_m, arc_m + narrow_m
-    # Clockwise seen in the direction of travel: the wall angle falls. 12 to 12 is all around.
+    # Clockwise as seen in the direction of travel: the wall angle falls. 12 to 12 is all around.
     hours = (pin.clock_to - pin.clock) % 12 or 12.0  # type: ignore[operator]
     return first_m, last_m, arc_m - np.pi / 6 * hours * section.scale_m, arc_m
 
@@ -369,7 +369,7 @@ def _color(pin: Pin) -> Color:
 
 
 def _short_text(pin: Pin) -> str:
-    """Severity is said in words too: colour is never the only sign."""
+    """Write the severity in words too: colour is never the only sign."""
     return pin.label if pin.severity is None else f"S{pin.severity} {pin.label}"
 
 

@@ -1,9 +1,9 @@
 """A viser server that listens on a unix socket only and starts within a time limit.
 
-viser 1.1.1 knows TCP alone, listens on all interfaces by default, opens a public tunnel for any
+viser 1.1.1 supports TCP only, listens on all interfaces by default, opens a public tunnel for any
 client that asks, never returns when it cannot bind, prints a banner with addresses that do not
-exist here, and touches asyncio's events from foreign threads.  Each is put right below.  This
-relies on internals, so the version is pinned exactly.
+exist here, and sets asyncio's events from foreign threads. Each is fixed below. This relies on
+internals, so the version is pinned exactly.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from viser.infra._async_message_buffer import AsyncMessageBuffer
 logger = logging.getLogger(__name__)
 
 START_LIMIT_S = 10.0
-"""A start takes 2 to 40 ms; viser waits for ever when it cannot bind."""
+"""A start takes 2 to 40 ms; viser waits forever when it cannot bind."""
 
 _SOCKET_PATH_LIMIT = 107
 """Bytes of a unix socket's path on Linux, without the closing zero."""
@@ -35,7 +35,7 @@ _UNIX = "unix:"
 
 
 class ViewerUnavailable(Exception):
-    """The 3D view cannot be started; the text is a sentence for a person."""
+    """The 3D view cannot be started; the text is a sentence for people."""
 
 
 def start_private_server(socket_path: Path) -> viser.ViserServer:
@@ -68,7 +68,7 @@ def _start(socket_path: Path, started: Future[viser.ViserServer]) -> None:
     server = viser.ViserServer(host=f"{_UNIX}{socket_path}", port=0, verbose=False)
     if started.set_running_or_notify_cancel():
         started.set_result(server)
-    else:  # nobody waits any more
+    else:  # nobody is waiting any more
         stop_private_server(server, socket_path)
 
 
@@ -87,14 +87,14 @@ def _prepare(socket_path: Path) -> None:
         )
     try:
         socket_path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        socket_path.parent.chmod(0o700)  # viser's socket itself is open to everyone (0755)
+        socket_path.parent.chmod(0o700)  # viser's socket itself is accessible to everyone (0755)
         socket_path.unlink(missing_ok=True)  # left behind by a crash
     except OSError as error:
         raise ViewerUnavailable(f"The 3D view cannot make its socket: {error}.") from error
 
 
 def _refuse_share_url(*_: object, **__: object) -> None:
-    """In place of viser's public tunnel, which any client may request."""
+    """Replace viser's public tunnel, which any client may request."""
     logger.warning("A client asked for a public share address of the 3D view; refused.")
 
 
@@ -102,7 +102,7 @@ _serve = websockets_server.serve
 
 
 def _serve_on_socket(handler: Any, host: Any = None, port: Any = None, **options: Any) -> Any:
-    """`websockets.serve` that also takes a host of `unix:PATH`."""
+    """Wrap `websockets.serve` to accept a host of the form `unix:PATH`."""
     if isinstance(host, str) and host.startswith(_UNIX):
         return _serve(handler, unix=True, path=host.removeprefix(_UNIX), **options)
     return _serve(handler, host, port, **options)
@@ -116,7 +116,8 @@ _sockets_users = 0
 def _unix_sockets() -> Iterator[None]:
     """Let viser serve on a unix socket, for which it has no option.
 
-    It looks `websockets.serve` up on every start; nobody else does meanwhile who names a host so.
+    viser looks up `websockets.serve` at every start; nobody else uses a host of this form
+    meanwhile.
     """
     global _sockets_users
     with _sockets_lock:
@@ -131,20 +132,20 @@ def _unix_sockets() -> Iterator[None]:
                 websockets_server.serve = _serve  # type: ignore[misc]
 
 
-# A browser may leave between the look at who is there and the message to it.
+# A browser may leave between the check of its presence and the message to it.
 warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
 
 
 class LoopEvent(asyncio.Event):
-    """An event whose `set` may be called from any thread, but only its loop's wakes who waits.
+    """An event whose `set` may be called from any thread, while only its loop wakes waiters.
 
-    viser's buffers call `set` where a message is written, and have the loop call it again.  With
-    asyncio's own event the first call walks through the waiters while the loop changes them: once
-    in some 100,000 updates that ends the writer with "deque mutated during iteration".
+    viser's buffers call `set` where a message is written, and again in the loop. With asyncio's own
+    event, the first call iterates over the waiters while the loop changes them: once in some
+    100,000 updates the writer fails with "deque mutated during iteration".
     """
 
     def set(self) -> None:
-        """In a foreign thread only `is_set` changes."""
+        """Set the event; in a foreign thread only `is_set` changes."""
         self._value = True
         if asyncio._get_running_loop() is not None:
             waiters: list[asyncio.Future[bool]] = list(self._waiters)

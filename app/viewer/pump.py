@@ -1,7 +1,7 @@
-"""The way between a logged-in browser and the viser server of its scene.
+"""Connects a logged-in browser with the viser server of its scene.
 
-viser knows no users, so this is where rights are enforced: towards the browser everything passes,
-towards viser only an allow-list.  The router checks session and Origin before it calls `pump`.
+viser knows no users, so rights are enforced here: everything passes to the browser, only an
+allow-list to viser. The router checks session and Origin before it calls `pump`.
 """
 
 from __future__ import annotations
@@ -33,20 +33,20 @@ _Vector = tuple[float, float, float]
 
 
 class Scene(Protocol):
-    """What the pump needs of a `CulvertScene`."""
+    """The part of a `CulvertScene` that the pump needs."""
 
     @property
     def socket_path(self) -> Path:
-        """Where its viser server listens."""
+        """Socket on which its viser server listens."""
 
     def pick(self, origin: _Vector, direction: _Vector) -> WallHit | PinHit | None:
-        """What a ray in scene coordinates meets."""
+        """Return what a ray in scene coordinates meets."""
 
 
 class _Camera(
     msgspec.Struct, tag_field="type", tag="ViewerCameraMessage", forbid_unknown_fields=True
 ):
-    """Where a browser's camera is; viser computes with it, so it must make sense."""
+    """Pose of a browser's camera; viser computes with it, so it is checked."""
 
     wxyz: tuple[float, float, float, float]
     position: _Vector
@@ -93,10 +93,10 @@ async def pump(ws: WebSocket, scene: Scene, role: str, on_click: OnClick | None 
     """Serve one browser until it leaves or the scene is closed.
 
     Args:
-        ws: Not yet accepted; session and Origin have been checked.
-        scene: Its viser server is connected to.
+        ws: The web socket, not yet accepted; session and Origin have been checked.
+        scene: The scene whose viser server is used.
         role: `viewer` may look; `operator` and `admin` may also shift-click.
-        on_click: Awaited with the pin or else the wall point of each shift-click.
+        on_click: Awaited for each shift-click with the pin, or else the wall point.
 
     Closes with 1013 when the scene has just been stopped, with 1011 after a malformed message.
     """
@@ -138,7 +138,9 @@ async def _first_of(*ways: Awaitable[int | None]) -> int | None:
 
 
 async def _to_browser(ws: WebSocket, upstream: ClientConnection) -> int | None:
-    """All that viser sends; returns the close code for the browser, None when it has gone."""
+    """Forward everything that viser sends; return the browser's close code, None when it has
+    gone.
+    """
     try:
         async for frame in upstream:
             await ws.send_bytes(frame)  # type: ignore[arg-type]  # viser sends binary frames only
@@ -152,7 +154,7 @@ async def _to_browser(ws: WebSocket, upstream: ClientConnection) -> int | None:
 async def _to_viser(
     ws: WebSocket, upstream: ClientConnection, scene: Scene, role: str, on_click: OnClick | None
 ) -> int | None:
-    """What the role may send; returns the close code for the browser, None when it has gone."""
+    """Forward what the role may send; return the browser's close code, None when it has gone."""
     while (event := await ws.receive())["type"] != "websocket.disconnect":
         raw = event.get("bytes") or b""
         try:
@@ -160,7 +162,7 @@ async def _to_viser(
             message = None if kind is None else msgspec.msgpack.decode(raw, type=kind)
         except (msgspec.DecodeError, UnicodeDecodeError):
             return _CLOSE_BAD_MESSAGE
-        if message is None:  # everything else of viser's protocol has side effects nobody asked for
+        if message is None:  # everything else in viser's protocol has unwanted side effects
             continue
         if not message.is_sound():
             return _CLOSE_BAD_MESSAGE

@@ -1,4 +1,4 @@
-"""The robot: a small crawler with camera, field of view, live picture and lamp."""
+"""Draws the robot: a small crawler with camera, field of view, live picture and lamp."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _TYRE = (52, 56, 60)
 _LAMP = (255, 244, 214)
 _SIGHT = (64, 214, 255)
 _LABEL_HEIGHT: dict[CameraMode, float] = {"overview": 3.4, "follow": 1.7, "inside": 0.72}
-"""Above the axis, in scales of the section: clear of the pins' labels, and in sight."""
+"""Height above the axis, in scales of the section: clear of the pins' labels, and in sight."""
 
 
 class Robot:
-    """Draws the robot once and then only moves it."""
+    """Creates the robot once and then only moves it."""
 
     def __init__(self, scene: viser.SceneApi, rig: Rig, section: Section) -> None:
         self._scene = scene
@@ -50,11 +50,13 @@ class Robot:
         self._label.position = (x_m, 0.0, self._section.axis_z_m - raised_m)
 
     def show_preview(self, jpeg: bytes) -> None:
-        """The live picture; its bytes go to the browser as they are, undecoded."""
+        """Show the live picture; its bytes are sent to the browser undecoded."""
         self._picture._image_data = jpeg
 
     def _draw_body(self, frustum: Frustum) -> None:
-        """A chassis on four wheels behind what the camera sees, and a mast that carries it."""
+        """Draw a chassis on four wheels behind the field of view, and a mast that carries the
+        camera.
+        """
         size, mount = self._section.scale_m, self._rig.mount
         y = -mount.lateral_mm / 1000
         ground = self._below_camera_m(0.42 * size)
@@ -123,7 +125,7 @@ class Robot:
         )
 
     def _below_camera_m(self, beside_m: float) -> float:
-        """Height of the wall below the camera at a lateral distance from the middle."""
+        """Return the height of the wall below the camera at a lateral distance from the middle."""
         height_m = self._rig.mount.height_mm / 1000
         radius = self._section.radius_m
         return (
@@ -151,7 +153,7 @@ class Robot:
 
 def _label_text(estimate: Estimate, wording: Wording) -> str:
     note = "" if estimate.status == "ok" else f" · {wording.word(estimate.status)}"
-    # Another program has measured a distance that has neither sigma nor quality.
+    # Another program measured the distance, without sigma or quality.
     is_imported = estimate.sigma_distance_mm == 0 and estimate.quality == 0
     half_m = half_width_m(estimate.sigma_distance_mm)
     interval = "" if is_imported else f" {wording.interval(half_m)}"

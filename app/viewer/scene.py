@@ -1,7 +1,7 @@
-"""One inspection in 3D: callers leave the newest state, one writer thread draws it.
+"""One inspection in 3D: callers store the newest state, one writer thread draws it.
 
-Our store is the record; this scene is a view that can be rebuilt from it at any time.  Every scene
-node has a stable name, so that the scene grows with the culvert and never with the frames seen.
+The database is the record; the scene can be rebuilt from it at any time. Every scene node has a
+stable name, so that the scene grows with the culvert and not with the number of frames.
 """
 
 from __future__ import annotations
@@ -46,18 +46,18 @@ __all__ = [
 ]
 
 _TICK_S = 1 / 15
-"""Robot and following cameras move together, at this rate."""
+"""Interval at which robot and following cameras move together."""
 
 _PREVIEW_PERIOD_S = 0.2
 _PREVIEW_BYTES_PER_S = 100_000
-"""A browser on a slow line lags by the pictures queued for it, so they stay few and small."""
+"""Limit of the picture stream: queued pictures delay a browser on a slow line."""
 
 _CLOSE_LIMIT_S = 15.0
 
 
 @dataclass(frozen=True)
 class _Shown:
-    """What can be clicked."""
+    """Everything that can be clicked."""
 
     pins: tuple[Pin, ...]
     mode: CameraMode
@@ -75,17 +75,17 @@ def still_page(
     read: ReadPicture,
     wording: Wording,
 ) -> str:
-    """A page that shows a finished run by itself, without a server; blocks for some 100 ms.
+    """Make a page that shows a finished run without a server; blocks for some 100 ms.
 
     Args:
-        rig: Of the run.
-        track: Corrected.
-        pose: Of the robot; None leaves it at the zero.
+        rig: The rig of the run.
+        track: The corrected track.
+        pose: Pose of the robot; None leaves it at the zero.
         pins: Defects to show.
-        joints: Seen and expected.
-        tiles: Pictures of the wall, as many as a browser has room for.
-        layout: Of the tiles; None if there are none.
-        read: The picture of a tile by its index.
+        joints: Seen and expected joints.
+        tiles: Pictures of the wall, as many as a browser can hold.
+        layout: Layout of the tiles; None if there are none.
+        read: Returns the picture of a tile by its index.
         wording: Language and unit of the labels.
 
     Raises:
@@ -105,14 +105,14 @@ def still_page(
             if layout is not None:
                 inbox.wall = WallPictures(tuple(tiles), layout, read)
             drawing.apply(inbox)
-            for _ in tiles:  # a few pictures at a time; those that are gone stay due
+            for _ in tiles:  # a few pictures at a time; missing ones stay due
                 if drawing.due_in_s() is None:
                     break
                 drawing.apply(_Inbox())
             return drawing.page()
         finally:
             stop_private_server(server, socket_path)
-            gc.collect()  # stopped viser servers sit in reference cycles
+            gc.collect()  # stopped viser servers remain in reference cycles
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ class _Selection:
 
 @dataclass
 class _Inbox:
-    """What is to be drawn next: of each kind only the newest."""
+    """What to draw next, only the newest of each kind."""
 
     pose: Estimate | None = None
     preview: bytes | None = None
@@ -138,9 +138,9 @@ class _Inbox:
 
 
 class CulvertScene:
-    """The culvert, the robot in it, its path and the defects, as one page looks at them.
+    """The culvert, the robot, its path and the defects, as shown to one page.
 
-    Make it and close it in a worker thread: both block for some milliseconds.  All other methods
+    Create and close it in a worker thread: both block for some milliseconds.  All other methods
     return at once and may be called from any thread.
 
     Raises:
@@ -162,7 +162,7 @@ class CulvertScene:
             stop_private_server(server, socket_path)
             raise ViewerUnavailable(f"The 3D view cannot be drawn: {error}.") from error
         self._shown = drawing.shown
-        # Only the writer holds the drawing, so that nothing of viser outlives it.
+        # Only the writer refers to the drawing, so that nothing of viser outlives it.
         self._writer = threading.Thread(
             target=self._write, args=(drawing,), name="scene-writer", daemon=True
         )
@@ -174,7 +174,7 @@ class CulvertScene:
         return self._writer.is_alive() and not self._closing.is_set()
 
     def show_pose(self, estimate: Estimate) -> None:
-        """The robot goes there; the culvert grows with it if need be."""
+        """Move the robot; extend the culvert if necessary."""
         with self._lock:
             self._inbox.pose = estimate
         self._wake.set()
@@ -182,13 +182,13 @@ class CulvertScene:
     def extend_path(
         self, xs_mm: Sequence[float], ys_mm: Sequence[float], sigmas_mm: Sequence[float]
     ) -> None:
-        """Continue the path: distance, lateral offset and sigma of the distance of each frame."""
+        """Extend the path by distance, lateral offset and sigma of the distance of each frame."""
         with self._lock:
             self._inbox.path.extend(self._thinner.thin(xs_mm, ys_mm, sigmas_mm))
         self._wake.set()
 
     def reset_path(self) -> None:
-        """Take the path away, for another run."""
+        """Remove the path, for another run."""
         with self._lock:
             self._thinner = Thinner()
             self._inbox.path.clear()
@@ -196,52 +196,54 @@ class CulvertScene:
         self._wake.set()
 
     def show_preview(self, jpeg: bytes) -> None:
-        """The picture in the frustum, at most 5 times and 100 kB a second; 320 px wide will do."""
+        """Show a picture in the frustum, at most 5 times and 100 kB a second; 320 px wide is
+        enough.
+        """
         with self._lock:
             self._inbox.preview = jpeg
         self._wake.set()
 
     def set_pins(self, pins: Sequence[Pin]) -> None:
-        """Show these defects and no others."""
+        """Show exactly these defects."""
         with self._lock:
             self._inbox.pins = tuple({pin.id: pin for pin in pins}.values())
         self._wake.set()
 
     def select(self, pin_id: str | None) -> None:
-        """Highlight this pin, now or as soon as there is one with this id; None: no pin."""
+        """Highlight this pin, now or as soon as it exists; None: no pin."""
         with self._lock:
             self._inbox.selection = _Selection(pin_id)
         self._wake.set()
 
     def set_wall(self, tiles: Sequence[WallTile], layout: WallLayout, read: ReadPicture) -> None:
-        """Show these pictures of the wall and no others, as many as a browser has room for.
+        """Show exactly these pictures of the wall, as many as a browser can hold.
 
-        `read(index)` is called later, by another thread, for those that have to be sent.
+        `read(index)` is called later, by another thread, for the pictures to send.
         """
         with self._lock:
             self._inbox.wall = WallPictures(tuple(tiles), layout, read)
         self._wake.set()
 
     def set_camera(self, mode: CameraMode) -> None:
-        """Send the cameras of its browsers to this view."""
+        """Move the cameras of its browsers to this view."""
         with self._lock:
             self._inbox.mode = mode
         self._wake.set()
 
     def set_wording(self, wording: Wording) -> None:
-        """Write the labels in this language and unit; the texts of pins come with `set_pins`."""
+        """Write the labels in this language and unit; `set_pins` sets the texts of pins."""
         with self._lock:
             self._inbox.wording = wording
         self._wake.set()
 
     def set_length(self, length_mm: float) -> None:
-        """Draw at least so much culvert, in whole metres; it never shrinks."""
+        """Draw at least this length of culvert, in whole metres; it never shrinks."""
         with self._lock:
             self._inbox.length_m = length_mm / 1000
         self._wake.set()
 
     def set_joints(self, joints: Sequence[JointMark]) -> None:
-        """Show these joints, seen and expected, and no others."""
+        """Show exactly these joints, seen and expected."""
         with self._lock:
             self._inbox.joints = tuple(joints)
         self._wake.set()
@@ -249,7 +251,9 @@ class CulvertScene:
     def pick(
         self, origin: tuple[float, float, float], direction: tuple[float, float, float]
     ) -> PinHit | WallHit | None:
-        """What a ray in scene coordinates meets: a pin, or the wall drawn towards its origin."""
+        """Return what a ray in scene coordinates meets: a pin, or the wall drawn towards its
+        origin.
+        """
         shown = self._shown
         pin = pin_under(shown.pins, shown.mode, self._section, origin, direction)
         return pin or self._section.hit(origin, direction, shown.reach_m)
@@ -259,7 +263,7 @@ class CulvertScene:
         self._closing.set()
         self._wake.set()
         self._writer.join(_CLOSE_LIMIT_S)
-        gc.collect()  # stopped viser servers sit in reference cycles
+        gc.collect()  # stopped viser servers remain in reference cycles
 
     def _write(self, drawing: _Drawing) -> None:
         try:
@@ -279,7 +283,7 @@ class CulvertScene:
 
 
 class _Drawing:
-    """All that touches viser; used by one thread at a time."""
+    """Everything that touches viser; used by one thread at a time."""
 
     def __init__(
         self, server: viser.ViserServer, rig: Rig, section: Section, wake: threading.Event
@@ -290,7 +294,7 @@ class _Drawing:
         scene.set_up_direction("-z")
         _light(scene)
         scene.world_axes.visible = False
-        # Makes browsers send shift-clicks; the pump, which knows the user, takes them out.
+        # Makes browsers send shift-clicks; the pump, which knows the user, intercepts them.
         scene.on_click(modifier="shift")(lambda _: None)
         self._culvert = Culvert(scene, section)
         self._robot = Robot(scene, rig, section)
@@ -314,11 +318,11 @@ class _Drawing:
 
     @property
     def shown(self) -> _Shown:
-        """A copy for other threads."""
+        """Return a copy for other threads."""
         return _Shown(self._pins_shown, self._mode, self._culvert.reach_m)
 
     def due_in_s(self) -> float | None:
-        """How long until a waiting picture may be sent; None if none waits."""
+        """Return the time until a waiting picture may be sent; None if none waits."""
         waits_s = [s for s in (self._preview_due_in_s(), self._wall.due_in_s()) if s is not None]
         return min(waits_s, default=None)
 
@@ -363,7 +367,7 @@ class _Drawing:
         self._observers.update(self._culvert.reach_m, robot_x_m)
 
     def page(self) -> str:
-        """All of it in a page of its own."""
+        """Return everything as a page."""
         self._observers.set_initial(self._culvert.reach_m)
         return with_our_head(self.server.scene.as_html(dark_mode=True))
 
@@ -381,7 +385,7 @@ class _Drawing:
 
 
 def _light(scene: viser.SceneApi) -> None:
-    """Dim daylight from above, so that the lamp of the robot shows."""
+    """Add dim daylight from above, so that the lamp of the robot is visible."""
     scene.configure_default_lights(enabled=False)
     scene.configure_environment_map(None)
     scene.add_light_hemisphere(

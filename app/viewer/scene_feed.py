@@ -1,4 +1,4 @@
-"""One 3D scene and what keeps it up to date: track, wall, joints and tags, as a page sees them."""
+"""Keeps one 3D scene up to date: track, wall, joints and tags, as a page sees them."""
 
 from __future__ import annotations
 
@@ -51,22 +51,22 @@ class Look:
     """What one page looks at, and how."""
 
     frame: int | None = None
-    """Where the robot stands; None lets it follow the tracking."""
+    """Frame at which the robot is shown; None lets it follow the tracking."""
     mode: CameraMode = "overview"
     selected: str | None = None
-    """Id of the observation whose pin stands out."""
+    """Id of the observation whose pin is highlighted."""
     wording: Wording = field(default_factory=Wording)
 
 
 @dataclass
 class _Due:
-    """What is to be drawn next; of all that has changed meanwhile only the newest."""
+    """What to draw next, only the newest of each kind."""
 
     frames: Update | None = None
-    """The newest that was tracked."""
+    """The newest update of the tracking."""
     path_is_reset: bool = False
     track: bool = False
-    """All of it, from the corrected track."""
+    """Whether to redraw the whole corrected track."""
     robot: bool = False
     wall: bool = False
     wording: bool = False
@@ -77,10 +77,11 @@ class _Due:
 
 
 class SceneFeed(Worker):
-    """One scene, and what keeps it up to date.
+    """One scene with the thread that updates it.
 
-    Events and wishes only note what is due; a thread of its own reads it and draws.  So nobody who
-    tags or tracks waits for a drawing, and as one thread alone draws, what it read last is shown.
+    Events and requests only mark what is due; a separate thread reads and draws it. So tagging and
+    tracking never wait for drawing, and since only one thread draws, the state it read last is
+    shown.
     """
 
     def __init__(
@@ -95,9 +96,9 @@ class SceneFeed(Worker):
         packs: Packs,
         look: Callable[[], Look],
     ) -> None:
-        """Blocks for some milliseconds; make it in a worker thread.
+        """Block for some milliseconds; call it in a worker thread.
 
-        `look` is asked each time something is drawn, so that the newest wish counts.
+        `look` is called at each drawing, so that the newest look applies.
         """
         super().__init__("scene-feed", stop_timeout_s=_STOP_TIMEOUT_S)
         self._inspection_id = inspection_id
@@ -113,9 +114,9 @@ class SceneFeed(Worker):
         self.scene = CulvertScene(rig, socket_path)
         self._due = _Due()
         self._drawn = 0
-        """Frames whose path is drawn."""
+        """Number of frames whose path is drawn."""
         self._joints_of: Adjusted | None = None
-        """Whose joints are drawn."""
+        """The correction whose joints are drawn."""
         self._subscription = ExitStack()
         self._subscription.enter_context(live.listening(inspection_id, self._on_event))
         try:
@@ -128,22 +129,22 @@ class SceneFeed(Worker):
         self.start()
 
     def close(self) -> None:
-        """Stop following, disconnect every browser; blocks until what is in hand is drawn."""
+        """Stop updating and disconnect every browser; blocks until the current drawing is done."""
         self._subscription.close()
         self.stop()
         self.scene.close()
 
     def show_look(self) -> None:
-        """Draw soon all that the page wishes."""
+        """Schedule drawing of everything that depends on the look."""
         self._set_look()
         self._note(robot=True, wording=True)
 
     def show_robot(self) -> None:
-        """Let the robot go soon where the page wants it."""
+        """Schedule moving the robot to the page's frame."""
         self._note(robot=True)
 
     def show_wording(self) -> None:
-        """Name everything soon in the language of the page."""
+        """Schedule relabelling in the language of the page."""
         self._note(wording=True)
 
     def _set_look(self) -> None:
@@ -234,7 +235,7 @@ class SceneFeed(Worker):
         try:
             return self._unrolled.picture(self._inspection_id, index)
         except TileNotFound:
-            return None  # tracking has begun anew
+            return None  # tracking has started again
 
     def _chainage_m(self, raw_mm: float) -> float:
         return self._corrections.chainage_mm(self._inspection_id, raw_mm) / 1000
@@ -245,12 +246,12 @@ class SceneFeed(Worker):
         self.scene.set_pins(_pins(views, table, self._look().wording.language))
 
     def _on_event(self, event: Event) -> None:
-        """Called where something is published: it only notes what is due."""
+        """Mark what is due; called in the publisher's thread."""
         match event:
             case Update(estimates=(), state="running"):
                 self._note(frames=None, path_is_reset=True, wall=True, pins=True)
             case Update(estimates=()):
-                self._note(pins=True)  # distances appear, or go, with the track
+                self._note(pins=True)  # distances appear or vanish with the track
             case Update():
                 self._note(frames=event)
             case DistancesCorrected():
@@ -269,7 +270,7 @@ class SceneFeed(Worker):
                 [e.sigma_distance_mm for e in new],
             )
             self._drawn += len(new)
-        else:  # other batches came since the last was drawn
+        else:  # more batches came since the last drawing
             self._extend_path(self._corrections.track(self._inspection_id))
         self._draw_joints(self._corrections.newest(self._inspection_id))
         if self._look().frame is None:
@@ -279,7 +280,7 @@ class SceneFeed(Worker):
 
 
 def joint_marks(adjusted: Adjusted) -> list[JointMark]:
-    """Joints that were seen, and where others are expected."""
+    """Return the joints that were seen, and the places where others are expected."""
     seen = [
         JointMark(joint.number, metres(joint.distance_mm), is_seen=True)
         for joint in adjusted.joints
@@ -292,7 +293,9 @@ def joint_marks(adjusted: Adjusted) -> list[JointMark]:
 
 
 def _pins(views: Sequence[ObservationView], table: CodeTable, language: Language) -> list[Pin]:
-    """Of a stretch only the start has a band; its other observations are pins of their own."""
+    """Make the pins; only the start of a stretch has a band, its other observations are plain
+    pins.
+    """
     placed = {view.row.id: view for view in views if view.place is not None}
     finishes = {
         start.id: finish.id

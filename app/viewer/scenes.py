@@ -1,8 +1,8 @@
-"""The 3D views of the pages that look at inspections: each page has its own.
+"""The 3D views of open pages; each page has its own.
 
-Robot, camera, marked tag, language and unit of a view follow the page around it and no other page;
-shared are only the inspection and its tags.  A view is made from track and observations when its
-browser connects, follows what is published, and is closed soon after its browser has left.
+Robot, camera, selected tag, language and unit of a view follow its own page; only the inspection
+and its tags are shared. A view is built from track and observations when its browser connects,
+follows published events, and is closed soon after its browser has left.
 """
 
 from __future__ import annotations
@@ -28,9 +28,10 @@ from app.viewer.scene import CameraMode, CulvertScene, ViewerUnavailable, Wordin
 from app.viewer.scene_feed import Look, SceneFeed
 
 MOST_OPEN = 48
-"""Views at a time; each has three threads, four file handles and a copy of the wall's pictures."""
+"""Most views at a time; each has three threads, four file handles and a copy of the wall's
+pictures."""
 _CLOSE_UNUSED_AFTER_S = 10.0
-"""A browser whose line was cut is back sooner."""
+"""A browser with an interrupted connection is back sooner."""
 _SWEEP_S = 2.0
 
 
@@ -41,39 +42,41 @@ class PageView:
     look: Look = field(default_factory=Look)
     feed: SceneFeed | None = None
     sockets: int = 0
-    """Live sockets and 3D views that use it."""
+    """Number of live sockets and 3D views that use it."""
     browsers: int = 0
-    """3D views alone."""
+    """Number of 3D views alone."""
     left_at_s: float = 0.0
-    """When the last 3D view went, by time.monotonic."""
+    """Time when the last 3D view left, by time.monotonic."""
 
     def show_frame(self, frame: int | None) -> None:
-        """The robot goes to this frame and stays; None lets it follow the tracking again."""
+        """Move the robot to this frame; None lets it follow the tracking again."""
         self.look = replace(self.look, frame=frame)
         if self.feed is not None:
             self.feed.show_robot()
 
     def set_camera(self, mode: CameraMode) -> None:
-        """Where the observer stands."""
+        """Set where the observer stands."""
         self.look = replace(self.look, mode=mode)
         if self.feed is not None:
             self.feed.scene.set_camera(mode)
 
     def select(self, observation_id: str | None) -> None:
-        """Highlight its pin; None: no pin."""
+        """Highlight the pin of an observation; None: no pin."""
         self.look = replace(self.look, selected=observation_id)
         if self.feed is not None:
             self.feed.scene.select(observation_id)
 
     def set_wording(self, wording: Wording) -> None:
-        """Language and unit of the labels."""
+        """Set language and unit of the labels."""
         self.look = replace(self.look, wording=wording)
         if self.feed is not None:
             self.feed.show_wording()
 
 
 class Scenes:
-    """Opens the 3D view of a page for its browser and closes it some time after that has left."""
+    """Opens the 3D view of a page for its browser and closes it some time after the browser
+    left.
+    """
 
     def __init__(
         self,
@@ -85,8 +88,8 @@ class Scenes:
         packs: Packs,
     ) -> None:
         self._parts = (inspections, corrections, observations, unrolled, live, packs)
-        # A socket's path is limited to 107 bytes, so it cannot lie in the data folder; mkdtemp
-        # makes the folder for its owner only, as the socket itself is open to all.
+        # A socket's path is limited to 107 bytes, so it cannot be in the data folder; mkdtemp makes
+        # the folder for its owner only, as the socket itself is open to all.
         self._sockets = Path(tempfile.mkdtemp(prefix="chainage-"))
         self._numbers = itertools.count(1)
         self._opening = asyncio.Lock()
@@ -94,11 +97,11 @@ class Scenes:
 
     @asynccontextmanager
     async def page(self, inspection_id: str, page: str) -> AsyncIterator[PageView]:
-        """What a page looks at, to be changed by its commands; opens no 3D view.
+        """Provide the state of a page for its commands, without opening a 3D view.
 
         Args:
-            inspection_id: That it shows.
-            page: What the page and the 3D view in it have in common, and no other page.
+            inspection_id: The inspection that the page shows.
+            page: Identifies the page and the 3D view in it.
         """
         key = (inspection_id, page)
         view = self._pages.setdefault(key, PageView())
@@ -112,10 +115,10 @@ class Scenes:
 
     @asynccontextmanager
     async def use(self, inspection_id: str, page: str) -> AsyncIterator[CulvertScene]:
-        """The 3D view of a page, opened if need be, kept open while in use.
+        """Provide the 3D view of a page, opened if necessary and kept open during use.
 
         Raises:
-            InspectionNotFound: There is no such inspection.
+            InspectionNotFound: No inspection has this id.
             NoScene: The viewer could not be started, or too many are open.
         """
         async with self.page(inspection_id, page) as view:
@@ -141,23 +144,23 @@ class Scenes:
                 )
             except ViewerUnavailable as error:
                 raise NoScene(f"The 3D view could not be started: {error}") from error
-            if view.look != look:  # the page has wished for something else meanwhile
+            if view.look != look:  # the look of the page has changed meanwhile
                 view.feed.show_look()
             return view.feed
 
     def count(self) -> int:
-        """How many are open."""
+        """Return the number of open views."""
         return sum(view.feed is not None for view in self._pages.values())
 
     async def redraw(self, inspection_id: str) -> None:
-        """Close the scenes of a rig that has changed; whoever looks at one opens another."""
+        """Close the scenes of an inspection whose rig changed; their browsers open new ones."""
         async with self._opening:
             for (shown_id, _), view in self._pages.items():
                 if shown_id == inspection_id:
                     await _close(view)
 
     async def sweep(self) -> None:
-        """Close what nobody uses, for ever."""
+        """Close unused views, in an endless loop."""
         while True:
             await asyncio.sleep(_SWEEP_S)
             limit_s = time.monotonic() - _CLOSE_UNUSED_AFTER_S
@@ -169,7 +172,7 @@ class Scenes:
                         self._pages.pop(key, None)
 
     async def close(self) -> None:
-        """Close all."""
+        """Close all views."""
         async with self._opening:
             for view in self._pages.values():
                 await _close(view)

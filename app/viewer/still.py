@@ -1,4 +1,4 @@
-"""The 3D view of a report as a page of its own."""
+"""The 3D view of a report as a stand-alone page."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from app.viewer.scene_feed import defect_pin, joint_marks
 
 
 def scene_page(report: Report) -> str:
-    """Culvert, path, defects and the wall as it was seen, as they are reported.
+    """Return a page with culvert, path, defects and the seen wall, as reported.
 
     Raises:
         NoScene: The viewer could not be started.
@@ -64,5 +64,5 @@ def scene_page(report: Report) -> str:
 
 
 def _ends(report: Report) -> set[int]:
-    """Numbers of the borders between tiles."""
+    """Return the indices of the borders between tiles."""
     return {*report.wall, *(index + 1 for index in report.wall)}

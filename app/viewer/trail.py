@@ -1,4 +1,6 @@
-"""The travelled path: a point every 10 mm, so that it grows with the way, not with the frames."""
+"""The travelled path: a point every 10 mm, so that it grows with the distance, not with the
+frames.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,7 @@ STEP_MM = 10.0
 CHUNK_POINTS = 256
 MAX_CHUNKS = 512
 MAX_POINTS = MAX_CHUNKS * (CHUNK_POINTS - 1)
-"""1.3 km of way; beyond it the oldest chunk is drawn over."""
+"""1.3 km of path; beyond that the oldest chunk is overwritten."""
 
 _SURE = np.array([0.0, 118.0, 190.0])
 _UNSURE = np.array([190.0, 90.0, 0.0])
@@ -23,7 +25,7 @@ _UNSURE_SIGMA_M = 0.05
 
 
 class PathPoint(NamedTuple):
-    """Where the camera was, and how surely."""
+    """Position of the camera, and its uncertainty."""
 
     x_mm: float
     y_mm: float
@@ -31,7 +33,7 @@ class PathPoint(NamedTuple):
 
 
 class Thinner:
-    """Lets a point through when it lies a step away from the last one let through."""
+    """Keeps a point when it lies a step away from the last one kept."""
 
     def __init__(self) -> None:
         self._last: PathPoint | None = None
@@ -39,7 +41,7 @@ class Thinner:
     def thin(
         self, xs_mm: Sequence[float], ys_mm: Sequence[float], sigmas_mm: Sequence[float]
     ) -> list[PathPoint]:
-        """The points to keep."""
+        """Return the points to keep."""
         kept = []
         for values in zip(xs_mm, ys_mm, sigmas_mm, strict=True):
             point = PathPoint(*map(float, values))
@@ -54,7 +56,7 @@ def _apart_mm(a: PathPoint, b: PathPoint) -> float:
 
 
 class Trail:
-    """Draws the path on the wall under the robot, from blue to amber as its uncertainty grows."""
+    """Draws the path on the wall below the robot, from blue to amber as its uncertainty grows."""
 
     def __init__(self, scene: viser.SceneApi, section: Section) -> None:
         self._scene = scene
@@ -64,14 +66,14 @@ class Trail:
         self._open: list[PathPoint] = []
 
     def reset(self) -> None:
-        """Take the path away."""
+        """Remove the path."""
         for chunk in self._chunks.values():
             chunk.visible = False
         self._number = 0
         self._open = []
 
     def add(self, points: Sequence[PathPoint]) -> None:
-        """Continue the path; only the chunks that change are sent."""
+        """Extend the path; only the chunks that change are sent."""
         start = 0
         while start < len(points):
             taken = points[start : start + CHUNK_POINTS - len(self._open)]
@@ -81,7 +83,7 @@ class Trail:
                 self._draw_open_chunk()
             if len(self._open) == CHUNK_POINTS:
                 self._number = (self._number + 1) % MAX_CHUNKS
-                self._open = self._open[-1:]  # the next chunk joins on
+                self._open = self._open[-1:]  # the next chunk starts at this point
 
     def _draw_open_chunk(self) -> None:
         x, y, sigma = np.array(self._open).T / 1000

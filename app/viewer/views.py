@@ -1,4 +1,4 @@
-"""Where the observer stands: overview, follow and inside; and sending browsers there."""
+"""Positions of the observer: overview, follow and inside; and moving browsers to them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Reach = tuple[float, float]
 
 _UP = np.array([0.0, 0.0, -1.0])
 _SETTLED_S = 2.0
-"""What a browser reports earlier than this after a command may still be its old camera."""
+"""Until this long after a command, a browser may still report its old camera."""
 
 
 @dataclass(frozen=True)
@@ -28,10 +28,10 @@ class View:
     position: Vector
     look_at: Vector
     fov_rad: float
-    """Vertical."""
+    """Vertical field of view."""
 
     def is_near(self, other: View) -> bool:
-        """True if a move from one to the other could not be seen."""
+        """Return whether a move from one to the other would be invisible."""
         scale = np.linalg.norm(self.look_at - self.position)
         moved = np.abs([self.position - other.position, self.look_at - other.look_at]).max()
         return bool(moved < 1e-3 * scale)
@@ -40,12 +40,12 @@ class View:
 def view_of(
     mode: CameraMode, section: Section, reach_m: Reach, robot_x_m: float, aspect: float
 ) -> View:
-    """The view of a mode; `aspect` is width over height of the observer's window."""
+    """Return the view of a mode; `aspect` is width over height of the observer's window."""
     if mode == "overview":
         return _overview(section, _stretch(section, reach_m, robot_x_m), aspect)
     size, axis_z = section.scale_m, section.axis_z_m
     if mode == "follow":
-        away = size * max(1.0, 1.3 / aspect)  # a narrow window needs more room
+        away = size * max(1.0, 1.3 / aspect)  # a narrow window needs more distance
         return View(
             np.array([robot_x_m - 4.6 * away, 3.4 * away, axis_z - 3.2 * away]),
             np.array([robot_x_m - 0.2 * size, 0.0, axis_z]),
@@ -59,7 +59,7 @@ def view_of(
 
 
 def named_stretch(mode: CameraMode, section: Section, reach_m: Reach, robot_x_m: float) -> Reach:
-    """The part of the culvert that is seen well enough to be named."""
+    """Return the part of the culvert that is seen well enough to be labelled."""
     if mode == "overview":
         return _stretch(section, reach_m, robot_x_m)
     ahead = 22 if mode == "follow" else 14
@@ -67,9 +67,9 @@ def named_stretch(mode: CameraMode, section: Section, reach_m: Reach, robot_x_m:
 
 
 def _stretch(section: Section, reach_m: Reach, robot_x_m: float) -> Reach:
-    """What an overview shows: the whole culvert, or of a long one the part around the robot.
+    """Return the part shown in an overview: the whole culvert, or the part around the robot.
 
-    It moves in steps of half its length, so that the overview stands still most of the time.
+    It moves in steps of half its length, so that the overview rests most of the time.
     """
     first, last = reach_m
     span = 60 * section.scale_m
@@ -81,7 +81,7 @@ def _stretch(section: Section, reach_m: Reach, robot_x_m: float) -> Reach:
 
 
 def _overview(section: Section, stretch_m: Reach, aspect: float) -> View:
-    """From the right, above and behind, as near as the stretch still fits the window."""
+    """Look from the right, above and behind, as near as the stretch still fits the window."""
     fov_rad = np.radians(36)
     azimuth, elevation = np.radians(46), np.radians(24)
     forward = np.array([np.cos(azimuth), -np.sin(azimuth), np.tan(elevation)])
@@ -105,7 +105,7 @@ def _overview(section: Section, stretch_m: Reach, aspect: float) -> View:
 
 
 def _fit(offset: Vector, depth: Vector, tan: float) -> tuple[float, float]:
-    """Sideways shift and distance of the nearest observer who has all offsets in view."""
+    """Return sideways shift and distance of the nearest observer who sees all offsets."""
     high, low = np.max(offset - tan * depth), np.max(-offset - tan * depth)
     return float(high - low) / 2, float(high + low) / (2 * tan)
 
@@ -120,8 +120,8 @@ class _Command:
 class Observers:
     """Moves the camera of each connected browser: at once on a new mode, then along with the robot.
 
-    An overview that the user has turned by hand is left alone until a mode is chosen again; follow
-    and inside move with the robot and are free to be turned while it stands still.
+    An overview that the user has turned stays until a mode is chosen again. Follow and inside move
+    with the robot and may be turned while it stands still.
     """
 
     def __init__(self, server: viser.ViserServer, section: Section) -> None:
@@ -133,20 +133,21 @@ class Observers:
         server.initial_camera.far = 4000 * section.scale_m
 
     def set_mode(self, mode: CameraMode) -> None:
-        """Takes effect for everyone at the next `update`."""
+        """Set the mode of all browsers; the next `update` applies it."""
         self._mode = mode
         self._commands.clear()
         size = self._section.scale_m
-        # In the pipe the far end fades into the dark instead of ending in a bright dot.
+        # In the pipe the far end fades to dark instead of ending in a bright spot.
         self._server.scene.configure_fog(
             4 * size, 36 * size, color=(9, 13, 18), enabled=mode == "inside"
         )
 
     def set_initial(self, reach_m: Reach) -> None:
-        """Where a page of its own begins, which gets no commands; its aspect is not known.
+        """Set the first view of a stand-alone page, which gets no commands and has an unknown
+        aspect.
 
-        Not for browsers that do get them: viser's client goes to the initial camera some time
-        after it has connected, whatever it was sent in between.
+        Do not use it for browsers that get commands: viser's client moves to the initial camera
+        some time after connecting, whatever it received in between.
         """
         view = view_of("overview", self._section, reach_m, reach_m[0], aspect=1.2)
         self._server.initial_camera.position = view.position
@@ -154,7 +155,7 @@ class Observers:
         self._server.initial_camera.fov = view.fov_rad
 
     def update(self, reach_m: Reach, robot_x_m: float) -> None:
-        """Send each browser to its view, if that has changed."""
+        """Move each browser to its view, if that has changed."""
         clients = self._server.get_clients()
         self._commands = {n: command for n, command in self._commands.items() if n in clients}
         for number, client in clients.items():
@@ -173,7 +174,7 @@ class Observers:
 
 
 def _has_left(camera: viser.CameraHandle, command: _Command) -> bool:
-    """True if the user has moved the camera away from where it was sent."""
+    """Return whether the user has moved the camera away from where it was sent."""
     if time.monotonic() - command.at_s < _SETTLED_S:
         return False
     seen = View(camera.position, camera.look_at, camera.fov)

@@ -1,8 +1,8 @@
-"""The wall as far as it was seen: pictures of the developed wall, put back where they belong.
+"""The seen part of the wall: pictures of the developed wall, mapped back onto it.
 
-Every picture is sent once and again only when it has changed; a corrected distance moves its node.
-A browser holds each as a texture (4/3 of 4 bytes a pixel), so that of a long culvert only the part
-around the robot is shown in pictures.
+Every picture is sent once, and again only when it has changed; a corrected distance moves its node.
+A browser stores each as a texture (4/3 of 4 bytes a pixel), so that in a long culvert only the part
+around the robot shows pictures.
 """
 
 from __future__ import annotations
@@ -17,44 +17,47 @@ from app.viewer.geometry import Section, strip
 from app.viewer.glb import textured_glb
 
 MAX_PIXELS = 24_000_000
-"""Of all pictures together: 128 MB of textures, and 360 MB of Chromium where it draws without a
-graphics card."""
+"""Most pixels of all pictures together: 128 MB of textures, and 360 MB of Chromium where it draws
+without a graphics card."""
 
 _MAX_PER_TICK = 4
-"""So that pose and picture never wait long behind a culvert that is opened."""
+"""Most pictures sent per tick, so that pose and live picture are not delayed when a culvert is
+opened."""
 _PERIOD_S = 2.0
-"""A picture that still grows is sent at most so often."""
+"""How often a growing picture is sent at most, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class WallTile:
-    """A picture of a piece of the wall, and where it belongs now."""
+    """A picture of a part of the wall, and its present place."""
 
     index: int
     revision: int
-    """Another one means another picture."""
+    """A different revision means a different picture."""
     from_m: float
     to_m: float
 
 
 @dataclass(frozen=True, slots=True)
 class WallLayout:
-    """What all pictures have in common; rows run around the wall to the right, columns along it."""
+    """The common layout of all pictures; rows run around the wall to the right, columns along
+    it.
+    """
 
     arc_from_m: float
-    """Of the first row; 0 at the invert, or the axis of a floor."""
+    """Arc of the first row; 0 at the invert, or the axis of a floor."""
     arc_to_m: float
     width_px: int
     height_px: int
 
 
 ReadPicture = Callable[[int], bytes | None]
-"""The JPEG of a tile by its index; None if it has just gone."""
+"""Returns the JPEG of a tile by its index; None if it has just been removed."""
 
 
 @dataclass(frozen=True, slots=True)
 class WallPictures:
-    """All tiles of a wall, and the way to their pictures."""
+    """All tiles of a wall, and access to their pictures."""
 
     tiles: tuple[WallTile, ...]
     layout: WallLayout
@@ -83,7 +86,7 @@ class TexturedWall:
         self._due_s: float | None = None
 
     def set(self, pictures: WallPictures) -> None:
-        """From now on these tiles and no others; `update` draws them."""
+        """Replace the tiles; `update` draws them."""
         if pictures.layout != self._layout:
             self._remove(list(self._drawn))
         self._layout, self._read = pictures.layout, pictures.read
@@ -93,7 +96,7 @@ class TexturedWall:
             _move(drawn, self._tiles[index])
 
     def due_in_s(self) -> float | None:
-        """How long until `update` has something to do; None if not before the next change."""
+        """Return the time until `update` has work; None if not before the next change."""
         return None if self._due_s is None else max(0.0, self._due_s - time.monotonic())
 
     def update(self, robot_x_m: float) -> None:
@@ -115,12 +118,12 @@ class TexturedWall:
                 sent += 1
             else:
                 self._due_s = min(self._due_s or float("inf"), time.monotonic() + wait_s)
-        # What is far stays until something near needs its room.
+        # Distant tiles stay until near ones need their memory.
         kept = [tile.index for tile in by_distance if tile.index in self._drawn]
         self._remove(kept[room:])
 
     def _wait_s(self, tile: WallTile) -> float | None:
-        """Until its picture may be sent; None if it need not be."""
+        """Return the time until its picture may be sent; None if there is no need."""
         drawn = self._drawn.get(tile.index)
         if drawn is None:
             return 0.0

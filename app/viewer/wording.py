@@ -1,4 +1,4 @@
-"""What stands on the labels of the 3D view, in the language and unit of who looks at it."""
+"""Texts on the labels of the 3D view, in the viewer's language and unit."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Units = Literal["m", "ft"]
 
 _METRES_IN: dict[Units, float] = {"m": 1.0, "ft": 0.3048}
 _DECIMALS: dict[Units, int] = {"m": 2, "ft": 1}
-"""As the page has them."""
+"""Decimals of distances, the same as on the page."""
 
 _WORDS: dict[Language, dict[str, str]] = {
     "en": {
@@ -35,7 +35,7 @@ _WORDS: dict[Language, dict[str, str]] = {
 
 @dataclass(frozen=True)
 class Wording:
-    """How one page names things and distances."""
+    """Words and distances for one page."""
 
     language: Language = "en"
     units: Units = "m"
@@ -43,21 +43,23 @@ class Wording:
     """Whether the page draws seldom, so that its own read-out is seconds ahead of the robot."""
 
     def word(self, name: str) -> str:
-        """`joint`, `expected`, `to`, `weak` or `lost` in the language."""
+        """Return `joint`, `expected`, `to`, `weak` or `lost` in the language."""
         return _WORDS[self.language][name]
 
     def distance(self, metres: float, *, more_decimals: int = 0) -> str:
-        """'3.42 m' or '11.2 ft', with so many more decimals than a read-out has; never -0."""
+        """Format '3.42 m' or '11.2 ft', with optional further decimals; never -0."""
         digits = _DECIMALS[self.units] + more_decimals
         return f"{decimals(metres, digits, unit=_METRES_IN[self.units])} {self.units}"
 
     def interval(self, half_m: float) -> str:
-        """'± 0.02 m', rounded up."""
+        """Format '± 0.02 m', rounded up."""
         unit_m, digits = _METRES_IN[self.units], _DECIMALS[self.units]
         return f"± {half_width_text(half_m, unit_m=unit_m, digits=digits)} {self.units}"
 
     def joint(self, number: int | None, x_m: float, *, is_seen: bool) -> str:
-        """'joint 2 · 3.00 m', without its number where it cannot be counted from the zero."""
+        """Format 'joint 2 · 3.00 m', without the number where it cannot be counted from the
+        zero.
+        """
         name = self.word("joint") if number is None else f"{self.word('joint')} {number}"
         expected = "" if is_seen else f" · {self.word('expected')}"
         return f"{name} · {self.distance(x_m)}{expected}"

@@ -1,6 +1,7 @@
-"""Errors as HTTP answers: the one place that knows status codes.
+"""Turns errors into HTTP answers; only this module knows status codes.
 
-Every failing answer has one body, `{"code": "snake_case", "detail": "a sentence for a person"}`.
+Every failing answer has the same body, `{"code": "snake_case", "detail": "a sentence for a
+person"}`.
 """
 
 from __future__ import annotations
@@ -130,7 +131,7 @@ STATUS: dict[type[Exception], int] = {
     UnreadableVideo: 422,
     ShapeMismatch: 422,
 }
-"""Of each error; a class that is not listed is looked up along its MRO."""
+"""Status of each error; a class that is not listed is looked up along its MRO."""
 
 _HEADERS: Mapping[type[Exception], Mapping[str, str]] = {
     Unauthenticated: {"WWW-Authenticate": "Bearer"},
@@ -150,21 +151,21 @@ EVERYWHERE: dict[int, tuple[str, ...]] = {
     503: ("busy",),
     507: ("disk_full",),
 }
-"""What any request may be answered with."""
+"""Failures that any request may have."""
 
 _HTTP_CODES = {
     400: ("bad_request", "The request cannot be understood."),
     404: ("not_found", "There is nothing at this address."),
-    405: ("method_not_allowed", "This address does not take that method."),
-    408: ("request_timeout", "The request did not arrive whole in time; send it again."),
+    405: ("method_not_allowed", "This address does not accept that method."),
+    408: ("request_timeout", "The request did not arrive completely in time; send it again."),
     413: ("body_too_large", "The body of the request is too large."),
     416: ("range_not_satisfiable", "The file has no such range."),
 }
 
 
 def body_of(error: Exception) -> tuple[int, dict[str, str]]:
-    """Status and body of the answer to `error`; anything unforeseen is a plain 500."""
-    if isinstance(error, OSError) and error.errno in NO_ROOM:  # any write may end so
+    """Return status and body of the answer to `error`; unexpected errors are a plain 500."""
+    if isinstance(error, OSError) and error.errno in NO_ROOM:  # any write may raise it
         error = DiskFull()
     for kind in type(error).__mro__:
         if kind in STATUS:
@@ -174,13 +175,13 @@ def body_of(error: Exception) -> tuple[int, dict[str, str]]:
         return error.status_code, {"code": code, "detail": detail}
     return 500, {
         "code": "internal_error",
-        "detail": "The server met an unexpected fault. It is in the server's log"
+        "detail": "An unexpected error occurred. It is in the server's log"
         + (f" as {found}." if (found := request_id.get()) else "."),
     }
 
 
 def answer(error: Exception) -> JSONResponse:
-    """The one error response."""
+    """Return the error response."""
     status, body = body_of(error)
     content: dict[str, Any] = dict(body)
     if isinstance(error, ChangedMeanwhile):
@@ -192,7 +193,7 @@ def answer(error: Exception) -> JSONResponse:
 
 
 _NOT_REPEATED = ("token", "source", "url")
-"""Fields that may hold a password."""
+"""Fields that may contain a password."""
 
 
 def _validation_sentence(faults: Any) -> str:
@@ -210,7 +211,7 @@ def _validation_sentence(faults: Any) -> str:
 
 
 def _legible(name: str) -> str:
-    """A field's name, which a client may have made up."""
+    """Make a field's name, which a client may have invented, legible."""
     return name[:60] if name.isprintable() else repr(name[:60])
 
 
@@ -231,7 +232,7 @@ async def _handle_validation(request: Request, error: Exception) -> Response:
 
 
 def install(app: FastAPI) -> None:
-    """Give `app` the one body for every error; `middleware.Envelope` has what passes through."""
+    """Give `app` the common body for every error; `middleware.Envelope` handles the rest."""
     app.add_exception_handler(ChainageError, _handle)
     app.add_exception_handler(HTTPException, _handle)
     app.add_exception_handler(RequestValidationError, _handle_validation)

@@ -1,10 +1,10 @@
-"""The scripts and the style sheets of the page, each kind as one answer.
+"""Bundles the page's scripts and its style sheets, each kind into one answer.
 
-In the tree every module and every style sheet is a file of its own.  A first visit that asked for
-each of them would need two hundred requests, so the server puts them together: the modules in the
-order in which a browser would run them, each in a function of its own, so that what one module
-calls `icon` stays its own.  The modules have two forms of import and one of export, and none
-imports in a circle; tests/app/web/test_bundles.py sees to that.
+In the tree every module and every style sheet is a separate file. Loading them one by one would
+take two hundred requests at the first visit, so the server joins them: the modules in the order in
+which a browser would run them, each in its own function, so that their names do not clash. The
+modules use two forms of import and one of export, and none imports in a circle;
+tests/app/web/test_bundles.py checks that.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from pathlib import Path
 _IMPORT = re.compile(r"^import (?:\{([^}]*)\} from )?'(\.[^']+)';$", re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:async function|function\*?|class|const) (\w+))", re.MULTILINE)
 _IMPORT_LATER = re.compile(r"(?<=\bimport\()([`'])(\.\.?/[^`'$]*)")
-"""What a module fetches while it runs, relative to itself."""
+"""Imports of a module while it runs, relative to itself."""
 _STYLE_SHEET = re.compile(r' *<link rel="stylesheet" href="/static/([^"]+)" />\n')
 
 
 def script_of(folder: Path, first: str) -> str:
-    """The module `first` of a folder and all that it imports, as one module in that folder."""
+    """Return the module `first` of a folder and all that it imports, as one module."""
     modules = _in_order(folder, first)
     numbers = {name: number for number, name in enumerate(modules)}
     return "".join(
@@ -32,20 +32,20 @@ def script_of(folder: Path, first: str) -> str:
 
 
 def style_of(folder: Path, shell: str) -> str:
-    """The style sheets that a page asks for, as one."""
+    """Return the style sheets of a page as one."""
     sheets = _STYLE_SHEET.findall(shell)
     return "\n".join(f"/* {name} */\n{(folder / name).read_text('utf-8')}" for name in sheets)
 
 
 def with_bundles(shell: str, first: str, *, script: str, style: str) -> str:
-    """A page that asks for the two bundles in place of their parts."""
+    """Replace the scripts and style sheets of a page by the two bundles."""
     linked = _STYLE_SHEET.sub("", shell)
     link = f'    <link rel="stylesheet" href="/static/{style}" />\n  </head>'
     return linked.replace(f"/static/{first}", f"/static/{script}").replace("  </head>", link, 1)
 
 
 def _in_order(folder: Path, first: str) -> dict[str, str]:
-    """The text of each module, by name, in the order in which they run."""
+    """Return the text of each module by name, in the order in which they run."""
     found: dict[str, str] = {}
 
     def visit(name: str) -> None:
@@ -61,7 +61,7 @@ def _in_order(folder: Path, first: str) -> dict[str, str]:
 
 
 def _resolved(name: str, imported: str) -> str:
-    """The name of what a module imports, from the folder that all are in."""
+    """Resolve the name of an imported module, relative to the common folder."""
     return posixpath.normpath(posixpath.join(posixpath.dirname(name), imported))
 
 

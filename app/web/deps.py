@@ -1,4 +1,4 @@
-"""What routers ask for: fetched, or raised."""
+"""Dependencies of the routers, and the roles of endpoints."""
 
 from collections.abc import Callable
 from typing import Annotated, Any, TypeVar
@@ -18,22 +18,22 @@ _NEEDED: dict[Callable[..., Any], Role] = {}
 
 
 def viewer(endpoint: Endpoint) -> Endpoint:
-    """Declare that a viewer may: it reads."""
+    """Declare that viewers may call the endpoint: it only reads."""
     _NEEDED[endpoint] = Role.VIEWER
     return endpoint
 
 
 def operator(endpoint: Endpoint) -> Endpoint:
-    """Declare that an operator may: it belongs to the work of an inspection."""
+    """Declare that operators may call the endpoint: it belongs to inspection work."""
     _NEEDED[endpoint] = Role.OPERATOR
     return endpoint
 
 
 async def enforce_role(connection: HTTPConnection) -> None:
-    """Around every endpoint: what declares no role is for an admin.
+    """Check the role for every endpoint; one that declares none is for admins.
 
     Raises:
-        Forbidden: The role of whoever asks is not enough.
+        Forbidden: The role is not sufficient.
     """
     if connection.scope["path"] not in PUBLIC:
         principal: Principal = connection.state.principal
@@ -46,25 +46,25 @@ def _services(connection: HTTPConnection) -> Services:
 
 
 def _principal(request: Request) -> Principal:
-    """Put there by `middleware.Guard`, which lets nobody else in."""
+    """Return the principal set by `middleware.Guard`, which admits nobody else."""
     principal: Principal = request.state.principal
     return principal
 
 
 def browser_of(connection: HTTPConnection) -> str:
-    """What distinguishes the user's browser: its session, or a program's token.
+    """Return what identifies the user's browser: its session, or a program's token.
 
-    Several people may share a token, and what one of them clicks is not for the others.
+    Several people may share a token, and the clicks of one are not for the others.
     """
     principal: Principal = connection.state.principal
     return principal.credential
 
 
 def page_of(connection: HTTPConnection) -> str:
-    """What a page has in common with the 3D view in it, and with no other page.
+    """Return what a page shares with the 3D view in it, and with no other page.
 
-    It is the user's browser and a random number that the page has made.  A program that names no
-    number has one view an inspection.
+    It combines the user's browser and a random number made by the page. A program without a number
+    has one view for each inspection.
     """
     page = connection.path_params.get("page") or connection.query_params.get("page", "")
     return f"{browser_of(connection)} {page}"

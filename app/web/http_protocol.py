@@ -1,7 +1,7 @@
-"""HTTP/1.1 as uvicorn speaks it, with an end to the wait for a request that never gets whole.
+"""HTTP/1.1 of uvicorn, with a time limit for incomplete requests.
 
-uvicorn waits for ever and takes any number of connections, so that some hundred that send nothing
-would keep everybody out.  How long a body may take while it is read, `middleware.Envelope` says.
+uvicorn waits forever and accepts any number of connections, so that some hundred silent ones would
+block everybody. `middleware.Envelope` limits the time for reading a body.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 HEAD_S = 20.0
-"""Seconds that a client has for the head of a request, from its connection or its first byte on."""
+"""Seconds for the head of a request, from the connection or the first byte on."""
 CONNECTIONS = 512
-"""At once; a page has seven or eight."""
+"""Most connections at once; a page has seven or eight."""
 
 
 class PromptProtocol(H11Protocol):
-    """Closes a connection that owes its request for too long, or that has owed it the longest.
+    """Closes a connection whose request is overdue, or the longest overdue one to make room.
 
-    One owes a request while its head has begun to be awaited and is not whole, and after an answer
-    that came before the end of the request.
+    A request is pending while its head is incomplete, and after an answer that came before the end
+    of the request.
     """
 
     head_s = HEAD_S
@@ -30,14 +30,14 @@ class PromptProtocol(H11Protocol):
     _overdue: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """The first head is awaited from here on."""
+        """Start waiting for the first head."""
         super().connection_made(transport)
         self._await_request()
         if len(self.connections) > self.most:
             self._make_room()
 
     def data_received(self, data: bytes) -> None:
-        """A request may begin, grow or end with this."""
+        """Note that a request may begin, grow or end with this."""
         super().data_received(data)
         state = self.conn.their_state
         is_answered = self.cycle is not None and self.cycle.response_complete
@@ -47,7 +47,7 @@ class PromptProtocol(H11Protocol):
             self._stop_waiting()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Nothing more is awaited."""
+        """Stop waiting."""
         self._stop_waiting()
         super().connection_lost(exc)
 
@@ -61,12 +61,12 @@ class PromptProtocol(H11Protocol):
             self._overdue = None
 
     def _make_room(self) -> None:
-        """Who sends a request at once is served, however many connections send nothing."""
+        """Close the longest pending connection, so that prompt requests are served."""
         owing = {
             other._overdue.when(): other
             for other in self.connections
             if isinstance(other, PromptProtocol) and other._overdue is not None
         }
         oldest = owing[min(owing)]
-        oldest._stop_waiting()  # it is not chosen again before it is gone
+        oldest._stop_waiting()  # not chosen again before it is closed
         oldest.transport.abort()

@@ -1,4 +1,4 @@
-"""Around everything: one error body, security headers, and a guard that lets nobody else in."""
+"""Wraps all routes: one error body, security headers, and a guard against unauthorised access."""
 
 from __future__ import annotations
 
@@ -37,17 +37,17 @@ SECURITY_HEADERS = {
     "Permissions-Policy": "camera=(), geolocation=(), microphone=(), payment=(), usb=()",
     "Cache-Control": "no-store",
 }
-"""Set where the answer does not say otherwise; the 3D page has a policy of its own."""
+"""Set where the answer does not set them; the 3D page has its own policy."""
 
 MAX_BODY_BYTES = 2**20
-"""Of everything but the pieces of an upload, which are streamed to the disk, and imports."""
+"""Limit of all bodies except pieces of an upload, which are streamed to the disk, and imports."""
 MAX_IMPORT_BYTES = 64 * 2**20
-"""Of a file with old surveys."""
+"""Limit of a file with old surveys."""
 IMPORTS = "/api/imports"
 BODY_PART_S = 60.0
-"""How long a client may send nothing of a body that it has announced; slow is not silent."""
+"""Longest silence of a client within an announced body; slow is not silent."""
 BODY_BYTES_PER_S = 1000
-"""What a body has to come with after its first minute: a thirtieth of a poor mobile line."""
+"""Least rate of a body after its first minute: a thirtieth of a poor mobile line."""
 
 COOKIE = "chainage_session"
 SECURE_COOKIE = "__Host-chainage_session"
@@ -55,7 +55,7 @@ SECURE_COOKIE = "__Host-chainage_session"
 PUBLIC = frozenset(
     {
         "/healthz", "/readyz", "/login", "/api/login", "/favicon.ico",
-        # what the log-in page is made of
+        # parts of the log-in page
         "/static/icon.svg", "/static/login.css", "/static/login.js", "/static/css/tokens.css",
         "/static/css/base.css", "/static/core/api.js", "/static/core/store.js",
         "/static/core/html.js", "/static/core/preferences.js", "/static/core/words.js",
@@ -65,21 +65,21 @@ PUBLIC = frozenset(
 )  # fmt: skip
 _SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 _TICKETED = re.compile(r"/viewer/([0-9a-f]{32})/([^/]+)(?:/[0-9a-f]{32})?/?")
-"""The client of a 3D view: its ticket is in the address, and its cookies are not looked at."""
+"""The client of a 3D view: its ticket is in the address, and its cookies are ignored."""
 
 CLOSE_SIGNED_OUT = 4401
 _LOOK_EVERY_S = 2.0
-"""How soon a web socket ends after its session or token."""
+"""How often a web socket checks whether its session or token has ended."""
 
 
 class Envelope:
-    """Outermost: security headers on every answer, a 500 with our body, a limit on bodies."""
+    """Outermost layer: security headers on every answer, a 500 with our body, a limit on bodies."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """ASGI."""
+        """Handle an ASGI connection."""
         if scope["type"] == "websocket":
             await self._app(scope, receive, _with_headers(send))
             return
@@ -127,14 +127,14 @@ class Envelope:
 
 
 class Guard:
-    """Host, Origin, session or token; what is not public then has a `state.principal`."""
+    """Checks host, Origin, session or token; sets `state.principal` except for public paths."""
 
     def __init__(self, app: ASGIApp, allowed_hosts: Collection[str]) -> None:
         self._app = app
         self._hosts = {"localhost", *(host.lower() for host in allowed_hosts)}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """ASGI."""
+        """Handle an ASGI connection."""
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
@@ -154,11 +154,11 @@ class Guard:
     async def _serve_while_logged_in(
         self, connection: HTTPConnection, receive: Receive, send: Send
     ) -> None:
-        """A web socket ends with its session or token; requests are checked one by one."""
+        """Close a web socket when its session or token ends; requests are checked one by one."""
         has_ended = False
 
         async def send_until_ended(message: Message) -> None:
-            if not has_ended:  # after it nothing may be sent; the next `receive` reports the end
+            if not has_ended:  # nothing may be sent after it; the next `receive` reports the end
                 await send(message)
 
         serving = asyncio.ensure_future(self._app(connection.scope, receive, send_until_ended))
@@ -183,7 +183,7 @@ class Guard:
                 )
             connection.state.principal = principal
         if _TICKETED.fullmatch(scope["path"]):
-            return  # nothing that a browser adds by itself counts there, and its origin is opaque
+            return  # cookies do not count there, and the origin of the page is opaque
         if scope["type"] == "websocket":
             _check_origin(connection, is_required=True)
         elif scope["method"] not in _SAFE_METHODS:
@@ -191,14 +191,14 @@ class Guard:
             _check_origin(connection, is_required=has_cookie)
 
     def _check_host(self, headers: Headers) -> None:
-        """Against DNS rebinding: a page of another site may reach us only under its own name.
+        """Prevent DNS rebinding: another site's page may reach us only under its own name.
 
-        An address as host cannot be rebound, so every address is fine.
+        An IP address as host cannot be rebound, so every address is accepted.
         """
         host = _host_name(headers.get("host", ""))
         if host not in self._hosts and not _is_address(host):
             raise UnknownHost(
-                f"The server does not answer to the name {host!r}; its operator can add it to "
+                f"The server does not accept the host name {host!r}; its operator can add it to "
                 "CHAINAGE_ALLOWED_HOSTS."
             )
 
@@ -218,7 +218,7 @@ class Guard:
 
 
 def _with_headers(send: Send) -> Send:
-    """Of the answer that a web socket may get in place of its opening."""
+    """Add the headers also to an answer that replaces the opening of a web socket."""
 
     async def send_with_headers(message: Message) -> None:
         if message["type"] == "websocket.http.response.start":
@@ -242,18 +242,18 @@ def _scheme_of(connection: HTTPConnection) -> str:
 
 
 def cookie_of(connection: HTTPConnection) -> str | None:
-    """The session cookie; under TLS only the one that a browser takes from this very host."""
+    """Return the session cookie; under TLS only one set by this very host."""
     is_secure = _scheme_of(connection) == "https"
     return connection.cookies.get(SECURE_COOKIE if is_secure else COOKIE)
 
 
 def address_of(connection: HTTPConnection) -> str:
-    """The address that the connection comes from; what a proxy says of it is not believed."""
+    """Return the address of the connection; headers of a proxy are not trusted."""
     return connection.client.host if connection.client else "unknown"
 
 
 def _host_name(host: str) -> str:
-    """Of a Host header, without its port; empty where it makes no sense."""
+    """Return the host of a Host header without its port; empty if it is invalid."""
     try:
         return urlsplit(f"//{host}").hostname or ""
     except ValueError:
@@ -261,7 +261,7 @@ def _host_name(host: str) -> str:
 
 
 def _check_origin(connection: HTTPConnection, *, is_required: bool) -> None:
-    """The page that made the request is ours: CORS does not keep others from sending it."""
+    """Check that the request comes from our page: CORS does not prevent others from sending it."""
     headers = connection.headers
     origin = headers.get("origin")
     site = headers.get("sec-fetch-site")
@@ -273,19 +273,19 @@ def _check_origin(connection: HTTPConnection, *, is_required: bool) -> None:
         is_ours = not is_required
     if not is_ours:
         raise CrossOrigin(
-            "The request comes from a page of another site, or does not say from where. Where a "
-            "reverse proxy speaks TLS for the server, CHAINAGE_TRUSTED_PROXIES has to name it."
+            "The request comes from a page of another site, or does not state its origin. Where a "
+            "reverse proxy speaks TLS for the server, CHAINAGE_TRUSTED_PROXIES must name it."
         )
 
 
 def _refusal(scope: Scope, error: Unauthenticated) -> Response:
-    """Pages lead to the log-in; everything else gets the error."""
+    """Return a redirection to the log-in for pages, and the error for everything else."""
     accepts = Headers(scope=scope).get("accept", "")
     path = scope["path"]
     is_page = scope["type"] == "http" and scope["method"] == "GET" and "text/html" in accepts
     if is_page and not path.startswith(("/api/", "/static/", "/viewer/")):
         query = scope["query_string"].decode("latin-1")
-        # A token in the wrong address goes no further.
+        # A token in a wrong address is not passed on.
         wanted = f"{path}?{query}" if query and "token=" not in query else path
         return RedirectResponse(f"/login?next={quote(wanted)}", 303)
     return answer(error)
@@ -300,12 +300,12 @@ def _is_address(host: str) -> bool:
 
 
 def _limited(receive: Receive, most: int | None) -> Receive:
-    """`receive` of a body that has `most` bytes, if any limit, and neither stops nor trickles."""
+    """Limit `receive` to `most` bytes, if set, and refuse bodies that stop or trickle."""
     taken, is_whole, began_s = 0, False, time.monotonic()
 
     async def receive_limited() -> Message:
         nonlocal taken, is_whole
-        if is_whole:  # what comes now is that the client goes away
+        if is_whole:  # the next message is the client's disconnection
             return await receive()
         spent_s = time.monotonic() - began_s - taken / BODY_BYTES_PER_S
         try:

@@ -1,4 +1,4 @@
-"""Around everything else: each request gets an id, is counted, and is logged if it matters."""
+"""Outermost layer: each request gets an id, is counted, and is logged if it matters."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ _SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 _METHODS = _SAFE_METHODS | {"POST", "PUT", "PATCH", "DELETE"}
 _INSPECTION = re.compile(r"/([0-9a-f]{32})(?:/|$)")
 _GONE = 499
-"""Stands for the status where the client went away before it was answered."""
+"""Status for a client that disconnected before the answer."""
 
 
 class RequestLog:
-    """Logs what changes something and what fails, not every tile and picture."""
+    """Logs changes and failures, not every tile and picture."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """ASGI."""
+        """Handle an ASGI connection."""
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
-        request_id.set(secrets.token_hex(8))  # each request runs in a context of its own
+        request_id.set(secrets.token_hex(8))  # each request runs in its own context
         metrics: Metrics = scope["app"].state.services.metrics
         with about(_inspection_of(scope["path"])):
             if scope["type"] == "http":
@@ -55,7 +55,7 @@ class RequestLog:
             await self._app(scope, receive, send_with_id)
         finally:
             duration_s = time.perf_counter() - began_s
-            # Whatever is not one of ours is one label, or anybody could make any number of them.
+            # All unknown methods share one label, or anybody could create any number of labels.
             method = scope["method"] if scope["method"] in _METHODS else "other"
             route = _route_of(scope)
             metrics.count_request(method, route, status, duration_s)
@@ -96,7 +96,7 @@ def _log(method: str, route: str, status: int, duration_ms: float) -> None:
 
 
 def _route_of(scope: Scope) -> str:
-    """The address with names in place of its values."""
+    """Return the path with parameter names in place of values."""
     if scope["path"].startswith("/static/"):
         return "/static"
     return getattr(scope.get("route"), "path_format", "none")

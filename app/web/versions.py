@@ -1,4 +1,4 @@
-"""Versions in headers: what an answer holds is its `ETag`, what a change was made of `If-Match`."""
+"""Versions in headers: `ETag` is that of the answer, `If-Match` the one a change was based on."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from fastapi import Depends, Header, Response
 
 
 def tag_with(response: Response, version: str) -> None:
-    """Name the version that an answer holds."""
+    """Set the version of an answer."""
     response.headers["ETag"] = f'"{version}"'
 
 
@@ -16,9 +16,9 @@ def _replaced(
     if_match: Annotated[
         str | None,
         Header(
-            description="The `ETag` of what the change was made of: if something else is stored by "
-            "now, nothing is changed, and the answer is 412 with both. Without it, the change "
-            "replaces whatever there is."
+            description="The `ETag` that the change was based on. If another version is stored by "
+            "now, nothing changes, and the answer is 412 with both versions. Without it, the "
+            "change replaces any version."
         ),
     ] = None,
 ) -> str | None:
@@ -26,4 +26,4 @@ def _replaced(
 
 
 Replaced = Annotated[str | None, Depends(_replaced)]
-"""Version that a change was made of; None replaces whatever there is."""
+"""Version that the change was based on; None replaces any version."""

@@ -1,4 +1,4 @@
-/** Whether the client was notified of the severest defects: what the webhook of the server has done. */
+/** Notifications of the severest defects by the server's webhook. */
 
 import { ApiError, get } from './api.js';
 import { Store } from './store.js';
@@ -14,7 +14,7 @@ const SETTLED_MS = 30_000;
  * @property {string|null} error
  */
 
-/** A store of the last alert of each observation, by its id; empty where there is no client to be notified. */
+/** A store of the last alert of each observation, by its id; empty where no client is configured. */
 export class Alerts extends Store {
   #path;
   #signal;
@@ -32,12 +32,14 @@ export class Alerts extends Store {
     signal.addEventListener('abort', () => clearTimeout(this.#timer));
   }
 
-  /** Whether anybody has asked. */
+  /** Whether `follow` was called. */
   get isFollowed() {
     return this.#round > 0;
   }
 
-  /** Asks now, and again as long as somebody is still to be notified; a server that is away changes nothing. */
+  /**
+   * Fetches the alerts now, and repeatedly while some are waiting; an unreachable server changes nothing.
+   */
   async follow() {
     this.#round += 1;
     const round = this.#round;

@@ -15,15 +15,15 @@ export class ApiError extends Error {
   }
 }
 
-/** Fires `signed-out` when the server no longer knows this browser. */
+/** Fires `signed-out` when the server no longer accepts this browser's session. */
 export const session = new EventTarget();
 
 /**
- * Sends a request and answers the response, or throws an ApiError when it is not a success.
+ * Sends a request; returns the response, or throws an ApiError when it is not a success.
  * @param {string} method
  * @param {string} path
  * @param {{headers?: object, body?: BodyInit, signal?: AbortSignal, allow?: number[]}} [options]
- *     allow: failing statuses that the caller reads by itself
+ *     allow: failing statuses that the caller handles
  */
 export async function send(method, path, { headers = {}, body, signal, allow = [] } = {}) {
   let response;
@@ -60,7 +60,7 @@ export const post = (path, content, signal) => json('POST', path, content, signa
 export const put = (path, content, signal) => json('PUT', path, content, signal);
 export const patch = (path, content, signal) => json('PATCH', path, content, signal);
 export const remove = (path, signal) => json('DELETE', path, undefined, signal);
-/** Sends a file as it is; the answer is JSON. */
+/** Sends a file unchanged; the answer is JSON. */
 export const sendFile = async (path, file, signal) => {
   const headers = { 'Content-Type': 'application/octet-stream' };
   return (await send('POST', path, { headers, body: file, signal })).json();
@@ -68,8 +68,8 @@ export const sendFile = async (path, file, signal) => {
 export const blob = async (path, signal) => (await send('GET', path, { signal })).blob();
 
 /**
- * Calls `ask` now and then after the pause that it answers, in seconds, while the page is seen;
- * `null` ends it. A failed call is repeated after 3 s.
+ * Calls `ask` repeatedly, after the pause in seconds that it returns, while the page is visible; `null`
+ * ends it. A failed call is repeated after 3 s.
  * @param {() => Promise<number|null>} ask
  * @param {AbortSignal} signal
  * @param {(error: ApiError) => void} onError

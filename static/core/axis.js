@@ -1,20 +1,20 @@
-/** The stretch of the culvert that every strip shows, and round numbers along it. */
+/** The part of the culvert that every strip shows, and round numbers along it. */
 
 import { Store } from './store.js';
 import { fromShown, lengthUnit, signed, toShown } from './units.js';
 
-/** The closest look: on a wide screen many pixels a millimetre. */
+/** The closest zoom: on a wide screen many pixels for a millimetre. */
 const LEAST_SPAN_MM = 40;
-/** The robot that is followed stays so far away from the ends, as a share of what is seen. */
+/** The followed robot keeps this distance from the ends, as a share of the visible span. */
 const FOLLOW_MARGIN = 0.15;
-/** The whole run ends at a round number: in at most so many of them. */
+/** The whole run ends at a multiple of the step, in at most this many steps. */
 const WHOLE_STEPS = 16;
 
 /** @typedef {{low: number, high: number}} Range distances in mm */
 
-/** A store of the Range that is seen; it changes by zoom and pan, and with the growing run. */
+/** A store of the visible Range; zoom, pan and the growing run change it. */
 export class Axis extends Store {
-  /** Distance in mm under the pointer in one of the strips, null when it is elsewhere. */
+  /** Distance in mm under the pointer in one of the strips; null when it is elsewhere. */
   pointer = new Store(null);
 
   #run = { low: 0, high: 0 };
@@ -25,7 +25,7 @@ export class Axis extends Store {
     super(wholeOf({ low: 0, high: 0 }));
   }
 
-  /** The whole run, ends rounded outwards. */
+  /** The whole run, with ends rounded outwards. */
   get whole() {
     return this.#whole;
   }
@@ -43,7 +43,7 @@ export class Axis extends Store {
   }
 
   /**
-   * The run has become another one; who saw all of it still does.
+   * Sets another run; a page that showed all of the old one shows all of the new one.
    * @param {Range} run
    */
   setRun(run) {
@@ -55,26 +55,26 @@ export class Axis extends Store {
     else this.#see(this.value.low, this.value.high);
   }
 
-  /** Everything, and from here on the robot is followed again. */
+  /** Shows everything and follows the robot again. */
   showWhole() {
     this.#isMoved = false;
     this.#see(this.#whole.low, this.#whole.high);
   }
 
-  /** @param {number} factor of the span, below 1 comes closer; what is at `aboutMm` stays there */
+  /** @param {number} factor of the span, below 1 zooms in; the distance `aboutMm` keeps its place */
   zoom(factor, aboutMm = (this.value.low + this.value.high) / 2) {
     const span = Math.max(this.span * factor, LEAST_SPAN_MM);
     const low = aboutMm - ((aboutMm - this.value.low) * span) / this.span;
     this.#see(low, low + span);
   }
 
-  /** A person moves it: the robot is no longer followed. */
+  /** Moves the view for a person, so that it no longer follows the robot. */
   pan(mm) {
     this.#isMoved = true;
     this.#see(this.value.low + mm, this.value.high + mm);
   }
 
-  /** Moves along with the robot, unless a person has moved it. */
+  /** Follows the robot, unless a person has moved the view. */
   follow(mm) {
     if (this.#isMoved) return;
     const margin = FOLLOW_MARGIN * this.span;
@@ -83,17 +83,17 @@ export class Axis extends Store {
     else if (mm < low + margin) this.#see(mm - margin, mm - margin + this.span);
   }
 
-  /** From here on the robot is followed again. */
+  /** Follows the robot from now on. */
   letFollow() {
     this.#isMoved = false;
   }
 
-  /** Brings a distance into sight, in the middle, if it is not. */
+  /** Centres a distance unless it is visible. */
   reveal(mm) {
     if (!this.holds(mm)) this.#see(mm - this.span / 2, mm + this.span / 2);
   }
 
-  /** Kept within the run: first as long as asked for, then where it was asked for. */
+  /** Limits the view to the run: first its length, then its place. */
   #see(low, high) {
     const { low: least, high: most } = this.#whole;
     const span = Math.min(high - low, most - least);
@@ -107,11 +107,11 @@ export class Axis extends Store {
 function wholeOf({ low, high }) {
   const far = Math.max(high, 1000);
   const step = roundStep((far - low) / WHOLE_STEPS);
-  // A robot that stands at the zero point may read a little less than nothing.
+  // A robot that stands at the zero point may read slightly below zero.
   return { low: low < -20 ? Math.floor(low / step) * step : 0, high: Math.ceil(far / step - 1e-9) * step };
 }
 
-/** The next larger of 1, 2 and 5 times a power of ten of the shown unit, in mm. */
+/** Returns the next larger of 1, 2 and 5 times a power of ten of the shown unit, in mm. */
 function roundStep(mm) {
   const shown = toShown(mm / 1000);
   const power = 10 ** Math.floor(Math.log10(shown));
@@ -120,7 +120,7 @@ function roundStep(mm) {
 }
 
 /**
- * Round distances within a range, for an axis.
+ * Returns round distances within a range, for an axis.
  * @param {Range} range
  * @param {number} atLeastMm between two of them
  * @returns {{mm: number, text: string}[]} the last text has the unit
@@ -136,7 +136,7 @@ export function ticks({ low, high }, atLeastMm) {
   });
 }
 
-/** Where distances lie across a strip `width` units wide, the same in all strips. */
+/** Maps distances to a strip `width` units wide, the same way in all strips. */
 export class Plot {
   static RIGHT = 22;
   static NARROW = 560;

@@ -1,9 +1,9 @@
-/** What stands against a report of one inspection. */
+/** The issues that stand against a report of one inspection. */
 
 import { ApiError, get } from './api.js';
 import { Store } from './store.js';
 
-/** Many changes at once are looked at once. */
+/** Many changes at once cause one check. */
 const PAUSE_MS = 700;
 
 /**
@@ -40,13 +40,13 @@ export class Checks extends Store {
     if (round === this.#round) this.set(checks);
   }
 
-  /** Looks again soon: something that they rest on has changed. */
+  /** Checks again soon, after a relevant change. */
   loadSoon() {
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => this.#loadPatiently(), PAUSE_MS);
   }
 
-  /** What could not be looked at now is looked at with the next change. */
+  /** Loads the issues; a temporary failure waits for the next change. */
   async #loadPatiently() {
     try {
       await this.load();

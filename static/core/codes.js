@@ -30,7 +30,7 @@ export class Catalogue {
         label: inOurWords(row),
         letters: `${row.code}${row.char1}${row.char2}`.toUpperCase(),
         words: `${row.label} | ${row.label_ms}`.toLowerCase(),
-        // Y stands for "not stated" in converted data; nobody who looks at the wall needs it.
+        // Y means "not stated" in converted data; nobody who sees the wall needs it.
         isOffered: pack !== null || ![row.char1, row.char2].some((char) => /^Y/.test(char)),
       })),
     );
@@ -46,7 +46,7 @@ export class Catalogue {
     return this.#byCode.has(code);
   }
 
-  /** The row of a full code, or the first of its main code. */
+  /** Returns the row of a full code, or the first row of its main code. */
   row(code, char1, char2) {
     const rows = this.#byCode.get(code);
     return (
@@ -57,7 +57,7 @@ export class Catalogue {
     );
   }
 
-  /** What the thing is, as far as it is known. */
+  /** Returns the label of the code, as far as its characters are known. */
   label(code, char1, char2) {
     const rows = this.#byCode.get(code);
     if (!rows) return code ? t('code.unknown') : t('code.none');
@@ -67,7 +67,9 @@ export class Catalogue {
     return exact?.label ?? title(rows[0].label);
   }
 
-  /** First letters that the code allows: [{value, label}]; those that `kept` has stay among them. */
+  /**
+   * Returns the first characters that the code allows: [{value, label}]; those of `kept` stay among them.
+   */
   firstChars(code, kept = null) {
     const rows = (this.#byCode.get(code) ?? []).filter(
       (row) => row.char1 && (row.isOffered || row.char1 === kept),
@@ -78,7 +80,7 @@ export class Catalogue {
     }));
   }
 
-  /** Second letters that the code allows after the first. */
+  /** Returns the second characters that the code allows after the first. */
   secondChars(code, char1, kept = null) {
     const rows = (this.#byCode.get(code) ?? []).filter(
       (row) => row.char2 && row.char1 === (char1 ?? '') && (row.isOffered || row.char2 === kept),
@@ -91,8 +93,9 @@ export class Catalogue {
   }
 
   /**
-   * What an observation lacks before it can be reported: 'code', or some of 'char1', 'char2', 'clock',
-   * 'quant1', 'quant2', 'remark'. As the server's checks see it.
+   * Returns what an observation lacks before it can be reported: 'code', or some of 'char1', 'char2',
+   * 'clock',
+   * 'quant1', 'quant2', 'remark'. The server's checks have the same rule.
    */
   missing(item) {
     const { code, char1, char2, clock, clock_from: clockFrom, continuous, remark } = item;
@@ -104,7 +107,7 @@ export class Catalogue {
     if (!char1 && !follows.length) lacks.push('char1');
     else if (!char2 && follows.length && !follows.some((row) => !row.char2)) lacks.push('char2');
     if ([char1, char2].includes('Z') && !remark) lacks.push('remark');
-    if (continuous?.startsWith('B')) return lacks; // the finish has what its start has
+    if (continuous?.startsWith('B')) return lacks; // the finish repeats its start
     const rules = this.row(code, char1, char2);
     if (rules.needs_clock === 'yes' && !(clockFrom ?? clock)) lacks.push('clock');
     for (const name of ['quant1', 'quant2']) {
@@ -113,7 +116,7 @@ export class Catalogue {
     return lacks;
   }
 
-  /** The row of a typed code with its characters, 'bab b a' or 'BABBA', or null. */
+  /** Returns the row of a typed code with its characters, 'bab b a' or 'BABBA', or null. */
   typed(text) {
     const letters = lettersOf(text);
     if (this.has(letters)) return this.#mainOf(letters);
@@ -121,8 +124,8 @@ export class Catalogue {
   }
 
   /**
-   * Rows that begin with the letters of the text, then those that hold every word of it in code or
-   * label, in whatever language; main codes come first.
+   * Returns rows that begin with the letters of the text, then those that contain every word of it in code
+   * or label, in any language; main codes come first.
    * @returns {{code, char1, char2, label}[]}
    */
   search(text, limit = 40) {
@@ -138,7 +141,7 @@ export class Catalogue {
     return [...new Map(found.map((row) => [row.letters, row])).values()].slice(0, limit);
   }
 
-  /** A code without its characters. */
+  /** Returns a code without its characters. */
   #mainOf(code) {
     const rows = this.#byCode.get(code);
     const { label, words } = rows[0];
@@ -154,7 +157,7 @@ const title = (label) => label.split(':')[0];
 
 const detail = (label) => (label.split(': ')[1] ?? label).split(', ');
 
-/** Leading parts that all lists have in common; one list alone is all common. */
+/** Returns the leading parts common to all lists; those of a single list are all of it. */
 function shared(lists) {
   const [first = [], ...others] = lists;
   const end = first.findIndex((part, i) => others.some((list) => list[i] !== part));

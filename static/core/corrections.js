@@ -1,6 +1,6 @@
 /**
- * What is stated about the distances of one inspection and what follows from it: what holds, and a
- * draft with its preview, so that the residuals are seen before anything is changed.
+ * Statements about the distances of one inspection and their result: the stored ones, and a draft with its
+ * preview, so that the residuals are visible before anything is changed.
  */
 
 import { ApiError, get, post, put } from './api.js';
@@ -39,11 +39,11 @@ export const UNSTATED = {
 /** The known length of a statement, or undefined. */
 export const knownLength = ({ lengths }) => lengths.find(({ kind }) => kind === 'known');
 
-/** A store of the answer that holds; null until it is loaded. */
+/** A store of the answer for the stored statements; null until it is loaded. */
 export class Corrections extends Store {
-  /** @type {{value: Stated}} what a person is about to state */
+  /** @type {{value: Stated}} the statements being edited */
   draft = new Store(UNSTATED);
-  /** @type {{value: Answer|null}} what would follow from the draft; null while it is asked for */
+  /** @type {{value: Answer|null}} the result of the draft; null while it is computed */
   preview = new Store(null);
 
   #path;
@@ -61,17 +61,17 @@ export class Corrections extends Store {
     this.#signal = signal;
   }
 
-  /** Whether the draft differs from what holds. */
+  /** Whether the draft differs from the stored statements. */
   get isEdited() {
     return this.value !== null && !isSame(this.draft.value, this.value.stated);
   }
 
-  /** Reads what holds; a draft that was begun is kept and seen against it. */
+  /** Loads the stored statements; a draft that was begun is kept and compared with them. */
   async load() {
     const version = this.#version;
     const answer = await get(this.#path, this.#signal);
     if (version !== this.#version) {
-      await this.load(); // something was stated meanwhile: the answer is older than what is shown
+      await this.load(); // statements changed meanwhile: the answer is older than what is shown
       return;
     }
     const wasEdited = this.isEdited;
@@ -91,13 +91,13 @@ export class Corrections extends Store {
     this.#ask();
   }
 
-  /** What would follow from a statement; nothing is kept. */
+  /** Returns the result of some statements without storing them. */
   ask(stated, signal = this.#signal) {
     return post(`${this.#path}/preview`, stated, signal);
   }
 
   /**
-   * States it in place of what was stated before; applying the earlier one takes it back.
+   * Replaces the stored statements; applying the earlier ones undoes this.
    * @param {Stated} stated
    * @param {string|null} remark why, for the history
    */
@@ -109,7 +109,7 @@ export class Corrections extends Store {
     this.#ask();
   }
 
-  /** Previews the draft; a newer draft takes the place of one that is still asked for. */
+  /** Previews the draft; a newer draft cancels a pending request. */
   async #ask() {
     this.#asking?.abort();
     if (!this.isEdited) {
@@ -131,7 +131,7 @@ export class Corrections extends Store {
   }
 }
 
-/** Whether two JSON values say the same, in whatever order. */
+/** Whether two JSON values are equal, in any order of keys. */
 function isSame(a, b) {
   if (a === b) return true;
   if (typeof a !== 'object' || typeof b !== 'object' || a === null || b === null) return false;

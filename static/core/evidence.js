@@ -1,4 +1,4 @@
-/** What distances are corrected by, in words, and why something cannot correct them. */
+/** Names the evidence for corrections in words, and why something cannot be used. */
 
 import { chainage } from './units.js';
 import { t } from './words.js';
@@ -44,7 +44,7 @@ const REFUSALS = {
 };
 
 /**
- * Why it cannot correct the distances, or null where the server's own sentence has to do.
+ * Returns why something cannot correct the distances, or null where only the server's sentence explains it.
  * @param {{code: string, params: Record<string, number|string>}|null|undefined} reason
  */
 export const refusalText = (reason) => (reason ? REFUSALS[reason.code]?.(reason.params) : null) ?? null;

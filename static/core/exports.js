@@ -1,20 +1,20 @@
-/** Reports of an inspection as files, in the language and the units of the person. */
+/** Reports of an inspection as files, in the person's language and units. */
 
 import { get, send } from './api.js';
 import { lengthUnit } from './units.js';
 import { language } from './words.js';
 
-/** Of the address of a file that was saved; the browser reads it soon after the click. */
+/** How long the address of a saved file stays valid; the browser reads it soon after the click. */
 const KEPT_MS = 60_000;
 
 const pathOf = (inspection, kind) => `/api/inspections/${inspection}/exports/${kind}`;
 const QUERY = new URLSearchParams({ lang: language, units: lengthUnit });
 
-/** Address of a report, for a link. */
+/** Returns the address of a report, for a link. */
 export const exportPath = (inspection, kind) => `${pathOf(inspection, kind)}?${QUERY}`;
 
 /**
- * What the format cannot hold.
+ * Returns what the format cannot hold.
  * @param {string} inspection
  * @param {string} kind
  * @param {AbortSignal} signal
@@ -26,7 +26,7 @@ export async function lossesOf(inspection, kind, signal) {
 }
 
 /**
- * Has a report made; it may take a while.
+ * Requests a report, which may take a while.
  * @returns {Promise<File>}
  */
 export async function makeExport(inspection, kind, signal) {
@@ -35,7 +35,7 @@ export async function makeExport(inspection, kind, signal) {
   return new File([await response.blob()], name ?? kind);
 }
 
-/** Hands a file to the person, as a click on a download does. */
+/** Saves a file, like a click on a download link. */
 export function save(file) {
   const link = document.createElement('a');
   link.href = URL.createObjectURL(file);

@@ -1,20 +1,20 @@
-/** What the picture of every frame suffered from, as far as tracking is: grows with the track. */
+/** Complaints about the picture of every tracked frame; grows with the track. */
 
 import { ApiError } from './api.js';
 import { GrowingColumns, getColumns } from './columns.js';
 
-/** The complaints that there are, in the order of their bits. */
+/** All complaints, in the order of their bits. */
 export const COMPLAINTS = ['too_fast', 'too_dark', 'too_bright', 'blurred', 'lens_dirty'];
 
 const TYPES = { complaints: Uint8Array, overlap: Float32Array, fixed_pattern: Float32Array };
 
-/** Fires `change` when frames were added or it was begun anew. */
+/** Fires `change` when frames were added or the run was restarted. */
 export class Health extends EventTarget {
   #path;
   #columns = new GrowingColumns(TYPES);
   /** All bits that have occurred. */
   occurred = 0;
-  /** Rises when it begins anew. */
+  /** Rises when the run is restarted. */
   generation = 0;
 
   /** @param {string} inspection */
@@ -38,7 +38,7 @@ export class Health extends EventTarget {
     this.dispatchEvent(new Event('change'));
   }
 
-  /** Of one frame, as the live socket sends it; null where it is not known. */
+  /** Returns the health of one frame, in the form of the live socket; null where it is unknown. */
   at(frame) {
     if (!(frame in this.complaints)) return null;
     return {
@@ -55,7 +55,7 @@ export class Health extends EventTarget {
     this.dispatchEvent(new Event('change'));
   }
 
-  /** Tracked before the server kept this: there is nothing, which is no fault. */
+  /** Fetches health; an inspection tracked before the server stored it has none, which is no fault. */
   async #ask(signal) {
     try {
       return await getColumns(`${this.#path}?format=columns&since=${this.#columns.length}`, signal);

@@ -1,37 +1,37 @@
 /**
- * What one person has done on one page, to be taken back and done again in turn. A step knows how
- * to do both, and whether somebody else has changed the same thing meanwhile: then it is said
- * instead of overwritten.
+ * Undo and redo of one person's changes on one page. A step can do both, and knows whether somebody else
+ * has changed the same thing meanwhile: then the person is warned and nothing is overwritten.
  */
 
 /**
  * @typedef {object} Step
  * @property {string} what 'tag', 'edit', 'delete', 'stretch', 'header' or 'correction'
- * @property {object} [item] the observation that it is about, as it was then
- * @property {object[]} [changes] what it changed, for its name
- * @property {object|null} [visit] of a field that is typed in: all its letters are one step
- * @property {(isBack: boolean) => Promise<void>|void} run takes it back, or does it again
- * @property {(isBack: boolean) => Promise<boolean>} isOvertaken whether the thing is no longer as the step left it
+ * @property {object} [item] the changed observation, in its earlier state
+ * @property {object[]} [changes] the changes, for the name of the step
+ * @property {object|null} [visit] of a text field: all letters typed in one visit are one step
+ * @property {(isBack: boolean) => Promise<void>|void} run undoes or redoes it
+ * @property {(isBack: boolean) => Promise<boolean>} isOvertaken whether the thing has changed since the
+ *     step
  *
  * @typedef {object} Outcome
  * @property {Step} step
  * @property {boolean} isBack
- * @property {boolean} isDone false when it was overtaken
- * @property {() => Promise<Outcome>} insist does it nevertheless
+ * @property {boolean} isDone false when the thing had changed
+ * @property {() => Promise<Outcome>} insist undoes or redoes it nevertheless
  */
 
-/** Fires `change` when there is something else to take back or to do again. */
+/** Fires `change` when another step can be undone or redone. */
 export class History extends EventTarget {
   #done = [];
   #undone = [];
   #running = Promise.resolve();
 
-  /** The step that would be taken back, or undefined. */
+  /** The next step to undo, or undefined. */
   get last() {
     return this.#done.at(-1);
   }
 
-  /** The step that would be done again, or undefined. */
+  /** The next step to redo, or undefined. */
   get next() {
     return this.#undone.at(-1);
   }
@@ -43,22 +43,22 @@ export class History extends EventTarget {
     this.#changed();
   }
 
-  /** Puts another step in the place of the last one, as more is typed, or none: it is as before. */
+  /** Replaces the last step, as more is typed, or removes it when nothing has changed. */
   replaceLast(step = null) {
     this.#done.splice(-1, 1, ...(step ? [step] : []));
     this.#changed();
   }
 
   /**
-   * Takes back the last step, or the named one; fails, and keeps it, when that does.
+   * Undoes the last step, or the named one; when that fails, the step is kept.
    * @param {Step} [step]
-   * @returns {Promise<Outcome|null>} null when there is none, or it was taken back already
+   * @returns {Promise<Outcome|null>} null when there is none, or it was already undone
    */
   undo(step) {
     return this.#inTurn(() => this.#move(true, step));
   }
 
-  /** Does again what was taken back last. */
+  /** Redoes the last step that was undone. */
   redo() {
     return this.#inTurn(() => this.#move(false));
   }
@@ -74,7 +74,7 @@ export class History extends EventTarget {
       this.#changed();
       return { step, isBack, isDone: true };
     };
-    // One that was overtaken leaves its place, so that those before it can still be taken back.
+    // A step that was overtaken is removed, so that earlier ones can still be undone.
     if (!isOvertaken) await step.run(isBack);
     from.splice(from.indexOf(step), 1);
     if (!isOvertaken) to.push(step);
@@ -82,10 +82,10 @@ export class History extends EventTarget {
     return { step, isBack, isDone: !isOvertaken, insist: () => this.#inTurn(go) };
   }
 
-  /** Two quick strokes of a key are two steps, one after the other. */
+  /** Runs steps in turn: two quick key strokes are two steps, one after the other. */
   #inTurn(run) {
     const result = this.#running.then(run);
-    this.#running = result.then(() => {}, () => {}); // its failure is its caller's
+    this.#running = result.then(() => {}, () => {}); // the caller handles its failure
     return result;
   }
 

@@ -20,7 +20,7 @@ function escaped(value) {
 }
 
 /**
- * Template tag. Text is escaped, nested markup and lists of it are kept, `null` and `false` vanish.
+ * Template tag. Text is escaped, nested markup and lists of it are kept, `null` and `false` are dropped.
  * @returns {Markup}
  */
 export function html(strings, ...values) {
@@ -36,21 +36,21 @@ export function html(strings, ...values) {
 export function render(element, markup) {
   const template = document.createElement('template');
   template.innerHTML = markup.text;
-  // Named before the markup enters the page: custom elements in it have not added their own parts.
+  // Collected before the markup enters the page: custom elements in it have not added their own parts yet.
   const named = [...template.content.querySelectorAll('[data-part]')];
   const parts = Object.fromEntries(named.map((part) => [part.dataset.part, part]));
   element.replaceChildren(template.content);
   return parts;
 }
 
-/** At thirty pictures a second only a text that has changed is to be laid out anew. */
+/** Sets a text only if it changed: thirty pictures a second must not repeat the layout. */
 export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
 /**
- * Brings the children of `container` in line with `items` without rebuilding those that stay, so
- * that focus and scroll position survive.
+ * Updates the children of `container` to match `items` without rebuilding those that stay, so that focus
+ * and scroll position survive.
  * @param {Element} container
  * @param {Array<object>} items
  * @param {(item: object) => string} keyOf

@@ -1,19 +1,19 @@
-/** One inspection as the server last described it, and what can be done with it. */
+/** One inspection as last received from the server, and the actions on it. */
 
 import { get, patch, post, put } from './api.js';
 import { Store } from './store.js';
 
-/** Whether the server still works on it. */
+/** Whether the server is still processing it. */
 export const isUnfinished = ({ status }) => status === 'queued' || status === 'running';
 
-/** Whether there are pictures: an imported survey is without its film. */
+/** Whether there are pictures: an imported survey has no film. */
 export const hasFilm = ({ source }) => source.kind !== 'import';
 
-/** Whether it was recorded from a camera and may be recorded on. */
+/** Whether it was recorded from a camera and can be continued. */
 export const mayGoOn = (inspection) =>
   inspection.source.kind === 'live' && !isUnfinished(inspection) && inspection.video.codec !== '';
 
-/** Whether another program has measured the distances, so that nobody knows their intervals. */
+/** Whether another program measured the distances, so that their intervals are unknown. */
 export const isUnmeasured = ({ source, video }) => source.kind === 'import' && video.codec === '';
 
 export class Inspection extends Store {
@@ -39,7 +39,7 @@ export class Inspection extends Store {
     this.set(await get(this.#path, this.#signal));
   }
 
-  /** Gives it another name or another header; fires `edited` with the step of the history. */
+  /** Changes name or header; fires `edited` with the step of the history. */
   async change(changes) {
     const before = this.value;
     await this.#put(changes);
@@ -52,7 +52,7 @@ export class Inspection extends Store {
   }
 
   /**
-   * Takes back or does again field by field: what others have changed beside them stays.
+   * Undoes or redoes field by field: changes of other fields by others stay.
    * @returns {import('./history.js').Step}
    */
   #step(changes) {
@@ -80,7 +80,7 @@ export class Inspection extends Store {
     this.set(await post(`${this.#path}/finish`, how));
   }
 
-  /** Takes back that the survey has ended. */
+  /** Withdraws the end of the survey. */
   async reopen() {
     const { end_condition, abandon_reason, ...header } = this.value.header;
     await this.#put({ header });
@@ -91,7 +91,7 @@ export class Inspection extends Store {
     await this.load();
   }
 
-  /** Goes on with the recording of a camera; `robot`: stood_still or moved. */
+  /** Continues the recording of a camera; `robot`: stood_still or moved. */
   async recordOn(url, robot) {
     this.set(await post(`${this.#path}/continue`, { url, robot }));
   }
@@ -107,12 +107,12 @@ export class Inspection extends Store {
   }
 }
 
-/** Its name and header side by side; no field of a header is called name. */
+/** Returns name and header side by side; no header field is called name. */
 const fieldsOf = ({ name, header }) => ({ name, ...header });
 
 const isSame = (a, b) => JSON.stringify(a ?? null) === JSON.stringify(b ?? null);
 
-/** The fields in which two states of an inspection differ: [{name, before, after}]. */
+/** Returns the fields in which two states of an inspection differ: [{name, before, after}]. */
 function differences(one, other) {
   const [before, after] = [fieldsOf(one), fieldsOf(other)];
   return [...new Set([...Object.keys(before), ...Object.keys(after)])]

@@ -1,10 +1,10 @@
-/** The joints of the pipe: those that were seen, and where others are expected. */
+/** The joints of the pipe: seen ones, and the places of expected ones. */
 
 /**
  * @typedef {object} Joint
  * @property {number|null} number from the zero point, the first is 1; null when they cannot be counted
  * @property {number} distance_m
- * @property {number|null} u95_m null when it is only expected there
+ * @property {number|null} u95_m null when it is only expected
  */
 
 export const isSeen = ({ u95_m: u95M }) => u95M !== null;
@@ -21,7 +21,7 @@ export function jointsOf(result) {
 }
 
 /**
- * The last joint behind a place, from which a repair crew counts in the pipe.
+ * Returns the last joint before a place, from which a repair crew counts in the pipe.
  * @param {Joint[]} joints along the pipe
  */
 export const jointBehind = (joints, distanceM) =>

@@ -1,4 +1,4 @@
-/** One listener for all keys of a page, and the table that the help shows. */
+/** One listener for all keys of a page, and the table shown by the help. */
 
 import { preferences } from './preferences.js';
 import { t } from './words.js';
@@ -11,27 +11,27 @@ import { t } from './words.js';
  * @property {(event: KeyboardEvent, key: string) => void} run
  */
 
-/** The name of a pressed key: 'a', 'Shift+a', 'Shift+3', 'Shift+ArrowLeft', 'Ctrl+z', '?'. */
+/** Returns the name of a pressed key: 'a', 'Shift+a', 'Shift+3', 'Shift+ArrowLeft', 'Ctrl+z', '?'. */
 export function keyName(event) {
   const digit = event.shiftKey && !/\d/.test(event.key) && /^Digit(\d)$/.exec(event.code)?.[1];
   const key = digit || (event.key.length === 1 ? event.key.toLowerCase() : event.key);
   const control = event.ctrlKey || event.metaKey ? 'Ctrl+' : '';
-  // Shift is part of a printed sign already, as in '?'.
+  // A printed sign, such as '?', already includes Shift.
   const isWithShift = event.shiftKey && (digit || event.key.length > 1 || /\p{L}/u.test(key));
   return control + (isWithShift ? 'Shift+' : '') + key;
 }
 
-/** Letters, digits and signs, as keys or as they are shown: speech input types them. Arrows are none. */
+/** Letters, digits and signs, as keys or as shown: speech input types them. Arrows do not match. */
 const SINGLE = /^(Shift\+)?[^\s←→](…\d)?$/u;
 
-/** Whether a key does what it is bound to: letters, digits and signs can be switched off (WCAG 2.1.4). */
+/** Whether a key is active: letters, digits and signs can be switched off (WCAG 2.1.4). */
 export const isKeyOn = (key) => preferences.value.single_keys || !SINGLE.test(key.replaceAll(' ', ''));
 
-/** 'Play (Space)': what a button does, with its key as long as that is one. */
+/** 'Play (Space)': the action of a button, with its key while that key is active. */
 export const withKey = (what, key) =>
   key && isKeyOn(key) ? t('video.with_key', { what, key }) : what;
 
-/** What a pedal sends: no field needs it. */
+/** Keys of a pedal, which no field needs. */
 const PEDAL = /^(F\d+|Pause)$/;
 const TYPING = 'input:not([type=range], [type=radio], [type=checkbox]), textarea, select';
 const OWN_KEYS = [
@@ -42,9 +42,9 @@ const OWN_KEYS = [
   ['[role=tab]', new Set(['ArrowLeft', 'ArrowRight', 'Home', 'End'])],
 ];
 
-/** Whether the focused element, or a dialog, needs this key for itself. */
+/** Whether the focused element, or a dialog, needs this key itself. */
 function isTaken(target, key) {
-  // Asked of the page: the focus leaves a dialog's button when that is disabled.
+  // Checked on the page: the focus leaves a dialog's button when that is disabled.
   if (document.querySelector('dialog[open]')) return true;
   if (!(target instanceof Element)) return false;
   if (target.matches(TYPING)) return !PEDAL.test(key);

@@ -5,8 +5,8 @@
  * empty). The server sends the next one only after an acknowledgement, so a slow page sees fewer
  * pictures and never old ones. A text message is JSON with a `type`.
  *
- * The page asks for an answer every two seconds: it shows how long a message is on its way, which is
- * part of a picture's age, and that a connection is dead although nothing has closed it.
+ * The page sends a ping every two seconds: the answer shows the delay of messages, which is part of a
+ * picture's age, and a missing answer reveals a dead connection.
  *
  * States: CLOSED => CONNECTING => OPEN => CLOSED; ENDED when the server refuses for good.
  */
@@ -14,7 +14,7 @@
 const REFUSED = { 4401: 'signed-out', 4404: 'gone' };
 const LONGEST_PAUSE_S = 8;
 const PING_EVERY_MS = 2000;
-/** Without an answer for so long the connection is given up. */
+/** Silence after which the connection is given up. */
 const DEAD_AFTER_MS = 10_000;
 
 /**
@@ -30,7 +30,7 @@ export function parseMessage(message) {
 }
 
 /**
- * When the camera gave the picture of a message, by `performance.now`; null for a file.
+ * Returns when the camera delivered the picture of a message, by `performance.now`; null for a file.
  * @param {number|null} ageMs as the server stated it when it sent the message
  * @param {number} roundTripMs
  * @param {number} receivedMs
@@ -40,7 +40,8 @@ export const capturedAt = (ageMs, roundTripMs, receivedMs) =>
 
 /**
  * Events: `message` (detail {header, jpeg, capturedMs}; call `acknowledge(header.seq)` when it is on
- * screen), `state` (property `state`), and one by the `type` of each text message (detail: all of it).
+ * screen), `state` (property `state`), and one named by the `type` of each text message (detail: the
+ * message).
  */
 export class LiveFeed extends EventTarget {
   #socket = null;
@@ -51,9 +52,9 @@ export class LiveFeed extends EventTarget {
   #url;
 
   state = 'CLOSED';
-  /** Of the newest message. */
+  /** `seq` of the newest message. */
   seq = 0;
-  /** Of the last answer to a ping; 0 before the first. */
+  /** Round trip of the last ping; 0 before the first answer. */
   roundTripMs = 0;
 
   /**
@@ -64,7 +65,7 @@ export class LiveFeed extends EventTarget {
     super();
     this.#url = `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}${path}`;
     signal.addEventListener('abort', () => this.#end('ENDED'));
-    // A hidden page asks for nothing; a page that is seen again starts at once.
+    // A hidden page requests nothing; it resumes at once when it becomes visible.
     document.addEventListener(
       'visibilitychange',
       () => (document.hidden ? this.#close() : this.#connect()),
@@ -79,7 +80,7 @@ export class LiveFeed extends EventTarget {
     this.send({ type: 'ack', seq });
   }
 
-  /** Sends a command; answers false when there is no connection. */
+  /** Sends a command; returns false when there is no connection. */
   send(command) {
     if (this.state !== 'OPEN') return false;
     this.#socket.send(JSON.stringify(command));
@@ -131,8 +132,8 @@ export class LiveFeed extends EventTarget {
 
   #receive(data) {
     if (typeof data === 'string') {
-      const told = JSON.parse(data);
-      if (told.type) this.dispatchEvent(new CustomEvent(told.type, { detail: told }));
+      const message = JSON.parse(data);
+      if (message.type) this.dispatchEvent(new CustomEvent(message.type, { detail: message }));
       return;
     }
     const { header, jpeg } = parseMessage(data);

@@ -1,4 +1,4 @@
-/** Where picture and rig disagree, in words: what it means and what to check. */
+/** Disagreements of picture and rig in words: what they mean and what to check. */
 
 import { t } from './words.js';
 

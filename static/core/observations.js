@@ -1,6 +1,6 @@
 /**
- * The tagged points of one inspection. Every change shows at once, goes to the outbox, and can be
- * undone; the server's answer replaces the estimated distance by the exact one.
+ * The observations of one inspection. Every change shows at once, goes to the outbox and can be undone; the
+ * server's answer replaces the estimated distance by the exact one.
  */
 
 import { ApiError, get } from './api.js';
@@ -8,17 +8,17 @@ import { Store } from './store.js';
 import { partsOf, stretchNumber } from './stretches.js';
 import { errorText } from './words.js';
 
-/** What a person enters; everything else is derived by the server. */
+/** Fields that a person enters; the server derives all others. */
 const FIELDS = [
   'frame', 'pixel', 'code', 'char1', 'char2', 'quant1', 'quant2', 'clock_from', 'clock_to',
   'severity', 'continuous', 'remark',
 ];
-/** The same throughout a stretch. */
+/** Fields that are equal throughout a stretch. */
 const SHARED = ['code', 'char1', 'char2'];
 
-/** Until the list is read again: for a photo that is still missing, or when the server was away. */
+/** Pause before the list is read again, for a missing photo or after a failure. */
 const LOAD_PAUSE_MS = 1500;
-/** A server that does not say by then what it has is taken for away. */
+/** Time after which a silent server counts as unreachable. */
 const LOOK_LIMIT_MS = 3000;
 
 const byDistance = (a, b) =>
@@ -27,7 +27,7 @@ const byDistance = (a, b) =>
 const fieldsOf = (observation) =>
   Object.fromEntries(FIELDS.map((name) => [name, observation[name] ?? null]));
 
-/** Random UUID; `crypto.randomUUID` exists only over https and on localhost. */
+/** Returns a random UUID; `crypto.randomUUID` exists only over https and on localhost. */
 function newId() {
   const bytes = crypto.getRandomValues(new Uint8Array(16));
   bytes[6] = (bytes[6] & 0x0f) | 0x40;
@@ -45,7 +45,7 @@ function newId() {
 
 /**
  * A store of observations sorted by distance. Beside the fields of the API each has
- * `save`: 'saved' | 'waiting' | 'refused', and `refusal`, the reason of the last.
+ * `save`: 'saved' | 'waiting' | 'refused', and `refusal`, the reason of a refusal.
  */
 export class Observations extends Store {
   #inspection;
@@ -77,7 +77,7 @@ export class Observations extends Store {
     outbox.addEventListener('elsewhere', () => this.#loadPatiently(), { signal });
   }
 
-  /** Reads the server's list and lays what is still in the outbox over it. */
+  /** Reads the server's list and applies what is still in the outbox. */
   async load(signal = this.#signal) {
     const version = this.#version;
     const { observations, next_stretch: next } = await get(this.#path, signal);
@@ -102,7 +102,7 @@ export class Observations extends Store {
     this.#awaitPhotos();
   }
 
-  /** What has not changed stays the same object, so that nobody works it out again. */
+  /** Keeps the objects of unchanged items, so that nothing is computed again. */
   #asKnown(items) {
     const before = new Map(this.value.map((item) => [item.id, item]));
     return items.map((item) => (isSame(before.get(item.id), item) ? before.get(item.id) : item));
@@ -112,7 +112,7 @@ export class Observations extends Store {
     return this.value.find((item) => item.id === id) ?? null;
   }
 
-  /** The first number that no stretch of this inspection has ever had. */
+  /** The first stretch number that this inspection never used. */
   get nextStretch() {
     return this.#nextStretch;
   }
@@ -124,14 +124,14 @@ export class Observations extends Store {
     return this.find(id);
   }
 
-  /** The code and its characters change throughout a stretch. */
+  /** Edits an observation; code and characters change throughout its stretch. */
   edit(id, changes) {
     this.#do('edit', this.#editOf(id, changes));
   }
 
   /**
-   * Like `edit`, for every letter that is typed: it is safe in this browser at once and goes to the
-   * server when the hand rests. All letters of one visit of a field are one step to undo.
+   * Like `edit`, for every typed letter: it is safe in this browser at once and sent after a pause in
+   * typing. All letters of one visit of a field are one undo step.
    * @param {string} id
    * @param {object} changes
    * @param {object} visit the same object as long as the field has the focus
@@ -159,12 +159,12 @@ export class Observations extends Store {
     return [changeOf(item, changes), ...others.map((part) => changeOf(part, shared))];
   }
 
-  /** Changes several observations in one step: [id, changes] of each. */
+  /** Changes several observations in one step: [id, changes] for each. */
   editTogether(edits) {
     this.#do('stretch', edits.map(([id, changes]) => changeOf(this.find(id), changes)));
   }
 
-  /** Takes a stretch for the one point where it starts. */
+  /** Turns a stretch into a point at its start. */
   makePoint(number) {
     const [start, ...others] = partsOf(this.value, { continuous: `A${number}` });
     this.#do('stretch', [
@@ -177,14 +177,14 @@ export class Observations extends Store {
     this.#do('delete', [{ id, before: fieldsOf(this.find(id)), after: null }]);
   }
 
-  /** Sends again what the server has refused. */
+  /** Sends again what the server refused. */
   sendAgain(id) {
     const item = this.find(id);
     if (item) this.#queue('save', id, fieldsOf(item));
     if (item) this.#replace({ ...item, save: 'waiting' });
   }
 
-  /** Takes the server's word for an observation that it has refused: back to what it has. */
+  /** Discards the refused changes of an observation and returns to the server's state. */
   async giveUp(id) {
     await this.#outbox.drop(id);
     await this.load();
@@ -192,7 +192,7 @@ export class Observations extends Store {
 
   // Steps -----------------------------------------------------------------------------------
 
-  /** @param {Change[]} changes those that change nothing are left out */
+  /** @param {Change[]} changes those without effect are left out */
   #do(what, changes) {
     const real = changes.filter(isReal);
     if (real.length === 0) return;
@@ -201,7 +201,7 @@ export class Observations extends Store {
     this.#history.add(this.#step(what, real, item));
   }
 
-  /** @param {object|null} item as it was before, null when it was not there */
+  /** @param {object|null} item its earlier state, null when it did not exist */
   #step(what, changes, item) {
     return {
       what,
@@ -221,7 +221,7 @@ export class Observations extends Store {
     }
   }
 
-  /** Whether one of them is no longer as it was left: looked up on the server, unless it is away. */
+  /** Whether one of them has changed since; looked up on the server, unless it is unreachable. */
   async #isOvertaken(changes, isBack) {
     try {
       await this.load(AbortSignal.any([this.#signal, AbortSignal.timeout(LOOK_LIMIT_MS)]));
@@ -253,7 +253,7 @@ export class Observations extends Store {
     queue('save', id, fieldsOf(item));
   }
 
-  /** Shows one that was not there, or not any more. */
+  /** Shows an observation that was not shown. */
   #bring(id, fields) {
     const place = this.#placeOf(fields.frame, fields.pixel);
     this.#publish([...this.value, { ...unsaved(id), ...place, ...fields, save: 'waiting' }]);
@@ -279,13 +279,13 @@ export class Observations extends Store {
     if (operation.inspection !== this.#inspection || !answer) return;
     const item = this.find(operation.observation);
     if (!item) {
-      this.#loadPatiently(); // another tab's, made while the list could not be read
+      this.#loadPatiently(); // from another tab, made while the list could not be read
       return;
     }
     // A newer change of this observation is on its way: keep what the person entered.
     const isNewest = !this.#outbox.isWaiting(item.id);
     this.#version += 1;
-    // Before its frame is tracked the server knows no distance, but the live picture had one.
+    // Before its frame is tracked, the server knows no distance, but the live picture had one.
     const { distance_m, distance_u95_m, clock, time_s } = item;
     const place = answer.distance_m === null ? { distance_m, distance_u95_m, clock, time_s } : {};
     this.#replace(
@@ -296,7 +296,7 @@ export class Observations extends Store {
     this.#awaitPhotos();
   }
 
-  /** A photo is cut after its observation is safe, so it comes a little later. */
+  /** Waits for photos, which are made after their observation is stored. */
   #awaitPhotos() {
     clearTimeout(this.#timer);
     const isMissing = ({ save, photo, photo_error: error }) => save === 'saved' && !photo && !error;
@@ -340,7 +340,7 @@ const unsaved = (id) => ({
   remark: null,
 });
 
-/** What changes of an observation, before and after. */
+/** Returns the change of an observation, before and after. */
 const changeOf = (item, changes) => ({
   id: item.id,
   before: Object.fromEntries(Object.keys(changes).map((name) => [name, item[name] ?? null])),

@@ -1,6 +1,6 @@
 /**
- * Where operations lie until the server has them: in IndexedDB, which all tabs of the browser share.
- * Where the browser gives no room they lie in the memory of the page, and `isKept` says so.
+ * Stores operations until the server has them: in IndexedDB, which all tabs of the browser share. Where the
+ * browser gives no storage, they are in the memory of the page, and `isKept` is false.
  */
 
 const DATABASE = 'chainage-outbox';
@@ -10,7 +10,7 @@ export class Operations {
   #database;
   #inMemory = new Map();
 
-  /** Whether everything that was put here outlives the page. */
+  /** Whether everything stored here survives the page. */
   get isKept() {
     return this.#database !== null && this.#inMemory.size === 0;
   }
@@ -32,16 +32,16 @@ export class Operations {
     this.#database = database;
   }
 
-  /** All, oldest first. */
+  /** Returns all operations, oldest first. */
   async all() {
     const kept = this.#database ? await settled(this.#objects().getAll()) : [];
     return [...kept, ...this.#inMemory.values()].sort((a, b) => (a.id < b.id ? -1 : 1));
   }
 
   /**
-   * Resolves when it is as safe as this browser makes it.
+   * Stores an operation; resolves when it is as safe as this browser allows.
    * @param {{id: string}} operation
-   * @param {string|null} [replaced] id of the one that it takes the place of
+   * @param {string|null} [replaced] id of the operation that it replaces
    */
   async put(operation, replaced = null) {
     try {
@@ -50,7 +50,7 @@ export class Operations {
       if (replaced) objects.delete(replaced);
       await settled(objects.put(operation));
     } catch (error) {
-      if (!(error instanceof DOMException)) throw error; // no room, or none allowed
+      if (!(error instanceof DOMException)) throw error; // no storage, or none allowed
       if (replaced) await this.delete(replaced);
       this.#inMemory.set(operation.id, operation);
     }
@@ -66,7 +66,7 @@ export class Operations {
   }
 }
 
-/** Result of an IndexedDB request; a change counts only when its transaction is complete. */
+/** Awaits an IndexedDB request; a change counts only when its transaction is complete. */
 function settled(request) {
   return new Promise((resolve, reject) => {
     request.onerror = () => reject(request.error);
@@ -77,6 +77,6 @@ function settled(request) {
     }
     transaction.oncomplete = () => resolve(request.result);
     transaction.onabort = () => reject(transaction.error);
-    transaction.commit(); // now: a tab that is closed at once loses nothing
+    transaction.commit(); // at once: a tab that is closed now loses nothing
   });
 }

@@ -2,7 +2,7 @@
  * Changes of observations on their way to the server. Each is written to IndexedDB before it is
  * sent and removed when the server has answered, so a reload, a crash or a restart of the server
  * loses none. They are sent in order, one at a time, by one tab at a time, and every one may be sent
- * twice. What the server refuses stays here until the person has changed it or taken it back.
+ * twice. What the server refuses stays here until the person has changed or undone it.
  */
 
 import { ApiError, put, remove } from './api.js';
@@ -11,9 +11,9 @@ import { errorText } from './words.js';
 
 const NAME = 'chainage-outbox';
 const PAUSES_S = [0.5, 1, 2, 5, 10];
-/** A server that does not answer by then is away; a photo takes a few seconds. */
+/** Time after which a silent server counts as unreachable; a photo takes a few seconds. */
 const ANSWER_LIMIT_S = 30;
-/** What is typed is kept at every letter, and sent when the hand has rested for so long. */
+/** Pause in typing after which text is sent; it is stored at every letter. */
 const TYPED_S = 0.8;
 
 /**
@@ -23,7 +23,7 @@ const TYPED_S = 0.8;
  * @property {string} observation
  * @property {'save'|'delete'} kind
  * @property {object} [fields] of a save
- * @property {{code: string, message: string}} [refusal] why the server does not take it
+ * @property {{code: string, message: string}} [refusal] why the server refused it
  */
 
 const SEND = {
@@ -33,19 +33,19 @@ const SEND = {
 
 /**
  * Events: `change` (count, reason, or whether it is kept), `answered` (detail {operation, answer}),
- * `refused` (detail {operation, error}), `elsewhere` (another tab has changed or sent something).
+ * `refused` (detail {operation, error}), `elsewhere` (another tab changed or sent something).
  */
 export class Outbox extends EventTarget {
-  /** What stops the first operation from being saved, or null. */
+  /** What prevents the first operation from being sent, or null. */
   reason = null;
 
   #operations;
-  /** All that are kept, oldest first. */
+  /** All stored operations, oldest first. */
   #known;
-  /** Id of the operation that is under way. */
+  /** Id of the operation that is being sent. */
   #sending = null;
   #isFlushing = false;
-  /** Whether something came while the last was being sent. */
+  /** Whether something was added while the last was being sent. */
   #isAsked = false;
   #written = Promise.resolve();
   #failures = 0;
@@ -53,7 +53,7 @@ export class Outbox extends EventTarget {
   #typedTimer = 0;
   #others = new BroadcastChannel(NAME);
 
-  /** Opens the box of this browser and goes on with what it still holds. */
+  /** Opens the outbox of this browser and sends what it still holds. */
   static async open() {
     const operations = await Operations.open();
     return new Outbox(operations, await operations.all());
@@ -71,17 +71,17 @@ export class Outbox extends EventTarget {
     this.#flush();
   }
 
-  /** How many wait for the server. */
+  /** Number of operations that wait for the server. */
   get count() {
     return this.#waiting.length;
   }
 
-  /** Whether everything here outlives the page; without room in the browser it does not. */
+  /** Whether everything here survives the page; without storage in the browser it does not. */
   get isKept() {
     return this.#operations.isKept;
   }
 
-  /** Operations of one inspection that the server has not taken, the refused ones too, oldest first. */
+  /** Returns the operations of one inspection that the server has not accepted, oldest first. */
   openFor(inspection) {
     return this.#known.filter((operation) => operation.inspection === inspection);
   }
@@ -90,7 +90,7 @@ export class Outbox extends EventTarget {
     return this.#waiting.some((operation) => operation.observation === observation);
   }
 
-  /** Resolves when nothing of an inspection waits any more, or when `signal` aborts. */
+  /** Resolves when no operation of an inspection is waiting, or when `signal` aborts. */
   async whenSent(inspection, signal) {
     const waits = () => this.#waiting.some((operation) => operation.inspection === inspection);
     while (waits() && !signal.aborted) {
@@ -101,13 +101,13 @@ export class Outbox extends EventTarget {
     }
   }
 
-  /** Resolves when the operation is safe in this browser; sending goes on in the background. */
+  /** Resolves when the operation is safe in this browser; it is sent in the background. */
   async add(operation) {
     await this.#keep(operation);
     this.#flush();
   }
 
-  /** Like `add`, of what is still being typed: it is sent when nothing more comes for a while. */
+  /** Like `add`, for text that is still being typed: it is sent after a pause in typing. */
   async addTyped(operation) {
     clearTimeout(this.#typedTimer);
     this.#typedTimer = setTimeout(() => this.#flush(), 1000 * TYPED_S);
@@ -119,8 +119,8 @@ export class Outbox extends EventTarget {
     const last = this.#known.findLast((other) => other.observation === observation);
     const isOvertaken =
       last && last.id !== this.#sending && last.kind === 'save' && operation.kind === 'save';
-    // One that was refused is settled by whatever comes after it. Another tab may be sending the
-    // overtaken one just now, so its successor has an id of its own.
+    // A refused operation is settled by its successor. Another tab may be sending the replaced one just
+    // now, so the successor has its own id.
     const replaced = isOvertaken || last?.refusal ? last : null;
     const added = { id: nextId(), ...operation };
     this.#known = [...this.#known.filter((other) => other !== replaced), added];
@@ -131,7 +131,7 @@ export class Outbox extends EventTarget {
     this.#others.postMessage(null);
   }
 
-  /** Forgets what the server has refused of an observation. */
+  /** Discards what the server refused of an observation. */
   async drop(observation) {
     const refused = this.#known.filter((other) => other.observation === observation && other.refusal);
     this.#known = this.#known.filter((other) => !refused.includes(other));
@@ -163,7 +163,7 @@ export class Outbox extends EventTarget {
     this.#timer = setTimeout(() => this.#flush(), seconds * 1000);
   }
 
-  /** What the box holds counts, not what this tab has seen of it: another one may have sent it. */
+  /** Sends what the box holds, not what this tab last saw: another tab may have sent it. */
   async #sendAll() {
     for (;;) {
       await this.#written;
@@ -191,7 +191,7 @@ export class Outbox extends EventTarget {
       event = new CustomEvent('answered', { detail: { operation, answer } });
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      // Another person's token may be allowed what this one's is not.
+      // Another person's token may permit what this one does not.
       if (error.isTemporary || error.status === 401 || error.code === 'forbidden') {
         this.reason = errorText(error);
         this.#changed();
@@ -228,7 +228,7 @@ export class Outbox extends EventTarget {
     if (this.count) this.#flush();
   }
 
-  /** What other tabs have put in or taken out. */
+  /** Reads what other tabs have added or removed. */
   async #read() {
     let seen;
     let all;
@@ -246,7 +246,7 @@ export class Outbox extends EventTarget {
   }
 }
 
-/** Runs `send` while no other tab does. Over plain http, where there are no locks, at once. */
+/** Runs `send` while no other tab does. Over plain http, where locks are missing, at once. */
 const alone = (send) => (navigator.locks ? navigator.locks.request(NAME, send) : send());
 
 let made = 0;

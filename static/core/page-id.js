@@ -1,4 +1,4 @@
-/** What pairs this page's commands with the 3D view in it: a long random number, new for each page. */
+/** A long random number, new for each page, that pairs the page's commands with the 3D view in it. */
 
 const bytes = crypto.getRandomValues(new Uint8Array(16));
 

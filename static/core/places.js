@@ -1,9 +1,9 @@
-/** What a person types to go somewhere: a distance, a time, a frame or a joint. */
+/** Parses what a person types to go somewhere: a distance, a time, a frame or a joint. */
 
 import { parseDistance } from './units.js';
 
 /**
- * '12.40' or '40.7 ft', '3:20' or '1:02:03.5', '#1200', 'j3'; null when it is none of them.
+ * '12.40' or '40.7 ft', '3:20' or '1:02:03.5', '#1200', 'j3'; null for anything else.
  * @param {string} typed
  * @returns {{kind: 'distance'|'time'|'frame'|'joint', value: number}|null} metres, seconds, numbers
  */

@@ -1,6 +1,6 @@
 /**
- * What a person has chosen for the page. The server keeps it; this browser keeps a copy, so that the
- * first paint has the right language and the page works while the server is away.
+ * A person's choices for the page. The server stores them; this browser keeps a copy, so that the first
+ * paint has the right language and the page works while the server is unreachable.
  */
 
 import { ApiError, get, put } from './api.js';
@@ -8,7 +8,7 @@ import { Store } from './store.js';
 
 const COPY = 'chainage.preferences';
 
-/** Main codes of EN 13508-2 for the digit keys 1 to 9, as the server has them for who has not chosen. */
+/** Main codes of EN 13508-2 for the digit keys 1 to 9, the server's defaults. */
 export const USUAL_CODES = ['BAB', 'BAC', 'BAF', 'BAJ', 'BBA', 'BBB', 'BBC', 'BBF', 'BDD'].map(
   (code) => ({ code, char1: null, char2: null }),
 );
@@ -24,7 +24,7 @@ export const USUAL_CODES = ['BAB', 'BAC', 'BAF', 'BAJ', 'BBA', 'BBB', 'BBC', 'BB
 const UNSET = { language: null, units: 'm', quick_codes: USUAL_CODES, single_keys: true, pack: null };
 
 class Preferences extends Store {
-  /** {name, role} of who is logged in, or null before the server has answered. */
+  /** {name, role} of the logged-in person; null before the server has answered. */
   person = null;
 
   constructor() {
@@ -32,8 +32,8 @@ class Preferences extends Store {
   }
 
   /**
-   * Fetches the server's; answers whether the page was drawn with others and has to be drawn anew.
-   * A server that is away changes nothing.
+   * Fetches the server's preferences; returns whether the page must be drawn again with them. An
+   * unreachable server changes nothing.
    * @param {AbortSignal} [signal]
    */
   async load(signal) {
@@ -46,13 +46,13 @@ class Preferences extends Store {
       throw error;
     }
     this.person = { name: me.name, role: me.role };
-    if (this.value !== asked) return false; // chosen anew meanwhile
+    if (this.value !== asked) return false; // changed meanwhile
     this.keep(me.preferences);
     return JSON.stringify(this.value) !== JSON.stringify(asked);
   }
 
   /**
-   * Changes some of them here at once and then on the server; throws an ApiError when it refuses.
+   * Changes some of them here at once and then on the server; throws an ApiError when that refuses.
    * @param {Partial<Chosen>} changes
    */
   async save(changes) {

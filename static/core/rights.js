@@ -1,12 +1,12 @@
 /**
- * What the person may do, as the server has written it into the page. It is for the page only: the
- * server checks every request by itself.
+ * The person's rights, as the server wrote them into the page. They only control the page: the server
+ * checks every request itself.
  */
 
 const ROLES = ['viewer', 'operator', 'admin'];
 const { role, insecure } = document.documentElement.dataset;
 
-/** Whether the role is `needed` or more. What needs more is hidden in the page by `data-needs`. */
+/** Whether the role is `needed` or higher. `data-needs` hides parts of the page that need more. */
 export const may = (needed) => ROLES.indexOf(role) >= ROLES.indexOf(needed);
 
 /** Whether other machines reach the server without encryption. */

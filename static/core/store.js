@@ -1,4 +1,4 @@
-/** Values that announce their changes, and elements that listen only while they are on the page. */
+/** Values that announce their changes, and elements that listen only while they are in the page. */
 
 /** Holds one value and fires `change` when it is replaced. */
 export class Store extends EventTarget {
@@ -36,7 +36,7 @@ export class Component extends HTMLElement {
     this.#frame = 0;
   }
 
-  /** Ends when the element leaves the page. */
+  /** Aborts when the element leaves the page. */
   get signal() {
     return this.#lifetime.signal;
   }
@@ -45,7 +45,7 @@ export class Component extends HTMLElement {
     target.addEventListener(type, handler, { ...options, signal: this.signal });
   }
 
-  /** Calls `paint` before the next picture, once however often it is asked for. */
+  /** Calls `paint` before the next frame, once for any number of calls. */
   repaint() {
     if (this.#frame) return;
     this.#frame = requestAnimationFrame(() => {

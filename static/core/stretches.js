@@ -1,4 +1,4 @@
-/** Defects that go on along the pipe: A1 starts, C1 changes, B1 finishes stretch number 1. */
+/** Continuous defects: A1 starts, C1 changes, B1 finishes stretch number 1. */
 
 /**
  * @typedef {object} Stretch
@@ -10,14 +10,14 @@
  * @property {number|null} severity the worst of its observations
  */
 
-/** How many defects these observations are: a stretch is one, whatever its start, changes and finish. */
+/** Returns the number of defects: a stretch counts once, with its start, changes and finish. */
 export const defectCount = (observations) =>
   new Set(observations.map(({ id, continuous }) => continuous?.slice(1) ?? id)).size;
 
 /**
- * The stretches among some observations.
+ * Returns the stretches among some observations.
  * @param {object[]} observations
- * @param {number} endM how far an open one goes
+ * @param {number} endM where an open one ends
  * @returns {Stretch[]}
  */
 export function stretchesOf(observations, endM) {
@@ -43,13 +43,13 @@ export function stretchesOf(observations, endM) {
   });
 }
 
-/** Number of the stretch that an observation belongs to, or null. */
+/** Returns the number of the stretch that an observation belongs to, or null. */
 export const stretchNumber = ({ continuous }) => (continuous ? Number(continuous.slice(1)) : null);
 
-/** What an observation is of its stretch: 'A' start, 'B' finish, 'C' change, or null. */
+/** Returns the role of an observation in its stretch: 'A' start, 'B' finish, 'C' change, or null. */
 export const stretchRole = ({ continuous }) => continuous?.[0] ?? null;
 
-/** All observations of the stretch that one of them belongs to, its start first; none without a stretch. */
+/** Returns all observations of an observation's stretch, its start first; none without a stretch. */
 export function partsOf(observations, item) {
   const number = stretchNumber(item);
   if (number === null) return [];
@@ -58,14 +58,14 @@ export function partsOf(observations, item) {
     .sort((a, b) => a.continuous.localeCompare(b.continuous));
 }
 
-/** Stretches without a finish, the newest first. */
+/** Returns the stretches without a finish, the newest first. */
 export const openStretches = (observations) =>
   stretchesOf(observations, 0)
     .filter(({ isOpen }) => isOpen)
     .sort((a, b) => Number(b.number) - Number(a.number));
 
 /**
- * The share of a length that stretches cover; where they overlap it counts once.
+ * Returns the share of a length that stretches cover; overlaps count once.
  * @param {Stretch[]} stretches
  * @param {number} lengthM
  */

@@ -1,6 +1,6 @@
 /**
- * The track of one inspection: for every frame its presentation time and where the robot was.
- * The times are the PTS table of the video: a picture is found by its time, never by time * fps.
+ * The track of one inspection: presentation time and pose of every frame. The times are the PTS table of
+ * the video: a picture is found by its time, never by time * fps.
  */
 
 import { GrowingColumns, getColumns } from './columns.js';
@@ -16,7 +16,7 @@ const TYPES = {
 const COLUMNS = Object.keys(TYPES);
 /** Browsers round media times to microseconds. */
 const ROUNDING_S = 0.0005;
-/** Passes so near to a place are as near as each other. */
+/** Distances of passes from a place that differ less than this count as equal. */
 const SAME_PLACE_MM = 5;
 
 /**
@@ -35,7 +35,7 @@ const SAME_PLACE_MM = 5;
  * @property {number} roll_deg
  */
 
-/** Fires `change` when rows were added or the track was begun anew. */
+/** Fires `change` when rows were added or the track was restarted. */
 export class Track extends EventTarget {
   #path;
   #columns = new GrowingColumns(TYPES);
@@ -43,7 +43,7 @@ export class Track extends EventTarget {
   #low = Infinity;
   #high = -Infinity;
   #ranged = 0;
-  /** Rises when the track begins anew: what was worked out from an earlier one is void. */
+  /** Rises when the track is restarted: everything computed from an earlier one is void. */
   generation = 0;
 
   constructor(inspectionId) {
@@ -91,7 +91,7 @@ export class Track extends EventTarget {
     this.dispatchEvent(new Event('change'));
   }
 
-  /** Fetches it from the first row again: its distances have been corrected. */
+  /** Fetches all rows again, as their distances have been corrected. */
   async reload(signal) {
     const columns = await getColumns(`${this.#path}&since=0`, signal);
     this.#columns.replace(columns, columns.time_s.length);
@@ -109,7 +109,7 @@ export class Track extends EventTarget {
     this.dispatchEvent(new Event('change'));
   }
 
-  /** The frame that is on screen at this media time; -1 without a track. */
+  /** Returns the frame on screen at this media time; -1 without a track. */
   frameAt(timeS) {
     const times = this.column('time_s');
     let low = 0;
@@ -123,7 +123,7 @@ export class Track extends EventTarget {
   }
 
   /**
-   * Where to seek for this frame: within its interval, as its very start may show the one before.
+   * Returns where to seek for this frame: within its interval, as its very start may show the previous one.
    * @param {number} frame
    * @param {number} share of the interval, from its start
    */
@@ -135,7 +135,8 @@ export class Track extends EventTarget {
   }
 
   /**
-   * The frame nearest to a distance; of several passes (the robot reversed) that nearest to `frame`.
+   * Returns the frame nearest to a distance; of several passes (the robot reversed), the one nearest to
+   * `frame`.
    * @param {number} distanceMm
    * @param {number} frame
    */
@@ -145,7 +146,7 @@ export class Track extends EventTarget {
     for (const distance of distances) nearest = Math.min(nearest, Math.abs(distance - distanceMm));
     const tolerance = nearest + SAME_PLACE_MM;
     let best = -1;
-    let passing = -1; // the nearest frame of the pass that `i` is in
+    let passing = -1; // the nearest frame of the pass that contains `i`
     for (let i = 0; i <= distances.length; i += 1) {
       const apart = i < distances.length ? Math.abs(distances[i] - distanceMm) : Infinity;
       if (apart <= tolerance) {

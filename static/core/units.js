@@ -1,6 +1,6 @@
 /**
- * Numbers as people read them, in the units and the language that they chose. Metres, millimetres
- * and seconds come in, text goes out; typed distances come back as metres.
+ * Numbers as people read them, in their units and language. Metres, millimetres and seconds come in, text
+ * goes out; typed distances are converted to metres.
  */
 
 import { preferences } from './preferences.js';
@@ -9,12 +9,12 @@ import { language, t } from './words.js';
 
 const M_PER_FT = 0.3048;
 
-/** 'm' or 'ft': what distances along the culvert are shown in. */
+/** 'm' or 'ft': the unit of distances along the culvert. */
 export const lengthUnit = preferences.value.units;
 
 const DECIMALS = lengthUnit === 'ft' ? 1 : 2;
 
-/** Metres in the shown unit, and back. */
+/** Converts metres to the shown unit, and back. */
 export const toShown = (m) => (lengthUnit === 'ft' ? m / M_PER_FT : m);
 export const fromShown = (shown) => (lengthUnit === 'ft' ? shown * M_PER_FT : shown);
 
@@ -22,18 +22,18 @@ export const fromShown = (shown) => (lengthUnit === 'ft' ? shown * M_PER_FT : sh
 export const chainage = (m) => `${chainageNumber(m)} ${lengthUnit}`;
 
 /**
- * '3.42', or a dash while the distance is not known. Rounded from the millimetre that is published,
- * so that a track row, a defect at the same place and a report of it read the same.
+ * '3.42', or a dash while the distance is unknown. It is rounded from the published millimetre, so that a
+ * track row, a defect at the same place and a report of it read the same.
  */
 export function chainageNumber(m) {
   if (m === null) return '–';
   return signed(toShown(published(m)), DECIMALS);
 }
 
-/** Distances are shown to so much; none is known better. */
+/** Smallest half-width: distances are shown to a centimetre, and none is known better. */
 export const LEAST_M = 0.01;
 
-/** Half of the 95 % interval in metres, as app/interval.py has it: up to the next millimetre. */
+/** Half of the 95 % interval in metres, as in app/survey/interval.py: rounded up to a millimetre. */
 export const u95FromSigma = (sigmaMm) => Math.max(LEAST_M, roundedUp((1.96 * sigmaMm) / 1000, 3));
 
 /** '± 0.01 m', rounded up to the last digit shown, and never zero. */
@@ -47,7 +47,8 @@ export function plusMinus(u95M) {
 export const speed = (mPerMin) => `${signed(toShown(mPerMin), 1)} ${lengthUnit}/min`;
 
 /**
- * Metres of a typed distance, or null when it is none: '12.40', '12,40', '40.7 ft', '−1.2 m'.
+ * Returns the metres of a typed distance, or null when it is invalid: '12.40', '12,40', '40.7 ft', '−1.2
+ * m'.
  * Without a unit it is in the shown one.
  */
 export function parseDistance(text) {
@@ -95,9 +96,9 @@ export const clockHour = (hours) => t('units.clock', { hour: Math.round(hours) %
 
 const REGIONS = { en: 'en-GB', ms: 'ms-MY' };
 
-/** The region's own way of the chosen language where the browser has one, such as en-US. */
+/** The regional variant of the chosen language where the browser has one, such as en-US. */
 const locale = navigator.languages.find((tag) => tag.startsWith(`${language}-`)) ?? REGIONS[language];
 const DATE = new Intl.DateTimeFormat(locale, { dateStyle: 'medium', timeStyle: 'short' });
 
-/** A point of time of the API in the language and time zone of the person. */
+/** Formats an instant of the API in the person's language and time zone. */
 export const date = (iso) => DATE.format(new Date(iso));

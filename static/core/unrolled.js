@@ -1,9 +1,9 @@
-/** The unrolled wall: which tiles of it there are, and their pictures, decoded as large as needed. */
+/** The unrolled wall: its tiles, and their pictures, decoded as large as needed. */
 
 import { ApiError, blob, get } from './api.js';
 import { Store } from './store.js';
 
-/** Decoded pictures may hold so many pixels as this many whole tiles. */
+/** Decoded pictures may take as many pixels as this many whole tiles. */
 const WHOLE_TILES_KEPT = 40;
 const LOADS_AT_ONCE = 6;
 
@@ -23,7 +23,7 @@ const LOADS_AT_ONCE = 6;
  * @property {Tile[]} tiles
  */
 
-/** A store of the Layout, null until there is one. */
+/** A store of the Layout, null until it is known. */
 export class Unrolled extends Store {
   #path;
   #signal;
@@ -48,7 +48,10 @@ export class Unrolled extends Store {
     return `${this.#path}/${index}.jpg?v=${revision}`;
   }
 
-  /** Nothing yet, or a rig that sees no wall: there is nothing to show, which is no fault. */
+  /**
+   * Fetches the layout; if there is none yet, or the rig sees no wall, there is nothing to show, which is
+   * no fault.
+   */
   async #ask() {
     try {
       return await get(this.#path, this.#signal);
@@ -60,17 +63,17 @@ export class Unrolled extends Store {
 }
 
 /**
- * Decoded pictures of the tiles that were asked for last. Far away a tile is decoded small, so that
- * a whole run is no larger in memory than what is seen of it. Fires `change` when one has arrived.
+ * Decoded pictures of the tiles requested last. A distant tile is decoded small, so that a whole run takes
+ * no more memory than its visible part. Fires `change` when a picture has arrived.
  */
 export class TilePictures extends EventTarget {
   #unrolled;
   #signal;
-  /** By index, the one that was drawn longest ago first. */
+  /** By index, the one drawn longest ago first. */
   #kept = new Map();
   #wanted = [];
   #loading = new Set();
-  /** Addresses that failed; a tile gets another address when it changes. */
+  /** Addresses that failed; a tile gets a new address when it changes. */
   #failed = new Set();
 
   /**
@@ -84,7 +87,7 @@ export class TilePictures extends EventTarget {
     signal.addEventListener('abort', () => this.clear());
   }
 
-  /** Pixels that are decoded, of all pictures together. */
+  /** Decoded pixels of all pictures together. */
   get pixels() {
     let sum = 0;
     for (const { bitmap } of this.#kept.values()) sum += bitmap.width * bitmap.height;
@@ -102,7 +105,7 @@ export class TilePictures extends EventTarget {
   }
 
   /**
-   * Asks for the tiles in sight, the most wanted first; those that are no longer wanted are not loaded.
+   * Requests the visible tiles, the most important first; tiles that are no longer wanted are not loaded.
    * @param {Tile[]} tiles
    * @param {number} widthPx how large they are drawn
    * @param {number} heightPx
@@ -115,7 +118,7 @@ export class TilePictures extends EventTarget {
   }
 
   /**
-   * The newest picture of a tile that has arrived, of whatever size, or null.
+   * Returns the newest picture of a tile that has arrived, of any size, or null.
    * @param {Tile} tile
    */
   get(tile) {
@@ -143,7 +146,7 @@ export class TilePictures extends EventTarget {
 
   #isOpen({ tile, size }) {
     if (this.#loading.has(tile.index) || this.#failed.has(this.#unrolled.pathOf(tile))) return false;
-    // It may have arrived since it was asked for.
+    // It may have arrived since it was requested.
     return !this.#isGood(tile, size);
   }
 
@@ -156,7 +159,7 @@ export class TilePictures extends EventTarget {
       this.#keep(tile, await createImageBitmap(picture, options));
     } catch (error) {
       if (error.name === 'AbortError') return;
-      // Not there (any more), or not readable: the strip shows a gap, and tries again elsewhere.
+      // Missing (now), or not readable: the strip shows a gap, and tries again elsewhere.
       if (!(error instanceof ApiError || error.name === 'InvalidStateError')) throw error;
       if (!error.isTemporary) this.#failed.add(path);
     } finally {
@@ -189,7 +192,7 @@ export class TilePictures extends EventTarget {
   }
 }
 
-/** The smallest halving of `full` that is not smaller than what is drawn. */
+/** Returns the smallest halving of `full` that is not smaller than the drawn size. */
 function enough(drawn, full) {
   let size = full;
   while (size / 2 >= drawn && size > 2) size /= 2;

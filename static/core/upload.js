@@ -1,9 +1,9 @@
 /**
  * Resumable upload, tus 1.0.0 (https://tus.io/protocols/resumable-upload).
  *
- * The server's `Upload-Offset` is the only truth about what has arrived: after any failure the
- * offset is asked for again, never assumed. The address of an unfinished upload is remembered, so
- * that choosing the same file after a reload goes on where it stopped.
+ * The server's `Upload-Offset` alone states what has arrived: after any failure the offset is requested
+ * again, never assumed. The address of an unfinished upload is stored, so that choosing the same file after
+ * a reload resumes it.
  *
  * States: IDLE => SENDING <=> WAITING (for the server) ; SENDING <=> PAUSED ; => DONE | FAILED |
  * CANCELLED.
@@ -21,7 +21,9 @@ const TUS = { 'Tus-Resumable': '1.0.0' };
 
 const nameOf = (file) => `${REMEMBERED}${file.name}:${file.size}:${file.lastModified}`;
 
-/** Uploads that were begun in this browser and not yet used: [{url, name, size, whole?, refused?}]. */
+/**
+ * Returns uploads that were begun in this browser and not yet used: [{url, name, size, whole?, refused?}].
+ */
 export function unfinishedUploads() {
   return Object.keys(localStorage)
     .filter((key) => key.startsWith(REMEMBERED))
@@ -40,7 +42,7 @@ export class Upload extends EventTarget {
   offset = 0;
   /** Bytes a second, averaged over the last pieces; 0 until known. */
   speed = 0;
-  /** Why it failed, or what it is waiting for: a sentence. */
+  /** A sentence that says why it failed, or what it is waiting for. */
   reason = null;
 
   #file;
@@ -64,7 +66,7 @@ export class Upload extends EventTarget {
     return this.speed ? (this.size - this.offset) / this.speed : null;
   }
 
-  /** The server's name of the finished upload. */
+  /** The server's id of the finished upload. */
   get id() {
     return this.#url?.split('/').pop() ?? null;
   }
@@ -102,7 +104,7 @@ export class Upload extends EventTarget {
     this.#stop.abort();
   }
 
-  /** Stops and removes what has arrived. */
+  /** Stops and deletes what has arrived. */
   async cancel() {
     this.#become('CANCELLED');
     this.#stop.abort();
@@ -117,8 +119,8 @@ export class Upload extends EventTarget {
   }
 
   /**
-   * The server does not take the file, for this reason: a film that is none has no use there; with
-   * another rig it may be taken, so it stays.
+   * Records why the server rejects the file: a file that is no film is deleted; with another rig it may be
+   * accepted, so it stays.
    */
   async reject({ code, reason }) {
     if (code !== 'unreadable_video') {
@@ -141,11 +143,11 @@ export class Upload extends EventTarget {
 
   #canGoOn(error) {
     if (this.#url && (error.status === 404 || error.status === 410)) {
-      this.#url = null; // the server has dropped it: begin anew
+      this.#url = null; // the server has deleted it: start again
       this.forget();
       return true;
     }
-    // A full disk (507) may never have the room that a video needs: a person decides what goes.
+    // A full disk (507) may never have room for the video: a person decides what to delete.
     if (error.status === 507) return false;
     return error.isTemporary || error.status === 409 || error.status === 460;
   }
@@ -194,7 +196,9 @@ export class Upload extends EventTarget {
     this.#advance(offset);
   }
 
-  /** About a second's worth, so that the progress moves: fetch reports none while it sends. */
+  /**
+   * Returns about a second's worth of bytes, so that the progress moves: fetch reports none while sending.
+   */
   #pieceLength() {
     return Math.round(Math.min(Math.max(this.speed, SMALLEST_PIECE), LARGEST_PIECE));
   }
@@ -212,7 +216,10 @@ export class Upload extends EventTarget {
   }
 }
 
-/** `crypto.subtle` exists only over https and on localhost; elsewhere the header is left out. */
+/**
+ * Returns the checksum header; `crypto.subtle` exists only over https and on localhost, elsewhere it is
+ * left out.
+ */
 async function checksum(piece) {
   if (!globalThis.crypto?.subtle) return {};
   const digest = await crypto.subtle.digest('SHA-256', await piece.arrayBuffer());

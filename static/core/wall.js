@@ -1,7 +1,7 @@
 /**
- * The wall under a pixel, from the server's table of exact ray casts at pose 0 and bilinear
- * interpolation between them: near enough for a read-out under the cursor. The stored distance of a
- * tag is the server's exact one.
+ * The wall under a pixel, by bilinear interpolation in the server's table of exact ray casts at pose 0:
+ * accurate enough for a read-out under the cursor. The server computes the stored distance of a tag
+ * exactly.
  */
 
 import { ApiError, get } from './api.js';
@@ -25,12 +25,14 @@ const RADIANS = Math.PI / 180;
 
 export class WallGrid {
   #grid;
-  /** Of the wall below the camera, in mm; null where a camera looks along the pipe. */
+  /** Distance to the wall below the camera, in mm; null where a camera looks along the pipe. */
   #depth;
-  /** Of the grid, each with its bounds on the wall: of thousands of defects few are in the picture. */
+  /**
+   * Strips of the grid, each with its bounds on the wall: of thousands of defects few are in the picture.
+   */
   #strips;
 
-  /** Of an inspection; null for a rig that sees no wall at all. */
+  /** Loads the wall of an inspection; null for a rig that sees no wall. */
   static async load(id, signal) {
     try {
       return new WallGrid(await get(`/api/inspections/${id}/wallgrid`, signal));
@@ -65,7 +67,7 @@ export class WallGrid {
   }
 
   /**
-   * The pixel that shows a wall point, or null when it is out of the picture.
+   * Returns the pixel that shows a wall point, or null when it is outside the picture.
    * @param {number} xMm
    * @param {number} yMm
    * @param {Pose} pose
@@ -83,7 +85,7 @@ export class WallGrid {
   }
 
   /**
-   * What the picture shows of the wall, as the points along its border.
+   * Returns the part of the wall in the picture, as points along its border.
    * @param {Pose} pose
    * @returns {{x_mm: number, right_mm: number, clock_h: number|null}[]} without those that see no wall
    */
@@ -119,7 +121,7 @@ export class WallGrid {
   }
 }
 
-/** Index of the grid line at or before `value`, and the fraction of the way to the next. */
+/** Returns the index of the grid line at or before `value`, and the fraction of the way to the next. */
 function cell(lines, value) {
   if (value < lines[0] || value > lines.at(-1)) return [-1, 0];
   let i = 0;
@@ -127,7 +129,7 @@ function cell(lines, value) {
   return [i, (value - lines[i]) / (lines[i + 1] - lines[i])];
 }
 
-/** Mean on the circle: 12 and 1 have 12:30 between them, not 6:30. */
+/** Returns the mean on the circle: between 12 and 1 lies 12:30, not 6:30. */
 function meanClock(corners, clock) {
   let sine = 0;
   let cosine = 0;
@@ -140,7 +142,7 @@ function meanClock(corners, clock) {
   return hours > 0 ? hours : hours + 12;
 }
 
-/** Rows of R_z(yaw) R_y(pitch) R_x(roll), right-handed. */
+/** Returns the rows of R_z(yaw) R_y(pitch) R_x(roll), right-handed. */
 function rotation({ yaw_deg: yaw, pitch_deg: pitch, roll_deg: roll }) {
   const [cz, cy, cx] = [yaw, pitch, roll].map((angle) => Math.cos(angle * RADIANS));
   const [sz, sy, sx] = [yaw, pitch, roll].map((angle) => Math.sin(angle * RADIANS));
@@ -153,13 +155,18 @@ function rotation({ yaw_deg: yaw, pitch_deg: pitch, roll_deg: roll }) {
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
-/** Out of the wall at a clock position, [ahead, right, down]; of a floor without one. */
+/**
+ * Returns the outward normal of the wall at a clock position, [ahead, right, down]; of a floor without one.
+ */
 function normalAt(clockH) {
   const angle = clockH === null ? 0 : (6 - clockH) * 30 * RADIANS;
   return [0, Math.sin(angle), Math.cos(angle)];
 }
 
-/** A wall point of the grid, [ahead, right, down] of the camera: turned, and met by the wall that is there. */
+/**
+ * Rotates a wall point of the grid, [ahead, right, down] of the camera, and projects it onto the wall
+ * again.
+ */
 function toWorld(point, clockH, pose) {
   const ray = rotation(pose).map((row) => dot(row, point));
   const normal = normalAt(clockH);
@@ -167,7 +174,10 @@ function toWorld(point, clockH, pose) {
   return [pose.x_mm + stretch * ray[0], pose.y_mm + stretch * ray[1]];
 }
 
-/** Back to [ahead, right] in the grid, of a wall so deep below the camera; a tilt is left out without a depth. */
+/**
+ * Returns [ahead, right] in the grid, for a wall at this depth below the camera; without a depth, tilt is
+ * ignored.
+ */
 function fromWorld(x, y, depth, pose) {
   if (depth === null) {
     const [along, across] = rotation({ ...pose, pitch_deg: 0, roll_deg: 0 });
@@ -180,7 +190,7 @@ function fromWorld(x, y, depth, pose) {
   return [(ahead * depth) / down, (right * depth) / down];
 }
 
-/** The triangles between neighbours of the grid, a strip for each of its rows, within their bounds. */
+/** Returns the triangles between neighbours of the grid, in one strip for each row, within their bounds. */
 function stripsOf({ cols, rows, u, v, axial_mm: axial, right_mm: right }) {
   const corner = (i, j) => ({ a: axial[i][j], r: right[i][j], u: u[j], v: v[i] });
   const halvesOf = (i, j) => [
@@ -205,7 +215,7 @@ function boundsOf(points) {
 
 const isWithin = ({ aLow, aHigh, rLow, rHigh }, a, r) => a >= aLow && a <= aHigh && r >= rLow && r <= rHigh;
 
-/** Pixel of the wall point (a, r) by barycentric coordinates, or null outside the triangle. */
+/** Returns the pixel of the wall point (a, r) by barycentric coordinates, or null outside the triangle. */
 function inTriangle(a, r, p, q, s) {
   const area = (q.a - p.a) * (s.r - p.r) - (s.a - p.a) * (q.r - p.r);
   if (Math.abs(area) < 1e-9) return null;
@@ -216,7 +226,7 @@ function inTriangle(a, r, p, q, s) {
 }
 
 /**
- * The frame that shows a place of the wall best, and the pixel of it.
+ * Returns the frame that shows a place of the wall best, and its pixel there.
  * @param {string} inspection
  * @param {WallPoint} place
  * @param {number} nearFrame chooses among several passes

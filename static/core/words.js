@@ -1,7 +1,8 @@
 /**
- * The words of the page, from one catalogue a language: `words/en.json`, `words/ms.json`, with the
- * same keys in both. A value is a sentence with {placeholders}, or {one, other} where the count `n`
- * decides. Other modules run after the catalogue is there: the first paint has the right language.
+ * The words of the page, from one catalogue for each language: `words/en.json` and `words/ms.json`, with
+ * the same keys. A value is a sentence with {placeholders}, or {one, other} where the count `n`
+ * decides. Other modules run after the catalogue has arrived, so that the first paint has the right
+ * language.
  */
 
 import { preferences } from './preferences.js';
@@ -23,7 +24,7 @@ const plurals = new Intl.PluralRules(language);
 
 document.documentElement.lang = language;
 
-/** The value at 'area.name', or undefined. */
+/** Returns the value at 'area.name', or undefined. */
 const entry = (key) => key.split('.').reduce((area, name) => area?.[name], catalogue);
 
 function sentence(key, values) {
@@ -34,7 +35,8 @@ function sentence(key, values) {
 }
 
 /**
- * A sentence as a list for html`...`, where a value may be markup: pieces('x', {key: html`<kbd>T</kbd>`}).
+ * Returns a sentence as a list for html`...`, where a value may be markup: pieces('x', {key:
+ * html`<kbd>T</kbd>`}).
  * @param {string} key
  * @param {Record<string, unknown>} [values]
  */
@@ -49,15 +51,15 @@ export function pieces(key, values = {}) {
 }
 
 /**
- * A sentence: t('desk.waiting', {n: 3}). Keys stand in the source as they are, so that a test can
- * compare them with the catalogues.
+ * Returns a sentence: t('desk.waiting', {n: 3}). Keys are literal in the source, so that a test can compare
+ * them with the catalogues.
  * @param {string} key
  * @param {Record<string, string|number>} [values]
  */
 export const t = (key, values) => pieces(key, values).join('');
 
 /**
- * The word for a name that the server gave, wordFor('status', 'done'), or null where there is none.
+ * Returns the word for a name from the server, wordFor('status', 'done'), or null where there is none.
  * @param {string} area
  * @param {string} name
  */
@@ -66,18 +68,18 @@ export function wordFor(area, name) {
   return typeof found === 'string' ? found : null;
 }
 
-/** Here the server's own sentence says more than any of ours: it names the field, the file, the number. */
-const TOLD_BY_THE_SERVER = new Set([
+/** Errors whose sentence from the server says more than ours: it names the field, the file, the number. */
+const WORDED_BY_THE_SERVER = new Set([
   'invalid_request', 'invalid_rig', 'rig_video_mismatch', 'unreadable_video', 'invalid_pack', 'invalid_import',
   'invalid_correction', 'invalid_message', 'shape_mismatch', 'open_stretches', 'live_source_refused',
   'not_ready', 'unknown_host', 'sample_failed', 'camera_unreachable', 'export_not_available',
 ]);
 
 /**
- * Why something failed, in the language of the page where it is known there.
+ * Returns why something failed, in the language of the page where that is known.
  * @param {{code: string, message?: string, detail?: string}} error an ApiError, or an error of the API
  */
 export function errorText({ code, message, detail }) {
-  const told = detail ?? message;
-  return (TOLD_BY_THE_SERVER.has(code) ? null : wordFor('error', code ?? '')) ?? told;
+  const sentence = detail ?? message;
+  return (WORDED_BY_THE_SERVER.has(code) ? null : wordFor('error', code ?? '')) ?? sentence;
 }

@@ -98,7 +98,7 @@ def test_a_length_that_does_not_fit_needs_a_reason(
     expect(page.locator(".fix__bar")).to_contain_text("does not fit")
     apply = page.get_by_role("button", name="Apply")
     expect(apply).to_be_disabled()
-    page.get_by_label("Use it all the same, because").fill("Both headwalls were surveyed")
+    page.get_by_label("Use it nevertheless, because").fill("Both headwalls were surveyed")
     expect(apply).to_be_enabled()
     apply.click()
 

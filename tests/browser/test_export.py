@@ -75,7 +75,7 @@ def test_losses_and_checks_are_told_before_and_forbid_nothing(
     log_in(page, telling, f"/inspections/{inspection}")
     open_format(page, "EN 13508-2")
     dialog = page.get_by_role("dialog")
-    expect(dialog).to_contain_text(re.compile(r"\d+ things have no place in this format"))
+    expect(dialog).to_contain_text(re.compile(r"This format cannot hold \d+ things"))
     expect(dialog).to_contain_text("Observation 2 has no code")
     expect(dialog).to_contain_text(re.compile(r"\d+ things to put right before a report is issued"))
     expect(dialog).to_contain_text("Asset is empty in the header.")
@@ -200,7 +200,7 @@ def test_menu_and_dialog_fit_the_window(
     open_menu(page)
     _expect_inside(page, ".menu__list--exports")
     page.get_by_role("button", name=re.compile("^ISYBAU ")).click()
-    expect(page.get_by_role("dialog")).to_contain_text("have no place in this format")
+    expect(page.get_by_role("dialog")).to_contain_text("This format cannot hold")
     _expect_inside(page, "dialog")
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 

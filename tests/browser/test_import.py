@@ -58,7 +58,7 @@ def test_a_file_that_is_no_survey_is_refused_with_the_reason(
     wrong.write_text("shopping list", "utf-8")
     log_in(page, server)
     page.locator("inspection-list input[type=file]").set_input_files(wrong)
-    expect(page.get_by_text("The file is none that can be read")).to_be_visible()
+    expect(page.get_by_text("The file has none of the known formats")).to_be_visible()
 
 
 def test_two_imported_surveys_are_compared(page: Page, server: Server, old_survey: Path) -> None:

@@ -148,7 +148,7 @@ def test_a_live_camera_becomes_a_corrected_and_exported_inspection(
     page.get_by_role("tab", name="History").click()
     expect(page.locator(".event").first).to_contain_text(REASON)
 
-    # What is taken home says the same as the page, corrected and as it was measured.
+    # What is taken home says the same as the page, corrected and as measured.
     rows = list(csv.DictReader(io.StringIO(export(page, "CSV").decode("utf-8-sig"))))
     report = json.loads(export(page, "JSON"))
     by_frame = {item["frame"]: item for item in observations}

@@ -173,7 +173,7 @@ def _undo_and_redo(desk: Desk) -> None:
     desk.expect_defects(4)
     assert min(desk.observations(), key=_distance_m)["severity"] is None
     desk.press("Shift+U")
-    expect(desk.page.locator(".toast").last).to_contain_text("Done again: severity")
+    expect(desk.page.locator(".toast").last).to_contain_text("Redone: severity")
     desk.expect_defects(4)
     assert min(desk.observations(), key=_distance_m)["severity"] == 4
     desk.press("Delete")

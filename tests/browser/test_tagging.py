@@ -176,7 +176,7 @@ def test_the_clock_is_set_by_keys_and_by_drawing(desk: Page, server: Server, emp
     desk.mouse.move(middle[0] + radius * 0.87, middle[1] - radius * 0.5)
     desk.mouse.move(middle[0] + radius * 0.5, middle[1] - radius * 0.87)
     desk.mouse.up()
-    expect(desk.locator(".dial__told")).to_have_text("1 – 3")
+    expect(desk.locator(".dial__hours-text")).to_have_text("1 – 3")
 
 
 def test_a_stretch_is_started_changed_and_finished(desk: Page, server: Server, empty: str) -> None:
@@ -444,7 +444,7 @@ def test_tags_are_sent_from_memory_when_the_browser_keeps_nothing(
     page.add_init_script("Object.defineProperty(window, 'indexedDB', { value: undefined })")
     log_in(page, server, f"/inspections/{inspection}")
     expect_frame(page, 0)
-    expect(page.get_by_text("gives the page no room")).to_be_visible()
+    expect(page.get_by_text("gives the page no storage")).to_be_visible()
     page.keyboard.press("1")
     expect_saved(page)
     assert [item["code"] for item in observations(server, empty)] == ["BAB"]
@@ -460,11 +460,11 @@ def test_a_full_disk_of_the_browser_is_told(desk: Page, server: Server, empty: s
     )
     desk.route("**/observations/*", lambda route: route.abort())
     desk.keyboard.press("1")
-    expect(desk.get_by_text("gives the page no room")).to_be_visible()
+    expect(desk.get_by_text("gives the page no storage")).to_be_visible()
     expect(desk.locator(".save")).to_have_text("Waiting (1)")
     desk.unroute("**/observations/*")
     expect_saved(desk)
-    expect(desk.get_by_text("gives the page no room")).to_be_hidden()
+    expect(desk.get_by_text("gives the page no storage")).to_be_hidden()
     assert [item["code"] for item in observations(server, empty)] == ["BAB"]
 
 

@@ -1,6 +1,6 @@
-"""The evidence bundle: every form of the report, photos and tracks, with a signed list of them.
+"""The evidence bundle: every format of the report, photos and tracks, with a signed manifest.
 
-`manifest.json` names every file with its size and SHA-256, and the video that all rests on;
+`manifest.json` lists every file with its size and SHA-256, and the underlying video.
 `manifest.json.sig` is the Ed25519 signature of its bytes (RFC 8032), in base64.
 """
 
@@ -30,7 +30,7 @@ SIGNATURE = "manifest.json.sig"
 PHOTOS = "photos/"
 
 _STORED = (".jpg", ".pdf", ".xlsx")
-"""Hardly shrink."""
+"""Stored uncompressed: these formats hardly shrink."""
 _BLOCK = 2**20
 
 
@@ -39,14 +39,14 @@ class Form(Protocol):
 
     @property
     def stem(self) -> str:
-        """Of the file's name."""
+        """Stem of the file's name."""
 
     @property
     def suffix(self) -> str:
-        """Of the file's name, with the dot."""
+        """Suffix of the file's name, with the dot."""
 
     def write(self, report: Report, /) -> Written:
-        """The report in this form."""
+        """Return the report in this format."""
 
 
 class Listed(msgspec.Struct, frozen=True):
@@ -62,11 +62,11 @@ class Video(msgspec.Struct, frozen=True):
     filename: str
     size: int
     sha256: str
-    """Empty while it is recorded."""
+    """Empty during the recording."""
 
 
 class Manifest(msgspec.Struct, frozen=True):
-    """What a bundle holds, and what it is about."""
+    """The content of a bundle, and its inspection."""
 
     schema: str
     program: str
@@ -76,18 +76,18 @@ class Manifest(msgspec.Struct, frozen=True):
     made_at: str
     video: Video
     public_key: str
-    """32 bytes in base64; only who knows its fingerprint knows whose it is."""
+    """32 bytes in base64; only its fingerprint, known from elsewhere, proves whose key it is."""
     fingerprint: str
     files: dict[str, Listed]
     missing: list[str]
-    """Photos that are named and were gone."""
+    """Photos that are named but no longer exist."""
 
 
 def write(report: Report, forms: Mapping[str, Form]) -> Written:
-    """A ZIP in a temporary file, so that many photos need no memory.
+    """Write a ZIP to a temporary file, so that many photos need no memory.
 
     Raises:
-        ExportNotAvailable: There is no key to sign it with, or a form lacks what it needs.
+        ExportNotAvailable: There is no signing key, or a format lacks what it needs.
     """
     if report.signer is None:
         raise ExportNotAvailable("There is no key with which the bundle could be signed.")
@@ -111,7 +111,7 @@ def write(report: Report, forms: Mapping[str, Form]) -> Written:
 
 
 class _Bundle:
-    """An archive that is being written; notes what goes in."""
+    """An archive that is being written, and the list of its files."""
 
     def __init__(self, archive: zipfile.ZipFile, report: Report) -> None:
         self._archive = archive
@@ -121,13 +121,13 @@ class _Bundle:
         self.losses: list[Loss] = []
 
     def add_form(self, kind: str, form: Form) -> None:
-        """The report in one of its forms."""
+        """Add the report in one of its formats."""
         written = form.write(self._report)
         self._note(f"{form.stem}{form.suffix}", b"".join(written.blocks()))
         self.losses += [Loss(f"{kind}: {loss.detail}", loss.entry) for loss in written.losses]
 
     def add_track(self, name: str, track: Track, *, raw: bool) -> None:
-        """As the API gives it, with where it comes from."""
+        """Add a track as the API returns it, with comments about its origin."""
         report = self._report
         metadata: dict[str, object] = {
             "inspection": report.id,
@@ -140,7 +140,7 @@ class _Bundle:
         self._note(name, track.to_csv(metadata).encode("utf-8", "replace"))
 
     def add_photos(self) -> None:
-        """Under the names that the tables t."""
+        """Add the photos under the names used in the tables."""
         for entry in self._report.entries:
             photo = entry.photo
             if photo is None:
@@ -164,7 +164,7 @@ class _Bundle:
                 )
 
     def manifest(self) -> Manifest:
-        """Of what is in it by now."""
+        """Return the manifest of the files added so far."""
         report, source = self._report, self._report.source
         key = report.signer.public_key if report.signer else b""
         return Manifest(
@@ -182,7 +182,7 @@ class _Bundle:
         )
 
     def add(self, name: str, content: bytes) -> None:
-        """A file that is not listed."""
+        """Add a file that the manifest does not list."""
         self._archive.writestr(self._info(name), content)
 
     def _note(self, name: str, content: bytes) -> None:
@@ -190,7 +190,7 @@ class _Bundle:
         self._files[name] = Listed(len(content), hashlib.sha256(content).hexdigest())
 
     def _info(self, name: str) -> zipfile.ZipInfo:
-        """A plain file of the time of the report: the same report gives the same archive."""
+        """Describe a plain file with the time of the report: equal reports give equal archives."""
         made_at = self._report.made_at.astimezone(UTC)
         info = zipfile.ZipInfo(name, (max(made_at.year, 1980), *made_at.timetuple()[1:6]))
         info.create_system = 3
@@ -201,7 +201,7 @@ class _Bundle:
 
 
 def _copied(source: IO[bytes], target: IO[bytes]) -> tuple[int, str]:
-    """Size and SHA-256 of what was copied."""
+    """Copy, and return size and SHA-256."""
     digest, size = hashlib.sha256(), 0
     while block := source.read(_BLOCK):
         digest.update(block)

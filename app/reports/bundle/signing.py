@@ -1,4 +1,4 @@
-"""Ed25519 signatures of what leaves the server, and the names of their keys."""
+"""Ed25519 signatures of exported files, and fingerprints of their keys."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ _FINGERPRINT = re.compile(r"(?:sha256)?([0-9a-f]{64})")
 
 
 class Signer(Protocol):
-    """Whoever holds a private key."""
+    """The holder of a private key."""
 
     @property
     def public_key(self) -> bytes:
-        """32 bytes (RFC 8032)."""
+        """The public key, 32 bytes (RFC 8032)."""
 
     def sign(self, content: bytes) -> bytes:
-        """64 bytes."""
+        """Return the signature, 64 bytes."""
 
 
 def fingerprint(public_key: bytes) -> str:
-    """What people compare: the SHA-256 of the 32 bytes of a public key."""
+    """Return what people compare: the SHA-256 of the 32 bytes of a public key."""
     return _PREFIX + hashlib.sha256(public_key).hexdigest()
 
 
 def read_fingerprint(words: str) -> str | None:
-    """Of what somebody typed or pasted, in any case, with blanks and colons; None if it is none."""
+    """Parse a typed or pasted fingerprint, in any case, with blanks and colons; None if invalid."""
     found = _FINGERPRINT.fullmatch(re.sub(r"[\s:-]", "", words).lower())
     return None if found is None else _PREFIX + found[1]
 
 
 def public_key_of(pem: bytes) -> bytes | None:
-    """The 32 bytes of a key file, private or public; None if it is no Ed25519 key."""
+    """Return the 32 bytes of a key file, private or public; None if it is no Ed25519 key."""
     for load in (load_pem_public_key, _public_of_private):
         try:
             key = load(pem)
-        except (ValueError, TypeError):  # another kind of file, or one with a password
+        except (ValueError, TypeError):  # another kind of file, or an encrypted key
             continue
         if isinstance(key, Ed25519PublicKey):
             return key.public_bytes_raw()
@@ -52,10 +52,10 @@ def public_key_of(pem: bytes) -> bytes | None:
 
 
 def is_signed_by(public_key: bytes, signature: bytes, content: bytes) -> bool:
-    """Whether the holder of the private key has signed exactly this."""
+    """Return whether the holder of the private key signed exactly this content."""
     try:
         Ed25519PublicKey.from_public_bytes(public_key).verify(signature, content)
-    except (InvalidSignature, ValueError):  # ValueError: not the bytes of a key
+    except (InvalidSignature, ValueError):  # ValueError: the bytes are no key
         return False
     return True
 

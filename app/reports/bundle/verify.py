@@ -1,6 +1,6 @@
-"""Checks an evidence bundle that came from anywhere: what is right in it, and what is wrong.
+"""Checks an evidence bundle from an untrusted source, and reports what is right and what is wrong.
 
-Nothing is unpacked to the disk, and no more is read than the bundle's manifest names.
+Nothing is unpacked to the disk, and only members that the manifest names are read.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from app.reports.bundle.signing import fingerprint, is_signed_by
 
 _MOST_MANIFEST_BYTES = 16 * 2**20
 _MOST_BYTES = 64 * 2**30
-"""Of all files together, unpacked."""
+"""Limit for all files together, unpacked."""
 _MOST_FILES = 100_000
 _NAME = re.compile(r"(?:photos/)?[A-Za-z0-9_-][A-Za-z0-9._-]*")
 _BLOCK = 2**20
@@ -33,17 +33,17 @@ _BLOCK = 2**20
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at."""
+    """The result of one check."""
 
     what: str
     is_right: bool | None
-    """None if it could not be, or was not to be, checked."""
+    """None if it could not be checked, or was not to be."""
     detail: str
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """All that was found."""
+    """The results of all checks."""
 
     manifest: Manifest
     findings: tuple[Finding, ...]
@@ -55,15 +55,15 @@ class Verdict:
 
 
 def verify(bundle: Path, *, key: str | None = None, video: Path | None = None) -> Verdict:
-    """Look at everything.
+    """Run all checks.
 
     Args:
         bundle: The ZIP.
-        key: Fingerprint of the key that must have signed it; without it any key will do.
-        video: The film, to be compared with the one that the manifest names.
+        key: Fingerprint of the required signing key; None accepts any key.
+        video: The film to compare with the one named in the manifest.
 
     Raises:
-        UnusableBundle: It is no bundle, so that there is nothing to check.
+        UnusableBundle: The file is no bundle, so nothing can be checked.
     """
     try:
         with zipfile.ZipFile(bundle) as archive:
@@ -87,11 +87,13 @@ def verify(bundle: Path, *, key: str | None = None, video: Path | None = None) -
 _MALFORMED = (
     zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError, zlib.error,
 )  # fmt: skip
-"""What damaged, encrypted and foreign archives lead to, which has no common base."""
+"""Errors of damaged, encrypted and foreign archives, which share no base class."""
 
 
 def _require_own_methods(archive: zipfile.ZipFile) -> None:
-    """Others are not in a bundle, fail with errors of their own, and LZMA takes any memory."""
+    """Refuse other compression methods: bundles do not use them, they raise errors of their own,
+    and LZMA may use any amount of memory.
+    """
     for info in archive.infolist():
         if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
             raise UnusableBundle(
@@ -137,12 +139,12 @@ def _signature(
     if wanted is None:
         yield Finding("key", None, "whose it is was not checked: compare it, or name it (--key)")
     else:
-        told = "it is the key that was named" if own == wanted else f"it is not {wanted}"
-        yield Finding("key", own == wanted, told)
+        words = "it is the key that was named" if own == wanted else f"it is not {wanted}"
+        yield Finding("key", own == wanted, words)
 
 
 def _names(archive: zipfile.ZipFile, manifest: Manifest) -> Iterator[Finding]:
-    """What is in the archive and should not be."""
+    """Report members that should not be in the archive."""
     counts = Counter(info.filename for info in archive.infolist())
     listed = {*manifest.files, MANIFEST, SIGNATURE}
     for name, count in counts.items():
@@ -155,7 +157,7 @@ def _names(archive: zipfile.ZipFile, manifest: Manifest) -> Iterator[Finding]:
 
 
 def _files(archive: zipfile.ZipFile, manifest: Manifest) -> Iterator[Finding]:
-    """Every file that is listed."""
+    """Check every listed file."""
     infos = {info.filename: info for info in archive.infolist()}
     room = _MOST_BYTES
     for name, listed in manifest.files.items():
@@ -204,21 +206,21 @@ def _missing(manifest: Manifest) -> Iterator[Finding]:
 
 
 def _video(manifest: Manifest, video: Path | None) -> Finding:
-    told = manifest.video
-    what = f"video {_shown(told.filename)}"
-    if not told.sha256:
+    listed = manifest.video
+    what = f"video {_shown(listed.filename)}"
+    if not listed.sha256:
         return Finding(what, None if video is None else False, "its SHA-256 was not known yet")
     if video is None:
         return Finding(what, None, "was not checked; name the film (--video)")
     with video.open("rb") as file:
         found = hashlib.file_digest(file, "sha256").hexdigest()
-    if found == told.sha256:
+    if found == listed.sha256:
         return Finding(what, True, f"{video.name} is the film that was inspected")
     return Finding(what, False, f"{video.name} is another film: its SHA-256 differs")
 
 
 def _small(archive: zipfile.ZipFile, name: str) -> str:
-    """A short text; empty if there is none."""
+    """Return a short text; empty if it is missing."""
     infos = [info for info in archive.infolist() if info.filename == name]
     if len(infos) != 1 or infos[0].file_size > 1000:
         return ""

@@ -1,1 +1,1 @@
-"""What the reports for people have in common: words, axis, placement of labels."""
+"""Shared content of the reports that people read: words, axis, placement of labels."""

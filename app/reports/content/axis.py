@@ -1,4 +1,4 @@
-"""The length of the pipe as drawings lay it out."""
+"""The length axis of drawings of the pipe."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from app.reports.content.translator import Translator
 from app.reports.report import Report
 
 LONGEST_M = 100_000.0
-"""No header may state more; an imported one may hold anything."""
+"""Limit of a stated length; an imported header may hold any number."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """From the first to the last distance that is drawn."""
+    """The range of distances that is drawn."""
 
     first_m: float
     last_m: float
 
     @classmethod
     def of(cls, report: Report) -> Axis:
-        """From the zero, or what lies before it, to the far end of the run or of the pipe."""
+        """Span from the zero, or from earlier points, to the far end of the run or of the pipe."""
         known_m = 0.0
         match report.header.get("known_length_m"):
             case int() | float() as known if math.isfinite(known):
@@ -33,11 +33,11 @@ class Axis:
 
     @property
     def length_m(self) -> float:
-        """Of all of it."""
+        """Length of the whole range."""
         return self.last_m - self.first_m
 
     def ticks(self, step_m: float) -> list[float]:
-        """Whole steps within it."""
+        """Return the multiples of a step within the range."""
         first, last = (
             math.ceil(self.first_m / step_m - 1e-9),
             math.floor(self.last_m / step_m + 1e-9),
@@ -46,7 +46,7 @@ class Axis:
 
 
 def tick_step_m(t: Translator, points_per_m: float, least: float) -> float:
-    """A round step in the report's unit whose ticks are so many points apart at least."""
+    """Return a round step in the report's unit whose ticks are at least so many points apart."""
     per_unit_m = t.per_unit_m
     wanted = least / (points_per_m * per_unit_m)
     power = 10.0 ** math.floor(math.log10(wanted))

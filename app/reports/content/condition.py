@@ -1,6 +1,6 @@
-"""The overall condition of an asset by its worst defect: a rule of Chainage's own.
+"""The overall condition of an asset by its worst defect: Chainage's own rule.
 
-It is no PACP, MSCC or DWA grade, and every report that shows it says so.
+It is not a PACP, MSCC or DWA grade, and every report that shows it says so.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from enum import IntEnum
 from app.reports.report import Entry, Report
 
 CLEANED_AWAY = ("BBB", "BBC")
-"""Attached and settled deposits of EN 13508-2: the need for cleaning is no damage."""
+"""Attached and settled deposits of EN 13508-2: a need for cleaning is no damage."""
 SEVERITIES = range(6)
 ACT_NOW = 5
 
@@ -40,20 +40,20 @@ _OVERALL: Mapping[int, Overall] = {
 
 @dataclass(frozen=True)
 class Condition:
-    """What the severities of all entries say together."""
+    """The condition that follows from the severities of all entries."""
 
     overall: Overall
     deciding: Entry | None
     """The worst entry that counts."""
     counts: Mapping[int, int]
-    """Defects of each severity, 0 to 5; a stretch is one."""
+    """Number of defects of each severity, 0 to 5; a stretch counts once."""
     unrated: int
     stretch_percent: float | None
-    """Share of the surveyed length that stretches cover; None without a length."""
+    """Share of the surveyed length covered by stretches; None without a length."""
 
 
 def condition_of(report: Report) -> Condition:
-    """The condition of the asset as far as it was seen and rated."""
+    """Return the condition of the asset, as far as it was seen and rated."""
     counts = Counter(entry.tag.severity for entry in report.defects)
     counted = [
         entry
@@ -72,18 +72,18 @@ def condition_of(report: Report) -> Condition:
 
 
 def worst_first(report: Report) -> list[Entry]:
-    """The rated entries, the severest first, those alike along the pipe."""
+    """Return the rated entries, the severest first, equal ones along the pipe."""
     rated = [entry for entry in report.defects if entry.tag.severity is not None]
     return sorted(rated, key=lambda entry: -(entry.tag.severity or 0))
 
 
 def urgent(report: Report) -> list[Entry]:
-    """What somebody has to act on now, along the pipe."""
+    """Return the entries that need action now, along the pipe."""
     return [entry for entry in worst_first(report) if entry.tag.severity == ACT_NOW]
 
 
 def _stretch_percent(report: Report) -> float | None:
-    """Of the length, each part of it counted once."""
+    """Return the covered share of the length; overlaps count once."""
     if not report.distance_m or report.distance_m <= 0:
         return None
     spans = sorted(

@@ -1,4 +1,4 @@
-"""Names of files that hold any script, or ASCII only, and stay apart."""
+"""Distinct file names in any script, or in ASCII only."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ import unicodedata
 from app.reports.exchange.ascii import transliterate
 
 _LONGEST = 200
-"""Bytes in UTF-8: file systems hold 255, and a suffix comes behind it."""
+"""Bytes in UTF-8: file systems allow 255, and a suffix follows."""
 _CHECKSUM = 6
 
 
 def safe_file_name(name: str) -> str:
-    """Letters and digits of any script, dot, dash and underscore; never empty, hidden or a path."""
+    """Keep letters and digits of any script, dot, dash and underscore; never empty, hidden or a
+    path.
+    """
     whole = unicodedata.normalize("NFC", name.encode("utf-8", "ignore").decode())
     safe = re.sub(r"[^\w.-]+", "_", whole).strip("._")
     stem, dot, suffix = safe.rpartition(".")
@@ -25,7 +27,7 @@ def safe_file_name(name: str) -> str:
 
 
 def ascii_file_name(name: str) -> str:
-    """The same in Latin letters; where letters were changed, a checksum keeps names apart."""
+    """Return the name in ASCII; if that changed letters, a checksum keeps names distinct."""
     safe = safe_file_name(name)
     if safe.isascii():
         return safe

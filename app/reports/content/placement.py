@@ -1,4 +1,4 @@
-"""Where labels go so that none lies on another: as near as can be to what they name."""
+"""Places labels without overlap, as near as possible to what they name."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ from collections.abc import Sequence
 
 
 def capacity(gap: float, low: float, high: float) -> int:
-    """How many labels fit, at least one."""
+    """Return how many labels fit, at least one."""
     return max(1, int((high - low) / gap + 1e-9) + 1)
 
 
 def spread(wanted: Sequence[float], gap: float, low: float, high: float) -> list[float]:
-    """Places at least `gap` apart, within [low, high], in the order and near what is wanted.
+    """Return places at least `gap` apart, within [low, high], in order and near the wanted ones.
 
-    With z_i = y_i - i gap the places y may not fall nearer than the gap exactly if z does not fall,
-    so that the least squares solution is an isotonic regression (pool adjacent violators).
+    With z_i = y_i - i gap, the places y keep the gap exactly if z does not decrease, so the least
+    squares solution is an isotonic regression (pool adjacent violators).
 
     Args:
-        wanted: Places of the labels, not falling.
-        gap: Between neighbours; so are low and high in the unit of `wanted`.
-        low: Of the first label at the least.
-        high: Of the last label at the most.
+        wanted: Wanted places of the labels, not decreasing.
+        gap: Least distance of neighbours, in the unit of `wanted`, like low and high.
+        low: Lower bound of the first label.
+        high: Upper bound of the last label.
 
     Raises:
         ValueError: There are more labels than `capacity`.

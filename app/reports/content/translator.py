@@ -1,4 +1,4 @@
-"""Figures, places and fields in the language and the units of the report."""
+"""Formats figures, places and fields in the language and units of the report."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ALL_ROUND = "12–12"
 
 
 class Translator:
-    """The words and the units of a report; called with the key of a sentence, it returns that."""
+    """The words and units of a report; a call with the key of a sentence returns it."""
 
     def __init__(self, language: Language, units: Units) -> None:
         self.language = language
@@ -29,19 +29,19 @@ class Translator:
 
     @classmethod
     def of(cls, report: Report) -> Translator:
-        """In the language and units of a report."""
+        """Make the translator for a report."""
         return cls(report.language, report.units)
 
     def __call__(self, key: str, /, **values: object) -> str:
-        """The sentence of this key with its values."""
+        """Return the sentence of this key with its values."""
         return self._words[key].format_map(values)
 
     def one_of(self, area: str, name: object, otherwise: str | None = None) -> str:
-        """The word for a value if there is one, else the value as it is."""
+        """Return the word for a value if there is one, else the value itself."""
         return self._words.get(f"{area}.{name}", str(name) if otherwise is None else otherwise)
 
     def refusal(self, refusal: Refusal) -> str:
-        """Why joints do not count."""
+        """Return why joints do not count."""
         key = f"refusal.{refusal.reason}"
         if key not in self._words:
             return refusal.sentence
@@ -54,24 +54,24 @@ class Translator:
         return FOOT_M if self.units == "ft" else 1.0
 
     def number(self, metres: float) -> str:
-        """A distance without its unit: metres with two decimals, feet with one."""
+        """Format a distance without its unit: metres with two decimals, feet with one."""
         return decimals(metres, self._digits, unit=self.per_unit_m)
 
     def length(self, metres: float | None) -> str:
-        """A distance with its unit."""
+        """Format a distance with its unit."""
         return NOTHING if metres is None else f"{self.number(metres)} {self.units}"
 
     def half_width(self, metres: float) -> str:
-        """Of a 95 % interval, without its unit."""
+        """Format half of a 95 % interval, without its unit."""
         return half_width_text(metres, unit_m=self.per_unit_m, digits=self._digits)
 
     @property
     def _digits(self) -> int:
-        """Of distances and their intervals, behind the point."""
+        """Decimals of distances and their intervals."""
         return 1 if self.units == "ft" else 2
 
     def place(self, entry: Entry) -> str:
-        """Where an entry is: `12.40 m ± 0.05 m`."""
+        """Format the place of an entry: `12.40 m ± 0.05 m`."""
         if entry.distance_m is None:
             return self("entry.not_tracked")
         if entry.u95_m is None:
@@ -79,26 +79,26 @@ class Translator:
         return f"{self.length(entry.distance_m)} ± {self.half_width(entry.u95_m)} {self.units}"
 
     def short_place(self, entry: Entry) -> str:
-        """The same with the unit once, for tables: `12.40 ± 0.05 m`."""
+        """Format the place with the unit once, for tables: `12.40 ± 0.05 m`."""
         return self.place(entry).replace(f" {self.units} ±", " ±")
 
     def number_of(self, entry: Entry) -> str:
-        """What the entry is called."""
+        """Return the number of an entry."""
         return self("check.number", seq=entry.seq)
 
     def code(self, entry: Entry) -> str:
-        """The code with its characters."""
+        """Return the code with its characters."""
         parts = (entry.tag.code, entry.tag.char1, entry.tag.char2)
         return " ".join(one_line(str(part)) for part in parts if part) or self("entry.no_code")
 
     def label(self, entry: Entry) -> str:
-        """What the code means."""
+        """Return the meaning of the code."""
         return entry.label(self.language) or (
             self("entry.unknown_code") if entry.tag.code else self("entry.to_complete")
         )
 
     def clock(self, entry: Entry) -> str:
-        """Position on the wall, seen in the direction of travel."""
+        """Format the clock position, seen in the direction of travel."""
         if entry.clock_from is None:
             return ""
         if entry.tag.clock_to is None:
@@ -106,25 +106,27 @@ class Translator:
         return f"{entry.clock_from:g}–{entry.tag.clock_to:g}"
 
     def clock_in_words(self, entry: Entry) -> str:
-        """The same as a sentence has it."""
+        """Format the clock position for a sentence."""
         if not (clock := self.clock(entry)):
             return ""
         return self("entry.all_round" if clock == _ALL_ROUND else "entry.clock", clock=clock)
 
     def quantities(self, entry: Entry) -> list[str]:
-        """What was measured, with units."""
+        """Return the quantities with units."""
         both = ((entry.tag.quant1, entry.unit1), (entry.tag.quant2, entry.unit2))
         return [_with_unit(value, unit) for value, unit in both if value is not None]
 
     def stretch(self, entry: Entry) -> str:
-        """`A1` for the start of stretch 1, C for a change, B for its finish."""
+        """Format the stretch mark: `A1` for the start of stretch 1, C for a change, B for its
+        finish.
+        """
         if entry.cont_id is None or entry.cont_role is None:
             return ""
         letter = {"start": "A", "change": "C", "finish": "B"}[entry.cont_role]
         return f"{letter}{entry.cont_id}"
 
     def time(self, seconds: float | None) -> str:
-        """In the video: m:ss or h:mm:ss."""
+        """Format a time in the video: m:ss or h:mm:ss."""
         if seconds is None:
             return ""
         minutes, second = divmod(int(seconds), 60)
@@ -132,19 +134,19 @@ class Translator:
         return f"{hours}:{minute:02}:{second:02}" if hours else f"{minute}:{second:02}"
 
     def instant(self, at: datetime) -> str:
-        """Day and time in UTC."""
+        """Format day and time in UTC."""
         return f"{at.astimezone(UTC):%Y-%m-%d %H:%M} UTC"
 
     def severity(self, severity: int | None) -> str:
-        """The word for a severity."""
+        """Return the word for a severity."""
         return self("severity.none") if severity is None else self.one_of("severity", severity)
 
     def field(self, name: str) -> str:
-        """The name of a header field."""
+        """Return the name of a header field."""
         return self.one_of("field", name, one_line(name.replace("_", " ").capitalize()))
 
     def value(self, name: str, value: Any) -> str:
-        """The value of a header field."""
+        """Format the value of a header field."""
         if isinstance(value, bool):
             return self("choice.yes" if value else "choice.no")
         if isinstance(value, int | float):
@@ -152,10 +154,10 @@ class Translator:
         return self.one_of("choice", value) if isinstance(value, str) else str(value)
 
     def issue(self, issue: Issue, numbers: dict[str, Entry]) -> str:
-        """What stands against the report; its English sentence if its words are not known.
+        """Describe an issue; in English if its words are not known.
 
         Args:
-            issue: Found by the checks.
+            issue: An issue from the checks.
             numbers: Entries by their id.
         """
         key = f"check.{issue.code}"

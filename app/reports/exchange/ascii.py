@@ -1,4 +1,4 @@
-"""Text for readers that know one line, or plain ASCII, only."""
+"""Converts text for readers that accept only one line, or only ASCII."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ _OWN = str.maketrans(
         "±": "+/-", "°": " deg", "…": "...",
     }
 )  # fmt: skip
-"""Where an inspector writes something else than anyascii."""
+"""Letters for which inspectors use other forms than anyascii."""
 
 
 def one_line(text: str) -> str:
-    """The same without line breaks, runs of blanks and what XML 1.0 does not allow."""
+    """Join lines, collapse blanks, and drop what XML 1.0 does not allow."""
     return " ".join(_ILLEGAL.sub("", text).split())
 
 
 def transliterate(text: str) -> str:
-    """One line of printable ASCII; a letter that has no Latin form is written by its number."""
+    """Return one line of printable ASCII; a letter without a Latin form becomes its number."""
     composed = unicodedata.normalize("NFC", one_line(text))
     return one_line("".join(map(_latin, composed.translate(_OWN))))
 

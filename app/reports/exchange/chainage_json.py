@@ -1,11 +1,11 @@
-"""The whole report as JSON, in a schema with a version; `app.imports.chainage_json` reads it again.
+"""The whole report as JSON, in a versioned schema that `app.imports.chainage_json` reads.
 
-`observations` holds what is derived, as the tables do.  What an import starts from is what it is
-derived from: `tags` (what people stated), the raw `track`, its `health`, the joint `sightings` and
-the `mount_tilt` against the rig, the rig and the stated corrections.
+`observations` holds derived values, like the tables. An import starts from their sources: `tags`
+(what people stated), the raw `track`, its `health`, the joint `sightings`, the `mount_tilt` against
+the rig, the rig and the stated corrections.
 
-What was imported is exported as it came: an import changes nothing of an inspection, so `events`
-leaves it out.  That it came by a file is in the history of the page, in PDF and HTML.
+An imported inspection is exported unchanged, so `events` omits the import. The history of the page,
+PDF and HTML mention it.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from vo_core import Track
 from vo_core.image.health import Health
 
 SCHEMA = "chainage-report/2"
-"""Of version 1 everything is where it was; `tags`, `track`, `health`, `sightings` came with 2."""
+"""Version 2 added `tags`, `track`, `health` and `sightings` to version 1."""
 
 _HEALTH_DECIMALS = 4
 _HALF = re.compile("[\ud800-\udfff]")
-"""Of a character: a text of another program may hold it, UTF-8 cannot."""
+"""A surrogate: a text of another program may contain it, UTF-8 cannot."""
 
 
 def write(report: Report) -> Written:
-    """Everything, with the version of the schema; a line for each part of it."""
+    """Write everything, with the version of the schema; one line for each part."""
     parts = {
         "schema": SCHEMA,
         "exported_at": iso(report.made_at),
@@ -121,7 +121,7 @@ def _tags(report: Report) -> list[Mapping[str, Any]]:
 
 
 def _columns(track: Track) -> Any:
-    """As in track.json, rounded as in track.csv."""
+    """Return the columns of track.json, rounded like track.csv."""
     return json.loads(track.to_json())["columns"]
 
 

@@ -1,4 +1,4 @@
-"""The ends of the culvert in the map systems that other programs ask for."""
+"""Converts the ends of the culvert to the map systems of other programs."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ class Ends:
 
     @property
     def is_north(self) -> bool:
-        """Of the equator."""
+        """Whether the start is north of the equator."""
         return self.start[1] >= 0
 
     @property
     def is_dutch(self) -> bool:
-        """Within the bounds of the Dutch system."""
+        """Whether both ends lie within the bounds of the Dutch system."""
         west, south, east, north = _RD_BOUNDS
         return all(
             west <= lon <= east and south <= lat <= north for lon, lat in (self.start, self.end)
@@ -44,7 +44,7 @@ class Ends:
 
 
 def ends_of(fields: Fields) -> Ends | None:
-    """None unless both are known."""
+    """Return both ends, or None unless both are known."""
     found = [_degrees(fields, name) for name in NAMES]
     start_lat, start_lon, end_lat, end_lon = found
     if start_lat is None or start_lon is None or end_lat is None or end_lon is None:
@@ -53,7 +53,7 @@ def ends_of(fields: Fields) -> Ends | None:
 
 
 def missing_of(fields: Fields) -> list[str]:
-    """Names of the header fields that the coordinates of both ends need."""
+    """Return the header fields that the coordinates of both ends need."""
     return [name for name in NAMES if _degrees(fields, name) is None]
 
 
@@ -63,12 +63,12 @@ def _degrees(fields: Fields, name: str) -> float | None:
 
 
 def utm_m(ends: Ends) -> tuple[tuple[float, float], tuple[float, float]] | None:
-    """Easting and northing of both ends in the zone of the start; None near the poles."""
+    """Return easting and northing of both ends in the zone of the start; None near the poles."""
     return _both(ends, (32600 if ends.is_north else 32700) + ends.zone)
 
 
 def rd_m(ends: Ends) -> tuple[tuple[float, float], tuple[float, float]] | None:
-    """X and y of both ends in the Dutch system; None outside the Netherlands."""
+    """Return x and y of both ends in the Dutch system; None outside the Netherlands."""
     return _both(ends, _RD) if ends.is_dutch else None
 
 

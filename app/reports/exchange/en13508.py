@@ -1,7 +1,8 @@
 """EN 13508-2 text: the exchange format of Annex B of EN 13508-2:2003+A1:2011.
 
-One reader decodes UTF-8 whatever the file says, another stops at an empty line, a third takes an
-end node that is missing for a lateral: so the file is plain ASCII, dense and complete.
+One reader decodes UTF-8 whatever the file declares, another stops at an empty line, a third
+mistakes a missing end node for a lateral. So the file is plain ASCII, without empty lines, and
+complete.
 """
 
 from __future__ import annotations
@@ -43,12 +44,12 @@ _ALWAYS = (
     "AAA", "AAB", "AAD", "AAF", "AAK", "ABA", "ABC", "ABE", "ABF", "ABG", "ABH", "ABI", "ABM",
     "ABQ", "ABS", "ACA", "ACB", "ACC", "ACD", "ACG", "ACM", "ADA",
 )  # fmt: skip
-"""Of `#B01`; other fields are there when they are filled."""
+"""Fields of `#B01` that are always written; others only when they are filled."""
 _COLUMNS = ("I", "J", "A", "B", "C", "D", "E", "G", "H", "K", "M", "N", "F")
 
 
 def write(report: Report) -> Written:
-    """One inspection: header of the file, `#B01`, `#C`, a row for each entry, `#Z`."""
+    """Write one inspection: file header, `#B01`, `#C`, one row for each entry, `#Z`."""
     fields = Fields(report.header)
     rows, losses = rows_of(report)
     rows = _in_written_order(rows)
@@ -73,11 +74,11 @@ def write(report: Report) -> Written:
 _KEPT = re.compile(r"en13508_([a-z]{3})")
 """Header fields of an imported survey for which Chainage has no field, by their codes."""
 _DEFAULTED: Mapping[str, str] = {"ABC": "reference_point", "ABE": "method"}
-"""Codes that are written without their field too."""
+"""Codes that have a default without their field."""
 
 
 def _kept_codes(report: Report, fields: Fields, header: Mapping[str, str]) -> dict[str, str]:
-    """What came with these codes and no field of the header has replaced since."""
+    """Return the imported values of these codes that no header field has replaced."""
     kept = {}
     for name in report.header:
         found = _KEPT.fullmatch(str(name))
@@ -91,7 +92,7 @@ def _kept_codes(report: Report, fields: Fields, header: Mapping[str, str]) -> di
 
 
 def losses_in_ascii(report: Report) -> list[Loss]:
-    """What a file of plain ASCII does not hold, besides header fields and rows."""
+    """Return the losses of an ASCII file, apart from header fields and rows."""
     return [
         *transliterated(report),
         *renamed(report, film_in_ascii(report)),
@@ -102,7 +103,7 @@ def losses_in_ascii(report: Report) -> list[Loss]:
 def header_fields(
     report: Report, fields: Fields, names: Names, rows: Sequence[Row]
 ) -> tuple[dict[str, str], list[Loss]]:
-    """Values of the header by their codes, ASCII, and what was lost; RIBX has the same ones."""
+    """Return header values by code, in ASCII, and the losses; RIBX uses the same ones."""
     day, losses = day_of(report, fields)
     losses += standard_of(fields)
     clock = fields.time()
@@ -148,7 +149,7 @@ def header_fields(
 
 
 def letters(report: Report, fields: Fields) -> dict[str, str]:
-    """Letters of the fields with a list; what they do not say is left to the remark."""
+    """Return the letters of fields with a list; details that they lack go to the remark."""
     stated = fields.text
     material, lining = stated("material"), stated("lining_material")
     weather, zero = (
@@ -179,7 +180,7 @@ def letters(report: Report, fields: Fields) -> dict[str, str]:
         is_said = values[code] != lists.OTHER or stated(name) == "other"
         if not values[code] or not is_said:
             fields.leave(name)
-    fields.leave("temperature_c")  # the letter does not say how many degrees
+    fields.leave("temperature_c")  # the letter does not state the degrees
     return values
 
 
@@ -188,7 +189,7 @@ MADE_OF = {
     "ACE": "lining_type", "ACF": "lining_material", "ACK": "asset_type", "ADA": "weather",
     "ADC": "flow_control",
 }  # fmt: skip
-"""The fields of the header that the letters stand for."""
+"""Header fields from which the letters are made."""
 
 
 def _letter(words: str, letter: str | None) -> str:
@@ -201,7 +202,7 @@ def _material(words: str) -> str:
 
 
 def _coordinates(fields: Fields, names: Names) -> dict[str, str]:
-    """AAE and AAG: latitude and longitude in degrees, of the nodes of AAD and AAF."""
+    """Return AAE and AAG: latitude and longitude in degrees, of the nodes of AAD and AAF."""
     ends = ends_of(fields)
     if ends is None:
         return {}
@@ -212,7 +213,7 @@ def _coordinates(fields: Fields, names: Names) -> dict[str, str]:
 
 
 def columns(row: Row, names: Names) -> dict[str, str]:
-    """Values of a row by their codes, ASCII; empty ones are left out."""
+    """Return the values of a row by code, in ASCII, without empty ones."""
     node = {START: names.start, END: names.end}.get(row.code)
     quant1 = "" if row.quant1 is None else plain_number(row.quant1)
     clocks = [str(hour) for hour in row.clocks]
@@ -238,7 +239,7 @@ def columns(row: Row, names: Names) -> dict[str, str]:
 
 
 def _in_written_order(rows: Sequence[Row]) -> list[Row]:
-    """Between start and end by the distance and the second that are written, as a reader sorts."""
+    """Sort the rows between start and end by written distance and second, as a reader does."""
     first = 1 if rows and rows[0].code == START else 0
     last = len(rows) - 1 if len(rows) > first and rows[-1].code in (END, ABANDONED) else len(rows)
     between = sorted(
@@ -249,7 +250,7 @@ def _in_written_order(rows: Sequence[Row]) -> list[Row]:
 
 
 def _name(text: str) -> str:
-    """Without a # in front, which begins another line of the file."""
+    """Drop a leading #, which begins another line type of the file."""
     return transliterate(text).lstrip("# ")
 
 

@@ -1,4 +1,4 @@
-"""The header of a report, read by a format that notes what it has found a place for."""
+"""The header of a report, read by a format; it records which fields were written."""
 
 from __future__ import annotations
 
@@ -14,25 +14,27 @@ from app.survey.catalogue.header import FIELDS, is_empty, number_of
 _DATE = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
 _TIME = re.compile(r"([01][0-9]|2[0-3]):([0-5][0-9])(:([0-5][0-9]))?")
 _NEVER_SAID = frozenset({"standard", "end_condition", "abandon_reason"})
-"""What other sentences, and the rows, say."""
+"""Fields that other sentences and the rows cover."""
 _TECHNICAL = frozenset(
     {
         "code_pack", "rig_id", "calibration_id", "camera_offset_m", "reverse_of", "camera", "lens",
         "tether", "start_lat", "start_lon", "end_lat", "end_lon",
     }
 )  # fmt: skip
-"""What no reader of a remark has asked for."""
+"""Fields that no reader of a remark needs."""
 
 
 class Fields:
-    """Values of the header by name; what is asked for and there counts as written."""
+    """Values of the header by name; a value that was read counts as written."""
 
     def __init__(self, header: Mapping[str, Any]) -> None:
         self._header = header
         self._written = set(_NEVER_SAID)
 
     def text(self, name: str) -> str:
-        """On one line; empty if there is none, or only a number where words are wanted."""
+        """Return a text on one line; empty if missing, or if it is only a number where words are
+        expected.
+        """
         value = self._header.get(name)
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             return ""
@@ -42,14 +44,14 @@ class Fields:
         return found
 
     def number(self, name: str) -> float | None:
-        """Finite; also of a text that is one."""
+        """Return a finite number, also from text, or None."""
         found = number_of(self._header.get(name))
         if found is not None:
             self._written.add(name)
         return found
 
     def number_within(self, name: str, least: float, most: float) -> float | None:
-        """None outside the bounds too, which both belong to it."""
+        """Return a number within inclusive bounds, or None."""
         found = self.number(name)
         if found is not None and not least <= found <= most:
             self._written.discard(name)
@@ -57,7 +59,7 @@ class Fields:
         return found
 
     def flag(self, name: str) -> bool | None:
-        """True or false."""
+        """Return true or false, or None."""
         value = self._header.get(name)
         if not isinstance(value, bool):
             return None
@@ -65,7 +67,7 @@ class Fields:
         return value
 
     def choice(self, name: str, meanings: Mapping[str, str]) -> str | None:
-        """What the value stands for; None if the format has nothing for it."""
+        """Return the format's value for a choice, or None if it has none."""
         value = self._header.get(name)
         found = meanings.get(value) if isinstance(value, str) else None
         if found is not None:
@@ -73,7 +75,7 @@ class Fields:
         return found
 
     def day(self) -> str | None:
-        """Of the survey, ISO 8601."""
+        """Return the day of the survey, ISO 8601."""
         value = self._header.get("date")
         if not isinstance(value, str) or not _DATE.fullmatch(value):
             return None
@@ -85,7 +87,7 @@ class Fields:
         return value
 
     def time(self) -> tuple[str, str] | None:
-        """Of the survey: hh:mm and its seconds."""
+        """Return the time of the survey: hh:mm and its seconds."""
         value = self._header.get("time")
         found = _TIME.fullmatch(value) if isinstance(value, str) else None
         if found is None:
@@ -94,17 +96,17 @@ class Fields:
         return f"{found[1]}:{found[2]}", found[4] or "00"
 
     def note_written(self, *names: str) -> None:
-        """They have found a place in another way."""
+        """Mark fields as written in another way."""
         self._written.update(names)
 
     def leave(self, *names: str) -> None:
-        """What was read has found no place of its own after all."""
+        """Mark fields that were read as not written after all."""
         self._written.difference_update(names)
 
     def words(self) -> str:
-        """What people stated and has found no place of its own, for a remark; it counts as written.
+        """Return stated fields that were not written, for a remark; they then count as written.
 
-        To be asked for last, when every other place is filled.
+        Call it last, after all other fields.
         """
         said = []
         for field in FIELDS:
@@ -117,7 +119,7 @@ class Fields:
         return ", ".join(said)
 
     def losses(self, format_name: str) -> list[Loss]:
-        """The fields that are filled and have found no place, in one sentence."""
+        """Return a loss that names the filled fields that were not written."""
         left = sorted(
             one_line(str(name))
             for name, value in self._header.items()

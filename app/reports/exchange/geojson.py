@@ -20,16 +20,17 @@ from app.reports.tables.table import Cell
 from app.survey.rounding import rounded
 
 _KILOMETRES = re.compile(r"([0-9]+)\+([0-9]{1,3}(?:\.[0-9]+)?)")
-"""12+340 is the road's kilometre 12 and 340 m."""
+"""12+340 means kilometre 12 of the road plus 340 m."""
 Place = Callable[[float], list[float]]
-"""Longitude and latitude of a distance in metres."""
+"""Returns longitude and latitude of a distance in metres."""
 
 
 def write(report: Report) -> Written:
-    """A LineString for the run, a Point an observation, a LineString a stretch; `kind` says which.
+    """Write the run and each stretch as a LineString, each observation as a Point; `kind` names
+    them.
 
     Raises:
-        ExportNotAvailable: The coordinates of the ends, or the length between them, are not known.
+        ExportNotAvailable: The coordinates of the ends, or the length between them, are unknown.
     """
     fields = Fields(report.header)
     place = _place(report, fields)
@@ -70,7 +71,7 @@ def write(report: Report) -> Written:
 
 
 def road_chainage_m(fields: Fields) -> float | None:
-    """Where on the road the culvert is, if the header has it as a number or as 12+340."""
+    """Return the road chainage of the culvert, from a number or text such as 12+340, or None."""
     found = _KILOMETRES.fullmatch(fields.text("road_chainage"))
     if found:
         return round(1000 * float(found[1]) + float(found[2]), 3)
@@ -116,7 +117,7 @@ def _run(report: Report, fields: Fields, place: Place, along: Mapping[str, Any])
 
 
 def _legible(value: object) -> str | int | float | bool | None:
-    """Of the header; None for what has no place in a table of attributes."""
+    """Clean a header value; None for one that a table of attributes cannot hold."""
     if isinstance(value, str):
         return one_line(value) or None
     if isinstance(value, bool | int):
@@ -127,14 +128,14 @@ def _legible(value: object) -> str | int | float | bool | None:
 def _observation(
     entry: Entry, row: Mapping[str, Cell], place: Place, along: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """The keys of the table, those of its place on the map being the geometry."""
+    """Build an observation with the keys of the table; its geometry holds the map position."""
     geometry = None
     if entry.distance_m is not None:
         geometry = {"type": "Point", "coordinates": place(entry.distance_m)}
-    told = {name: _legible(value) for name, value in row.items() if name not in ("lon", "lat")}
+    fields = {name: _legible(value) for name, value in row.items() if name not in ("lon", "lat")}
     joint = {"at_joint": True if entry.at_joint else None}
     characters = {"char1": entry.tag.char1 or "", "char2": entry.tag.char2 or ""}
-    properties = {"kind": "observation", **told, **along, **joint, **characters}
+    properties = {"kind": "observation", **fields, **along, **joint, **characters}
     return _feature(f"obs-{entry.seq}", geometry, properties)
 
 
@@ -156,6 +157,6 @@ def _stretch(stretch: Stretch, place: Place, along: Mapping[str, Any]) -> dict[s
 def _feature(
     name: str, geometry: Mapping[str, Any] | None, properties: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """A feature without the properties that are not known."""
+    """Build a feature without unknown properties."""
     known = {key: value for key, value in properties.items() if value is not None}
     return {"type": "Feature", "id": name, "geometry": geometry, "properties": known}

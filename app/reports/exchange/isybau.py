@@ -1,6 +1,6 @@
-"""ISYBAU XML 2017-07: the survey, with nodes and pipe, without which readers take nothing.
+"""ISYBAU XML 2017-07: the survey, with the nodes and the pipe that readers require.
 
-The order of the elements is that of the official schema; lists are named by their number there.
+The order of the elements follows the official schema; lists are named by their number there.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ _ZONES = (31, 32, 33)
 
 
 def write(report: Report) -> Written:
-    """ISO-8859-1 with character references, CRLF."""
+    """Write ISO-8859-1 with character references, CRLF."""
     fields = Fields(report.header)
     rows, losses = rows_of(report)
     names, lost = names_of(
@@ -104,7 +104,7 @@ class _Culvert:
 
 
 def _identifiers(collectives: Element, made_on: str, *, has_film: bool) -> None:
-    """Every collective by its key, which the collective itself repeats."""
+    """List every collective with its key, which the collective repeats."""
     keys = child(collectives, "Kennungen")
     master = children(child(keys, "Kollektiv"), {"Kennung": _MASTER, "Kollektivart": "1"})
     children(

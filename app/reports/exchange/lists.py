@@ -1,7 +1,7 @@
-"""What the header says in words, in the letters and numbers of other programs.
+"""Translates words of the header to the letters and numbers of other programs.
 
-The letters of EN 13508-2 are those of its Annex C, as public programs list them; where none fits,
-it is Z (other) with the words beside it.
+The letters of EN 13508-2 are those of its Annex C, as public programs list them; where none fits, Z
+(other) is used together with the words.
 """
 
 from __future__ import annotations
@@ -21,65 +21,67 @@ SHAPES_EN: Mapping[str, str] = {
     "other": OTHER,
 }  # fmt: skip
 SHAPES_ISYBAU: Mapping[str, str] = {"circular": "0", "egg": "1", "rectangular": "3"}
-"""G205."""
+"""List G205."""
 SHAPES_M150: Mapping[str, str] = {"circular": "0"}
-"""HG305; only the circle is known."""
+"""List HG305; only the circle is known."""
 
 METHODS_EN: Mapping[str, str] = {"walk_through": "A", "camera": "B", "from_end_only": "C"}
 METHODS_ISYBAU: Mapping[str, str] = {"camera": "0", "walk_through": "1", "from_end_only": "2"}
-"""U108."""
+"""List U108."""
 
 PURPOSES_EN: Mapping[str, str] = {
     "acceptance": "A", "end_of_warranty": "B", "routine": "C", "after_repair": "G",
     "first_survey": OTHER, "follow_up": OTHER, "before_repair": OTHER,
 }  # fmt: skip
-"""ABP."""
+"""List ABP."""
 USES_EN: Mapping[str, str] = {
     "foul": "A", "storm": "B", "combined": "C", "culvert": "E", "drain": OTHER,
 }  # fmt: skip
-"""ACK."""
+"""List ACK."""
 GRAVITY_EN = "A"
-"""ACJ: all that the header knows runs by gravity."""
+"""ACJ: all uses that the header knows run by gravity."""
 FLOW_CONTROL_EN: Mapping[str, str] = {"1": "A", "2": "B", "3": "C"}
-"""ADC, by U107: no measures, blocked upstream, partly blocked."""
+"""ADC from U107: no measures, blocked upstream, partly blocked."""
 WARM_EN, FROST_EN = "A", "B"
-"""ADB: above freezing or not; the degrees have no place there."""
+"""ADB: above freezing or not; it cannot hold the degrees."""
 
 PURPOSES_ISYBAU: Mapping[str, str] = {
     "first_survey": "1", "routine": "2", "acceptance": "3", "end_of_warranty": "4",
     "follow_up": "5", "before_repair": "6", "after_repair": "7",
 }  # fmt: skip
-"""U101."""
+"""List U101."""
 PURPOSES_M150: Mapping[str, str] = {
     "routine": "1", "acceptance": "2", "end_of_warranty": "3", "after_repair": "5",
 }  # fmt: skip
-"""HI004."""
+"""List HI004."""
 ANY_PURPOSE_M150 = "4"
-"""To know the condition."""
+"""Purpose: to assess the condition."""
 
 SYSTEMS_ISYBAU: Mapping[str, str] = {
     "culvert": "KR", "storm": "KR", "drain": "KR", "foul": "KS", "combined": "KM",
 }  # fmt: skip
-"""G101."""
+"""List G101."""
 SYSTEMS_M150: Mapping[str, str] = {
     "culvert": "R", "storm": "R", "drain": "R", "foul": "S", "combined": "M",
 }  # fmt: skip
-"""HG302."""
+"""List HG302."""
 
 
 def is_distinct(asset_type: object) -> bool:
-    """Whether the German lists of what flows in a pipe know it: culverts and drains are storm."""
+    """Return whether the German lists of pipe contents know this type: culverts and drains are
+    storm.
+    """
     return asset_type not in ("culvert", "drain")
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """What words stand for."""
+    """The codes for some words."""
 
     en: str
-    """Letter of EN 13508-2, also of RIBX."""
+    """Letter of EN 13508-2 and RIBX."""
     german: str | None
-    """Of the ISYBAU list, which DWA-M 150 shares."""
+    """Number of the ISYBAU list, which DWA-M 150 shares."""
 
 
 _Words = tuple[tuple[str, Meaning], ...]
@@ -111,7 +113,7 @@ _WEATHER: _Words = (
     (r"\b(dry|sun|sunny|clear|fine|no rain|kering|cerah)\b", Meaning("A", "1")),
     (r"rain|shower|wet|hujan", Meaning("B", "2")),
 )
-"""ADA; U106."""
+"""Lists ADA and U106."""
 _FLOW_CONTROL: _Words = (
     (r"^(none|no|nil|tiada)\b", Meaning(OTHER, "1")),
     (r"upstream|hulu", Meaning(OTHER, "2")),
@@ -119,7 +121,7 @@ _FLOW_CONTROL: _Words = (
     (r"lateral", Meaning(OTHER, "4")),
     (r"backwater", Meaning(OTHER, "5")),
 )
-"""U107."""
+"""List U107."""
 _LININGS: tuple[tuple[str, str], ...] = (
     (r"factory|manufactur|kilang", "A"),
     (r"spray|gunite|shotcrete", "B"),
@@ -130,52 +132,52 @@ _LININGS: tuple[tuple[str, str], ...] = (
     (r"close.?fit", "G"),
     (r"spiral", "H"),
 )
-"""ACE."""
+"""List ACE."""
 _REASONS: tuple[tuple[str, str], ...] = (
     (r"client|waive", "AV"),
     (r"(aim|target|goal) (was |is )?reached", "ZE"),
     (r"(?<!not )reached from the other", "GE"),
 )
-"""U134."""
+"""List U134."""
 NOT_REACHED = "GN"
-"""The far side was not."""
+"""The far end was not reached."""
 _REFERENCE_POINTS: _Words = (
     (r"cent(re|er).*(manhole|chamber|shaft)", Meaning("C", "1")),
     (r"inner (face|wall)|headwall|inside face", Meaning("A", "2")),
     (r"(crown|end) of (the )?pipe|pipe end", Meaning("B", "3")),
     (r"half ?way", Meaning("D", "4")),
 )
-"""ABC; U105."""
+"""Lists ABC and U105."""
 
 
 def material(words: str) -> Meaning | None:
-    """Of ACD and G102; None if it is not in the lists."""
+    """Find the codes of ACD and G102, or None."""
     return _first(_MATERIALS, words)
 
 
 def weather(words: str) -> Meaning | None:
-    """Of ADA and U106; None if it is not in the lists."""
+    """Find the codes of ADA and U106, or None."""
     return _first(_WEATHER, words)
 
 
 def flow_control(words: str) -> str | None:
-    """Of U107; None if it is not in the list."""
+    """Find the code of U107, or None."""
     found = _first(_FLOW_CONTROL, words)
     return found.german if found else None
 
 
 def lining(words: str) -> str:
-    """Letter of ACE; Z if it is not in the list."""
+    """Find the letter of ACE, or Z."""
     return _letter(_LININGS, words) or OTHER
 
 
 def grounds(words: str) -> str:
-    """Of U134, why a survey was abandoned."""
+    """Find the code of U134, why a survey was abandoned."""
     return _letter(_REASONS, words) or NOT_REACHED
 
 
 def reference_point(words: str) -> Meaning | None:
-    """Of ABC and U105; None if it is not in the lists."""
+    """Find the codes of ABC and U105, or None."""
     return _first(_REFERENCE_POINTS, words)
 
 

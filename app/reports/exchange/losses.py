@@ -1,6 +1,6 @@
-"""What exchange formats hold in coarser form than the report, or not at all.
+"""Losses of exchange formats: what they hold less precisely, or not at all.
 
-A sentence is there only if this report has what it names.
+A loss is listed only if this report contains what it names.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ ONE_LINE = (
 
 
 def left_out(report: Report, *, is_named: bool = False) -> Loss:
-    """What no exchange format has a place for.
+    """Return what no exchange format can hold.
 
     Args:
-        report: As it is written.
-        is_named: Whether the file has the name of the inspection.
+        report: The report to be written.
+        is_named: Whether the file contains the name of the inspection.
     """
     entries = report.entries
     there = {
@@ -46,7 +46,7 @@ def left_out(report: Report, *, is_named: bool = False) -> Loss:
 
 
 def coarser(report: Report) -> list[Loss]:
-    """Figures that are rounded, and texts that come on one line."""
+    """Return figures that are rounded, and texts that are joined to one line."""
     entries = [entry for entry in report.entries if entry.distance_m is not None]
     steps = []
     if any(_is_rounded(entry.distance_m) for entry in entries):
@@ -62,7 +62,7 @@ def coarser(report: Report) -> list[Loss]:
 
 
 def transliterated(report: Report) -> list[Loss]:
-    """Where a file is plain ASCII and the report is not."""
+    """Return losses of an ASCII file where the report has other characters."""
     names = [report.source.filename, *(e.photo.name for e in report.entries if e.photo)]
     if all(text.isascii() for text in (*names, *_texts(report))):
         return []

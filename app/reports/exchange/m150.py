@@ -1,7 +1,6 @@
 """DWA-M 150 XML, type B of 04-2010: nodes (KG), pipe (HG), inspection (HI), observations (HZ).
 
-Elements stand in rising number.  A station has one decimal there, so the exact one is given in
-HZ999.
+Elements are in rising order. A station has one decimal, so HZ999 states the exact one.
 """
 
 from __future__ import annotations
@@ -45,13 +44,13 @@ _LONGEST_NODE, _LONGEST_ASSET = 16, 33
 _LENGTHS = Lengths(most_m=9999.999, most_unit_m=999.999, digits=3)
 _MAX_STATION_M = 9999.9
 _CAMERA = "2"
-"""U109: it drives itself."""
+"""Camera of list U109: self-propelled."""
 _MAX_QUANTITY, _MIN_QUANTITY = 99999.9, -9999.9
-"""Seven characters with one decimal."""
+"""Limits of seven characters with one decimal."""
 
 
 def write(report: Report) -> Written:
-    """ISO-8859-1 with character references, CRLF."""
+    """Write ISO-8859-1 with character references, CRLF."""
     fields = Fields(report.header)
     rows, losses = rows_of(report)
     names, lost = names_of(

@@ -1,4 +1,4 @@
-"""RIBX 1.5.1, the Dutch form of the EN 13508-2 XML: the pipe is a `ZB_A`, an entry a `ZC`."""
+"""RIBX 1.5.1, the Dutch variant of the EN 13508-2 XML: the pipe is a `ZB_A`, an entry a `ZC`."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from app.reports.report import Loss, Report, Written
 
 _FORMAT = "RIBX"
 _STANDARD = "EN 13508-2+A1:2011"
-"""One of the two names that ABA may hold; the other is for the Dutch additions to it."""
+"""One of the two names that ABA allows; the other includes the Dutch additions."""
 _GML = "http://www.opengis.net/gml"
 _NEEDED = {
     "AAM": "client", "ABF": "date", "ABH": "operator", "ABI": "job_ref", "ABJ": "client_job_ref",
     "ABS": "video", "ACA": "shape", "ACB": "height_mm", "ACD": "material", "ACM": "cleaned",
 }  # fmt: skip
-"""What must be there on return, by what it is made of."""
+"""Fields that a delivery must contain, by what they are made of."""
 
 
 def write(report: Report) -> Written:
-    """UTF-8 that holds ASCII only, since one of the readers looks at nothing else."""
+    """Write UTF-8 that contains only ASCII, since one of the readers accepts nothing else."""
     fields = Fields(report.header)
     rows, losses = rows_of(report)
     names, lost = names_of(report, fields, transliterate)
@@ -69,7 +69,7 @@ def _header(
 
 
 def _explained(values: dict[str, str], report: Report) -> dict[str, str]:
-    """What the letter Z stands for, in an attribute."""
+    """Return what the letter Z stands for, as an attribute."""
     return {
         code: transliterate(str(report.header.get(name) or ""))
         for code, name in MADE_OF.items()
@@ -80,7 +80,7 @@ def _explained(values: dict[str, str], report: Report) -> dict[str, str]:
 def _points(
     report: Report, fields: Fields, names: Names
 ) -> tuple[dict[str, tuple[float, float]], list[Loss]]:
-    """AAE and AAG, of the nodes of AAD and AAF, if they are in the Netherlands."""
+    """Return AAE and AAG, of the nodes of AAD and AAF, if they are in the Netherlands."""
     ends = ends_of(fields)
     found = rd_m(ends) if ends else None
     if found is None:

@@ -1,7 +1,7 @@
-"""What every exchange format is written from: the entries in order, each fit for a row.
+"""The common rows of exchange formats: the entries in order, each converted to a row.
 
-Nothing is dropped in silence: what has no column of its own goes to the remark, and what cannot be
-written at all is reported as a loss.
+Nothing is dropped silently: content without a column goes to the remark, and content that cannot be
+written is reported as a loss.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ START = "BCD"
 END = "BCE"
 ABANDONED = "BDC"
 REMARK = "BDB"
-"""General remark: what has no code of the standard."""
+"""General remark, for entries without a code of the standard."""
 
 _CODE = re.compile(r"B[A-D][A-Z]")
 _LETTERS = {"start": "A", "change": "C", "finish": "B"}
 _CHECKSUM = 6
-"""Characters of it behind a name that was cut."""
+"""Characters of the checksum after a shortened name."""
 _MAX_H = 100
-"""Hours from which on hh:mm:ss is too short."""
+"""Hours that hh:mm:ss can no longer hold."""
 
 Clean = Callable[[str], str]
 
 
 @dataclass(frozen=True)
 class Row:
-    """An entry as a row of a format; what is not there is empty or None."""
+    """An entry as a row of a format; missing values are empty or None."""
 
     entry: Entry
     distance_m: float
@@ -53,20 +53,20 @@ class Row:
     clock_from: int | None
     clock_to: int | None
     stretch: tuple[str, int] | None
-    """A, C or B and its number."""
+    """A, C or B, and the number."""
     remark: str
-    """On one line."""
+    """Remark on one line."""
     time_s: int | None
-    """Into the film."""
+    """Time in the film."""
     photo: str | None
 
     @property
     def clocks(self) -> tuple[int, ...]:
-        """One position, or where a sector begins and ends."""
+        """One position, or both ends of a sector."""
         return tuple(hour for hour in (self.clock_from, self.clock_to) if hour is not None)
 
     def because(self, reason: str) -> Row:
-        """The same with the reason of the header before its remark, unless that has it."""
+        """Return the row with the header's reason before its remark, unless it is there."""
         if not reason or reason in self.remark:
             return self
         own = one_line(self.entry.tag.remark or "")
@@ -75,14 +75,14 @@ class Row:
 
 
 def abandon_reason(report: Report) -> str:
-    """Why the survey was abandoned; empty if it was not, or nobody says."""
+    """Return why the survey was abandoned; empty if it was not, or no reason is given."""
     if report.header.get("end_condition") != "abandoned":
         return ""
     return one_line(str(report.header.get("abandon_reason") or ""))
 
 
 def abandoned_in_words(report: Report, rows: Sequence[Row]) -> str:
-    """For a general remark, where no row says that the survey was abandoned."""
+    """Return words for a general remark, where no row says that the survey was abandoned."""
     is_said = any(row.code == ABANDONED for row in rows)
     if is_said or report.header.get("end_condition") != "abandoned":
         return ""
@@ -91,7 +91,7 @@ def abandoned_in_words(report: Report, rows: Sequence[Row]) -> str:
 
 
 def general_remark(report: Report, fields: Fields, rows: Sequence[Row], *said: str) -> str:
-    """The remarks of the header and, once each, what has no place of its own in a format."""
+    """Join the remarks of the header and, once each, what a format cannot hold elsewhere."""
     _leave_what_is_not_said(report, fields)
     remark = fields.text("remarks")
     for more in (*said, abandoned_in_words(report, rows), fields.words()):
@@ -101,7 +101,9 @@ def general_remark(report: Report, fields: Fields, rows: Sequence[Row], *said: s
 
 
 def _leave_what_is_not_said(report: Report, fields: Fields) -> None:
-    """What the name of the film and that of the standard say needs no words."""
+    """Treat fields as not written unless their words were: the names of the film and the
+    standard.
+    """
     names = _film_names(str(report.header.get("video_files") or ""))
     if names in ([], [film(report)]):
         fields.note_written("video_files")
@@ -110,15 +112,15 @@ def _leave_what_is_not_said(report: Report, fields: Fields) -> None:
 
 
 def joined(*parts: str) -> str:
-    """What is not empty, with commas between."""
+    """Join non-empty parts with commas."""
     return ", ".join(part for part in parts if part)
 
 
 def rows_of(report: Report) -> tuple[list[Row], list[Loss]]:
-    """By distance, then by time; the start code comes first, the code of the end last.
+    """Sort by distance, then by time; the start code comes first, the code of the end last.
 
     Returns:
-        The rows, and what they do not hold.
+        The rows, and their losses.
     """
     film_name = film(report)
     rows: list[Row] = []
@@ -160,7 +162,7 @@ def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[
         stretch = (_LETTERS[entry.cont_role], entry.cont_id)
     if entry.joint_no is not None:
         said.append(f"joint {entry.joint_no}")
-    if distance_m <= -0.005:  # what rounds to 0.00 is none below zero
+    if distance_m <= -0.005:  # a value that rounds to 0.00 is not below zero
         said.append(f"at {decimals(distance_m, 2)} m")
         losses.append(_lost(entry, "lies before the zero point; it is written at 0 m"))
     if entry.u95_m is not None:
@@ -220,19 +222,19 @@ def _lost(entry: Entry, what: str) -> Loss:
 
 
 def about(row: Row, what: str) -> Loss:
-    """A loss of one row."""
+    """Return a loss of one row."""
     return _lost(row.entry, what)
 
 
 @dataclass(frozen=True)
 class Names:
-    """What the culvert and its ends are called in a file."""
+    """Names of the culvert and of its ends in a file."""
 
     asset: str
     start: str
     end: str
     upstream: str
-    """The start, or the end of a survey against the flow."""
+    """Node of the start, or of the end in a survey against the flow."""
     downstream: str
 
 
@@ -244,16 +246,16 @@ def names_of(
     longest_asset: int | None = None,
     longest_node: int | None = None,
 ) -> tuple[Names, list[Loss]]:
-    """Names that the format can hold, each for one thing only.
+    """Make distinct names that the format can hold.
 
     Args:
-        report: Whose names.
+        report: The report.
         fields: Its header.
-        clean: Makes a text fit for the format.
-        longest_asset: Number of characters; None for any. So is `longest_node`.
+        clean: Converts a text for the format.
+        longest_asset: Most characters; None for any number. The same holds for `longest_node`.
 
     Returns:
-        The names, and which were cut or made up.
+        The names, and losses for those that were shortened or invented.
     """
     losses = []
     stated = {name: fields.text(name) for name in ("start_node", "end_node")}
@@ -277,12 +279,12 @@ def names_of(
     up, down = (end, start) if is_against else (start, end)
     for name, own in (("upstream_node", up), ("downstream_node", down)):
         if nodes.get(str(report.header.get(name))) == own:
-            fields.note_written(name)  # the direction says which is which
+            fields.note_written(name)  # the direction shows which is which
     return Names(assets[asset], start, end, up, down), losses
 
 
 def _fitting(names: Sequence[str], longest: int | None, clean: Clean) -> dict[str, str]:
-    """A name of the format for each; what is cut or would be the same ends on its checksum."""
+    """Fit each name to the format; a shortened or ambiguous one ends with its checksum."""
     fitting: dict[str, str] = {}
     for name in dict.fromkeys(names):
         short = clean(name)
@@ -295,7 +297,7 @@ def _fitting(names: Sequence[str], longest: int | None, clean: Clean) -> dict[st
 
 
 def day_of(report: Report, fields: Fields) -> tuple[str | None, list[Loss]]:
-    """Of the survey; if the header has none, that on which the film came, which is reported."""
+    """Return the day of the survey; without one, that of the film, which is reported."""
     day = fields.day()
     if day is not None or report.source.kind == "import":
         return day, []
@@ -304,7 +306,7 @@ def day_of(report: Report, fields: Fields) -> tuple[str | None, list[Loss]]:
 
 
 def standard_of(fields: Fields) -> list[Loss]:
-    """What is lost where the survey follows another standard than the file."""
+    """Return the loss where the survey follows another standard than the file."""
     standard = fields.text("standard")
     if not standard or "13508" in standard:
         return []
@@ -312,7 +314,7 @@ def standard_of(fields: Fields) -> list[Loss]:
 
 
 def film(report: Report) -> str:
-    """Name of the film without a folder; empty if there is no file."""
+    """Return the name of the film without a folder; empty if there is no file."""
     if report.source.kind == "import":
         names = _film_names(str(report.header.get("video_files") or ""))
         return names[0] if names else ""
@@ -322,13 +324,13 @@ def film(report: Report) -> str:
 
 
 def film_in_ascii(report: Report) -> str:
-    """The same in Latin letters."""
+    """Return the name of the film in Latin letters."""
     name = film(report)
     return ascii_file_name(name) if name else ""
 
 
 def renamed(report: Report, name: str) -> list[Loss]:
-    """Where the file calls the film by this name, and it has another one."""
+    """Return the loss where the file gives the film another name."""
     stated = {
         "upload": report.source.filename,
         "import": str(report.header.get("video_files") or ""),
@@ -350,24 +352,24 @@ def _film_name(path: str) -> str:
 
 
 def length_m(report: Report, fields: Fields, most_m: float = math.inf) -> float | None:
-    """Of the culvert: what is known and not above `most_m`, else what was surveyed."""
+    """Return the length of the culvert: known and not above `most_m`, else the surveyed one."""
     known_m = fields.number_within("known_length_m", 0.001, most_m)
     return report.distance_m if known_m is None else known_m
 
 
 def unit_length_m(report: Report, fields: Fields, most_m: float = math.inf) -> float | None:
-    """Of one pipe: of the header and not above `most_m`, else of the rig."""
+    """Return the length of one pipe: from the header and not above `most_m`, else from the rig."""
     stated_m = fields.number_within("unit_length_m", 0.001, most_m)
     segment_mm = report.rig.pipe.segment_length_mm
     return stated_m if stated_m is not None else segment_mm / 1000 if segment_mm else None
 
 
 def plain_number(value: float, digits: int = 6) -> str:
-    """Without zeros at the end."""
+    """Format a number without trailing zeros."""
     text = decimals(value, digits)
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def hours(time_s: int) -> str:
-    """hh:mm:ss."""
+    """Format hh:mm:ss."""
     return f"{time_s // 3600:02d}:{time_s // 60 % 60:02d}:{time_s % 60:02d}"

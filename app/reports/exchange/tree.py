@@ -1,4 +1,4 @@
-"""XML elements of which only the filled ones are written."""
+"""XML elements, written only where they are filled."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from app.reports.exchange.ascii import one_line
 
 
 def child(parent: Element, name: str, text: object = None, **attributes: str) -> Element:
-    """A new last element of the parent, which may hold text."""
+    """Append an element to the parent, which may hold text."""
     element = SubElement(parent, name, attributes)
     if text is not None:
         element.text = one_line(str(text))
@@ -17,7 +17,7 @@ def child(parent: Element, name: str, text: object = None, **attributes: str) ->
 
 
 def children(parent: Element, values: Mapping[str, object]) -> Element:
-    """An element for every value that is there, in their order; the parent."""
+    """Append an element for every filled value, in order; return the parent."""
     for name, value in values.items():
         if value is not None and value != "":
             child(parent, name, value)
@@ -25,7 +25,9 @@ def children(parent: Element, values: Mapping[str, object]) -> Element:
 
 
 def to_bytes(root: Element, declaration: str, encoding: str) -> bytes:
-    """The document with CRLF; letters that the encoding lacks become character references."""
+    """Return the document with CRLF; letters missing in the encoding become character
+    references.
+    """
     indent(root, "")
     lines = f"{declaration}\n{tostring(root, encoding='unicode')}\n"
     return lines.replace("\n", "\r\n").encode(encoding, "xmlcharrefreplace")

@@ -1,4 +1,4 @@
-"""The pipe from its zero down to its far end as an inline SVG: true to scale, with every entry."""
+"""The pipe from its zero to its far end as an inline SVG, to scale, with every entry."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _TOP, _BOTTOM = 24, 24
 _PIPE_LEFT, _PIPE_RIGHT = 90, 290
 _LABELS = 400
 _LINE = 22
-"""From label to label."""
+"""Distance between labels."""
 _LEAST, _MOST = 420.0, 6000.0
-"""Height of the pipe; px."""
+"""Bounds of the height of the pipe; px."""
 _PX_PER_M = 36.0
 _LANE = 12
 _LANES = 4
@@ -43,12 +43,12 @@ class _Strip:
         self.height = min(wanted, max(_MOST, _LINE * (len(self.placed) + 1)))
 
     def y(self, distance_m: float) -> float:
-        """In px; what lies beyond the axis is drawn at its end."""
+        """Convert to px; places beyond the axis are drawn at its end."""
         inside_m = min(max(distance_m, self.axis.first_m), self.axis.last_m)
         return _TOP + (inside_m - self.axis.first_m) / self.axis.length_m * self.height
 
     def drawn(self) -> str:
-        """Picture and legend."""
+        """Return picture and legend."""
         t = self.t
         hints = [t("graphic.legend")]
         if water_share(self.report):
@@ -124,7 +124,7 @@ class _Strip:
         return shapes
 
     def _entries(self) -> list[str]:
-        """Marks at their clock positions, with the interval, and labels on leader lines."""
+        """Draw marks at their clock positions, with the interval, and labels on leader lines."""
         wanted = [self.y(entry.distance_m or 0.0) for entry in self.placed]
         places = spread(wanted, _LINE, _TOP, _TOP + self.height + _BOTTOM - 6)
         shapes = []

@@ -38,7 +38,7 @@ from app.survey.catalogue.header import FIELDS, is_empty, required_to_issue
 from vo_core.errors import ChainageError
 
 ENOUGH_PX = 1280
-"""Of the longer side of a photo; one that is twice as large is reduced."""
+"""Longer side of a photo; one that is twice as large is reduced."""
 
 _POLICY = (
     "default-src 'none'",
@@ -48,8 +48,8 @@ _POLICY = (
     "form-action 'none'",
 )
 _SCENE_POLICY = (
-    # A page within the page has the policy of the outer one, too; viser's own is unpacked by
-    # inline scripts, so that hashes cannot name them.
+    # A nested page inherits the policy of the outer one; viser's own is unpacked by inline scripts,
+    # so that hashes cannot name them.
     "script-src 'unsafe-inline' 'wasm-unsafe-eval' blob: data:",
     "font-src data:",
     "worker-src blob: data:",
@@ -77,7 +77,7 @@ _TEMPLATES = Environment(
 
 
 def write(report: Report) -> Written:
-    """In the language and units of the report."""
+    """Write the report in its language and units."""
     t = Translator.of(report)
     scene, losses = _scene(report)
     page = _TEMPLATES.get_template("web_page.html").render(

@@ -1,4 +1,4 @@
-"""The report as a PDF: vectors, embedded fonts, bookmarks; one module for each of its parts."""
+"""The report as a PDF: vectors, embedded fonts, bookmarks; one module for each part."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ PARTS = (
     cover, summary, header_sheet, pipe_graphic, observations, photos, unrolled_wall, condition,
     measurement, sign_off,
 )  # fmt: skip
-"""In the order of the pages."""
+"""Parts in the order of the pages."""
 
 
 def write(report: Report) -> Written:
-    """All parts, in the report's language and units."""
+    """Write all parts in the report's language and units."""
     t = Translator.of(report)
     story = [piece for part in PARTS for piece in part(report, t)]
     return Written(made(report, t, t("cover.title"), story), missing_glyphs(report))

@@ -1,4 +1,4 @@
-"""How the asset is, by a rule that is stated in words."""
+"""The condition of the asset, with its rule in words."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _ROW = 7 * mm
 
 
 def condition(report: Report, t: Translator) -> list[Flowable]:
-    """The overall condition, the counts, and the rule."""
+    """Build the overall condition, the counts, and the rule."""
     found = condition_of(report)
     texts = [
         (t("condition.rule", codes=", ".join(CLEANED_AWAY)), BODY),
@@ -63,7 +63,7 @@ def _overall(canvas: Canvas, found: Condition, t: Translator) -> None:
 
 
 def _counts(canvas: Canvas, found: Condition, t: Translator) -> None:
-    """A bar for each severity, the severest first."""
+    """Draw a bar for each severity, the severest first."""
     rows = [(s, found.counts[s], t.severity(s)) for s in reversed(SEVERITIES)]
     most = max(1, *(count for _, count, _ in rows), found.unrated)
     start, room = 62 * mm, WIDTH - 75 * mm

@@ -1,4 +1,4 @@
-"""First page: whose report of what, and whether it can be relied on yet."""
+"""The first page: author, asset, and whether the report is final."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from app.reports.report import Report
 
 
 def cover(report: Report, t: Translator) -> list[Flowable]:
-    """The cover."""
+    """Build the cover."""
     return [
         Figure(26 * mm, lambda canvas: _letterhead(canvas, report)),
         Spacer(0, 42 * mm),
@@ -67,14 +67,14 @@ def _where(report: Report) -> str:
 
 @dataclass(frozen=True)
 class Warned:
-    """What must not be overlooked."""
+    """A warning that must not be overlooked."""
 
     text: str
     is_alarm: bool
 
 
 def warnings_of(report: Report, t: Translator) -> list[Warned]:
-    """That somebody has to act now, that it does not reach the end, and that it is a draft."""
+    """Return the warnings: immediate action, an incomplete survey, a draft."""
     warnings = []
     if entries := urgent(report):
         place, label = t.place(entries[0]), t.label(entries[0])
@@ -90,7 +90,7 @@ def warnings_of(report: Report, t: Translator) -> list[Warned]:
 
 
 def abandoned_sentence(report: Report, t: Translator) -> str:
-    """That the survey was abandoned and, if the header says so, why; empty if it was not."""
+    """Say that the survey was abandoned and, if stated, why; empty if it was not."""
     if report.header.get("end_condition") != "abandoned":
         return ""
     reason = one_line(str(report.header.get("abandon_reason") or ""))
@@ -109,7 +109,7 @@ def _band(warned: Warned) -> Flowable:
 
 
 def cover_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
-    """What is on the cover."""
+    """Return the rows of the cover."""
     header = report.header
     operator = " · ".join(
         str(header[name]) for name in ("operator", "operator_certificate") if header.get(name)

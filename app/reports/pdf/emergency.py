@@ -1,4 +1,4 @@
-"""The act-now sheet: one page for whoever has to close the road tonight."""
+"""The act-now sheet: one page for the person who must close the road tonight."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ from app.reports.pdf.text import draw, lines_of, shortened
 from app.reports.report import Entry, Report, Written
 
 _HEIGHT = HEIGHT - 1
-"""Rounding must not begin a second page."""
+"""Rounding must not start a second page."""
 _PHOTO = (92 * mm, 69 * mm)
 _LIST = 4
 _REMARK_LINES = 5
 
 
 def write(report: Report) -> Written:
-    """One page about every entry of severity 5: the first of them with photo, the others listed."""
+    """Write one page about every entry of severity 5: the first with photo, the others listed."""
     t, entries = Translator.of(report), urgent(report)
     sheet = Figure(_HEIGHT, lambda canvas: _sheet(canvas, report, entries, t))
     return Written(made(report, t, _title(entries, t), [sheet]), missing_glyphs(report))
 
 
 def _title(entries: list[Entry], t: Translator) -> str:
-    """No alarm where there is none."""
+    """Return a calm title where there is no emergency."""
     return t("emergency.title" if entries else "emergency.calm")
 
 
@@ -83,7 +83,7 @@ def _where(report: Report, t: Translator) -> list[tuple[str, str]]:
 
 
 def _first(canvas: Canvas, y: float, entry: Entry, t: Translator) -> float:
-    """The worst one, with all that is known of it; returns where it ends."""
+    """Draw the worst entry with all that is known; return its lower end."""
     draw_badge(canvas, 0, y - 0.6 * mm, entry.tag.severity)
     title = f"{t.label(entry)} ({t.code(entry)})"
     style = SUBHEADING.on(INK)
@@ -153,7 +153,7 @@ def _sign(canvas: Canvas, report: Report, t: Translator) -> None:
 def _facts(
     canvas: Canvas, y: float, rows: list[tuple[str, str]], left: float, right: float
 ) -> float:
-    """Names and values below each other; returns the last baseline."""
+    """Draw names and values below each other; return the last baseline."""
     for n, (name, value) in enumerate(rows):
         if n:
             y -= 6.2 * mm

@@ -1,4 +1,4 @@
-"""What the pages are made of: headings, paragraphs, tables and figures that cannot fail to fit."""
+"""Parts of pages: headings, paragraphs, tables and figures that always fit."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ Item = TypeVar("Item")
 
 Align = Literal["left", "centre", "right"]
 Texts = Sequence[tuple[str, Style]]
-"""Paragraphs, each in its style."""
+"""Paragraphs, each with its style."""
 
 
 class Heading(Flowable):
-    """Title of a part, and its bookmark."""
+    """The title of a part, with its bookmark."""
 
     def __init__(self, title: str, *, level: int = 0, bookmark: bool = True) -> None:
         super().__init__()
@@ -45,7 +45,7 @@ class Heading(Flowable):
         self.style = HEADING if level == 0 else SUBHEADING
 
     def wrap(self, width: float, height: float) -> tuple[float, float]:
-        """With room below."""
+        """Return the size, including space below."""
         self.width = width
         return width, self._above + self.style.leading + self._below
 
@@ -58,7 +58,7 @@ class Heading(Flowable):
         return 4 * mm if self.level == 0 else 1.6 * mm
 
     def draw(self) -> None:
-        """Draw it."""
+        """Draw the heading."""
         canvas = self.canv
         below = self._below
         draw(canvas, 0, below + 4, shortened(self.title, self.style, WIDTH), self.style)
@@ -73,7 +73,7 @@ class Heading(Flowable):
 
 
 class Prose(Flowable):
-    """Paragraphs of any length; they go on over pages line by line."""
+    """Paragraphs of any length; they continue over pages line by line."""
 
     def __init__(self, texts: Texts, *, after: float = 2 * mm) -> None:
         super().__init__()
@@ -81,11 +81,11 @@ class Prose(Flowable):
         self._after = after
 
     def wrap(self, width: float, height: float) -> tuple[float, float]:
-        """As high as its lines."""
+        """Return the height of the lines."""
         return width, _height(self._lines) + self._after
 
     def split(self, width: float, height: float) -> list[Flowable]:
-        """As many lines as fit, and the others."""
+        """Split into the lines that fit and the others."""
         kept, rest = _cut_lines(self._lines, height)
         return [self._part(kept, 0), self._part(rest, self._after)] if kept and rest else []
 
@@ -95,13 +95,13 @@ class Prose(Flowable):
         return part
 
     def draw(self) -> None:
-        """Draw it."""
+        """Draw the lines."""
         _draw_lines(self.canv, self._lines, 0, _height(self._lines) + self._after, WIDTH, "left")
 
 
 @dataclass(frozen=True)
 class Column:
-    """Of a table."""
+    """A column of a table."""
 
     title: str
     width: float
@@ -117,7 +117,7 @@ class Badge:
 
 Cell = Texts | Badge | str
 Laid = list[Line] | Badge
-"""A cell in lines."""
+"""The content of a cell: lines or a badge."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ class _Row:
         return max(_cell_height(cell) for cell in self.cells) + 2 * _PADDING
 
     def cut(self, height: float) -> tuple[_Row, _Row] | None:
-        """Its lines that fit, and the others; None if there is nothing to cut."""
+        """Split into the lines that fit and the others; None if it cannot be split."""
         halves = [_cut_cell(cell, height - 2 * _PADDING) for cell in self.cells]
         upper, lower = (_Row(tuple(half[n] for half in halves)) for n in (0, 1))
         is_cut = any(isinstance(cell, list) and cell for cell in upper.cells)
@@ -138,11 +138,11 @@ class _Row:
 
 _PADDING = 1.1 * mm
 _TALL = 60 * mm
-"""Rows above this are cut where the page ends, so that no page stays half empty."""
+"""Rows above this height are split where the page ends, so that no page stays half empty."""
 
 
 class Grid(Flowable):
-    """A table: its head is repeated on every page, and any row may go on over pages."""
+    """A table: its head is repeated on every page, and any row may continue on the next."""
 
     def __init__(
         self,
@@ -167,7 +167,7 @@ class Grid(Flowable):
         self._has_head = any(column.title for column in columns)
 
     def wrap(self, width: float, height: float) -> tuple[float, float]:
-        """As high as its rows."""
+        """Return the height of the rows."""
         return width, self._head_height + sum(row.height for row in self._rows) + self._after
 
     @property
@@ -175,7 +175,7 @@ class Grid(Flowable):
         return self._head.height if self._has_head else 0.0
 
     def split(self, width: float, height: float) -> list[Flowable]:
-        """The rows that fit, and the others; a tall row is cut."""
+        """Split into the rows that fit and the others; a tall row is split."""
         room = height - self._head_height
         kept: list[_Row] = []
         rest = list(self._rows)
@@ -193,7 +193,7 @@ class Grid(Flowable):
         return part
 
     def draw(self) -> None:
-        """Draw it from the top down."""
+        """Draw the table from the top down."""
         canvas = self.canv
         y = self._head_height + sum(row.height for row in self._rows) + self._after
         if self._has_head:
@@ -235,11 +235,11 @@ class Figure(Flowable):
         self._paint = paint
 
     def wrap(self, width: float, height: float) -> tuple[float, float]:
-        """Of the width of the page."""
+        """Return the width of the page and the height of the figure."""
         return WIDTH, self._height
 
     def draw(self) -> None:
-        """Draw it."""
+        """Draw the figure."""
         self._paint(self.canv)
 
 
@@ -247,7 +247,7 @@ BADGE = 4.2 * mm
 
 
 def draw_badge(canvas: Canvas, x: float, y: float, severity: int | None) -> None:
-    """A small field with the severity; its lower left corner is at (x, y)."""
+    """Draw a small field with the severity; its lower left corner is at (x, y)."""
     if severity is None:
         return
     canvas.setFillColor(SEVERITY.get(severity, WASH))
@@ -259,7 +259,7 @@ def draw_badge(canvas: Canvas, x: float, y: float, severity: int | None) -> None
 
 
 def pairs(rows: Sequence[tuple[str, str]], *, after: float = 4 * mm) -> Grid:
-    """A table of names and values."""
+    """Build a table of names and values."""
     columns = (Column("", 50 * mm), Column("", WIDTH - 50 * mm))
     return Grid(
         columns,
@@ -302,22 +302,22 @@ def _draw_lines(
 ) -> None:
     x += {"left": 0.0, "centre": width / 2, "right": width}[align]
     for line in lines:
-        # The baseline lies where the middle of the small letters is in the middle of the line.
+        # The baseline is placed so that small letters are vertically centred in the line.
         base = top - (line.style.leading + 0.55 * line.style.size) / 2
         draw(canvas, x, base, line.text, line.style, align)
         top -= line.style.leading
 
 
 def note(text: str) -> Prose:
-    """A paragraph that explains."""
+    """Build an explanatory paragraph."""
     return Prose([(text, CELL.soft())])
 
 
 def paragraph(text: str) -> Prose:
-    """A plain paragraph."""
+    """Build a plain paragraph."""
     return Prose([(text, BODY)])
 
 
 def batches(items: Sequence[Item], size: int) -> list[tuple[Item, ...]]:
-    """The items in their order, so many at a time."""
+    """Split the items into groups of a size, in order."""
     return [tuple(items[at : at + size]) for at in range(0, len(items), size)]

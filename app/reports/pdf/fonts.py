@@ -1,7 +1,7 @@
-"""The fonts of the document: open ones for most of the world's scripts, chosen for each character.
+"""The fonts of the document: open ones for most scripts, chosen for each character.
 
-The files are variable fonts; ReportLab embeds static ones, so that each weight is made once a
-process when it is first needed, in milliseconds (a third of a second for all of Chinese).
+The files are variable fonts, but ReportLab embeds static ones. So each weight is made once per
+process on first use, in milliseconds (a third of a second for all of Chinese).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Weight = Literal[400, 600]
 """Regular, semi-bold."""
 
 LOCK = threading.RLock()
-"""Fonts, and the glyphs that shaping adds to them, are kept for the whole process."""
+"""Held while using fonts: they and the glyphs added by shaping are shared by the whole process."""
 
 
 @dataclass(frozen=True)
@@ -31,18 +31,20 @@ class Face:
 
     name: str
     package: str
-    """That carries the file."""
+    """Package that contains the file."""
     path: str
     is_shaped: bool = False
     """Whether its letters change with their neighbours."""
     is_large: bool = False
-    """Thousands of characters, of which ReportLab takes 1.5 KB each: there is only one weight."""
+    """Thousands of characters, at 1.5 KB each in ReportLab: there is only one weight."""
     codec: str | None = None
-    """Only the characters of this encoding are taken; None: all."""
+    """Only the characters of this encoding are used; None: all."""
 
     @property
     def file(self) -> Path | None:
-        """Where it is installed; None where its package is not: most are of the extra `fonts`."""
+        """Path of the file; None where its package is not installed: most are of the extra
+        `fonts`.
+        """
         spec = find_spec(self.package)
         if spec is None or not spec.submodule_search_locations:
             return None
@@ -54,7 +56,7 @@ def _shaped(script: str, pack: str) -> Face:
 
 
 def _large(script: str, codec: str | None = None) -> Face:
-    """All of the font, or what is commonly written with it: a quarter of the memory."""
+    """Use all of the font, or only its common characters: a quarter of the memory."""
     face = _noto(script, "cjk", "wght")
     name = f"{face.name}-{codec}" if codec else face.name
     return replace(face, name=name, is_large=True, codec=codec)
@@ -79,7 +81,7 @@ FACES = (
     *map(_large, ("SC", "TC", "JP", "KR")),
     Face("DejaVuSans", "matplotlib", "mpl-data/fonts/ttf/DejaVuSans.ttf"),
 )
-"""The first one that has a character shows it."""
+"""The first font that has a character shows it."""
 
 
 @cache
@@ -103,13 +105,13 @@ def _characters(face: Face) -> frozenset[int]:
 
 
 def has(face: Face, char: str) -> bool:
-    """Whether the font shows the character."""
+    """Return whether the font shows the character."""
     return ord(char) in _characters(face)
 
 
 @lru_cache(4096)
 def face_of(char: str) -> Face | None:
-    """The font that shows a character; None if there is none."""
+    """Return the font that shows a character; None if there is none."""
     return next((face for face in FACES if has(face, char)), None)
 
 
@@ -129,13 +131,13 @@ def _registered(face: Face, weight: Weight) -> TTFont:
         wanted.pin_axis_to_default(source, axis)
     static = hb.subset(source, wanted) if axes else source
     font = TTFont(name, io.BytesIO(static.blob.data))
-    # Weights of one file share its name, and of fonts that share it ReportLab keeps the first.
+    # Weights of one file share its name, and of fonts with one name ReportLab keeps the first.
     font.face.name = name.encode()
     pdfmetrics.registerFont(font)
     return font
 
 
 def font_of(face: Face, weight: Weight) -> TTFont:
-    """The font as ReportLab draws with it, registered under its `fontName`."""
+    """Return the font for ReportLab, registered under its `fontName`."""
     with LOCK:
         return _registered(face, 400 if face.is_large else weight)

@@ -1,4 +1,4 @@
-"""What a document in PDF cannot show for want of a font."""
+"""Characters that a PDF cannot show because no font has them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _NAMED = 20
 
 
 def missing_glyphs(report: Report) -> tuple[Loss, ...]:
-    """One loss that names the characters that stand as their numbers, if there are any."""
+    """Return one loss that names the characters written as numbers, if there are any."""
     found = without_glyph(_texts(report))
     if not found:
         return ()
@@ -26,7 +26,7 @@ def missing_glyphs(report: Report) -> tuple[Loss, ...]:
 
 
 def _texts(report: Report) -> Iterator[str]:
-    """What people have entered."""
+    """Yield the texts that people have entered."""
     yield report.name
     yield report.company.name or ""
     yield from (value for value in report.header.values() if isinstance(value, str))

@@ -1,4 +1,4 @@
-"""The header of the survey, field by field, with a sketch of where its ends lie."""
+"""The header of the survey, field by field, with a plan sketch of both ends."""
 
 from __future__ import annotations
 
@@ -49,11 +49,11 @@ GROUPS: Sequence[tuple[str, Sequence[str]]] = (
     ("equipment", ("camera", "lens", "tether", "rig_id", "calibration_id", "video_files")),
     ("remarks", ("remarks",)),
 )  # fmt: skip
-"""Every field of the header under a heading."""
+"""Every field of the header, grouped under headings."""
 
 
 def header_sheet(report: Report, t: Translator) -> list[Flowable]:
-    """Plan and fields; what is required and empty is named."""
+    """Build plan and fields; empty required fields are named."""
     parts: list[Flowable] = [
         Heading(t("header.title")),
         Figure(34 * mm, lambda canvas: _plan(canvas, report, t)),
@@ -80,7 +80,7 @@ def header_sheet(report: Report, t: Translator) -> list[Flowable]:
 def header_row(
     report: Report, t: Translator, name: str, is_missing: bool
 ) -> tuple[str, str] | None:
-    """Name and value of a field; None of one that is empty and may be so."""
+    """Return name and value of a field; None for an optional empty one."""
     value = report.header.get(name)
     if not is_empty(value):
         return t.field(name), t.value(name, value)
@@ -88,7 +88,7 @@ def header_row(
 
 
 def _two_up(rows: list[tuple[str, str]]) -> Grid:
-    """Names and values; two pairs a row where values are short."""
+    """Build the table; two pairs a row where values are short."""
     if any(len(value) > 45 for _, value in rows):
         return pairs(rows, after=0)
     half = (len(rows) + 1) // 2
@@ -102,7 +102,7 @@ def _two_up(rows: list[tuple[str, str]]) -> Grid:
 
 
 def _plan(canvas: Canvas, report: Report, t: Translator) -> None:
-    """Both ends, which way the water and the camera went, and where north is."""
+    """Draw both ends, the directions of flow and travel, and north."""
     header = report.header
     left, right, y = 36 * mm, WIDTH - 36 * mm, 17 * mm
     canvas.setFillColor(WASH)
@@ -153,7 +153,7 @@ def _arrow(canvas: Canvas, x: float, y: float, length: float, is_forward: bool) 
 
 
 def _north(canvas: Canvas, report: Report, x: float, y: float) -> None:
-    """North, as the pipe is drawn from left to right; only where both ends are known."""
+    """Draw north relative to the pipe drawn from left to right; only where both ends are known."""
     values = [
         report.header.get(f"{end}_{axis}") for end in ("start", "end") for axis in ("lat", "lon")
     ]

@@ -1,4 +1,4 @@
-"""How the distances were measured, what corrected them, and how far they can be relied on."""
+"""How the distances were measured and corrected, and how reliable they are."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _LEFT = 26 * mm
 
 
 def measurement(report: Report, t: Translator) -> list[Flowable]:
-    """The page that answers how one knows."""
+    """Build the page about the measurement."""
     if report.is_unmeasured:
         filename = report.source.filename
         said = note(t("measurement.imported", filename=filename))
@@ -56,7 +56,7 @@ def measurement(report: Report, t: Translator) -> list[Flowable]:
 
 
 def result_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
-    """How far and how surely."""
+    """Return the rows about distance and uncertainty."""
     met = report.adjusted.distance_class() if report.adjusted else None
     if report.distance_m is None or met is None:
         return [(t("measurement.far_end"), t("entry.not_tracked"))]
@@ -94,7 +94,7 @@ def result_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
 
 
 def makeup_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
-    """What the interval at the far end is made of, and what would shrink it most."""
+    """Return the sources of the interval at the far end, and what would reduce it most."""
     track = report.track
     makeup = (
         makeup_of(report.adjusted, report.raw_track, int(track.distance_mm.argmax()))
@@ -143,7 +143,7 @@ def _closure(report: Report, t: Translator) -> str:
 
 
 def correction_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
-    """What was stated about distances, and what follows."""
+    """Return what was stated about distances, and the result."""
     stated, adjusted = report.corrected.stated, report.adjusted
     zero = (
         t("measurement.zero_first")
@@ -225,7 +225,7 @@ def correction_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
 
 
 def _residuals(adjusted: Adjusted, t: Translator) -> list[Flowable]:
-    """What is left at every joint that was used."""
+    """Build the residuals of every joint that was used."""
     if not adjusted.evidence:
         return []
     heads, rows = joint_table(adjusted.evidence, t)
@@ -239,7 +239,7 @@ def _residuals(adjusted: Adjusted, t: Translator) -> list[Flowable]:
 def joint_table(
     joints: Iterable[FittedJoint], t: Translator
 ) -> tuple[list[str], Sequence[Sequence[str]]]:
-    """Heads and rows: number, place, what is left, frame, how it was seen."""
+    """Return heads and rows: number, place, residual, frame, how it was seen."""
     names = (
         "entry.joint", "entry.distance", "measurement.left_over", "measurement.frame",
         "measurement.seen",
@@ -259,7 +259,7 @@ def joint_table(
 
 
 def rig_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
-    """Camera, mount and wall."""
+    """Return the rows about camera, mount and wall."""
     camera, mount, pipe = report.rig.camera, report.rig.mount, report.rig.pipe
     lens = t(
         "measurement.lens",
@@ -303,7 +303,7 @@ def rig_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
 
 
 def video_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
-    """The film, and what went wrong with it."""
+    """Return the rows about the film and its faults."""
     source, video = report.source, report.source.video
     picture = f"{video['width']} × {video['height']} px" if "width" in video else NOTHING
     facts = [picture, str(video.get("codec") or "")]
@@ -328,7 +328,7 @@ def video_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
 
 
 def _along(report: Report, t: Translator) -> list[Flowable]:
-    """Charts over the distance, where there is a track."""
+    """Build charts over the distance, where there is a track."""
     if not len(report.track):
         return []
     heard = _complained(report)
@@ -341,7 +341,7 @@ def _along(report: Report, t: Translator) -> list[Flowable]:
 
 
 def _complained(report: Report) -> dict[str, NDArray[np.bool_]]:
-    """For each complaint that occurs, the frames it is about."""
+    """Return the frames of each complaint that occurs."""
     rows = len(report.track)
     found = {name: np.zeros(rows, bool) for name in COMPLAINTS}
     for frame, health in enumerate(report.health[:rows]):
@@ -351,7 +351,7 @@ def _complained(report: Report) -> dict[str, NDArray[np.bool_]]:
 
 
 class _Chart:
-    """Quality, half-width and complaints over the distance: the worst of each place."""
+    """Quality, half-width and complaints over the distance: the worst value at each place."""
 
     def __init__(self, report: Report, t: Translator, heard: dict[str, NDArray[np.bool_]]) -> None:
         track = report.track
@@ -380,7 +380,7 @@ class _Chart:
         return found
 
     def paint(self, canvas: Canvas, height: float) -> None:
-        """From the top down."""
+        """Draw the charts from the top down."""
         y = height - 16 * mm
         self._curve(canvas, y, 12 * mm, self.quality, 1.0, "1", self.t("measurement.quality"))
         y -= 16 * mm
@@ -446,6 +446,6 @@ class _Chart:
 
 
 def _spans(seen: NDArray[np.bool_]) -> Sequence[tuple[int, int]]:
-    """First and last but one of each unbroken row of true ones."""
+    """Return first and last index plus one of each run of true values."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], seen, [False]]).astype(int)))
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]

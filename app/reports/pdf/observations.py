@@ -1,4 +1,4 @@
-"""The table of all observations, whole: its rows go on over pages."""
+"""The complete table of observations, whose rows continue over pages."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from app.reports.pdf.text import one_line
 from app.reports.report import Entry, Report
 
 _LONG, _SHOWN = 500, 250
-"""Remarks with more characters are in full behind the table, of which this many are in it."""
+"""Remarks with more characters are printed in full after the table, which shows this many."""
 
 
 def observations(report: Report, t: Translator) -> list[Flowable]:
-    """Every entry, by distance."""
+    """Build the table of every entry, by distance."""
     heading = Heading(t("observations.title"))
     if not report.entries:
         return [heading, note(t("observations.none")), PageBreak()]
@@ -69,7 +69,7 @@ def _is_long(entry: Entry) -> bool:
 
 
 def _long_remarks(report: Report, t: Translator) -> list[Flowable]:
-    """In full, over the width of the page."""
+    """Build the long remarks in full, over the width of the page."""
     entries = [entry for entry in report.entries if _is_long(entry)]
     if not entries:
         return []
@@ -83,6 +83,6 @@ def _long_remarks(report: Report, t: Translator) -> list[Flowable]:
 
 
 def reference_of(report: Report, t: Translator) -> str:
-    """What distances are counted from."""
+    """Return the reference point of distances."""
     value = report.header.get("reference_point")
     return str(value) if value else t("observations.no_reference")

@@ -1,4 +1,4 @@
-"""Puts flowables on pages: head, foot, page n of N, and what the file says of itself."""
+"""Lays out flowables on pages: head, foot, page n of N, and the metadata of the file."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from app.reports.pdf.styles import (
 from app.reports.pdf.text import draw, one_line, shortened, width_of
 from app.reports.report import Report
 
-# Streams as bytes, not as text: a fifth less to write, to send and to keep.
+# Streams as bytes, not as text: a fifth smaller.
 rl_config.useA85 = 0
 
 _TOTAL = "total"
@@ -37,7 +37,7 @@ _TOTAL_DIGITS = 3
 
 
 def made(report: Report, t: Translator, title: str, story: Sequence[Flowable]) -> bytes:
-    """The document as a file; the first page has no head."""
+    """Return the document as a file; the first page has no head."""
     out = _Sink()
     foot = _foot(report, t)
     document = BaseDocTemplate(
@@ -65,19 +65,19 @@ class _Sink:
     content = b""
 
     def write(self, content: bytes) -> None:
-        """Keep it."""
+        """Store the content."""
         self.content = content
 
 
 class _Pages(Flowable):
-    """Last of the story: knows how many pages there are, which every foot shows."""
+    """Last flowable: it knows the number of pages, which every foot shows."""
 
     def __init__(self, document: BaseDocTemplate) -> None:
         super().__init__()
         self._document = document
 
     def wrap(self, width: float, height: float) -> tuple[float, float]:
-        """Of no size."""
+        """Return no size."""
         return 0, 0
 
     def draw(self) -> None:
@@ -89,9 +89,10 @@ class _Pages(Flowable):
 
 
 def _canvas(made_at: datetime, *args: Any, **options: Any) -> Canvas:
-    """One whose file says when the report was made, so that it is the same each time.
+    """Make a canvas whose file states the time of the report, so that equal reports give equal
+    files.
 
-    It begins with a font of ours; else every page names one that is not embedded.
+    It begins with an embedded font; else every page would name one that is not.
     """
     canvas = Canvas(*args, **options | {"initialFontName": font_of(LATIN, 400).fontName})
     date = f"{made_at.astimezone(UTC):D:%Y%m%d%H%M%SZ}"
@@ -140,7 +141,7 @@ def _foot(report: Report, t: Translator) -> Callable[[Canvas], None]:
         canvas.setLineWidth(0.5)
         canvas.line(LEFT, y + 3.6 * mm, PAGE_WIDTH - RIGHT, y + 3.6 * mm)
         draw(canvas, LEFT, y, shortened(left, style, WIDTH - 35 * mm), style)
-        # The total is known at the end only: three digits of room for it.
+        # The total is known only at the end: three digits are reserved.
         x = PAGE_WIDTH - RIGHT - width_of("0" * _TOTAL_DIGITS, style)
         number = t("page.of", page=canvas.getPageNumber())
         draw(canvas, x, y, number, style, "right")

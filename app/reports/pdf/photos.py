@@ -1,4 +1,4 @@
-"""Six photos a page with what they show and where."""
+"""Six photos a page, with captions that state defect and place."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from app.reports.pdf.text import draw, lines_of, shortened
 from app.reports.report import Entry, Photo, Report
 
 ENOUGH_PX = 800
-"""250 dpi in print."""
+"""Pixels for 250 dpi in print."""
 
 _GAP = 8 * mm
 _WIDTH = (WIDTH - _GAP) / 2
@@ -23,7 +23,7 @@ _CAPTION = 17 * mm
 
 
 def photos(report: Report, t: Translator) -> list[Flowable]:
-    """Pages of photos in the order of the table."""
+    """Build pages of photos in the order of the table."""
     shown = [(entry, entry.photo) for entry in report.entries if entry.photo and entry.photo.path]
     if not shown:
         return [Heading(t("photos.title")), note(t("photos.none")), PageBreak()]
@@ -57,7 +57,7 @@ def draw_photo(
     height: float,
     t: Translator,
 ) -> None:
-    """The picture as large as the field holds it; where there is none, the field says so."""
+    """Draw the picture as large as the field allows; without one, the field says so."""
     canvas.setFillColor(WASH)
     canvas.rect(x, y, width, height, 0, 1)
     path = photo.path if photo else None

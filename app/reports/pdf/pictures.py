@@ -12,27 +12,27 @@ _QUALITY = 76
 
 
 class Jpeg(ImageReader):
-    """A JPEG file that is embedded as it is."""
+    """A JPEG file that is embedded unchanged."""
 
     _dataA = None  # noqa: N815
-    """The mask, which a JPEG has not."""
+    """Transparency mask, which a JPEG does not have."""
 
     def __init__(self, content: bytes) -> None:
         super().__init__(io.BytesIO(content))
         self.content = content
-        """Of the file."""
+        """Bytes of the file."""
 
     def getRGBData(self) -> bytes:  # noqa: N802
-        """What distinguishes pictures: ReportLab would decode each of them for that."""
+        """Return what identifies the picture: ReportLab would decode each picture for that."""
         return self.content
 
 
 def jpeg_of(path: Path | None, enough_px: int) -> Jpeg | None:
-    """The picture as JPEG; None if it cannot be read.
+    """Return the picture as JPEG; None if it cannot be read.
 
     Args:
-        path: JPEG or PNG; the file may be gone or broken.
-        enough_px: Of the longer side. A larger picture is halved as long as it keeps that much.
+        path: JPEG or PNG; the file may be missing or broken.
+        enough_px: Sufficient longer side; a larger picture is halved while it stays above this.
     """
     if path is None:
         return None
@@ -42,7 +42,8 @@ def jpeg_of(path: Path | None, enough_px: int) -> Jpeg | None:
             is_fit = picture.format == "JPEG" and picture.mode in ("RGB", "L")
             times = max(picture.size) // enough_px
             if times < 2 and is_fit:
-                # An eighth of its size shows as well whether all of it can be decoded.
+                # Decoding at an eighth of the size also shows whether the whole file can be
+                # decoded.
                 picture.draft(picture.mode, (1, 1))
                 picture.load()
                 return Jpeg(content)
@@ -52,17 +53,17 @@ def jpeg_of(path: Path | None, enough_px: int) -> Jpeg | None:
 
 
 def _halved(picture: Image.Image, times: int) -> Image.Image:
-    """So many times smaller at the most."""
+    """Reduce the picture, at most to 1 / `times`."""
     if times < 2:
         return picture
     width, height = picture.size
-    picture.draft("RGB", (width // times, height // times))  # while it is decoded: cheap
+    picture.draft("RGB", (width // times, height // times))  # during decoding: cheap
     left = picture.size[0] * times // width
     return picture.reduce(left) if left > 1 else picture
 
 
 def _encoded(picture: Image.Image) -> bytes:
-    """As JPEG; what is transparent becomes white as the paper."""
+    """Encode as JPEG; transparent parts become white like the paper."""
     if picture.mode not in ("RGB", "L"):
         rgba = picture.convert("RGBA")
         paper = Image.new("RGBA", rgba.size, "white")

@@ -1,4 +1,4 @@
-"""The pipe from its start down to its end, to scale, with a label for every observation."""
+"""The pipe from start to end, to scale, with a label for every observation."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ SCALES = (
     20, 25, 40, 50, 75, 100, 125, 150, 200, 250, 300, 400, 500, 750, 1000, 1500, 2000, 2500, 5000,
     10_000, 20_000, 50_000, 100_000,
 )  # fmt: skip
-"""Denominators: 1 : 20 to 1 : 100 000."""
+"""Denominators from 1 : 20 to 1 : 100 000."""
 
 LABEL = 4.6 * mm
 """Height of a label."""
 MOST_SHEETS = 8
 COARSEST = 250
-"""Where that many sheets are enough."""
+"""Coarsest scale used where the number of sheets is acceptable."""
 
 _HEAD = 20 * mm
 _LEGEND = 13 * mm
@@ -56,18 +56,18 @@ _LABELS = 69 * mm
 
 @dataclass(frozen=True)
 class Sheet:
-    """One page: a window of the pipe, and those of its entries whose labels fit there."""
+    """One page: a window of the pipe, and the entries whose labels fit there."""
 
     first_m: float
     last_m: float
     entries: tuple[Entry, ...]
     part: int
-    """Of the pages that show the same window, 1 for the first."""
+    """Number among the pages of the same window, from 1."""
     parts: int
 
 
 def pipe_graphic(report: Report, t: Translator) -> list[Flowable]:
-    """Pages of the graphic, each with the same head."""
+    """Build the pages of the graphic, each with the same head."""
     body = HEIGHT - 32 * mm - _LEGEND
     scale, sheets = laid_out(report, body)
     parts: list[Flowable] = []
@@ -85,14 +85,14 @@ def pipe_graphic(report: Report, t: Translator) -> list[Flowable]:
 
 
 def laid_out(report: Report, height: float) -> tuple[int, list[Sheet]]:
-    """The scale that needs the fewest pages, of those alike the coarsest, and its pages.
+    """Return the scale that needs the fewest pages, the coarsest of equals, and its pages.
 
-    A page that shows the same part of the pipe once more, for labels that found no room, counts
-    twice: where observations are dense a finer scale is easier to read.
+    A page that repeats a part of the pipe, for labels that did not fit, counts twice: where
+    observations are dense, a finer scale is easier to read.
 
     Args:
-        report: With entries by distance.
-        height: Of the strip on a page, in points.
+        report: The report, with entries by distance.
+        height: Height of the strip on a page, in points.
     """
     axis = Axis.of(report)
     per_page = capacity(LABEL, 0, height - LABEL)
@@ -104,7 +104,7 @@ def laid_out(report: Report, height: float) -> tuple[int, list[Sheet]]:
     for scale in [scale for scale in reversed(SCALES) if scale < coarsest]:
         window_m = _window_m(scale, height)
         if axis.length_m > window_m * _burden(best[1]):
-            break  # the windows alone are more pages
+            break  # the windows alone need more pages
         sheets = _sheets(report, axis, window_m, per_page)
         if _burden(sheets) < _burden(best[1]):
             best = scale, sheets
@@ -116,7 +116,7 @@ def _burden(sheets: Sequence[Sheet]) -> int:
 
 
 def _window_m(scale: int, height: float) -> float:
-    """Length of pipe that a page shows."""
+    """Return the length of pipe that a page shows."""
     return height / mm * scale / 1000
 
 
@@ -153,16 +153,16 @@ class _Painter:
         self.top = _LEGEND + height
 
     def y_of(self, distance_m: float) -> float:
-        """Down the page."""
+        """Return the position down the page."""
         return self.top - (distance_m - self.sheet.first_m) * self.points_per_m
 
     def x_of(self, hour: float) -> float:
-        """Across the strip: 12 at both edges, 9 on the left, 3 on the right."""
+        """Return the position across the strip: 12 at both edges, 9 on the left, 3 on the right."""
         left, right = _STRIP
         return right - (hour % 12) / 12 * (right - left)
 
     def paint(self, canvas: Canvas) -> None:
-        """All of it, what lies below first."""
+        """Draw everything, from the bottom layer up."""
         self._head(canvas)
         self._strip(canvas)
         self._joints(canvas)
@@ -232,7 +232,7 @@ class _Painter:
         canvas.line(12.5 * mm, self.y_of(axis.first_m), 12.5 * mm, self.y_of(axis.last_m))
 
     def _joints(self, canvas: Canvas) -> None:
-        """Those that were seen as lines with their numbers, expected ones as dashes."""
+        """Draw seen joints as lines with their numbers, expected ones as dashes."""
         left, right = _STRIP
         canvas.setStrokeColor(SOFT)
         canvas.setLineWidth(0.5)
@@ -252,7 +252,7 @@ class _Painter:
         canvas.setDash()
 
     def _joint_y(self, distance_mm: float) -> float | None:
-        """None on another sheet."""
+        """Return the position of a joint; None on another sheet."""
         distance_m = distance_mm / 1000
         if not self.sheet.first_m <= distance_m <= self.sheet.last_m:
             return None
@@ -296,7 +296,7 @@ class _Painter:
             self._number(canvas, x, (upper + lower) / 2, str(stretch.number))
 
     def _number(self, canvas: Canvas, x: float, y: float, number: str) -> None:
-        """On a white ground, as leader lines pass behind it."""
+        """Draw a number on a white ground, as leader lines pass behind it."""
         style = TINY.bold()
         half = width_of(number, style) / 2 + 0.4 * mm
         canvas.setFillColor(white)
@@ -315,7 +315,7 @@ class _Painter:
             self._label(canvas, entry, -place)
 
     def _mark(self, canvas: Canvas, entry: Entry) -> None:
-        """Where on the wall it is."""
+        """Draw the mark of an entry on the wall."""
         y = self.y_of(entry.distance_m or 0.0)
         left, right = _STRIP
         canvas.setStrokeColor(INK)
@@ -334,7 +334,7 @@ class _Painter:
                 canvas.circle(x, y, 1.2 * mm, 1, 1)
 
     def _error_bar(self, canvas: Canvas, entry: Entry) -> None:
-        """95 %, to the scale of the page."""
+        """Draw the 95 % interval, to the scale of the page."""
         if entry.u95_m is None:
             return
         y, half = self.y_of(entry.distance_m or 0.0), entry.u95_m * self.points_per_m
@@ -399,7 +399,7 @@ class _Painter:
 
 
 def clock_spans(first: int | None, last: int | None) -> list[tuple[float, float]]:
-    """Parts of the strip from 0 (left) to 1 that a clock position or sector covers.
+    """Return the parts of the strip, from 0 (left) to 1, that a clock position or sector covers.
 
     The strip is the wall cut along its crown: 12 at both edges, 9 at a quarter, 3 at three.
     A single position has no width; a sector runs clockwise, 12 to 12 all round.
@@ -419,7 +419,7 @@ def clock_spans(first: int | None, last: int | None) -> list[tuple[float, float]
 
 
 def water_share(report: Report) -> float:
-    """Share of the wall of a circular pipe below the water of the header."""
+    """Return the share of a circular pipe's wall below the header's water level."""
     level = report.header.get("water_level_pct")
     if not isinstance(level, int | float) or isinstance(level, bool) or not 0 < level <= 100:
         return 0.0
@@ -427,7 +427,7 @@ def water_share(report: Report) -> float:
 
 
 def _in_lanes(stretches: Sequence[Stretch]) -> list[tuple[int, Stretch]]:
-    """Side by side where they overlap; beyond the last lane they share it."""
+    """Arrange overlapping stretches side by side; beyond the last lane they share it."""
     ends: list[float] = []
     found = []
     for stretch in sorted(stretches, key=lambda stretch: stretch.start.distance_m or 0.0):

@@ -1,4 +1,4 @@
-"""What stands against the report, who changed it since, and who answers for it."""
+"""Open issues of the report, its history, and signatures."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _EVENTS = 12
 
 
 def sign_off(report: Report, t: Translator) -> list[Flowable]:
-    """Checks, history, signatures."""
+    """Build checks, history and signatures."""
     return [
         Heading(t("sign.title")),
         Heading(t("sign.checks"), level=1, bookmark=False),
@@ -69,7 +69,7 @@ def _history(report: Report, t: Translator) -> list[Flowable]:
 
 
 def action_of(event: Event) -> str:
-    """What was done to what, as its word is called."""
+    """Return the key of the word for an event."""
     subject = "inspection" if event.observation_id is None else "observation"
     return f"{subject}_{event.action}"
 

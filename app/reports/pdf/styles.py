@@ -1,4 +1,4 @@
-"""Paper, type and colours of the document; all of it is distinct in grey."""
+"""Paper, type and colours of the document; all of them are distinct in grey."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ SEVERITY: dict[int, Color] = {
     4: HexColor(0xC4622D),
     5: ALARM,
 }
-"""Darker with every grade."""
+"""Colours that get darker with every grade."""
 
 
 @dataclass(frozen=True)
 class Style:
-    """How a text looks; sizes in points."""
+    """Appearance of a text; sizes in points."""
 
     size: float
     leading: float
@@ -45,15 +45,15 @@ class Style:
     colour: Color = INK
 
     def soft(self) -> Style:
-        """The same for what matters less."""
+        """Return the style for less important text."""
         return replace(self, colour=SOFT)
 
     def on(self, colour: Color) -> Style:
-        """The same in another colour."""
+        """Return the style in another colour."""
         return replace(self, colour=colour)
 
     def bold(self) -> Style:
-        """The same, heavier."""
+        """Return the style in bold."""
         return replace(self, weight=600)
 
 
@@ -67,5 +67,5 @@ TINY = Style(5.8, 7.2)
 
 
 def on_severity(severity: int | None) -> Color:
-    """The colour of writing on that of a severity."""
+    """Return the text colour on the colour of a severity."""
     return white if severity is not None and severity >= 4 else INK

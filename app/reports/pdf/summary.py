@@ -1,4 +1,4 @@
-"""The worst first: what an engineer reads when there is time for one page."""
+"""The worst defects first: one page for an engineer in a hurry."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _SHOWN = 15
 
 
 def summary(report: Report, t: Translator) -> list[Flowable]:
-    """Key figures, the pipe at a glance, the worst defects."""
+    """Build key figures, the pipe at a glance, and the worst defects."""
     worst = worst_first(report)
     parts: list[Flowable] = [
         Heading(t("summary.title")),
@@ -51,13 +51,13 @@ def summary(report: Report, t: Translator) -> list[Flowable]:
 
 
 def opening(report: Report, t: Translator) -> list[str]:
-    """The first sentences: that the survey was abandoned, if it was, and what is worst."""
+    """Return the first sentences: that the survey was abandoned, if it was, and what is worst."""
     said = (abandoned_sentence(report, t), worst_sentence(report, t))
     return [text for text in said if text]
 
 
 def worst_sentence(report: Report, t: Translator) -> str:
-    """The worst defect, or that nothing was rated."""
+    """Name the worst defect, or say that nothing was rated."""
     worst = next(iter(worst_first(report)), None)
     if worst is None:
         return t("summary.no_worst")
@@ -99,7 +99,7 @@ def _figures(canvas: Canvas, report: Report, t: Translator) -> None:
 
 
 def _glance(canvas: Canvas, report: Report, t: Translator) -> None:
-    """The pipe from the side, with its entries."""
+    """Draw the pipe from the side, with its entries."""
     axis = Axis.of(report)
     top, bottom = 18 * mm, 11 * mm
     scale = (WIDTH - 8 * mm) / axis.length_m

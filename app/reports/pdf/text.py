@@ -1,8 +1,8 @@
-"""Text of any script: cleaned, given fonts, broken into lines, put in visual order and drawn.
+"""Text of any script: cleaned, assigned fonts, broken into lines, put in visual order and drawn.
 
-ReportLab's paragraphs know one font a run and stop at what they cannot place.  Here every character
-finds a font, right-to-left text is ordered by the bidirectional algorithm and shaped by HarfBuzz,
-and a line always ends somewhere, however long its word.
+ReportLab's paragraphs use one font for each run and fail at what they cannot place. Here every
+character gets a font, right-to-left text is ordered by the bidirectional algorithm and shaped by
+HarfBuzz, and lines break even within very long words.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ _SELECTORS = (range(0xFE00, 0xFE10), range(0xE0100, 0xE01F0))
 
 @dataclass(frozen=True)
 class Glyph:
-    """A drawn sign, in thousandths of the font size."""
+    """A drawn glyph, in thousandths of the font size."""
 
     char: str
-    """Under which ReportLab has it; not what was written."""
+    """Character that ReportLab uses for the glyph; not the written one."""
     x: float
-    """From the start of the run; so is `y` from its baseline."""
+    """Distance from the start of the run; `y` is that from its baseline."""
     y: float
 
 
@@ -49,14 +49,14 @@ class Run:
     """Text of one font and one direction."""
 
     text: str
-    """As it was written."""
+    """The written text."""
     font: TTFont
     width: float
     """Thousandths of the font size."""
     glyphs: tuple[Glyph, ...] | None
-    """None where each character is its own sign."""
+    """None where each character has its own glyph."""
     is_outlined: bool
-    """Made heavier by a line around its signs, as the font has no such weight."""
+    """Whether an outline makes it bold, as the font has no such weight."""
 
 
 @dataclass(frozen=True)
@@ -68,14 +68,15 @@ class Line:
 
     @property
     def width(self) -> float:
-        """In points."""
+        """Width in points."""
         return width_of(self.text, self.style)
 
 
 def clean(text: str) -> str:
-    """What can be shown of a text.
+    """Return the text in a form that can be shown.
 
-    Control characters and lone surrogates go; for what no font has stands its code point.
+    Control characters and lone surrogates are removed; characters without a font are replaced by
+    their code point.
     """
     text = text.replace("\r\n", "\n").replace("\r", "\n").replace("\t", " ")
     kept = "".join(map(_shown, text))
@@ -83,22 +84,22 @@ def clean(text: str) -> str:
 
 
 def one_line(text: str) -> str:
-    """The same, with blanks for line breaks."""
+    """Return the cleaned text with blanks for line breaks."""
     return " ".join(clean(text).split())
 
 
 def width_of(text: str, style: Style) -> float:
-    """Of cleaned text in one line, in points."""
+    """Return the width of cleaned text in one line, in points."""
     return sum(_word_width(word, style.weight) for word in _WORD.findall(text)) * style.size / 1000
 
 
 def lines_of(text: str, style: Style, width: float) -> list[Line]:
-    """Any text in lines of at most so many points; a single sign may be wider.
+    """Break text into lines of at most `width` points; a single glyph may be wider.
 
     Args:
-        text: Not yet cleaned; its line breaks are kept.
-        style: Of every line.
-        width: In points.
+        text: Text before cleaning; its line breaks are kept.
+        style: Style of every line.
+        width: Width in points.
     """
     room = 1000 * width / style.size
     return [
@@ -109,7 +110,7 @@ def lines_of(text: str, style: Style, width: float) -> list[Line]:
 
 
 def shortened(text: str, style: Style, width: float) -> str:
-    """As much of a text as fits in one line, with an ellipsis where something is left out."""
+    """Shorten a text to one line, with an ellipsis where something is left out."""
     text = one_line(text)
     if width_of(text, style) <= width:
         return text
@@ -121,10 +122,10 @@ def draw(canvas: Canvas, x: float, y: float, text: str, style: Style, align: str
     """Draw one line of cleaned text.
 
     Args:
-        canvas: To draw on.
-        x: Of its left end, middle or right end, by `align`.
-        y: Of the baseline.
-        text: Cleaned.
+        canvas: The canvas.
+        x: Position of its left end, middle or right end, by `align`.
+        y: Position of the baseline.
+        text: Cleaned text.
         style: Size, weight and colour.
         align: left, centre or right.
     """
@@ -146,7 +147,7 @@ def draw(canvas: Canvas, x: float, y: float, text: str, style: Style, align: str
 
 
 def visual_runs(text: str, weight: Weight) -> list[Run]:
-    """The runs of a line of cleaned text, from left to right."""
+    """Return the runs of a line of cleaned text, from left to right."""
     if not any(map(_is_right_to_left, text)):
         return [_run(piece, face, weight, False) for face, piece in _by_face(text)]
     levels = _levels(text)
@@ -180,13 +181,15 @@ def _in_a_font(char: str) -> str:
 
 
 def without_glyph(texts: Iterable[str]) -> list[str]:
-    """Characters that no installed font shows, each once, in order: "U+1F642" stands for one."""
+    """Return the characters that no installed font shows, once each, in order, such as
+    "U+1F642".
+    """
     chars = {_shown(char) for text in texts for char in text} - {"", "\n"}
     return [f"U+{ord(char):04X}" for char in sorted(chars) if _in_a_font(char) != char]
 
 
 def _filled(text: str, weight: Weight, room: float) -> list[str]:
-    """Lines of a paragraph, each within `room` thousandths of the font size."""
+    """Break a paragraph into lines of at most `room` thousandths of the font size."""
     lines: list[str] = []
     line, used = "", 0.0
     for word in _words(text):
@@ -202,7 +205,7 @@ def _filled(text: str, weight: Weight, room: float) -> list[str]:
 
 
 def _words(text: str) -> Iterator[str]:
-    """Pieces between which a line may end, with the blanks behind them."""
+    """Yield the pieces between which a line may break, with the blanks after them."""
     for word in _WORD.findall(text):
         piece = ""
         for char in word:
@@ -214,17 +217,19 @@ def _words(text: str) -> Iterator[str]:
 
 
 def _stands_alone(char: str) -> bool:
-    """Scripts that are written without blanks: lines end between any two characters."""
+    """Return whether the script is written without blanks: lines break between any two
+    characters.
+    """
     return unicodedata.east_asian_width(char) == "W" and unicodedata.category(char) == "Lo"
 
 
 def _is_tied(char: str) -> bool:
-    """Belongs to what stands before it."""
+    """Return whether a character belongs to the one before it."""
     return char.isspace() or char in _JOINERS or unicodedata.category(char)[0] in "MP"
 
 
 def _cut(word: str, weight: Weight, room: float) -> list[str]:
-    """A word that is too long for a line, in pieces that are not."""
+    """Split a word that is too long for a line."""
     pieces, piece = [], ""
     for cluster in _clusters(word):
         if piece and _word_width(piece + cluster.rstrip(), weight) > room:
@@ -251,7 +256,7 @@ def _word_width(word: str, weight: Weight) -> float:
 
 
 def _by_face(text: str) -> Iterator[tuple[Face, str]]:
-    """Pieces of one font each; marks, joiners and blanks stay with what they follow."""
+    """Yield pieces of one font each; marks, joiners and blanks stay with what they follow."""
     face, piece = LATIN, ""
     for char in text:
         follows = char in _JOINERS or char == " " or unicodedata.category(char)[0] == "M"
@@ -293,14 +298,14 @@ def _shaped(text: str, font: TTFont, is_rtl: bool) -> Run:
 
 
 def _char_of(glyph: int, font: Any, advance: int) -> str:
-    """The character under which ReportLab draws a glyph; one for private use if it has no other.
+    """Return the character for which ReportLab draws a glyph; a private one if it has no other.
 
-    It follows from the glyph alone, so that the same report makes the same file.
+    It depends on the glyph alone, so that equal reports give equal files.
 
     Args:
-        glyph: Its number in the font.
+        glyph: Number of the glyph in the font.
         font: A TTFont; its types do not show what it knows about glyphs.
-        advance: Of the glyph, in units of the font.
+        advance: Advance of the glyph, in units of the font.
     """
     face = font.face
     known = face.glyphToChar.get(glyph)
@@ -313,7 +318,7 @@ def _char_of(glyph: int, font: Any, advance: int) -> str:
 
 
 def _draw_glyphs(canvas: Canvas, x: float, y: float, run: Run, style: Style) -> None:
-    """Sign by sign; the text itself goes along for who searches or copies."""
+    """Draw the glyphs one by one; the text itself is included for searching and copying."""
     scale = style.size / 1000
     actual = run.text.encode("utf-16-be").hex().upper()
     canvas.addLiteral(f"/Span <</ActualText <FEFF{actual}>>> BDC")
@@ -328,11 +333,11 @@ def _is_right_to_left(char: str) -> bool:
 
 
 def _levels(text: str) -> list[int]:
-    """Embedding level of each character (UAX 9); odd ones run from right to left."""
+    """Return the embedding level of each character (UAX 9); odd levels run from right to left."""
     storage = bidi.get_empty_storage()
     level = bidi.get_base_level(text)
     storage["base_level"], storage["base_dir"] = level, "LR"[level]
-    # The algorithm drops joiners; a mark in their place takes the level of its neighbour.
+    # The algorithm drops joiners; a mark in their place gets the level of its neighbour.
     bidi.get_embedding_levels(re.sub(f"[{_JOINERS}]", "\u0300", text), storage)
     bidi.explicit_embed_and_overrides(storage)
     bidi.resolve_weak_types(storage)
@@ -342,9 +347,9 @@ def _levels(text: str) -> list[int]:
 
 
 def _reordered(pieces: Sequence[tuple[int, Run]]) -> list[tuple[int, Run]]:
-    """From left to right: rule L2, whole runs at a time.
+    """Reorder whole runs from left to right, by rule L2.
 
-    Runs of one level that stand side by side are reversed with their level, too.
+    Adjacent runs of one level are reversed together.
     """
     order = list(pieces)
     highest = max(level for level, _ in order)

@@ -1,4 +1,4 @@
-"""The picture of the whole wall in strips of five metres, with the defects on it."""
+"""The picture of the whole wall in strips of five metres, with its defects."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from vo_core.mosaic.mosaic import Layout
 
 STRIP_M = 5.0
 TILE_PX = 400
-"""500 mm of wall take 16 mm of paper: 600 dpi for who zooms in."""
+"""500 mm of wall take 16 mm of paper: 600 dpi for readers who zoom in."""
 
 _LEFT = 9 * mm
 _BADGE = 4.4 * mm
@@ -39,7 +39,7 @@ _TALLEST = 110 * mm
 
 
 def unrolled_wall(report: Report, t: Translator) -> list[Flowable]:
-    """Strips from the start to the end, as far as the wall was seen."""
+    """Build strips from the start to the end, where the wall was seen."""
     layout = report.layout
     heading = Heading(t("wall.title"))
     if not report.wall or layout is None:
@@ -58,7 +58,7 @@ def unrolled_wall(report: Report, t: Translator) -> list[Flowable]:
 
 @dataclass(frozen=True)
 class _Tile:
-    """A tile where corrected distances put it."""
+    """A tile at its corrected distance."""
 
     index: int
     from_m: float
@@ -100,20 +100,22 @@ class _Strip:
 
     @property
     def height(self) -> float:
-        """With the numbers above and the distances below."""
+        """Height including the numbers above and the distances below."""
         return self.bottom + self.wall + self.rows * _BADGE + 6 * mm
 
     def x_of(self, distance_m: float) -> float:
-        """Along the page."""
+        """Return the position along the page."""
         return _LEFT + (distance_m - self.first_m) * self.scale
 
     def y_of(self, arc_mm: float) -> float:
-        """Left of the camera above, right of it below, as the tiles are."""
+        """Return the vertical position: left of the camera above, right of it below, like the
+        tiles.
+        """
         low, high = self.layout.arc_from_mm, self.layout.arc_to_mm
         return self.bottom + self.wall * (high - arc_mm) / (high - low)
 
     def paint(self, canvas: Canvas) -> None:
-        """Draw it."""
+        """Draw the strip."""
         canvas.setFillColor(WASH)
         canvas.rect(_LEFT, self.bottom, WIDTH - _LEFT, self.wall, 0, 1)
         self._tiles(canvas)
@@ -139,7 +141,7 @@ class _Strip:
         canvas.restoreState()
 
     def _clock(self, canvas: Canvas) -> None:
-        """Hours at the left edge; millimetres from the middle on a flat floor."""
+        """Draw hours at the left edge; millimetres from the middle on a flat floor."""
         diameter_mm = self.report.rig.pipe.diameter_mm
         if diameter_mm is None:
             places = [(f"{arc:+g}" if arc else "0", float(arc)) for arc in (-100, 0, 100)]
@@ -226,7 +228,7 @@ class _Strip:
         draw(canvas, badge_x, badge_y + 0.8 * mm, str(entry.seq), style, "centre")
 
     def _arc_mm(self, entry: Entry) -> float | None:
-        """Where around the wall, from the invert to the right."""
+        """Return the position around the wall, from the invert to the right."""
         diameter_mm = self.report.rig.pipe.diameter_mm
         if diameter_mm is None:
             return None if entry.y_m is None else 1000 * entry.y_m

@@ -1,6 +1,6 @@
 """The report as an XLSX workbook: observations, header, joints, corrections, data dictionary.
 
-No cell is a formula, no cells are merged, the first row of each sheet stays in view.
+No cell is a formula, no cells are merged, and the first row of each sheet stays in view.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from app.survey.rounding import decimals, metres, rounded
 from app.survey.stated import Joints, Stated
 
 _LONGEST_TEXT = 32_767
-"""Characters that a cell may hold, by the programs that read it."""
+"""Characters that a cell can hold in the programs that read it."""
 _NARROWEST, _WIDEST = 8, 60
-"""Of a column, in characters."""
+"""Bounds of the width of a column, in characters."""
 
 JOINTS = (
     Column("joint_no", "Number of the joint from the zero point; the first after it is 1"),
@@ -66,7 +66,7 @@ _JSON_ONLY = Loss("The rig, the track and the whole history are in the JSON repo
 
 
 def write(report: Report) -> Written:
-    """Numbers as numbers, instants as ISO 8601, true and false as 1 and 0."""
+    """Write numbers as numbers, instants as ISO 8601, true and false as 1 and 0."""
     sheets: Sequence[tuple[str, Sequence[Column], Sequence[Row]]] = (
         ("observations", DICTIONARY, [tuple(row.values()) for row in table.rows(report)]),
         ("header", _HEADER, [*_header(report)]),
@@ -96,7 +96,7 @@ class _Book:
         self.losses: list[Loss] = []
         self._head = self.book.add_format({"bold": True, "bottom": 1})
         self._text = self.book.add_format({"valign": "top", "text_wrap": True})
-        # As if typed with an apostrophe before it: it stays text when somebody edits the cell.
+        # Like text typed after an apostrophe: it stays text when somebody edits the cell.
         self._quoted = self.book.add_format(
             {"valign": "top", "text_wrap": True, "quote_prefix": True}
         )
@@ -104,7 +104,7 @@ class _Book:
         self._metres = self.book.add_format({"valign": "top", "num_format": "0.000"})
 
     def add_sheet(self, name: str, columns: Sequence[Column], rows: Iterable[Row]) -> None:
-        """One with the names of the columns in its first row, which is frozen."""
+        """Add a sheet whose first row, with the names of the columns, is frozen."""
         sheet = self.book.add_worksheet(name)
         sheet.freeze_panes(1, 0)
         widths = [len(column.name) for column in columns]
@@ -120,7 +120,7 @@ class _Book:
         sheet.autofilter(0, 0, count, len(columns) - 1)
 
     def _write(self, sheet: Worksheet, row: int, number: int, column: Column, value: Cell) -> int:
-        """Fill a cell; how many characters wide it is."""
+        """Fill a cell; return its width in characters."""
         if value is None:
             return 0
         if isinstance(value, str):
@@ -149,7 +149,7 @@ class _Book:
 
 
 def _one_line_end(text: str) -> str:
-    """Lines end in LF alone: in a workbook a CR is written as _x000D_, which some programs show."""
+    """End lines with LF alone: a workbook stores CR as _x000D_, which some programs show."""
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
@@ -180,7 +180,7 @@ def _header(report: Report) -> Iterable[Row]:
 
 
 def _cell(value: Any) -> Cell:
-    """A value of the header, which may come from another program."""
+    """Convert a header value, which may come from another program."""
     if isinstance(value, bool):
         return int(value)
     return value if isinstance(value, str | int | float) else str(value)
@@ -199,7 +199,7 @@ def _joints(report: Report) -> Iterable[Row]:
 
 
 def _corrections(report: Report) -> Iterable[Row]:
-    """Everything that has changed a distance that was published."""
+    """Yield everything that changed a published distance."""
     numbers = {entry.id: entry.seq for entry in report.entries}
     for event in report.events:
         at, before, after = iso(event.at), event.before, event.after
@@ -215,21 +215,21 @@ def _corrections(report: Report) -> Iterable[Row]:
 
 
 def _values(fields: Mapping[str, Any] | None) -> str:
-    """What was changed of the rig."""
+    """Format the changed values of the rig."""
     return ", ".join(f"{name} {value}" for name, value in (fields or {}).items())
 
 
 def _scale(fields: Mapping[str, Any] | None) -> str:
-    """What the joints had made of the scale."""
+    """Format the scale by joints."""
     scale = None if fields is None else fields.get("scale")
     return "nothing" if scale is None else f"scale {scale} by the joints"
 
 
 def _stated(fields: Mapping[str, Any] | None) -> str:
-    """What was stated about distances, in words."""
+    """Describe in words what was stated about distances."""
     try:
         stated = Stated.from_json(fields or {})
-    except msgspec.ValidationError:  # the record of another version
+    except msgspec.ValidationError:  # written by another version
         return json.dumps(fields)
     parts = []
     if stated.zero is not None:

@@ -66,17 +66,17 @@ DICTIONARY = (
 )
 
 COLUMNS = tuple(column.name for column in DICTIONARY)
-"""One row an observation, in this order."""
+"""Columns of a row, one row for each observation."""
 
 
 Cell = str | int | float | None
 
 FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
-"""Of text that a spreadsheet would run."""
+"""Starts of text that a spreadsheet would run as a formula."""
 
 
 def write(report: Report) -> Written:
-    """UTF-8 with BOM, CRLF, comma, decimal point; text that a spreadsheet would run is quoted."""
+    """Write UTF-8 with BOM, CRLF, comma, decimal point; text like a formula is quoted."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\r\n")
     writer.writerow(COLUMNS)
@@ -101,24 +101,24 @@ def write(report: Report) -> Written:
 
 
 def illegible(texts: Iterable[str]) -> list[Loss]:
-    """Where a file has marks in place of control characters."""
+    """Return the loss where marks replace control characters."""
     if all(legible(text) == text for text in texts):
         return []
     return [Loss("Control characters and halves of characters are replaced by a mark.")]
 
 
 def rows(report: Report) -> list[dict[str, Cell]]:
-    """One mapping of COLUMNS an entry; None where nothing is known."""
+    """Return one mapping of COLUMNS for each entry; None means unknown."""
     return [_row(report, entry) for entry in report.entries]
 
 
 def iso(instant: datetime | None) -> str | None:
-    """To the second, with its zone."""
+    """Format to the second, with the time zone."""
     return None if instant is None else instant.isoformat(timespec="seconds")
 
 
 def plain(text: str) -> str:
-    """Text that no spreadsheet takes for a formula."""
+    """Return text that no spreadsheet takes for a formula."""
     return f"'{text}" if text.startswith(FORMULA_STARTS) else text
 
 

@@ -17,12 +17,12 @@ from vo_core.csv_rows import named_rows
 CODE_PACK = "EN 13508-2:2003+A1:2011"
 
 _BETWEEN_PHRASES = re.compile(r"((?:: |, )(?![^()]*\)))")
-"""A label is a title, a colon and details; what stands within brackets belongs to its phrase."""
+"""Separators of a label: a title, a colon and details; text in brackets belongs to its phrase."""
 
 
 @cache
 def built_in() -> CodeTable:
-    """The codes of the standard, in its order."""
+    """Return the codes of the standard, in its order."""
     folder = resources.files(__name__)
     table = read_table(CODE_PACK, folder.joinpath("en13508_2_2003.csv").read_bytes())
     text = folder.joinpath("labels_ms.csv").read_text("utf-8")
@@ -33,7 +33,7 @@ def built_in() -> CodeTable:
 
 
 def translated(label: str, phrases: dict[str, str]) -> str:
-    """A label in another language, phrase by phrase.
+    """Translate a label phrase by phrase.
 
     Raises:
         KeyError: A phrase has no translation.

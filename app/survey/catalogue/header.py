@@ -1,4 +1,4 @@
-"""The fields of an inspection's header: which there are, what they may hold, which a report needs.
+"""The fields of an inspection's header: their names, allowed values and which ones a report needs.
 
 A header may hold other names too, since surveys are imported from other programs; only the values
 of the fields listed here are checked.
@@ -17,7 +17,7 @@ Group = Literal["required", "auto", "more"]
 Kind = Literal["text", "number", "choice", "date", "time", "bool"]
 Value = str | int | float | bool | None
 LONGEST_TEXT = 20_000
-"""Of a field: remarks of an imported survey hold what has no field of its own."""
+"""Longest text of a field; remarks of an imported survey hold what has no field of its own."""
 
 _TIME = re.compile(r"([01][0-9]|2[0-3]):[0-5][0-9](:[0-5][0-9])?")
 _DATE = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
@@ -25,7 +25,7 @@ _DATE = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
 
 @dataclass(frozen=True)
 class HeaderField:
-    """One field."""
+    """One field of the header."""
 
     name: str
     group: Group
@@ -34,9 +34,9 @@ class HeaderField:
     choices: tuple[str, ...] = ()
     """Allowed values of a choice."""
     unit: str | None = None
-    """mm, m, %, °C or °; of a number."""
+    """Unit of a number: mm, m, %, °C or °."""
     minimum: float | None = None
-    """Smallest allowed number; so is `maximum` the largest."""
+    """Smallest allowed number; `maximum` is the largest."""
     maximum: float | None = None
 
 
@@ -111,14 +111,14 @@ FIELDS: tuple[HeaderField, ...] = (
 
 _BY_NAME = {field.name: field for field in FIELDS}
 _NEEDED_IF: Mapping[str, tuple[str, tuple[Value, ...]]] = {
-    # field: it is needed when another one has one of these values
+    # field: it is required when another field has one of these values
     "width_mm": ("shape", ("rectangular", "egg", "arch", "u_shaped", "oval", "other")),
     "abandon_reason": ("end_condition", ("abandoned",)),
 }
 
 
 def required_to_issue(header: Mapping[str, Value]) -> list[str]:
-    """Names of the fields that a report needs and that are empty, in the order of the form.
+    """Return the names of empty fields that a report needs, in the order of the form.
 
     The width is needed unless the shape is circular, a reason only where the survey was abandoned.
     """
@@ -130,7 +130,7 @@ def required_to_issue(header: Mapping[str, Value]) -> list[str]:
 
 
 def number_of(value: object) -> float | None:
-    """Finite; also of a text that is one, as an imported header may hold its numbers."""
+    """Return a finite number, also from text, as imported headers hold; else None."""
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         return None
     try:
@@ -141,12 +141,14 @@ def number_of(value: object) -> float | None:
 
 
 def is_empty(value: Value) -> bool:
-    """Nothing, or blank text; zero and false are answers."""
+    """Return whether a value is missing or blank text; zero and false are answers."""
     return value is None or (isinstance(value, str) and not value.strip())
 
 
 def faults(header: Mapping[str, Value]) -> list[str]:
-    """What is wrong with the values of known fields, a sentence each; an empty value is none."""
+    """Describe what is wrong with the values of known fields, one sentence each; empty values
+    pass.
+    """
     found = (
         _fault(field, value)
         for name, value in header.items()

@@ -10,7 +10,7 @@ from vo_core import Rig
 
 @dataclass(frozen=True)
 class Preset:
-    """A rig under a name that says what it is for."""
+    """A rig with a name that states its use."""
 
     name: str
     rig: Rig
@@ -19,7 +19,9 @@ class Preset:
 def _looking_down(
     size_wh: tuple[int, int], view_deg: float, height_mm: float, pipe: dict[str, object]
 ) -> Rig:
-    """A centred pinhole camera: focal length = (width / 2) / tan(horizontal field of view / 2)."""
+    """Build a centred pinhole camera: focal length = (width / 2) / tan(horizontal field of view /
+    2).
+    """
     width, height = size_wh
     focal_px = round(width / 2 / math.tan(math.radians(view_deg / 2)), 1)
     return Rig.parse(

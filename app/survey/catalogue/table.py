@@ -44,11 +44,11 @@ class Code:
 
     code: str
     char1: str
-    """Empty where the code has none or leaves it open; so is `char2`."""
+    """Empty where the code has none or leaves it open; the same holds for `char2`."""
     char2: str
     label: str
     label_ms: str
-    """In Malay; that of a pack without one is `label`."""
+    """Label in Malay; `label` in packs that have none."""
     group: str
     """S structure, O operation, C inventory, M other."""
     needs_clock: Need
@@ -59,36 +59,36 @@ class Code:
     unit_q2: str | None
     continuous_allowed: bool
     grade_s: float | None = None
-    """Structural grade, as the owner of the pack has set it; so is `grade_o` for operation."""
+    """Structural grade set by the owner of the pack; `grade_o` is the one for operation."""
     grade_o: float | None = None
     hotkey: str | None = None
     icon: str | None = None
 
     @property
     def key(self) -> tuple[str, str, str]:
-        """What no other row of a table has."""
+        """The key that identifies a row in its table."""
         return self.code, self.char1, self.char2
 
 
 @dataclass(frozen=True)
 class CodeTable:
-    """The codes that an inspection is coded with."""
+    """The codes of an inspection."""
 
     name: str
     rows: tuple[Code, ...]
-    """In the order of the file."""
+    """Rows in the order of the file."""
 
     def find(self, code: str | None, char1: str | None, char2: str | None) -> Code | None:
-        """The row that fits best: with both characters, else with the first, else the main code."""
+        """Return the best row: with both characters, else with the first, else the main code."""
         keys = ((char1 or "", char2 or ""), (char1 or "", ""), ("", ""))
         found = (self._by_key.get((code or "", *chars)) for chars in keys)
         return next((row for row in found if row is not None), None)
 
     def named(self, code: str | None, char1: str | None, char2: str | None) -> Code | None:
-        """What a code is called, as the page calls it (core/codes.js).
+        """Return the row that names a code, by the rule of the page (core/codes.js).
 
-        A tag whose characters are still to come, or are not in the table, is called by what the
-        main code is: "Broken wall".
+        A tag without characters yet, or with characters that the table lacks, takes the name of the
+        main code: "Broken wall".
 
         Returns:
             The row of the full code, else the first of its main code with the common part of the
@@ -196,7 +196,7 @@ def _repeated(row: Mapping[str, str], line: int, line_of: dict[object, int]) -> 
 
 
 def _code(row: Mapping[str, str]) -> Code:
-    """Of cells that have been checked."""
+    """Convert cells that have been checked."""
     return Code(
         code=row["code"],
         char1=row["char1"],
@@ -218,7 +218,7 @@ def _code(row: Mapping[str, str]) -> Code:
 
 
 def _grade(text: str) -> float | None:
-    """None for text that is no number from 0 to MAX_GRADE."""
+    """Return None for text that is no number from 0 to MAX_GRADE."""
     if not re.fullmatch(r"[0-9]{1,3}([.][0-9]{1,3})?", text, re.ASCII):
         return None
     return float(text) if float(text) <= MAX_GRADE else None
@@ -230,7 +230,7 @@ def _one_of(*words: str) -> re.Pattern[str]:
 
 _NEED = re.compile("yes|no|opt", re.IGNORECASE)
 _RULES: tuple[tuple[str, re.Pattern[str], bool, str], ...] = (
-    # column, what fits, may it be empty, what is asked for
+    # column, pattern, may it be empty, what is expected
     ("code", _CODE, False, "2 to 8 capital letters and digits, a letter first"),
     ("char1", _LETTER, True, "empty, a capital letter, or one with a letter or digit"),
     ("char2", _LETTER, True, "empty, a capital letter, or one with a letter or digit"),
@@ -249,7 +249,7 @@ _RULES: tuple[tuple[str, re.Pattern[str], bool, str], ...] = (
 
 
 def _refuse(faults: Sequence[str]) -> None:
-    """Raise InvalidPack if there are any."""
+    """Raise InvalidPack if there are any faults."""
     if not faults:
         return
     more = len(faults) - SHOWN_FAULTS

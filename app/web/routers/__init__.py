@@ -1,1 +1,1 @@
-"""HTTP in, one service call, a schema out."""
+"""Routes: each parses a request, calls one service and returns a schema."""

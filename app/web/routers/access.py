@@ -20,7 +20,7 @@ from app.web.schemas.failures import failures
 router = APIRouter(tags=["access"])
 
 _OUR_PAGES = re.compile(r"/(new|compare|inspections/[0-9a-f]{32})?(\?[\w=&.:%+-]*)?", re.ASCII)
-"""Where a log-in may lead; never to another site."""
+"""Pages to which a log-in may lead, never another site."""
 
 
 @router.post("/api/login", status_code=204, responses=failures(TooManyAttempts))
@@ -36,10 +36,11 @@ async def log_in_page(
     token: Annotated[str | None, Query(max_length=500)] = None,
     next_page: Annotated[str, Query(alias="next", max_length=500)] = "/",
 ) -> Response:
-    """The page, or on to `next` where somebody is logged in.
+    """Show the log-in page, or redirect to `next` if already logged in.
 
-    With `?token=`, the address that the server printed, log in and go on to `next`.  A link of
-    another site, or one that would end somebody else's session, gets the page, which asks first.
+    With `?token=`, as in the address that the server prints, log in and redirect to `next`. A link
+    from another site, or one that would replace another person's session, shows the page, which
+    asks first.
     """
     onward = RedirectResponse(next_page if _OUR_PAGES.fullmatch(next_page) else "/", 303)
     cookie, address = cookie_of(request), address_of(request)
@@ -57,10 +58,10 @@ async def log_in_page(
 
 
 def _is_own_wish(request: Request) -> bool:
-    """Whether nobody else's page has led here.
+    """Return whether no other site's page led here.
 
-    Over plain HTTP a browser says neither where a link comes from nor, if it comes from elsewhere,
-    which session it has; programs do not ask for pages.
+    Over plain HTTP a browser states neither the origin of a link nor, for a link from another site,
+    its session; programs do not request pages.
     """
     site = request.headers.get("sec-fetch-site")
     if site is None:
@@ -82,7 +83,7 @@ def log_out(request: Request, response: Response, services: ServicesDep) -> None
 @router.get("/api/session")
 @viewer
 def session(principal: PrincipalDep) -> SessionOut:
-    """Who is logged in."""
+    """Return who is logged in."""
     return SessionOut(name=principal.name, role=principal.role)
 
 

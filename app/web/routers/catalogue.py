@@ -1,4 +1,4 @@
-"""What forms are filled from."""
+"""Content of forms: codes, header fields, preset rigs."""
 
 from __future__ import annotations
 
@@ -28,23 +28,25 @@ router = APIRouter(prefix="/api", tags=["catalogue"])
 @viewer
 def all_codes(
     services: ServicesDep,
-    pack: Annotated[PackId | None, Query(description="An imported pack, not the built-in.")] = None,
+    pack: Annotated[
+        PackId | None, Query(description="Id of an imported pack; the built-in one without it.")
+    ] = None,
 ) -> list[CodeOut]:
-    """The codes of a pack, in its order."""
+    """Return the codes of a pack, in its order."""
     return [CodeOut(**asdict(code)) for code in services.packs.table(pack).rows]
 
 
 @router.get("/header-fields")
 @viewer
 def header_fields() -> HeaderFieldsOut:
-    """The fields that describe an inspection, in the order of a form."""
+    """Return the fields that describe an inspection, in the order of a form."""
     return HeaderFieldsOut(fields=[HeaderFieldOut.of(field) for field in FIELDS])
 
 
 @router.get("/presets")
 @viewer
 def presets() -> PresetsOut:
-    """Rigs to begin with."""
+    """Return example rigs to start from."""
     return PresetsOut(
         presets=[
             PresetOut(name=preset.name, rig=preset.rig.model_dump(mode="json"))

@@ -1,4 +1,4 @@
-"""What was stated about distances, what stands against a report, changes, and notifications."""
+"""Statements about distances, report checks, the history, and notifications."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["corrections
 @router.get("/corrections", responses=failures(InspectionNotFound))
 @viewer
 def get(inspection_id: InspectionId, services: ServicesDep, response: Response) -> CorrectionsOut:
-    """What holds now."""
+    """Return the current statements and their result."""
     corrected = services.corrections.get(inspection_id)
     tag_with(response, corrected.version)
     return CorrectionsOut.of(corrected)
@@ -39,7 +39,7 @@ def put(
     replaced: Replaced,
     response: Response,
 ) -> CorrectionsOut:
-    """State it in place of what was stated; to undo, state what was stated before."""
+    """Replace all statements; to undo, send the earlier ones."""
     corrected = services.corrections.put(
         inspection_id, body.to_stated(), body.remark, principal.name, replaced=replaced
     )
@@ -50,7 +50,7 @@ def put(
 @router.post("/corrections/preview", responses=failures(InspectionNotFound))
 @viewer
 def preview(inspection_id: InspectionId, body: StatedIn, services: ServicesDep) -> CorrectionsOut:
-    """What would hold; nothing is stored."""
+    """Return the result of other statements without storing them."""
     return CorrectionsOut.of(services.corrections.preview(inspection_id, body.to_stated()))
 
 
@@ -61,7 +61,7 @@ def interval(
     services: ServicesDep,
     frame: Annotated[int | None, Query(ge=0, le=2**31)] = None,
 ) -> IntervalOut:
-    """What the interval of a frame is made of, of the furthest one if none is named."""
+    """Return the sources of the interval of a frame, by default the furthest."""
     makeup = services.corrections.makeup(inspection_id, frame)
     return IntervalOut(interval=MakeupOut.of(makeup) if makeup else None)
 
@@ -69,7 +69,7 @@ def interval(
 @router.get("/checks", responses=failures(InspectionNotFound))
 @viewer
 def checks(inspection_id: InspectionId, services: ServicesDep) -> IssuesOut:
-    """What stands against a report."""
+    """Return the issues that stand against a report."""
     return IssuesOut(checks=[IssueOut.of(issue) for issue in services.checks.run(inspection_id)])
 
 
@@ -80,7 +80,7 @@ def events(
     services: ServicesDep,
     observation: Annotated[str | None, Query(pattern=OBSERVATION_ID)] = None,
 ) -> EventsOut:
-    """Who changed what, the newest first."""
+    """Return who changed what, the newest first."""
     found = services.observations.events(inspection_id, observation)
     return EventsOut(events=[EventOut.of(event) for event in reversed(found)])
 
@@ -88,7 +88,7 @@ def events(
 @router.get("/alerts", responses=failures(InspectionNotFound))
 @viewer
 def alerts(inspection_id: InspectionId, services: ServicesDep) -> AlertsOut:
-    """Whether the client was notified of each severity 5, the oldest first."""
+    """Return whether the client was notified of each severity 5, the oldest first."""
     found = services.webhook.alerts(inspection_id)
     return AlertsOut(
         is_configured=services.webhook.is_configured,

@@ -1,4 +1,4 @@
-"""Alive and ready, for whoever watches the server; no log-in."""
+"""Liveness and readiness for monitoring, without log-in."""
 
 from dataclasses import asdict
 
@@ -12,12 +12,12 @@ router = APIRouter(tags=["health"])
 
 @router.get("/healthz")
 def alive() -> AliveOut:
-    """The server runs."""
+    """Answer while the server runs."""
     return AliveOut(status="alive")
 
 
 @router.get("/readyz")
 def ready(services: ServicesDep) -> ReadyOut:
-    """The database takes writes, the disk has room, the workers run; 503 says what is not."""
+    """Check that the database accepts writes, the disk has room and the workers run; else 503."""
     checks = [CheckOut(**asdict(check)) for check in services.health.ready()]
     return ReadyOut(status="ready", checks=checks)

@@ -1,4 +1,4 @@
-"""Old surveys of other programs, and inspections that were exported: made inspections."""
+"""Imports old surveys of other programs, and exported inspections, as inspections."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ def add(
         bytes,
         Body(
             media_type="application/octet-stream",
-            description="EN 13508-2 text, WinCan .db3 or the JSON report; its content says which.",
+            description="EN 13508-2 text, WinCan .db3 or the JSON report; the content determines "
+            "the format.",
         ),
     ],
     services: ServicesDep,

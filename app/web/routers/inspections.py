@@ -1,4 +1,4 @@
-"""Inspections: make, list, change, stop, run again, delete; their track and what a pixel shows."""
+"""Inspections: create, list, change, stop, track again, delete; their track and wall points."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ router = APIRouter(prefix="/api/inspections", tags=["inspections"])
 def create(
     body: InspectionIn, response: Response, services: ServicesDep, principal: PrincipalDep
 ) -> InspectionOut:
-    """Make an inspection of a complete upload, which is tracked when its turn comes, or of a live
-    source, which is recorded and tracked at once.
+    """Make an inspection of a complete upload, which is tracked in its turn, or of a live source,
+    which is recorded and tracked at once.
     """
     services.packs.require(body.header)
     if isinstance(body.source, LiveSource):
@@ -78,7 +78,7 @@ def create(
 @router.get("")
 @viewer
 def list_all(services: ServicesDep) -> InspectionsOut:
-    """All, the newest first."""
+    """Return all inspections, the newest first."""
     return InspectionsOut(
         inspections=[InspectionOut.of(view) for view in services.inspections.all()]
     )
@@ -87,7 +87,7 @@ def list_all(services: ServicesDep) -> InspectionsOut:
 @router.get("/{inspection_id}", responses=failures(InspectionNotFound))
 @viewer
 def get(inspection_id: InspectionId, services: ServicesDep, response: Response) -> InspectionOut:
-    """One."""
+    """Return the inspection."""
     view = services.inspections.get(inspection_id)
     tag_with(response, view.version)
     return InspectionOut.of(view)
@@ -105,7 +105,7 @@ def change(
     replaced: Replaced,
     response: Response,
 ) -> InspectionOut:
-    """Give another name or another header."""
+    """Change the name or the header."""
     view = services.inspections.change(
         inspection_id, principal.name, body.name, body.header, replaced=replaced
     )
@@ -116,7 +116,7 @@ def change(
 @router.delete("/{inspection_id}", status_code=204, responses=failures(InspectionNotFound))
 @slow
 def delete(inspection_id: InspectionId, services: ServicesDep, principal: PrincipalDep) -> None:
-    """Stop it and remove it with all its files."""
+    """Stop the inspection and delete it with all its files."""
     services.inspections.delete(inspection_id, principal.name)
 
 
@@ -124,7 +124,7 @@ def delete(inspection_id: InspectionId, services: ServicesDep, principal: Princi
 @operator
 @slow
 def cancel(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
-    """Stop tracking; the track is kept as far as it is."""
+    """Stop tracking and keep the track so far."""
     services.tracking.cancel(inspection_id)
     return InspectionOut.of(services.inspections.get(inspection_id))
 
@@ -171,7 +171,7 @@ def track_with(
 def record_on(
     inspection_id: InspectionId, body: ContinueIn, services: ServicesDep, principal: PrincipalDep
 ) -> InspectionOut:
-    """Go on with the recording of a camera, as the next part of the same inspection."""
+    """Continue the recording of a camera as the next part of the same inspection."""
     view = services.inspections.record_on(inspection_id, body.url, body.robot, principal.name)
     return InspectionOut.of(view)
 
@@ -182,7 +182,7 @@ def record_on(
 def finish(
     inspection_id: InspectionId, body: FinishIn, services: ServicesDep, principal: PrincipalDep
 ) -> InspectionOut:
-    """State how the run ended; a live one is ended with it."""
+    """State how the run ended; a live inspection ends with it."""
     view = services.inspections.finish(
         inspection_id, principal.name, body.end_condition, body.abandon_reason, body.known_length_m
     )
@@ -202,7 +202,7 @@ def track(
     services: ServicesDep,
     format: Literal["csv", "tum", "json", "columns"] = "csv",  # noqa: A002  (the contract's name)
     since: Annotated[int, Query(ge=0, description="Only rows from this frame on.")] = 0,
-    raw: Annotated[bool, Query(description="As it was measured, without corrections.")] = False,
+    raw: Annotated[bool, Query(description="The raw track, without corrections.")] = False,
 ) -> Response:
     """Return the corrected track, as far as it is; `app.web.columns` describes `columns`."""
     if format == "columns":
@@ -227,12 +227,12 @@ def wall(
     v: Annotated[float, Query(allow_inf_nan=False)],
     frame: Annotated[int, Query(ge=0)],
 ) -> WallPointOut:
-    """The wall point under a pixel of a frame."""
+    """Return the wall point under a pixel of a frame."""
     return WallPointOut.of(services.observations.wall_at(inspection_id, frame, (u, v)))
 
 
 @router.get("/{inspection_id}/wallgrid", responses=failures(InspectionNotFound))
 @viewer
 def wall_grid(inspection_id: InspectionId, services: ServicesDep) -> WallGridOut:
-    """Wall points of a grid of pixels at pose 0, for the read-out under the cursor."""
+    """Return wall points of a grid of pixels at pose 0, for the read-out under the cursor."""
     return WallGridOut.of(services.observations.wall_grid(inspection_id))

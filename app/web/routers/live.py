@@ -54,12 +54,12 @@ class _Select(msgspec.Struct, tag="select", tag_field="type"):
 
 
 class _Words(msgspec.Struct, tag="words", tag_field="type"):
-    """What the labels of the 3D view are written in."""
+    """Language and unit of the labels of the 3D view."""
 
     language: Language
     units: Units
     late: bool = False
-    """Without the robot's distance, as the page draws seldom."""
+    """Whether to omit the robot's distance, as the page draws seldom."""
 
 
 _Command = _Ack | _Ping | _Show | _Camera | _Select | _Words
@@ -67,7 +67,7 @@ _commands: msgspec.json.Decoder[_Command] = msgspec.json.Decoder(_Command)
 
 
 class _Outbox:
-    """The newest update that the browser has not seen, and how many it has not acknowledged."""
+    """The newest update that the browser has not seen, and the number of unacknowledged ones."""
 
     def __init__(self) -> None:
         self._loop = asyncio.get_running_loop()
@@ -76,12 +76,12 @@ class _Outbox:
         self._in_flight: list[int] = []
 
     def listen(self, event: Event) -> None:
-        """Called from any thread."""
+        """Receive an event; called from any thread."""
         if isinstance(event, Update):
             self._loop.call_soon_threadsafe(self.put, event)
 
     def put(self, update: Update) -> None:
-        """The newest wins, but the end of an inspection is not lost."""
+        """Store an update: the newest wins, but the end of an inspection is not lost."""
         if self._newest is None or update.seq > self._newest.seq:
             self._newest = update
         self._wake()
@@ -91,7 +91,7 @@ class _Outbox:
         self._wake()
 
     async def next(self) -> Update:
-        """The update to send now."""
+        """Wait for the next update to send."""
         while True:
             await self._may_send.wait()
             update, self._newest = self._newest, None
@@ -116,9 +116,10 @@ async def live(
     services: ServicesDep,
     page: Annotated[str | None, Query(pattern=PAGE_ID)] = None,
 ) -> None:
-    """Updates of an inspection to the browser; acknowledgements and commands from it.
+    """Send updates of an inspection; receive acknowledgements and commands.
 
-    `page` pairs it with the 3D view `/viewer/{inspection_id}/?page=`, which its commands move.
+    `page` pairs the socket with the 3D view `/viewer/{inspection_id}/?page=`, which its commands
+    control.
     """
     await socket.accept()
     try:
@@ -160,17 +161,17 @@ async def _send(socket: WebSocket, outbox: _Outbox, corrections: Corrections) ->
 def _corrected(
     corrections: Corrections, update: Update
 ) -> tuple[Estimate | None, int | None, int | None, list[Notice]]:
-    """The last estimate of an update, corrected, by which revision, known joints, and notices."""
+    """Return the corrected last estimate, revision, number of known joints, and notices."""
     try:
         revision = corrections.revision(update.inspection_id)
         solved = corrections.newest(update.inspection_id)
         joints = len(solved.joints) + len(solved.expected_joints)
         last = update.estimates[-1] if update.estimates else None
-        told = None if last is None else corrections.estimate(update.inspection_id, last)
+        corrected = None if last is None else corrections.estimate(update.inspection_id, last)
         notices = corrections.notices(update.inspection_id)
     except InspectionNotFound:  # the update reports its end
         return None, None, None, []
-    return told, revision, joints, notices
+    return corrected, revision, joints, notices
 
 
 async def _send_clicks(socket: WebSocket, clicks: asyncio.Queue[Click]) -> None:
@@ -203,7 +204,7 @@ async def _next_command(socket: WebSocket) -> _Command:
 
 
 def _current(services: Services, inspection_id: str) -> Update:
-    """What a browser that has just come is to see first."""
+    """Return the first update for a browser that has just connected."""
     newest = services.live.newest(inspection_id)
     if newest is not None:
         return newest

@@ -1,4 +1,4 @@
-"""Who is logged in, and what he has chosen for the page."""
+"""The logged-in person and their choices for the page."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ router = APIRouter(prefix="/api/me", tags=["access"])
 @router.get("")
 @viewer
 def me(services: ServicesDep, principal: PrincipalDep) -> MeOut:
-    """Name, role and preferences; people are distinguished by the names of their tokens."""
+    """Return name, role and preferences; people are distinguished by the names of their tokens."""
     chosen = PreferencesIn.model_validate(services.preferences.of(principal.name))
     return MeOut(name=principal.name, role=principal.role, preferences=chosen)
 

@@ -1,4 +1,6 @@
-"""The original video, single frames of it, and reports; types are ours, never the upload's."""
+"""The original video, single frames of it, and reports; media types are set here, not by
+uploads.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,7 @@ _HEADERS = {"Cache-Control": "private, no-cache", "Content-Security-Policy": "sa
 
 
 class Film(FileResponse):
-    """A film that may still be recorded: what is added while it is sent is left out."""
+    """A film that may still be growing: bytes added while it is sent are left out."""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Send as many bytes as the header declares."""
@@ -62,7 +64,7 @@ class Film(FileResponse):
 )
 @viewer
 def video(inspection_id: InspectionId, services: ServicesDep) -> Film:
-    """The original file, also in ranges."""
+    """Return the original film, also in ranges."""
     inspection = services.inspections.row(inspection_id)
     return Film(
         services.inspections.video_path(inspection),
@@ -91,7 +93,7 @@ def frame(
     frame: Annotated[int, Path(ge=0, le=2**31)],
     services: ServicesDep,
 ) -> Response:
-    """One tracked frame as a picture, for videos that a browser cannot play."""
+    """Return a tracked frame as a picture, for videos that a browser cannot play."""
     jpeg = services.inspections.picture(inspection_id, frame)
     return Response(jpeg, media_type="image/jpeg", headers=_HEADERS)
 
@@ -114,10 +116,10 @@ def export(
     lang: Language = "en",
     units: Units = "m",
 ) -> Response:
-    """The defect location report; the language and the units are those of what people read."""
+    """Return the report; language and units apply to formats that people read."""
     export = services.reports.export(inspection_id, kind, language=lang, units=units)
     name = export.filename
-    latin = ascii_file_name(name)  # for what does not know RFC 6266
+    latin = ascii_file_name(name)  # for clients without RFC 6266
     disposition = f"attachment; filename=\"{latin}\"; filename*=UTF-8''{quote(name)}"
     return StreamingResponse(
         export.written.blocks(),
@@ -140,7 +142,7 @@ def losses(
     lang: Language = "en",
     units: Units = "m",
 ) -> LossesOut:
-    """What the format cannot hold of the report, to be shown before it is sent to anybody."""
+    """Return what the format cannot hold, to be shown before the file is sent to anybody."""
     written = services.reports.export(inspection_id, kind, language=lang, units=units).written
     if written.file is not None:
         written.file.close()

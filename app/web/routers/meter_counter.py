@@ -1,4 +1,4 @@
-"""How it is with the software that takes Chainage for its meter counter."""
+"""The connection to the software that uses Chainage as its meter counter."""
 
 from fastapi import APIRouter
 
@@ -11,5 +11,5 @@ router = APIRouter(prefix="/api/meter-counter", tags=["sources"])
 @router.get("")
 @viewer
 def connection(services: ServicesDep) -> MeterCounterOut:
-    """Whether it is connected."""
+    """Return whether it is connected."""
     return MeterCounterOut.of(services.meter_counter.connection())

@@ -1,4 +1,4 @@
-"""Numbers for a monitoring system, for whoever holds a token."""
+"""Metrics for monitoring systems that hold a token."""
 
 from fastapi import APIRouter
 from fastapi.responses import PlainTextResponse
@@ -12,5 +12,5 @@ router = APIRouter(tags=["health"])
 @router.get("/metrics", response_class=PlainTextResponse)
 @viewer
 def metrics(services: ServicesDep) -> PlainTextResponse:
-    """Counters and gauges in the text format of Prometheus."""
+    """Return counters and gauges in the text format of Prometheus."""
     return PlainTextResponse(services.metrics.text(), media_type=CONTENT_TYPE_PLAIN_0_0_4)

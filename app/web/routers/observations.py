@@ -26,7 +26,7 @@ router = APIRouter(prefix="/api/inspections/{inspection_id}/observations", tags=
 @router.get("", responses=failures(InspectionNotFound))
 @viewer
 def list_all(inspection_id: InspectionId, services: ServicesDep) -> ObservationsOut:
-    """All that are not deleted, in the order of their numbers."""
+    """Return the observations that are not deleted, in the order of their numbers."""
     views = services.observations.all(inspection_id)
     return ObservationsOut(
         observations=[ObservationOut.of(view) for view in views],
@@ -50,7 +50,7 @@ def put(
     replaced: Replaced,
     response: Response,
 ) -> ObservationOut:
-    """Create or replace; answered when it is committed and synced. May be repeated."""
+    """Create or replace the observation; the answer comes when it is synced. May be repeated."""
     services.observations.put(
         inspection_id, observation_id, body, principal.name, replaced=replaced
     )
@@ -66,7 +66,7 @@ def get(
     services: ServicesDep,
     response: Response,
 ) -> ObservationOut:
-    """One."""
+    """Return the observation."""
     return _tagged(services, inspection_id, observation_id, response)
 
 
@@ -82,7 +82,7 @@ def delete(
     services: ServicesDep,
     principal: PrincipalDep,
 ) -> None:
-    """Take it out of the list; `restore` undoes it."""
+    """Delete the observation; `restore` undoes it."""
     services.observations.delete(inspection_id, observation_id, principal.name)
 
 
@@ -97,7 +97,7 @@ def restore(
     principal: PrincipalDep,
     response: Response,
 ) -> ObservationOut:
-    """Undo a delete."""
+    """Undo a deletion."""
     services.observations.restore(inspection_id, observation_id, principal.name)
     return _tagged(services, inspection_id, observation_id, response)
 
@@ -120,7 +120,7 @@ def _tagged(
 def photo(
     inspection_id: InspectionId, observation_id: ObservationId, services: ServicesDep
 ) -> FileResponse:
-    """The original picture of its frame."""
+    """Return the photo: the original picture of the observation's frame."""
     view = services.observations.get(inspection_id, observation_id)
     return FileResponse(
         services.photos.path(view.row),

@@ -1,4 +1,4 @@
-"""Code packs that people bring along: import as CSV, list, delete."""
+"""Imported code packs: import as CSV, list, delete."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ router = APIRouter(prefix="/api/packs", tags=["catalogue"])
 @router.get("")
 @viewer
 def list_all(services: ServicesDep) -> PacksOut:
-    """The imported ones, by name."""
+    """Return the imported packs, sorted by name."""
     return PacksOut(packs=[PackOut.of(view) for view in services.packs.all()])
 
 
 @router.post("", status_code=201, responses=failures(InvalidPack, PackNameTaken))
 def add(
-    name: Annotated[PackName, Query(description="As it is to be chosen; no other may have it.")],
+    name: Annotated[PackName, Query(description="Name of the pack, which must be unique.")],
     content: Annotated[bytes, Body(media_type="text/csv", description="The table, in UTF-8.")],
     response: Response,
     services: ServicesDep,
@@ -38,5 +38,5 @@ def add(
 
 @router.delete("/{pack_id}", status_code=204, responses=failures(PackNotFound, PackInUse))
 def delete(pack_id: CodePackId, services: ServicesDep) -> None:
-    """Remove one that no inspection is coded with."""
+    """Delete a pack that no inspection uses."""
     services.packs.delete(pack_id)

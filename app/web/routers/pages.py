@@ -1,8 +1,8 @@
 """The shell of the page and its files.
 
-The page is some hundred and fifty small files, which reach a browser as one script and one style
-sheet (`bundles`).  The shell names them under a version, a part of the path that changes with any
-file; there they are kept without asking, and the server answers from memory.
+The page consists of some hundred and fifty small files, sent as one script and one style sheet
+(`bundles`). The shell refers to them under a version, a part of the path that changes with any
+file. Browsers cache such paths without revalidation, and the server answers from memory.
 """
 
 from __future__ import annotations
@@ -32,18 +32,20 @@ _ASKED = {"Cache-Control": "no-cache"}
 _SHELL = "index.html"
 _FIRST_MODULE = "main.js"
 _SCRIPT, _STYLE = "page.js", "page.css"
-"""Names of the bundles, beside the files that they are made of."""
+"""Names of the bundles, beside the files from which they are made."""
 
 
 def static_folder() -> Path:
-    """Inside the package when it was built, beside it in a checkout."""
+    """Return the folder: inside the package when it was built, beside it in a checkout."""
     package = Path(app.__file__).parent
     built = package / "_static"
     return built if built.is_dir() else package.parent / "static"
 
 
 def version_of(folder: Path) -> str:
-    """Another one whenever a file is added, removed or changed; some milliseconds."""
+    """Return a version that differs after any file is added, removed or changed; takes
+    milliseconds.
+    """
     digest = hashlib.sha256()
     for path in sorted(folder.rglob("*")):
         stat = path.stat()
@@ -52,14 +54,14 @@ def version_of(folder: Path) -> str:
 
 
 class Assets(StaticFiles):
-    """Files that a browser keeps under a version, and asks for again each time without one."""
+    """Files that a browser caches under a version, and revalidates each time without one."""
 
     def get_path(self, scope: Scope) -> str:
-        """Where it lies, without the version."""
+        """Return the path without the version."""
         return _VERSION.sub("", super().get_path(scope))
 
     async def get_response(self, path: str, scope: Scope) -> Response:
-        """As it is."""
+        """Return the file or bundle."""
         full_path, found = self.lookup_path(path)
         if path in (_SCRIPT, _STYLE) and scope["method"] == "GET":
             folder = static_folder()
@@ -84,13 +86,13 @@ def _answer(content: bytes, tag: str, kind: str | None, asked: Headers) -> Respo
 
 @lru_cache(maxsize=512)
 def _content(path: str, _changed_ns: int, _size: int) -> tuple[bytes, str, str | None]:
-    """Of a file as it was at that time: its bytes, their tag and their media type."""
+    """Return bytes, tag and media type of a file as of that time."""
     return _tagged(Path(path).read_bytes(), path)
 
 
 @lru_cache(maxsize=4)
 def _bundle(folder: Path, name: str, _version: str) -> tuple[bytes, str, str | None]:
-    """The same of a bundle of the files of that version."""
+    """Return the same of a bundle of the files of that version."""
     if name == _SCRIPT:
         return _tagged(script_of(folder, _FIRST_MODULE).encode(), name)
     return _tagged(style_of(folder, (folder / _SHELL).read_text("utf-8")).encode(), name)
@@ -101,9 +103,9 @@ def _tagged(content: bytes, name: str) -> tuple[bytes, str, str | None]:
 
 
 def login_page(request: Request) -> Response:
-    """The log-in page; its few files are public under their plain names."""
+    """Return the log-in page; its few files are public under their plain names."""
     text = (static_folder() / "login.html").read_text("utf-8")
-    return HTMLResponse(_told(text, request), headers=_ASKED)
+    return HTMLResponse(_with_facts(text, request), headers=_ASKED)
 
 
 @router.get("/")
@@ -112,16 +114,16 @@ def login_page(request: Request) -> Response:
 @router.get("/inspections/{inspection_id}")
 @viewer
 def shell(request: Request, principal: PrincipalDep) -> Response:
-    """One page for all: the script reads the address."""
+    """Return the page; its script reads the address."""
     folder = static_folder()
     text = (folder / _SHELL).read_text("utf-8")
     whole = with_bundles(text, _FIRST_MODULE, script=_SCRIPT, style=_STYLE)
     versioned = whole.replace('"/static/', f'"/static/{version_of(folder)}/')
-    return HTMLResponse(_told(versioned, request, role=principal.role), headers=_ASKED)
+    return HTMLResponse(_with_facts(versioned, request, role=principal.role), headers=_ASKED)
 
 
-def _told(page: str, request: Request, **facts: str) -> str:
-    """What a page has to know before its first paint, as `data-` of its root."""
+def _with_facts(page: str, request: Request, **facts: str) -> str:
+    """Add what a page needs before its first paint, as `data-` of its root."""
     if request.app.state.is_insecure:
         facts["insecure"] = "yes"
     named = "".join(f' data-{name}="{value}"' for name, value in facts.items())
@@ -130,5 +132,5 @@ def _told(page: str, request: Request, **facts: str) -> str:
 
 @router.get("/favicon.ico")
 def favicon() -> Response:
-    """Browsers ask here when they show something that is no page of ours."""
+    """Return the icon, which browsers request here for anything that is not a page of ours."""
     return RedirectResponse("/static/icon.svg", 308)

@@ -1,4 +1,4 @@
-"""The way from a place on the wall to the frame that shows it."""
+"""Finds the frame that shows a place on the wall."""
 
 from __future__ import annotations
 
@@ -23,13 +23,14 @@ def frame_at(
     distance_m: Annotated[float, Query(ge=-1e5, le=1e5, allow_inf_nan=False)],
     clock: Annotated[float | None, Query(ge=0, le=12, description="Of a pipe.")] = None,
     y_mm: Annotated[
-        float | None, Query(ge=-1e5, le=1e5, description="Right of the axis, of a floor.")
+        float | None,
+        Query(ge=-1e5, le=1e5, description="Distance to the right of the axis, on a floor."),
     ] = None,
     near_frame: Annotated[
         int | None, Query(ge=0, le=2**31, description="Chooses among several passes.")
     ] = None,
 ) -> FrameAtOut:
-    """The frame, and the pixel in it, that show a place best; `distance_m` is its chainage."""
+    """Return the frame and pixel that show a place best; `distance_m` is its chainage."""
     place = WallPlace(1000 * distance_m, clock, y_mm)
     seen = services.picking.frame_at(inspection_id, place, near_frame)
     return FrameAtOut(frame=seen.frame, pixel=list(seen.pixel))

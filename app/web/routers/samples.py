@@ -15,12 +15,12 @@ router = APIRouter(prefix="/api/samples", tags=["inspections"])
 @router.get("")
 @viewer
 def state(services: ServicesDep) -> SampleOut:
-    """How far it is."""
+    """Return the progress."""
     return SampleOut.of(services.samples.state())
 
 
 @router.post("", status_code=202, responses=failures(SampleBeingMade))
 @operator
 def start(services: ServicesDep) -> SampleOut:
-    """Begin to make it, in the background; if it is there already, it is `ready` at once."""
+    """Start rendering in the background; an existing sample is `ready` at once."""
     return SampleOut.of(services.samples.start())

@@ -1,4 +1,4 @@
-"""Live sources that the server has found: USB cameras, growing files, pipes."""
+"""Live sources found by the server: USB cameras, growing files, pipes."""
 
 from fastapi import APIRouter
 
@@ -11,5 +11,5 @@ router = APIRouter(prefix="/api/sources", tags=["sources"])
 @router.get("")
 @viewer
 def sources(services: ServicesDep) -> SourcesOut:
-    """What can be opened besides a network camera."""
+    """Return the sources that can be opened besides network cameras."""
     return SourcesOut.of(services.sources.listed())

@@ -1,4 +1,4 @@
-"""The unrolled wall, and how good the pictures were that it was made from."""
+"""The unrolled wall, and the picture health of its frames."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _ASKED_AGAIN = {"Cache-Control": "private, no-cache"}
 @router.get("/unrolled", responses=failures(InspectionNotFound))
 @viewer
 def unrolled(inspection_id: InspectionId, services: ServicesDep) -> UnrolledOut:
-    """Which tiles there are, as far as tracking is, at their corrected distances."""
+    """Return the tiles so far, at their corrected distances."""
     layout = services.unrolled.layout(rig_of(services.inspections.row(inspection_id)))
 
     def chainage_mm(raw_mm: float) -> float:
@@ -43,9 +43,11 @@ def tile(
     inspection_id: InspectionId,
     index: Annotated[int, Path(ge=-(2**31), le=2**31)],
     services: ServicesDep,
-    v: Annotated[int | None, Query(description="Its revision: then it may be kept.")] = None,
+    v: Annotated[
+        int | None, Query(description="Revision of the tile, with which the answer may be cached.")
+    ] = None,
 ) -> Response:
-    """The picture of a tile; its columns run with the distance."""
+    """Return the picture of a tile; its columns run with the distance."""
     services.inspections.row(inspection_id)
     jpeg = services.unrolled.picture(inspection_id, index)
     headers = _ASKED_AGAIN if v is None else _KEPT

@@ -49,7 +49,7 @@ _tus = Depends(_require_version)
 @router.options("/{upload_id}", status_code=204)
 @operator
 def options(services: ServicesDep) -> Response:
-    """What this server can do."""
+    """Return the tus features of this server."""
     return Response(
         status_code=204,
         headers={
@@ -92,7 +92,7 @@ def create(request: Request, services: ServicesDep, principal: PrincipalDep) -> 
 )
 @operator
 def look_up(upload_id: str, services: ServicesDep) -> Response:
-    """How many bytes have arrived: those that are on the disk."""
+    """Return the number of bytes on the disk."""
     state = services.uploads.state(upload_id)
     headers = {
         "Upload-Offset": str(state.offset),
@@ -116,7 +116,7 @@ def look_up(upload_id: str, services: ServicesDep) -> Response:
 )  # fmt: skip
 @operator
 async def append(upload_id: str, request: Request, services: ServicesDep) -> Response:
-    """Send bytes from Upload-Offset on; answered when they are on the disk."""
+    """Append bytes at Upload-Offset; the answer comes when they are on the disk."""
     kind = request.headers.get("content-type")
     if kind != "application/offset+octet-stream":
         raise WrongContentType(
@@ -138,7 +138,7 @@ async def append(upload_id: str, request: Request, services: ServicesDep) -> Res
 )
 @operator
 def terminate(upload_id: str, services: ServicesDep) -> Response:
-    """Forget an upload and its bytes."""
+    """Delete an upload and its bytes."""
     services.uploads.delete(upload_id)
     return Response(status_code=204)
 
@@ -171,7 +171,7 @@ def _checksum(request: Request) -> Checksum | None:
 
 
 def _file_name(metadata: str) -> str:
-    """What the user calls the file, from `key base64,key base64,...`; only ever shown."""
+    """Return the user's name of the file, from `key base64,key base64,...`; only for display."""
     for pair in metadata.split(","):
         key, _, value = pair.strip().partition(" ")
         if key != "filename":

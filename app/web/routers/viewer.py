@@ -1,7 +1,7 @@
-"""The 3D view: its page, and the way to its viser server.
+"""The 3D view: its page, and the connection to its viser server.
 
-viser's client runs in an origin of its own, without cookies: what it may reach is named by the
-ticket in its address, which opens this one view and nothing else.
+viser's client runs in its own origin, without cookies: the ticket in its address opens this one
+view and nothing else.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ Ticket = Annotated[str, Path(pattern=r"^[0-9a-f]{64}\.[0-9a-f]{64}$")]
 
 
 class ViewerQuery(BaseModel):
-    """All that an address may ask of viser's client, which knows more: servers, recordings."""
+    """The parameters allowed for viser's client, which knows more: servers, recordings."""
 
     model_config = ConfigDict(extra="forbid")
 
     fixedDpr: float | None = Field(None, gt=0, le=8)  # noqa: N815  (viser's name)
-    """Pixels of the picture for one of the page."""
+    """Pixels of the picture for each pixel of the page."""
 
 
 class DoorQuery(ViewerQuery):
-    """And which page the view stands in: commands of its live socket move this view."""
+    """The parameters with the page that contains the view, whose live socket controls it."""
 
     page: str | None = Field(None, pattern=PAGE_ID)
 
@@ -47,7 +47,7 @@ def door(
     principal: PrincipalDep,
     services: ServicesDep,
 ) -> Response:
-    """Lead to the page, with a ticket."""
+    """Redirect to the page, with a ticket."""
     services.inspections.row(inspection_id)  # raises unless it exists
     ticket = services.access.ticket(principal, inspection_id)
     place = f"{ticket}/{query.page}" if query.page else ticket
@@ -65,7 +65,7 @@ def page(
     request: Request,
     services: ServicesDep,
 ) -> Response:
-    """viser's page with our head and its own policy."""
+    """Return viser's page with our head and its own policy."""
     services.inspections.row(inspection_id)  # raises unless it exists
     if request.headers.get("if-none-match") == ETAG:
         return Response(status_code=304, headers=HEADERS)
@@ -79,11 +79,11 @@ def page(
 async def connect(
     socket: WebSocket, inspection_id: InspectionId, ticket: Ticket, services: ServicesDep
 ) -> None:
-    """Bytes through, by the rights of the role; clicks go to the page around."""
+    """Forward bytes as the role allows; clicks go to the surrounding page."""
     page = page_of(socket)
 
     async def on_click(click: Click) -> None:
-        services.clicks.tell(inspection_id, page, click)
+        services.clicks.publish(inspection_id, page, click)
 
     async with services.scenes.use(inspection_id, page) as scene:
         await pump(socket, scene, socket.state.principal.role, on_click)

@@ -1,1 +1,1 @@
-"""What goes over the wire, converted by hand from the services' types; a file a subject."""
+"""The schemas of the API, converted by hand from the services' types; one file for each subject."""

@@ -1,4 +1,4 @@
-"""Who is logged in, and what that person has chosen for the page."""
+"""The logged-in person and their choices for the page."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class SessionOut(BaseModel):
 
 
 class QuickCode(Given):
-    """What a digit key tags."""
+    """The code that a digit key tags."""
 
     code: CodeName
     char1: Letter | None
@@ -31,12 +31,12 @@ class QuickCode(Given):
 
 
 class PreferencesIn(Given):
-    """All that a person has chosen for the page."""
+    """All choices of a person for the page."""
 
     language: Literal["en", "ms"] | None = Field(description="null: that of the browser.")
     units: Literal["m", "ft"]
     quick_codes: Annotated[list[QuickCode], Field(max_length=9)] = Field(
-        description="Of the keys 1 to 9, in this order."
+        description="Codes of the keys 1 to 9, in this order."
     )
     single_keys: bool = Field(
         default=True, description="Whether letters, digits and signs are keys (WCAG 2.1.4)."
@@ -45,7 +45,7 @@ class PreferencesIn(Given):
 
 
 class MeOut(BaseModel):
-    """Who is logged in, and what he has chosen."""
+    """Who is logged in, and their choices."""
 
     name: str
     role: str

@@ -34,7 +34,7 @@ class CodeOut(BaseModel):
 
 
 class PackOut(BaseModel):
-    """A code pack that somebody has imported."""
+    """An imported code pack."""
 
     id: str
     name: str
@@ -44,7 +44,7 @@ class PackOut(BaseModel):
 
     @classmethod
     def of(cls, view: PackView) -> PackOut:
-        """From the service's view."""
+        """Convert the service's view."""
         row = view.row
         return cls(
             id=row.id,
@@ -56,13 +56,13 @@ class PackOut(BaseModel):
 
 
 class PacksOut(BaseModel):
-    """The imported code packs by name; the built-in one has no id and is not among them."""
+    """The imported code packs, sorted by name; the built-in one has no id and is not listed."""
 
     packs: list[PackOut]
 
 
 class HeaderFieldOut(BaseModel):
-    """A field of the header that is known."""
+    """A known field of the header."""
 
     name: str
     group: Literal["required", "auto", "more"]
@@ -74,7 +74,7 @@ class HeaderFieldOut(BaseModel):
 
     @classmethod
     def of(cls, field: HeaderField) -> HeaderFieldOut:
-        """From the catalogue's field."""
+        """Convert the catalogue's field."""
         return cls(**asdict(field) | {"choices": list(field.choices)})
 
 
@@ -85,13 +85,13 @@ class HeaderFieldsOut(BaseModel):
 
 
 class PresetOut(BaseModel):
-    """A rig to begin with."""
+    """An example rig to start from."""
 
     name: str
     rig: dict[str, Any]
 
 
 class PresetsOut(BaseModel):
-    """Rigs to begin with."""
+    """Example rigs to start from."""
 
     presets: list[PresetOut]

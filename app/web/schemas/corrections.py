@@ -1,4 +1,4 @@
-"""What is stated about distances, what comes out, and how sure it is."""
+"""Statements about distances, their result, and its uncertainty."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from app.web.schemas.failures import ErrorOut
 
 
 class CorrectionsIn(StatedIn):
-    """The same, to be kept."""
+    """Statements to be stored."""
 
     remark: Remark | None = None
 
 
 class CorrectionsOut(BaseModel):
-    """What was stated, what came out, what is wrong with it."""
+    """What was stated, the result, and what is wrong with it."""
 
     stated: dict[str, Any]
     result: dict[str, Any] | None
     error: ErrorOut | None
     reason: dict[str, Any] | None
-    """Code and params of the error, where there is more to say than its sentence."""
+    """Code and params of the error, where they exist."""
     version: str
-    """Of what was stated: the `If-Match` of a change, in quotation marks."""
+    """Version of the statements: the `If-Match` of a change, in quotation marks."""
 
     @classmethod
     def of(cls, corrected: Corrected) -> CorrectionsOut:
-        """From the service's result."""
+        """Convert the service's result."""
         error, refusal = corrected.error, corrected.refusal
         return cls(
             stated=corrected.stated.to_json(),
@@ -44,21 +44,21 @@ class CorrectionsOut(BaseModel):
 
 
 class PartOut(BaseModel):
-    """One cause of an interval; they add up in quadrature."""
+    """One source of an interval; they add up in quadrature."""
 
     name: PartName
     u95_m: float
 
 
 class TapedOut(BaseModel):
-    """What one more taped length would make of it."""
+    """The effect of one more taped length."""
 
     length_m: float
     u95_m: float
 
 
 class MakeupOut(BaseModel):
-    """What the interval of the distance of a frame is made of, the largest part first."""
+    """The sources of the interval of a frame, the largest first."""
 
     frame: int
     distance_m: float
@@ -69,7 +69,7 @@ class MakeupOut(BaseModel):
 
     @classmethod
     def of(cls, makeup: Makeup) -> MakeupOut:
-        """From the service's."""
+        """Convert the service's result."""
         taped = makeup.taped
         return cls(
             frame=makeup.frame,
@@ -81,6 +81,6 @@ class MakeupOut(BaseModel):
 
 
 class IntervalOut(BaseModel):
-    """The interval of a frame; null where nobody knows it."""
+    """The interval of a frame; null where it is unknown."""
 
     interval: MakeupOut | None

@@ -1,4 +1,4 @@
-"""How requests fail, and what else than JSON they answer with."""
+"""Failures of requests, and answers other than JSON."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from app.web.answers import EVERYWHERE, STATUS
 
 
 class ErrorOut(BaseModel):
-    """The one body of every failure."""
+    """The common body of every failure."""
 
     code: str
     detail: str
 
 
 class ChangedMeanwhileOut(ErrorOut):
-    """Of a change whose `If-Match` names another version than the one that is stored."""
+    """The answer to a change whose `If-Match` names another version than the stored one."""
 
     current: dict[str, Any] | None
-    """What is stored; null if it was deleted."""
+    """The stored content; null if it was deleted."""
     yours: dict[str, Any]
-    """What would have been stored."""
+    """The content that would have been stored."""
 
 
 Responses = dict[int | str, dict[str, Any]]
 
 
 def failures(*kinds: type[Exception]) -> Responses:
-    """For `responses=` of a route: how it may refuse, besides what is refused everywhere."""
+    """Build `responses=` of a route: how it may refuse, beyond what every route may."""
     codes = {status: list(names) for status, names in EVERYWHERE.items()}
     for status, code in ((STATUS[kind], code_of(kind)) for kind in kinds):
         codes.setdefault(status, []).append(code)
@@ -45,5 +45,5 @@ def failures(*kinds: type[Exception]) -> Responses:
 
 
 def content(*media_types: str) -> Responses:
-    """For `responses=` of a route that does not answer with JSON."""
+    """Build `responses=` of a route that does not answer with JSON."""
     return {200: {"content": {media_type: {} for media_type in media_types}}}

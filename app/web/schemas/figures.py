@@ -1,4 +1,4 @@
-"""Figures as they are sent."""
+"""Rounding of figures that are sent."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from app.survey import rounding
 
 
 def metres(mm: float | None) -> float | None:
-    """A distance as it is published, to the millimetre."""
+    """Round a distance for publication, to the millimetre."""
     return None if mm is None else rounding.metres(mm)
 
 
 def rounded(value: float | None, digits: int) -> float | None:
-    """To so many digits behind the point."""
+    """Round to so many decimals."""
     return None if value is None else rounding.rounded(value, digits)

@@ -1,4 +1,4 @@
-"""Inspections: how they begin, run and end."""
+"""Inspections: their beginning, progress and end."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Url = Annotated[
 
 
 class LiveSource(Given):
-    """A camera on the network, or one of those that the server lists."""
+    """A network camera, or a source that the server lists."""
 
     kind: Literal["live"]
     url: Url
@@ -50,19 +50,19 @@ class InspectionIn(Given):
 
 
 class InspectionChange(Given):
-    """What is to change; what is left out stays."""
+    """The fields to change; omitted ones stay."""
 
     name: Name | None = None
     header: Header | None = None
 
 
 class ImportedOut(BaseModel):
-    """What has become of a file."""
+    """The result of an import."""
 
     inspections: list[InspectionOut]
-    """In the order of the file."""
+    """Inspections in the order of the file."""
     warnings: list[str]
-    """What is odd in it or left out, in sentences."""
+    """Sentences about what is odd or left out."""
 
 
 class FinishIn(Given):
@@ -72,7 +72,7 @@ class FinishIn(Given):
     abandon_reason: (
         Annotated[str, StringConstraints(strip_whitespace=True, max_length=2000, pattern=TEXT)]
         | None
-    ) = Field(None, description="Required of an abandoned one.")
+    ) = Field(None, description="Required for an abandoned survey.")
     known_length_m: Annotated[float, Field(gt=0, le=100_000)] | None = None
 
     @model_validator(mode="after")
@@ -93,13 +93,14 @@ class ContinueIn(Given):
 
     url: Url
     robot: Literal["stood_still", "moved"] = Field(
-        description="What it has done since the part before. `moved`, also if nobody knows: the "
-        "distance goes on from the last one, uncertain by 10 m and by the way so far."
+        description="Movement of the robot since the previous part. Use `moved` also if nobody "
+        "knows: the distance continues from the last one, uncertain by 10 m and by the distance "
+        "so far."
     )
 
 
 class ProgressOut(BaseModel):
-    """How far tracking is."""
+    """Progress of the tracking."""
 
     frames_done: int
     frames_total: int | None
@@ -117,7 +118,7 @@ class SourceOut(BaseModel):
 
 
 class LiveOut(BaseModel):
-    """A camera while it is recorded."""
+    """A camera during its recording."""
 
     connected: bool
     reconnects: int
@@ -127,13 +128,13 @@ class LiveOut(BaseModel):
     detail: str | None
     """Why there is no picture."""
     free_bytes: int
-    """Room on the disk for the rest of the recording."""
+    """Free space for the rest of the recording."""
     is_recording: bool
-    """False while the disk is full: tracking goes on, recording when there is room again."""
+    """False while the disk is full: tracking continues, recording resumes when there is room."""
 
     @classmethod
     def of(cls, camera: CameraStatus) -> LiveOut:
-        """From the service's state."""
+        """Convert the service's state."""
         return cls(
             connected=camera.connected,
             reconnects=camera.reconnects,
@@ -146,7 +147,7 @@ class LiveOut(BaseModel):
 
 
 class VideoOut(BaseModel):
-    """What the original file holds."""
+    """Properties of the original file."""
 
     width: int
     height: int
@@ -164,14 +165,14 @@ class InspectionOut(BaseModel):
     status: Literal["queued", "running", "done", "failed", "cancelled"]
     progress: ProgressOut
     distance_m: float | None
-    """Of the last frame, corrected."""
+    """Corrected distance of the last frame."""
     distance_u95_m: float | None
     distance_raw_m: float | None
-    """As it was measured."""
+    """The same distance in the raw track."""
     revision: int
-    """Rises with every correction: distances are then to be read again."""
+    """Rises with every correction; distances must then be read again."""
     version: str
-    """Of name and header: the `If-Match` of a change, in quotation marks."""
+    """Version of name and header: the `If-Match` of a change, in quotation marks."""
     corrected: bool
     defects: int
     worst_severity: int | None
@@ -184,11 +185,11 @@ class InspectionOut(BaseModel):
     source: SourceOut
     video: VideoOut
     live: LiveOut | None
-    """While a camera is recorded."""
+    """State of the camera during a recording."""
 
     @classmethod
     def of(cls, view: InspectionView) -> InspectionOut:
-        """From the service's view."""
+        """Convert the service's view."""
         row = view.row
         sigma_mm = view.sigma_distance_mm
         return cls(
@@ -233,7 +234,7 @@ class InspectionsOut(BaseModel):
 
 
 def _video(row: Inspection) -> VideoOut:
-    """Of an import nothing can be played."""
+    """Return the video; that of an import cannot be played."""
     columns = {name: row.video[name] for name in VideoOut.model_fields}
     return VideoOut(**columns | {"playable": columns["playable"] and row.has_film})
 

@@ -1,4 +1,4 @@
-"""What a live socket sends, and how good pictures are to measure on."""
+"""Messages of a live socket, and picture health."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vo_core.track import Estimate
 
 
 def click_message(click: Click) -> dict[str, object]:
-    """What a live socket reports of a shift-click in the 3D view."""
+    """Return the message for a shift-click in the 3D view."""
     if isinstance(click, PinHit):
         return {"type": "pin_click", "observation": click.id}
     return {
@@ -33,7 +33,7 @@ def click_message(click: Click) -> dict[str, object]:
 
 
 def health_of(health: Health | None) -> dict[str, Any] | None:
-    """Of one frame, for the header of the live socket."""
+    """Return the health of one frame, for the header of the live socket."""
     if health is None:
         return None
     numbers = {name: round(value, 3) for name, value in asdict(health).items()}
@@ -41,7 +41,7 @@ def health_of(health: Health | None) -> dict[str, Any] | None:
 
 
 class HealthOut(BaseModel):
-    """How good the pictures were to measure on; all numbers in [0, 1]."""
+    """Picture health of the frames; all numbers in [0, 1]."""
 
     columns: dict[str, list[float] | list[str]]
     """overlap, brightness, overexposed, sharpness, fixed_pattern; and complaints, separated by
@@ -49,12 +49,12 @@ class HealthOut(BaseModel):
 
     @classmethod
     def of(cls, columns: HealthColumns, since: int) -> HealthOut:
-        """From the service's columns."""
+        """Convert the service's columns."""
         shown = {name: column[since:] for name, column in columns.columns().items()}
         numbers: dict[str, list[float] | list[str]] = {
             name: np.round(column.astype(np.float64), 3).tolist() for name, column in shown.items()
         }
-        # Many frames, few ways to complain: each is put into words once.
+        # Many frames, few different complaints: each is put into words once.
         found = complained(shown)
         bits = np.array([1 << n for n in range(len(found))])
         ways, way = np.unique(bits @ np.array(list(found.values())), return_inverse=True)
@@ -67,27 +67,27 @@ class HealthOut(BaseModel):
 
 def live_header(
     update: Update,
-    told: Estimate | None,
+    corrected: Estimate | None,
     revision: int | None,
     joints: int | None,
     notices: Sequence[Notice],
     now_s: float,
 ) -> dict[str, Any]:
-    """Header of one message of the live socket.
+    """Return the header of one message of the live socket.
 
     Args:
-        update: What is published.
-        told: Its last estimate, corrected.
-        revision: Of the corrections; None if the inspection has been deleted.
-        joints: How many are known, seen or expected; None likewise.
+        update: The published update.
+        corrected: Its corrected last estimate.
+        revision: Revision of the corrections; None if the inspection has been deleted.
+        joints: Number of seen and expected joints; None likewise.
         notices: Where picture and rig disagree.
-        now_s: By `time.monotonic`.
+        now_s: Present time by `time.monotonic`.
     """
     last = update.estimates[-1] if update.estimates else None
     progress, camera = update.progress, update.camera
     age_s = None if update.captured_s is None else now_s - update.captured_s
     pose = {
-        name: getattr(told, name, None)
+        name: getattr(corrected, name, None)
         for name in (
             "frame", "time_s", "x_mm", "y_mm", "yaw_deg", "distance_mm", "sigma_distance_mm",
             "quality", "status", "z_mm", "pitch_deg", "roll_deg",

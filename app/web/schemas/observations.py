@@ -1,4 +1,4 @@
-"""Observations, and the places on the wall that they have."""
+"""Observations and their places on the wall."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from app.web.schemas.figures import metres, rounded
 
 
 class FrameAtOut(BaseModel):
-    """The frame that shows a place of the wall, and where."""
+    """The frame and pixel that show a place of the wall."""
 
     frame: int
     pixel: Pixel
 
 
 class ObservationOut(BaseModel):
-    """An observation with all that is derived from its frame, its pixel, the track and the rig."""
+    """An observation with everything derived from its frame, its pixel, the track and the rig."""
 
     id: str
     seq: int
@@ -42,10 +42,10 @@ class ObservationOut(BaseModel):
     continuous: str | None
     remark: str | None
     distance_m: float | None
-    """Corrected; None until the frame is tracked."""
+    """Corrected distance; None until the frame is tracked."""
     distance_u95_m: float | None
     distance_raw_m: float | None
-    """As it was measured."""
+    """The same distance in the raw track."""
     distance_source: Literal["odometry", "joint", "closure", "typed"] | None
     clock: int | None
     at_joint: bool | None
@@ -57,11 +57,11 @@ class ObservationOut(BaseModel):
     created_by: str
     edited_at: datetime | None
     version: str
-    """Of what was entered: the `If-Match` of a change, in quotation marks."""
+    """Version of what was entered: the `If-Match` of a change, in quotation marks."""
 
     @classmethod
     def of(cls, view: ObservationView) -> ObservationOut:
-        """From the service's view."""
+        """Convert the service's view."""
         row, place = view.row, view.place
         path = f"/api/inspections/{row.inspection_id}/observations/{row.id}/photo"
         entered: dict[str, Any] = {name: getattr(row.tag, name) for name in Tag.model_fields}
@@ -77,7 +77,7 @@ class ObservationOut(BaseModel):
             at_joint=view.at_joint if place else None,
             joint_no=place.joint_no if place else None,
             time_s=place.time_s if place else None,
-            # The frame stands in the address, so that a browser does not show an earlier photo.
+            # The address contains the frame, so that a browser does not show an earlier photo.
             photo=f"{path}?frame={row.frame}" if row.has_photo else None,
             photo_error=row.photo_error,
             created_at=row.created_at,
@@ -92,11 +92,11 @@ class ObservationsOut(BaseModel):
 
     observations: list[ObservationOut]
     next_stretch: int
-    """First number of a stretch that was never used."""
+    """First stretch number that was never used."""
 
 
 class WallPointOut(BaseModel):
-    """What a pixel of a frame looks at."""
+    """The wall point that a pixel of a frame shows."""
 
     distance_m: float
     clock: float | None
@@ -106,7 +106,7 @@ class WallPointOut(BaseModel):
 
     @classmethod
     def of(cls, wall: WallUnder) -> WallPointOut:
-        """From the service's result."""
+        """Convert the service's result."""
         return cls(
             distance_m=rounding.metres(wall.distance_mm),
             clock=rounded(wall.clock_h, 3),
@@ -115,7 +115,9 @@ class WallPointOut(BaseModel):
 
 
 class WallGridOut(BaseModel):
-    """Wall points of a grid of pixels at pose 0, from the camera; None where no wall is seen."""
+    """Wall points of a grid of pixels at pose 0, relative to the camera; None where no wall is
+    seen.
+    """
 
     cols: int
     rows: int
@@ -129,7 +131,7 @@ class WallGridOut(BaseModel):
 
     @classmethod
     def of(cls, grid: WallGrid) -> WallGridOut:
-        """From the service's arrays."""
+        """Convert the service's arrays."""
         rows, cols = grid.axial_mm.shape
         return cls(
             cols=cols,

@@ -1,4 +1,4 @@
-"""What stands against a report, what a format loses, who was notified, who changed what."""
+"""Report checks, losses of a format, notifications, and the history."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from app.survey.records import Event
 
 
 class IssueOut(BaseModel):
-    """Something to put right, or to look at, before a report is issued."""
+    """Something to correct or check before a report is issued."""
 
     level: Literal["block", "warn"]
     code: str
@@ -24,7 +24,7 @@ class IssueOut(BaseModel):
 
     @classmethod
     def of(cls, issue: Issue) -> IssueOut:
-        """From the service's."""
+        """Convert the service's issue."""
         return cls(
             level=issue.level,
             code=issue.code,
@@ -35,7 +35,7 @@ class IssueOut(BaseModel):
 
 
 class IssuesOut(BaseModel):
-    """What stands against a report; nothing if the list is empty."""
+    """The issues that stand against a report; empty if there are none."""
 
     checks: list[IssueOut]
 
@@ -48,13 +48,13 @@ class LossOut(BaseModel):
 
 
 class LossesOut(BaseModel):
-    """What is not in the export, or not in a place of its own; nothing if the list is empty."""
+    """What the export lacks, or holds only in a remark; empty if nothing is lost."""
 
     losses: list[LossOut]
 
     @classmethod
     def of(cls, written: Written) -> LossesOut:
-        """From the format's."""
+        """Convert the result of the format."""
         return cls(
             losses=[
                 LossOut(detail=loss.detail, observation_id=loss.entry.id if loss.entry else None)
@@ -77,7 +77,7 @@ class AlertOut(BaseModel):
 
     @classmethod
     def of(cls, alert: Alert) -> AlertOut:
-        """From the table."""
+        """Convert the row of the table."""
         return cls(
             id=alert.id,
             observation_id=alert.observation_id,
@@ -91,15 +91,15 @@ class AlertOut(BaseModel):
 
 
 class AlertsOut(BaseModel):
-    """What the client is notified of."""
+    """Notifications of the client."""
 
     is_configured: bool
-    """Whether there is a client to be notified."""
+    """Whether a client is configured."""
     alerts: list[AlertOut]
 
 
 class EventOut(BaseModel):
-    """Something that was done."""
+    """A change."""
 
     at: datetime
     who: str
@@ -111,7 +111,7 @@ class EventOut(BaseModel):
 
     @classmethod
     def of(cls, event: Event) -> EventOut:
-        """From the table."""
+        """Convert the row of the table."""
         return cls(**{name: getattr(event, name) for name in cls.model_fields})
 
 

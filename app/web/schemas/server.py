@@ -1,4 +1,4 @@
-"""How the server and what is connected to it do."""
+"""State of the server and of its connections."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from app.meter_counter.line import Connection
 
 
 class MeterCounterOut(BaseModel):
-    """How it is with the software that takes Chainage for its meter counter."""
+    """The connection to the software that uses Chainage as its meter counter."""
 
     peer: str | None
     """Its address; None where none is configured."""
     is_connected: bool
     detail: str | None
-    """Why not, in a sentence."""
+    """A sentence that says why there is no connection."""
 
     @classmethod
     def of(cls, connection: Connection) -> MeterCounterOut:
-        """From the service's."""
+        """Convert the service's state."""
         return cls(**asdict(connection))
 
 
@@ -34,13 +34,13 @@ class CheckOut(BaseModel):
 
 
 class ReadyOut(BaseModel):
-    """The server takes work."""
+    """Readiness of the server."""
 
     status: Literal["ready"]
     checks: list[CheckOut]
 
 
 class AliveOut(BaseModel):
-    """The server runs."""
+    """Liveness of the server."""
 
     status: Literal["alive"]

@@ -1,4 +1,4 @@
-"""Where films come from: live sources, and the sample."""
+"""Sources of films: live sources, and the sample."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from app.web.schemas.failures import ErrorOut
 
 
 class ListedSourceOut(BaseModel):
-    """A live source that the server has found."""
+    """A live source found by the server."""
 
     url: str
     kind: Literal["usb", "folder", "pipe"]
@@ -21,31 +21,31 @@ class ListedSourceOut(BaseModel):
 
 
 class SourcesOut(BaseModel):
-    """Live sources that the server has found."""
+    """Live sources found by the server."""
 
     sources: list[ListedSourceOut]
 
     @classmethod
     def of(cls, listed: Sequence[ListedSource]) -> SourcesOut:
-        """From the service's list."""
+        """Convert the service's list."""
         return cls(
             sources=[ListedSourceOut(url=it.url, kind=it.kind, name=it.name) for it in listed]
         )
 
 
 class SampleOut(BaseModel):
-    """How far the sample inspection is; it is rendered once and then kept in the data folder."""
+    """Progress of the sample inspection, which is rendered once and kept in the data folder."""
 
     state: Literal["none", "rendering", "ready", "failed"]
     progress: float
-    """0 to 1."""
+    """From 0 to 1."""
     inspection_id: str | None
-    """When it is ready."""
+    """Set when the sample is ready."""
     error: ErrorOut | None
 
     @classmethod
     def of(cls, state: SampleState) -> SampleOut:
-        """From the service's state."""
+        """Convert the service's state."""
         fault = state.fault
         return cls(
             state=state.state,

@@ -11,7 +11,7 @@ from vo_core.mosaic.mosaic import Layout
 
 
 class WallTileOut(BaseModel):
-    """A picture of a piece of the wall."""
+    """A picture of a part of the wall."""
 
     index: int
     revision: int
@@ -35,7 +35,7 @@ class UnrolledOut(BaseModel):
     def of(
         cls, layout: Layout, tiles: Sequence[Tile], chainage_mm: Callable[[float], float]
     ) -> UnrolledOut:
-        """From the service's tiles; `chainage_mm` corrects a raw distance."""
+        """Convert the service's tiles; `chainage_mm` corrects a raw distance."""
         return cls(
             tile_m=layout.tile_mm / 1000,
             mm_per_px=layout.mm_per_px,

@@ -1,4 +1,7 @@
-/** What stands against a report, what blocks first; each with a way to the place where it is put right. */
+/**
+ * The issues that stand against a report, blocking ones first; each has a button that leads to the place to
+ * fix it.
+ */
 
 import { html, render } from '../../core/html.js';
 import { Component } from '../../core/store.js';
@@ -9,7 +12,7 @@ import { sentenceOf } from './sentences.js';
 
 const OF_HEADER = new Set(['header_field_empty', 'abandoned_without_reason', 'end_not_reached']);
 const OF_CORRECTIONS = new Set(['length_unknown', 'correction_failed', 'length_forced']);
-/** Here something of the observation itself is missing or wrong, so that its form opens. */
+/** Issues of the observation itself, which open its form. */
 const OF_FORM = new Set([
   'no_code', 'unknown_code', 'unknown_character', 'attribute_missing', 'other_without_remark',
   'no_joint_near', 'severe_without_photo',
@@ -92,7 +95,7 @@ class ChecksPanel extends Component {
   }
 }
 
-/** What the button of an issue says; null where there is no place to go to. */
+/** Returns the label of an issue's button; null where there is no place to go to. */
 function actionOf({ code, observation_id: id }) {
   if (id !== null) return OF_FORM.has(code) ? t('checks.edit') : t('checks.go');
   if (OF_HEADER.has(code)) return t('checks.header');

@@ -1,4 +1,4 @@
-/** What each check says, by its code, in the language of the page. */
+/** The sentence of each check, by its code, in the language of the page. */
 
 import { chainage } from '../../core/units.js';
 import { t, wordFor } from '../../core/words.js';
@@ -50,7 +50,7 @@ const SENTENCES = {
 
 /**
  * @param {import('../../core/checks.js').Issue} issue
- * @param {object|null} observation that it is about
+ * @param {object|null} observation of the issue
  */
 export function sentenceOf({ code, detail, params }, observation) {
   const words = SENTENCES[code];

@@ -57,12 +57,12 @@ export function codeSearch(input, list, catalogue, onPick) {
       event.preventDefault();
       pick(active);
     } else if (key === 'Escape' && !list.hidden) {
-      event.preventDefault(); // a dialog around it stays open
+      event.preventDefault(); // a surrounding dialog stays open
       event.stopPropagation();
       close();
     }
   });
-  // Not on click: the field would lose the focus, and with it the list, before the click comes.
+  // Not on click: before it comes, the field would lose the focus, and with it the list.
   list.addEventListener('mousedown', (event) => {
     event.preventDefault();
     const option = event.target.closest('[data-index]');

@@ -1,4 +1,4 @@
-/** Distances of one run as those of another run of the same culvert. */
+/** Maps distances of one run to those of another run of the same culvert. */
 
 /**
  * @typedef {object} Mark
@@ -24,13 +24,13 @@ export function align({ isReversed, lengthMm, jointsA, jointsB, byJoints }) {
   const turn = (mm) => (isReversed ? lengthMm - mm : mm);
   const turned = jointsB.map(({ number, mm }) => ({ number, mm: turn(mm), own: mm }));
   const joints = rising(common(jointsA, isReversed ? countedFromA(jointsA, turned) : turned));
-  const told = joints.map(({ number, a, own }) => ({ number, a, b: own }));
-  if (!byJoints || joints.length === 0) return { toA: turn, toB: turn, joints: told };
+  const shared = joints.map(({ number, a, own }) => ({ number, a, b: own }));
+  if (!byJoints || joints.length === 0) return { toA: turn, toB: turn, joints: shared };
   const [a, b] = [joints.map((joint) => joint.a), joints.map((joint) => joint.b)];
   return {
     toA: (mm) => along(b, a, turn(mm)),
     toB: (mm) => turn(along(a, b, mm)),
-    joints: told,
+    joints: shared,
   };
 }
 
@@ -40,15 +40,15 @@ const common = (a, b) =>
     return other ? [{ number, a: mm, b: other.mm, own: other.own }] : [];
   });
 
-/** Joints in an order that both runs agree on: a wrong count must not fold the culvert. */
+/** Joints in an order that both runs share: a wrong count must not fold the culvert. */
 function rising(joints) {
   const sorted = joints.toSorted((one, other) => one.a - other.a);
   return sorted.filter(({ a, b }, i) => i === 0 || (a > sorted[i - 1].a && b > sorted[i - 1].b));
 }
 
 /**
- * From the other end joint 1 is the last one: the numbers of a joint in both runs add up to the same
- * sum, which most of the joints that lie near each other agree on.
+ * Seen from the other end, joint 1 is the last one: the numbers of a joint in both runs have a constant
+ * sum. Most joints that lie near each other agree on it.
  */
 function countedFromA(jointsA, turned) {
   const sums = turned.flatMap(({ number, mm }) => {
@@ -60,7 +60,7 @@ function countedFromA(jointsA, turned) {
   return turned.map((joint) => ({ ...joint, number: votes[0][0] - joint.number }));
 }
 
-/** Piecewise linear from the places `from` to the places `to`; beyond them in whole steps. */
+/** Piecewise linear from the places `from` to the places `to`; beyond them shifted by a constant. */
 function along(from, to, mm) {
   if (mm <= from[0]) return to[0] + mm - from[0];
   const next = from.findIndex((place) => place > mm);

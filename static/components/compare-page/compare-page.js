@@ -23,7 +23,7 @@ import './compare-strip.js';
 
 const STEP_MM = 10;
 const LEAP_MM = 500;
-/** A run that ends so much before a place has not seen it. */
+/** A run that ends this far before a place has not seen it. */
 const MISSED_MM = 30;
 
 /** Width of the mark of a defect, as a share of the picture. */
@@ -87,7 +87,7 @@ class ComparePage extends Component {
     );
   }
 
-  /** Both lists of runs; those of the same asset as the other one come first. */
+  /** Offers both lists of runs; those of the other run's asset come first. */
   #offer(inspections) {
     const { parts, ids } = this;
     const assetOf = (id) => inspections.find((other) => other.id === id)?.header.asset_id;
@@ -108,7 +108,7 @@ class ComparePage extends Component {
     parts.swap.disabled = !ids.a || !ids.b;
   }
 
-  /** The address holds what is compared. */
+  /** Stores in the address what is compared. */
   #go({ a, b }) {
     const query = new URLSearchParams([['a', a], ['b', b]].filter(([, id]) => id));
     location.assign(`/compare?${query}`);
@@ -214,7 +214,7 @@ class ComparePage extends Component {
       { keys: ['?'], label: t('keys.list'), run: () => showKeys([{ title: t('compare.move'), bindings }]) },
     ];
     bindKeys(document, bindings, this.signal);
-    // The slider keeps arrows from the page, and means the same by them.
+    // The slider takes the arrows from the page, with the same meaning.
     const arrows = new Map(bindings.flatMap(({ keys, run }) => keys.map((key) => [key, run])));
     this.listen(this.parts.strip, 'keydown', (event) => {
       const run = arrows.get(`${event.shiftKey ? 'Shift+' : ''}${event.key}`);
@@ -259,7 +259,7 @@ class ComparePage extends Component {
     if (!this.#players[side].isBusy) parts[`${side}Stage`].classList.remove('compare__stage--late');
   }
 
-  /** On the picture itself, which is drawn anew with every frame. */
+  /** Draws on the picture itself, which is repainted with every frame. */
   #drawMarks(run, canvas, row) {
     const context = canvas.getContext('2d');
     const styles = getComputedStyle(this);
@@ -268,7 +268,7 @@ class ComparePage extends Component {
     }
   }
 
-  /** Brings both runs to a place, in mm of run A. */
+  /** Moves both runs to a place, in mm of run A. */
   #goTo(mm) {
     const { low, high, alignment } = this.#scene;
     this.#place = Math.min(Math.max(mm, low), high);
@@ -361,7 +361,7 @@ class ComparePage extends Component {
     parts.b.textContent = b ? t('compare.at_b', { where: chainage(b.distance_m) }) : '';
   }
 
-  /** Both runs go there; each to the frame its own defect was tagged in, where it has it. */
+  /** Moves both runs to a pair; each to the frame in which its own defect was tagged, if it has one. */
   #select(pair) {
     this.#goTo(pair.mm);
     for (const side of SIDES) {
@@ -417,7 +417,7 @@ function createRow(select) {
       <span class="pair__more number"><b data-part="kind"></b> <span class="dim" data-part="more"></span></span>
       <span class="pair__where number"><span data-part="a"></span><span data-part="b"></span></span></button>`,
   );
-  // A click leaves the keys with the page.
+  // A click leaves the keyboard focus with the page.
   row.addEventListener('mousedown', (event) => event.preventDefault());
   row.parts.main.addEventListener('click', () => select(row.pair));
   return row;

@@ -1,4 +1,4 @@
-/** Both runs along the culvert, one lane each, with their joints and defects and one play head. */
+/** Both runs along the culvert, in one lane each, with their joints and defects and one play head. */
 
 import { ticks } from '../../core/axis.js';
 import { html, render } from '../../core/html.js';
@@ -33,10 +33,10 @@ class CompareStrip extends Component {
       track.setPointerCapture(event.pointerId);
       const pair = this.#pairAt(event);
       if (pair) this.dispatchEvent(new CustomEvent('pick', { detail: pair }));
-      else this.#tell(event);
+      else this.#announcePlace(event);
     });
     this.listen(track, 'pointermove', (event) => {
-      if (track.hasPointerCapture(event.pointerId)) this.#tell(event);
+      if (track.hasPointerCapture(event.pointerId)) this.#announcePlace(event);
     });
     onThemeChange(() => this.repaint(), this.signal);
     const resized = new ResizeObserver(() => this.repaint());
@@ -63,7 +63,7 @@ class CompareStrip extends Component {
     return LEFT + ((mm - low) / (high - low)) * this.#width;
   }
 
-  #tell({ offsetX }) {
+  #announcePlace({ offsetX }) {
     const { low, high } = this.#scene;
     const share = (offsetX / this.#scale - LEFT) / this.#width;
     const mm = low + Math.min(Math.max(share, 0), 1) * (high - low);
@@ -140,7 +140,7 @@ class CompareStrip extends Component {
     context.stroke();
   }
 
-  /** The same joint in both runs is one line: slanted as far as the runs disagree. */
+  /** Draws the same joint in both runs as one line, slanted where the runs disagree. */
   #paintJoints(context, colour) {
     const { alignment } = this.#scene;
     context.strokeStyle = colour('--text-dim');

@@ -1,8 +1,8 @@
-/** Which defects of two runs are the same one, and which of them have grown. */
+/** Matches the defects of two runs, and finds those that have grown. */
 
-/** Two people do not click the same spot of a defect. */
+/** Distance between two people's clicks on the same defect. */
 const SPOT_MM = 100;
-/** Clock positions that are given in whole hours may differ by one. */
+/** Clock positions in whole hours may differ by one. */
 const HOURS = 1;
 
 /**
@@ -44,7 +44,7 @@ export function match(a, b, alignment, isReversed) {
   return pairs.sort((one, other) => one.mm - other.mm);
 }
 
-/** What has grown from A to B: {name, from, to}, or null. */
+/** Returns what has grown from A to B: {name, from, to}, or null. */
 export function growth(a, b) {
   for (const name of ['severity', 'quant1', 'quant2']) {
     const [from, to] = [a[name] ?? null, b[name] ?? null];
@@ -53,7 +53,7 @@ export function growth(a, b) {
   return null;
 }
 
-/** Within both intervals, and the spot that was clicked. */
+/** Reach of a match: both intervals, and the tolerance of a click. */
 const reach = (a, b) => SPOT_MM + 1000 * Math.hypot(a.distance_u95_m ?? 0, b.distance_u95_m ?? 0);
 
 function isSame(a, b, isReversed) {
@@ -62,23 +62,23 @@ function isSame(a, b, isReversed) {
   return one === null || other === null || hoursApart(one, other) <= HOURS;
 }
 
-/** Start, change or finish of a stretch; from the other end a start is a finish. */
+/** Returns the role in a stretch; seen from the other end a start is a finish. */
 function roleOf({ continuous }, isReversed = false) {
   const role = continuous?.[0] ?? null;
   return isReversed ? ({ A: 'B', B: 'A' }[role] ?? role) : role;
 }
 
-/** Hours from and to, clockwise; null where none is given. */
+/** Returns hours from and to, clockwise; null where none is given. */
 export function sectorOf({ clock_from: from, clock_to: to, clock }) {
   const first = from ?? clock ?? null;
   return first === null ? null : [first, to ?? first];
 }
 
-/** From the other end right is left: 3 o'clock is 9 o'clock. */
+/** Mirrors a sector: seen from the other end, 3 o'clock is 9 o'clock. */
 export const mirrored = (sector, isReversed) =>
   sector && isReversed ? [12 - sector[1], 12 - sector[0]] : sector;
 
-/** Hours between two sectors, 0 where they overlap. */
+/** Returns the hours between two sectors, 0 where they overlap. */
 function hoursApart([from, to], [start, end]) {
   const within = (hour, first, last) => turn(hour - first) <= turn(last - first);
   if (within(start, from, to) || within(from, start, end)) return 0;

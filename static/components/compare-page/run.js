@@ -1,4 +1,4 @@
-/** One of the two runs that are compared, with all that is drawn of it. */
+/** One of the two compared runs, with everything that is drawn of it. */
 
 import { get } from '../../core/api.js';
 import { Catalogue } from '../../core/codes.js';
@@ -43,7 +43,7 @@ export class Run {
   }
 
   /**
-   * The defects that a frame shows: [{severity, pixel}].
+   * Returns the defects that a frame shows: [{severity, pixel}].
    * @param {import('../../core/track.js').Row} row
    */
   marksIn(row) {
@@ -57,7 +57,7 @@ export class Run {
   }
 }
 
-/** The joints that the run has seen: each number once, where it was seen on the mean. */
+/** Returns the joints that the run has seen: each number once, at its mean place. */
 const seenJoints = (result) =>
   [...Map.groupBy(result?.joints.filter(({ number }) => number !== null) ?? [], ({ number }) => number)].map(
     ([number, seen]) => ({

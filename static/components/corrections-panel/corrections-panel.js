@@ -1,6 +1,6 @@
 /**
- * Brings the distance to scale: zero, known and taped lengths, joints, doubt about the rig. Everything is
- * a draft with its outcome in sight until it is applied; then every defect and export follows.
+ * Brings the distance to scale: zero, known and taped lengths, joints, tolerances of the rig. Everything is
+ * a draft with its result visible until it is applied; then every defect and export follows.
  */
 
 import { knownLength } from '../../core/corrections.js';
@@ -81,12 +81,12 @@ class CorrectionsPanel extends Component {
     const { preview, isEdited, draft } = corrections;
     const error = preview.value?.error ?? null;
     parts.bar.hidden = !isEdited && !error;
-    // A known length that is refused comes with its closure, so that a person can judge it.
+    // A refused known length comes with its closure, so that a person can judge it.
     const isRefused = Boolean(error && preview.value.result && knownLength(draft.value));
     parts.forceBox.hidden = !isRefused && !draft.value.forced;
     if (parts.force !== document.activeElement) parts.force.value = draft.value.forced ?? '';
     parts.apply.disabled = !isEdited || preview.value === null || error !== null;
-    if (preview.value === null) return; // the fault of before stays until the new answer is there
+    if (preview.value === null) return; // the earlier fault stays until the new answer arrives
     const why = () => refusalText(preview.value.reason) ?? errorText(error);
     const text = isRefused ? t('corrections.refused') : error ? why() : '';
     if (parts.fault.textContent.trim() === text) return;

@@ -1,11 +1,11 @@
-/** Fields for lengths and their uncertainties, in the units that the person has chosen. */
+/** Fields for lengths and their uncertainties, in the person's units. */
 
 import { html } from '../../core/html.js';
 import { rounded } from '../../core/rounding.js';
 import { lengthUnit, parseDistance, toShown } from '../../core/units.js';
 import { t } from '../../core/words.js';
 
-/** A tenth of a millimetre is what the server keeps; a hundredth of a foot is near enough. */
+/** The server stores a tenth of a millimetre; a hundredth of a foot is accurate enough. */
 const DECIMALS = lengthUnit === 'ft' ? 2 : 3;
 
 /**
@@ -21,7 +21,7 @@ export const numberField = ({ part, id, label, unit, help }) => html`<div class=
 
 export const metresField = (field) => numberField({ ...field, unit: lengthUnit });
 
-/** Shows a number, but not in the field that is being typed in. */
+/** Shows a number, unless the person is typing in the field. */
 export function write(input, value) {
   if (input !== document.activeElement) input.value = value === null ? '' : String(value);
 }
@@ -30,7 +30,8 @@ export const writeMetres = (input, m) =>
   write(input, m === null ? null : rounded(toShown(m), DECIMALS));
 
 /**
- * The number in a field, null when it is empty, undefined (and a fault beside it) when it is none.
+ * Returns the number in a field, null when it is empty, undefined (with a fault beside it) when it is
+ * invalid.
  * @param {Record<string, HTMLElement>} parts
  * @param {string} part
  * @param {(number: number) => boolean} allows
@@ -40,7 +41,7 @@ export function read(parts, part, allows, fault) {
   return checked(parts, part, allows, fault, (text) => Number(text.replace(',', '.').replace('−', '-')));
 }
 
-/** The same for a length, in metres. */
+/** Returns a length in metres, likewise. */
 export function readMetres(parts, part, allows, fault) {
   return checked(parts, part, allows, fault, (text) => parseDistance(text) ?? NaN);
 }

@@ -1,4 +1,4 @@
-/** Joints as marks on a tape: whether they count, which of them, and what each leaves over. */
+/** Joints as marks on a tape: whether they count, which of them, and the residual of each. */
 
 import { refusalText } from '../../core/evidence.js';
 import { html, patchList, render, setText } from '../../core/html.js';
@@ -10,7 +10,7 @@ import { jointsText } from '../interval-detail/interval-detail.js';
 import { withSign } from './known-length.js';
 
 class JointsSection extends Component {
-  /** As they were seen last: too few that count give no result, and must be there to be put back. */
+  /** The joints seen last: when too few count there is no result, yet they must be shown to be restored. */
   #seen = [];
 
   mount() {
@@ -33,7 +33,7 @@ class JointsSection extends Component {
         </table>`,
     );
     const { parts, desk } = this;
-    // Switched on they count by themselves again, where they can be counted.
+    // Switched on, they count again without a statement, where they can be counted.
     this.listen(parts.use, 'change', () => this.#edit({ use: parts.use.checked ? null : false }));
     this.listen(parts.mark, 'click', () => this.#togglePicking());
     this.listen(desk.picking, 'change', () => this.#showPicking());
@@ -78,7 +78,7 @@ class JointsSection extends Component {
     parts.useText.textContent = length
       ? t('corrections.use_joints', { length: chainage(length / 1000) })
       : t('corrections.no_segment');
-    // What was last known stays while a new preview is on its way.
+    // The last known state stays until a new preview arrives.
     const { preview } = desk.corrections;
     if (preview.value === null) return;
     setText(parts.done, doneText(preview.value.result, use));
@@ -138,13 +138,13 @@ function updateRow({ parts }, { joint, isMark, same, off }) {
   if (joint?.is_marked) parts.number.title = t('corrections.marked_by_hand');
 }
 
-/** Of a click that is no joint of its own. */
+/** Describes a click that is no separate joint. */
 function markText(same, off) {
   if (same) return t('corrections.is_same_joint');
   return off ? t('corrections.is_off', { where: chainage(off.distance_m) }) : t('corrections.is_not_counted');
 }
 
-/** What the joints have done, or why they have not. */
+/** Describes what the joints changed, or why they changed nothing. */
 function doneText(result, use) {
   if (result?.by_joints) return jointsText(result.by_joints);
   if (result?.joints_refusal) {

@@ -1,4 +1,4 @@
-/** The known length of the asset: from the zero to the far end, with the closure before it is used. */
+/** The known length of the asset, from the zero to the far end, with its closure before it is used. */
 
 import { knownLength } from '../../core/corrections.js';
 import { html, render } from '../../core/html.js';
@@ -10,18 +10,18 @@ import { icon } from '../icon/icon.js';
 import { isPositive, metresField, numberField, read, readMetres, write, writeMetres } from './fields.js';
 import { bindEnds, endsMarkup, showEnds } from './length-ends.js';
 
-/** One sigma in mm of where a length comes from. */
+/** One sigma in mm of each source of a length. */
 const SOURCES = [
   ['drawing', 50, t('corrections.source_drawing')],
   ['survey', 10, t('corrections.source_survey')],
   ['tape', 5, t('corrections.source_tape')],
 ];
 const USUAL_SIGMA_MM = 50;
-/** Standard deviations within which chance explains a residual; the server refuses beyond. */
+/** Standard deviations within which chance explains a residual; the server refuses larger ones. */
 const LIMIT = 3;
 
 class KnownLength extends Component {
-  /** What was typed while there is no length yet. */
+  /** What was typed before there is a length. */
   #begun = { first_frame: null, last_frame: null, sigma_mm: USUAL_SIGMA_MM };
 
   mount() {
@@ -67,7 +67,7 @@ class KnownLength extends Component {
     return this.desk.inspection.value.header;
   }
 
-  /** As in the draft, or what is there of it. */
+  /** The length of the draft, possibly incomplete. */
   get #length() {
     const { draft } = this.desk.corrections;
     const known = knownLength(draft.value) ?? { ...this.#begun, length_m: null };
@@ -111,7 +111,7 @@ class KnownLength extends Component {
     const { parts, desk } = this;
     const length = this.#length;
     const isStated = knownLength(desk.corrections.draft.value) !== undefined;
-    const { known_length_m: told } = this.#stated;
+    const { known_length_m: statedM } = this.#stated;
     writeMetres(parts.length, length.length_m);
     write(parts.sigma, length.sigma_mm);
     for (const [name, sigma] of SOURCES) {
@@ -119,10 +119,10 @@ class KnownLength extends Component {
     }
     showEnds(parts, desk, length);
     parts.clear.hidden = !isStated;
-    parts.fromHeader.hidden = typeof told !== 'number' || length.length_m === told;
+    parts.fromHeader.hidden = typeof statedM !== 'number' || length.length_m === statedM;
     parts.fromHeader.textContent = parts.fromHeader.hidden
       ? ''
-      : t('corrections.from_header', { length: `${signed(toShown(told), 2)} ${lengthUnit}` });
+      : t('corrections.from_header', { length: `${signed(toShown(statedM), 2)} ${lengthUnit}` });
   }
 
   #showClosure() {
@@ -132,7 +132,7 @@ class KnownLength extends Component {
   }
 }
 
-/** Measured, known, what is left of it, and whether chance explains that. */
+/** Shows measured and known length, their difference, and whether chance explains it. */
 export function closureMarkup({ known_length_m, measured_m, residual_mm, residual_percent, sigma_mm }) {
   const limit = LIMIT * sigma_mm;
   const fits = Math.abs(residual_mm) <= limit;

@@ -1,4 +1,4 @@
-/** The two frames between which a length is known: shown, gone to, taken from the play head. */
+/** The two frames between which a length is known: shown, visited, taken from the play head. */
 
 import { html } from '../../core/html.js';
 import { chainage } from '../../core/units.js';
@@ -29,7 +29,7 @@ export function showEnds(parts, desk, { first_frame: first, last_frame: last }) 
 }
 
 /**
- * Calls `mark` with what is to change when an end is taken from the play head.
+ * Calls `mark` with the changes when an end is taken from the play head.
  * @param {Record<string, HTMLElement>} parts
  * @param {import('../inspection-page/desk.js').Desk} desk
  * @param {AbortSignal} signal

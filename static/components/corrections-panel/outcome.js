@@ -1,4 +1,4 @@
-/** What follows from all that is stated: the far end, its class, the scale and what each evidence says. */
+/** The result of all statements: the far end, its class, the scale and the residual of each evidence. */
 
 import { UNSTATED } from '../../core/corrections.js';
 import { evidenceText, isOfJoints } from '../../core/evidence.js';
@@ -12,15 +12,15 @@ import { icon } from '../icon/icon.js';
 import { loadMakeup, makeupMarkup } from '../interval-detail/interval-detail.js';
 import { withSign } from './known-length.js';
 
-/** What contracts allow however short a culvert is, as the server reckons. */
+/** Deviation that contracts allow however short a culvert is; the server has the same value. */
 const CLASS_FLOOR_M = 0.3;
 
 const U95 = 1.96;
-/** Below that two lengths are shown as the same. */
+/** Lengths that differ less than this are shown as equal. */
 const SAME_M = 0.00005;
 
 class CorrectionOutcome extends Component {
-  /** Far end as it was measured. */
+  /** Distance of the far end in the raw track. */
   #rawM = null;
   #measuredRows = -1;
 
@@ -53,7 +53,7 @@ class CorrectionOutcome extends Component {
     this.#explain();
   }
 
-  /** The far end with neither joints nor anything stated; asked for once while the track stays as long as it is. */
+  /** Computes the far end without joints or statements; requested once for each length of the track. */
   async #measure() {
     const { desk } = this;
     const rows = desk.track.length;
@@ -70,7 +70,7 @@ class CorrectionOutcome extends Component {
     this.#show();
   }
 
-  /** What the interval at the far end is made of, as the distances are now. */
+  /** Shows the sources of the interval at the far end, by the present distances. */
   async #explain() {
     const { parts, desk } = this;
     try {
@@ -92,7 +92,7 @@ class CorrectionOutcome extends Component {
     showEnd(parts.now, held?.result);
     parts.thenBox.hidden = !isEdited;
     if (isEdited) showEnd(parts.then, preview.value?.result);
-    if (preview.value === null) return; // the figures of before stay until the new ones are there
+    if (preview.value === null) return; // the earlier figures stay until the new ones arrive
     const { result } = preview.value;
     render(
       parts.notices,
@@ -151,7 +151,7 @@ const scaleText = ({ scale, sigma }) =>
     ? scale.toFixed(4)
     : t('corrections.scale_value', { scale: scale.toFixed(4), sigma: sigma < SAME_M ? '0.0001' : sigma.toFixed(4) });
 
-/** What a length leaves over; of joints their root mean square. */
+/** Formats the residual of a length; of joints their root mean square. */
 function leftText(evidence, left, joints) {
   if (left.has(evidence)) return `${withSign(left.get(evidence), 1)} mm`;
   if (!isOfJoints(evidence) || joints.length === 0 || joints[0].residual_mm === null) return '';

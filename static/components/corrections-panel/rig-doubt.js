@@ -1,4 +1,4 @@
-/** How well the rig itself is known: the scale of a track is the height of its camera over its focal length. */
+/** Tolerances of the rig: the scale of a track is the camera height over the focal length. */
 
 import { html, render } from '../../core/html.js';
 import { Component } from '../../core/store.js';
@@ -24,7 +24,7 @@ class RigDoubt extends Component {
     this.#show();
   }
 
-  /** Without a height nothing is stated: the focal length alone says too little. */
+  /** Without a height nothing is stated: the focal length alone is not enough. */
   #typed() {
     const height = read(this.parts, 'height', isPositive, t('corrections.fault_positive'));
     const focal = read(this.parts, 'focal', isNotNegative, t('corrections.fault_not_negative'));

@@ -1,4 +1,4 @@
-/** Lengths between two frames that somebody has taped. */
+/** Taped lengths between two frames. */
 
 import { html, patchList, render } from '../../core/html.js';
 import { Component } from '../../core/store.js';
@@ -14,7 +14,7 @@ const isComplete = (tape) => FIELDS.every((name) => tape[name] !== null);
 const ofTape = (tape) => ({ ...Object.fromEntries(FIELDS.map((name) => [name, tape[name]])), kind: 'tape' });
 
 class TapedLengths extends Component {
-  /** Those of the draft and those that are not complete yet, each with a key. */
+  /** The lengths of the draft and incomplete ones, each with a key. */
   #tapes = [];
   #keys = 0;
 
@@ -34,7 +34,7 @@ class TapedLengths extends Component {
     this.#adopt();
   }
 
-  /** Takes over what the draft has become by others: taken back, discarded. */
+  /** Follows changes of the draft by others: undone, discarded. */
   #adopt() {
     const stated = this.desk.corrections.draft.value.lengths.filter(({ kind }) => kind === 'tape');
     const ours = this.#tapes.filter(isComplete).map(ofTape);
@@ -120,7 +120,7 @@ class TapedLengths extends Component {
   }
 }
 
-/** What a length still needs before it counts. */
+/** Returns what a length still needs before it counts. */
 function missing({ first_frame, last_frame, length_m }) {
   if (first_frame === null) return t('corrections.needs_first');
   if (last_frame === null) return t('corrections.needs_last');

@@ -1,4 +1,4 @@
-/** Where the distance is counted from: the frame as evidence, and how far the camera was past the zero. */
+/** The zero of the distance: the frame as evidence, and how far the camera was past the zero. */
 
 import { html, render } from '../../core/html.js';
 import { hasFilm } from '../../core/inspection.js';
@@ -44,7 +44,7 @@ class ZeroSection extends Component {
     const offset = readMetres(this.parts, 'offset', isAny, t('corrections.fault_length'));
     const { zero } = this.desk.corrections.draft.value;
     if (offset === undefined) return;
-    // Without a frame of its own the zero is at the first one.
+    // Without a stated frame the zero is at the first one.
     this.desk.corrections.edit({ zero: { frame: zero?.frame ?? 0, offset_m: offset ?? 0 } });
   }
 
@@ -78,7 +78,7 @@ class ZeroSection extends Component {
   }
 }
 
-/** The culvert from the side: the zero at its headwall, the camera, and the offset between them. */
+/** Draws the culvert from the side: the zero at its headwall, the camera, and the offset between them. */
 function sketch(offsetM) {
   const [wall, reach] = [78, 64];
   const camera = offsetM === 0 ? wall : wall + Math.sign(offsetM) * reach;

@@ -1,6 +1,6 @@
 /**
- * Clock positions on a ring: where on the wall, seen in the direction of travel, 12 is the crown. A
- * touch gives one position, drawing along the ring a sector; each end is a slider for the keyboard.
+ * Clock positions on a ring: place on the wall, seen in the direction of travel; 12 is the crown. A touch
+ * sets one position, dragging along the ring a sector; each end is a slider for the keyboard.
  */
 
 import { html, render } from '../../core/html.js';
@@ -9,15 +9,15 @@ import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 
 const RADIUS = 68;
-/** Where the second end waits as long as there is one position only. */
+/** Radius at which the second end waits while there is only one position. */
 const OUTSIDE = 91;
 const HOURS = Array.from({ length: 12 }, (_, i) => i + 1);
 const STEPS = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 };
 
-/** The hour so many steps clockwise of another one. */
+/** Returns the hour so many steps clockwise of another one. */
 const turned = (hour, steps) => ((hour - 1 + steps + 24) % 12) + 1;
 
-/** Hours from one to another, clockwise; none from an hour to itself. */
+/** Returns the hours from one to another, clockwise; 0 from an hour to itself. */
 const between = (from, to) => (to - from + 12) % 12;
 
 const pointAt = (hour, radius) => {
@@ -25,7 +25,7 @@ const pointAt = (hour, radius) => {
   return [radius * Math.sin(angle), -radius * Math.cos(angle)].map((value) => Number(value.toFixed(2)));
 };
 
-/** The ring from one hour to another; all of it from 12 to 12. */
+/** Returns the path of the ring from one hour to another; all of it from 12 to 12. */
 function arc(from, to) {
   const [[x1, y1], [x2, y2]] = [pointAt(from, RADIUS), pointAt(to, RADIUS)];
   if (from === to) return `M${x1} ${y1}A${RADIUS} ${RADIUS} 0 1 1 ${x1 - 0.01} ${y1}`;
@@ -36,7 +36,7 @@ function arc(from, to) {
 class ClockDial extends Component {
   #value = { from: null, to: null };
   #measured = null;
-  /** What is being drawn with the pointer: where it began, how far it went. */
+  /** The current drag: where it began, how far it went. */
   #drag = null;
 
   mount() {
@@ -53,7 +53,7 @@ class ClockDial extends Component {
           })}</g>
           <path class="dial__measured" d="M0-44l-5 9h10z" data-part="measured" />
           ${end('to', t('form.clock_to'))}${end('from', t('form.clock_from'))}
-          <text class="dial__told" y="0" data-part="told" aria-hidden="true"></text>
+          <text class="dial__hours-text" y="0" data-part="hoursText" aria-hidden="true"></text>
           <text class="dial__note" y="20" data-part="note" aria-hidden="true"></text>
         </svg>
         <div class="dial__buttons">
@@ -74,7 +74,7 @@ class ClockDial extends Component {
   }
 
   /**
-   * @param {{from: number|null, to: number|null}} value as it was entered
+   * @param {{from: number|null, to: number|null}} value the entered value
    * @param {number|null} measured the hour of the wall point
    */
   set(value, measured) {
@@ -94,7 +94,7 @@ class ClockDial extends Component {
       if (name === 'to') this.#pick(from, null);
       else this.#pick(null, null);
     } else return;
-    // The arrows belong to the film elsewhere, and Delete to the defect.
+    // Elsewhere the arrows belong to the film, and Delete to the defect.
     event.preventDefault();
     event.stopPropagation();
   }
@@ -126,7 +126,7 @@ class ClockDial extends Component {
     this.#show();
   }
 
-  /** The hours with what is being drawn. A sector that is drawn the other way round is the same one. */
+  /** The hours including the current drag. A sector drawn in the other direction is the same one. */
   get #shown() {
     const { from, to } = this.#value;
     if (!this.#drag) return { from, to };
@@ -155,7 +155,7 @@ class ClockDial extends Component {
 
   #show() {
     const { parts } = this;
-    if (!parts) return; // not on the page yet
+    if (!parts) return; // not in the page yet
     const { from, to } = this.#shown;
     const start = from ?? this.#measured;
     const isSector = from !== null && to !== null;
@@ -166,7 +166,7 @@ class ClockDial extends Component {
     parts.to.classList.toggle('dial__end--waiting', !isSector);
     parts.measured.toggleAttribute('hidden', this.#measured === null);
     parts.measured.setAttribute('transform', `rotate(${(this.#measured ?? 0) * 30})`);
-    parts.told.textContent = isSector ? `${from} – ${to}` : (start ?? '–');
+    parts.hoursText.textContent = isSector ? `${from} – ${to}` : (start ?? '–');
     parts.note.textContent = from === null && start !== null ? t('dial.measured') : '';
     const fromText = from === null ? this.#unstated() : t('units.clock', { hour: from });
     name(parts.from, start ?? 12, fromText);

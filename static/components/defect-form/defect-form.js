@@ -1,4 +1,4 @@
-/** Details of one observation. Every letter is kept as it is typed; there is no Save button. */
+/** Details of one observation. Every letter is stored as it is typed; there is no Save button. */
 
 import { html, render } from '../../core/html.js';
 import { withKey } from '../../core/keys.js';
@@ -25,7 +25,7 @@ class DefectForm extends Component {
   /** @type {string} */
   observationId;
 
-  /** Another object for every visit of a field: what is typed meanwhile is one step to undo. */
+  /** A new object for every visit of a field: everything typed meanwhile is one undo step. */
   #visit = {};
 
   mount() {
@@ -116,7 +116,7 @@ class DefectForm extends Component {
     this.listen(parts.form, 'input', ({ target }) => this.#typed(target));
     this.listen(parts.code, 'change', () => this.#leftCode());
     this.listen(parts.form, 'change', ({ target }) => this.#changed(target));
-    // While typing the keys belong to the field; Escape leaves it, and the form with it.
+    // While typing, the keys belong to the field; Escape leaves the field and closes the form.
     this.listen(this, 'keydown', (event) => {
       if (event.key === 'Escape') desk.editing.set(false);
     });
@@ -124,7 +124,7 @@ class DefectForm extends Component {
     this.#fill();
   }
 
-  /** The keys go to the code, and the page to the form where it lies below the film: it was asked for. */
+  /** Focuses the code, and scrolls to the form where it is below the film, as the person opened it. */
   enter() {
     this.parts.code.focus({ preventScroll: true });
     this.parts.code.select();
@@ -144,13 +144,13 @@ class DefectForm extends Component {
     this.#save(codeOf(row));
   }
 
-  /** A field that is being typed in; a choice is made by its `change`. */
+  /** Handles typing in a field; a choice reports `change` instead. */
   #typed(field) {
     const changes = field === this.parts.code ? this.#codeTyped : this.#textTyped(field);
     if (changes) this.desk.observations.type(this.observationId, changes, this.#visit);
   }
 
-  /** A code that is typed out, 'BAB' or 'bab b a', counts without being picked from the list. */
+  /** Whether a code is typed in full, 'BAB' or 'bab b a': it counts without being picked from the list. */
   get #codeTyped() {
     const text = this.parts.code.value.trim();
     if (text.toUpperCase() === (this.#item.code ?? '')) return null;
@@ -201,7 +201,7 @@ class DefectForm extends Component {
     if (what === 'dissolve') dissolveStretch(desk, item);
   }
 
-  /** Shows the observation, leaving alone the field that is being typed in. */
+  /** Shows the observation, except in the field in which the person is typing. */
   #fill() {
     const item = this.#item;
     if (!item) return;
@@ -225,7 +225,7 @@ class DefectForm extends Component {
     this.#fillPlace(item);
   }
 
-  /** Only what the code needs is asked for; what was entered before stays in sight. */
+  /** Shows only the fields that the code needs; filled ones stay visible. */
   #fillNeeds(item, rules) {
     const { parts, elements } = this;
     const isAsked = (need, ...values) =>
@@ -305,14 +305,14 @@ class DefectForm extends Component {
 
 const codeOf = ({ code, char1, char2 }) => ({ code, char1: char1 || null, char2: char2 || null });
 
-/** The number of a text, null when it is empty, undefined when it is none that can be. */
+/** Returns the number of a text, null when it is empty, undefined when it is not allowed. */
 function quantityIn(text) {
   if (text.trim() === '') return null;
   const number = Number(text.trim().replace(',', '.'));
   return Number.isFinite(number) && number >= 0 ? number : undefined;
 }
 
-/** Says plainly that a report needs it; nothing is held up by it. */
+/** Marks a field that a report needs; an empty one blocks nothing here. */
 const needed = (name) =>
   html`<span class="form__needed" id="needs-${name}" data-part="${name}Needed" hidden>${t('form.needed')}</span>`;
 

@@ -1,4 +1,4 @@
-/** The photo of a defect, large, with the place on it that was tagged. */
+/** The photo of a defect, enlarged, with the tagged place. */
 
 import { html } from '../../core/html.js';
 import { t } from '../../core/words.js';

@@ -1,4 +1,4 @@
-/** The tagged defects along the culvert; the form of the selected one takes the list's place. */
+/** The tagged defects along the culvert; the form of the selected one replaces the list. */
 
 import { html, patchList, render } from '../../core/html.js';
 import { isKeyOn } from '../../core/keys.js';
@@ -15,14 +15,14 @@ import './open-stretches.js';
 import '../defect-form/defect-form.js';
 
 const ACT_NOW = 5;
-/** Photos are loaded so far before their rows come into sight. */
+/** Photos are loaded this far before their rows become visible. */
 const NEAR_PX = 300;
 
 class DefectList extends Component {
   #focusBefore = document.body;
-  /** Where the page was scrolled to when the form was asked for. */
+  /** Scroll position of the page when the form was opened. */
   #scrollBefore = 0;
-  /** Whether the newest come first; null until the person has chosen: then while it is live. */
+  /** Whether the newest come first; null until the person has chosen: then during a live run. */
   #isNewestFirst = null;
 
   mount() {
@@ -73,8 +73,8 @@ class DefectList extends Component {
   }
 
   /**
-   * Loads the photos of the rows that are seen, or nearly. `loading="lazy"` would do the same, but
-   * browsers look at each of those pictures before every frame of the film.
+   * Loads the photos of visible and nearly visible rows. `loading="lazy"` would do the same, but browsers
+   * check each of those pictures before every frame of the film.
    */
   paint() {
     const { rows } = this.parts;
@@ -96,11 +96,11 @@ class DefectList extends Component {
     return this.#isNewestFirst ?? this.desk.inspection.isUnfinished;
   }
 
-  /** What passes the filter, in the chosen order. */
+  /** The items that pass the filter, in the chosen order. */
   get #items() {
     const { search, filter } = this.parts;
     const items = this.desk.observations.value.filter(matcher(search.value, filter.value, this.desk.catalogue));
-    const age = ({ seq }) => seq ?? Infinity; // without a number it is not on the server yet
+    const age = ({ seq }) => seq ?? Infinity; // without a number it has not reached the server yet
     return this.#newestFirst ? items.toSorted((a, b) => age(b) - age(a) || b.frame - a.frame) : items;
   }
 
@@ -122,7 +122,7 @@ class DefectList extends Component {
     this.#count();
     this.#select();
     this.repaint();
-    // The keys stay in the list when its row has moved or gone.
+    // The focus stays in the list when its row has moved or gone.
     if (focused && !parts.rows.contains(document.activeElement)) {
       const row = focused.isConnected ? focused : parts.rows.children[Math.min(index, parts.rows.children.length - 1)];
       row?.parts.main.focus({ preventScroll: true });
@@ -169,7 +169,7 @@ class DefectList extends Component {
     // A click leaves the focus, and with it the space bar, where it was.
     row.addEventListener('mousedown', (event) => event.preventDefault());
     row.parts.main.addEventListener('click', (event) => {
-      if (event.ctrlKey || event.metaKey || event.shiftKey) return; // the link, in another tab
+      if (event.ctrlKey || event.metaKey || event.shiftKey) return; // opens the link in another tab
       event.preventDefault();
       this.desk.goTo(id);
     });
@@ -182,7 +182,7 @@ class DefectList extends Component {
   }
 
   #updateRow(row, item) {
-    if (row.item === item) return; // of thousands of rows one has changed
+    if (row.item === item) return; // of thousands of rows only one has changed
     row.item = item;
     const { parts } = row;
     const { catalogue } = this.desk;
@@ -264,11 +264,11 @@ class DefectList extends Component {
     const next = document.createElement('defect-form');
     next.observationId = id;
     parts.details.replaceChildren(next);
-    // It was asked for; the form of another selection does not take the keys from the film.
+    // Only for a form opened by the person; a change of selection does not take the keys from the film.
     if (!form) next.enter();
   }
 
-  /** The keys and the page go back to where they were, if that is still there. */
+  /** Restores focus and scroll position, if the element still exists. */
   #closeForm(form) {
     form.remove();
     const wasOnPage = this.#focusBefore === document.body || !this.#focusBefore.isConnected;

@@ -1,4 +1,4 @@
-/** Which of the defects the list shows, and what each still lacks. */
+/** The filters of the list, and what each defect still lacks. */
 
 import { t } from '../../core/words.js';
 
@@ -12,7 +12,7 @@ const LACKS = {
   remark: t('lacks.remark'),
 };
 
-/** 'no code', 'clock missing': what stands against reporting it. */
+/** 'no code', 'clock missing': what prevents reporting it. */
 export const lacksOf = (item, catalogue) => catalogue.missing(item).map((name) => LACKS[name]);
 
 const atLeast = (grade) => ({ severity }) => (severity ?? -1) >= grade;
@@ -28,7 +28,7 @@ export const FILTERS = [
 ];
 
 /**
- * What decides whether an observation is shown: every word of the text is in its code, label or remark.
+ * Returns a test for observations: every word of the text is in its code, label or remark.
  * @param {string} text
  * @param {string} filter name of one of FILTERS
  * @param {import('../../core/codes.js').Catalogue} catalogue

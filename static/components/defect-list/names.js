@@ -1,4 +1,4 @@
-/** What an observation is called. */
+/** Names of observations. */
 
 import { chainage } from '../../core/units.js';
 import { t } from '../../core/words.js';

@@ -1,4 +1,4 @@
-/** Stretches that were started and not finished: always in sight, and finished from here. */
+/** Stretches that were started and not finished: always visible, and finished from here. */
 
 import { html, patchList, render } from '../../core/html.js';
 import { Component } from '../../core/store.js';
@@ -16,7 +16,7 @@ class OpenStretches extends Component {
     this.parts = render(this, html`<ul data-part="rows" aria-label="${t('stretch.open')}"></ul>`);
     this.listen(this.desk.observations, 'change', () => this.#update());
     this.listen(this.desk.playhead, 'change', () => this.#open.length && this.repaint());
-    // A click leaves the keys with the film.
+    // A click leaves the keyboard focus with the film.
     this.listen(this, 'mousedown', (event) => event.preventDefault());
     this.#update();
   }
@@ -31,7 +31,7 @@ class OpenStretches extends Component {
       (stretch) => this.#createRow(stretch),
       (row, stretch) => this.#updateRow(row, stretch),
     );
-    this.#tellKey();
+    this.#showKey();
     this.paint();
   }
 
@@ -60,15 +60,15 @@ class OpenStretches extends Component {
     row.parts.finish.title = t('stretch.finish');
   }
 
-  /** The key finishes the newest: its button has it. */
-  #tellKey() {
+  /** Shows the key on the button of the newest stretch, which it finishes. */
+  #showKey() {
     [...this.parts.rows.children].forEach((row, i) => {
       row.parts.key.textContent = i === 0 ? 'F' : '';
       row.parts.key.hidden = i > 0;
     });
   }
 
-  /** How long each is so far. */
+  /** Shows the length of each so far. */
   paint() {
     const { hereM } = this.desk;
     [...this.parts.rows.children].forEach((row, i) => {

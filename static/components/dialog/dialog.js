@@ -1,4 +1,4 @@
-/** Modal dialogs: what is beneath waits until they are closed. */
+/** Modal dialogs: the page beneath is inert until they are closed. */
 
 import { html, render } from '../../core/html.js';
 import { t } from '../../core/words.js';
@@ -7,7 +7,7 @@ import { icon } from '../icon/icon.js';
 let opened = 0;
 
 /**
- * Shows a dialog. It closes by its cross, by Escape, by a click beside it, or by `dialog.close(value)`.
+ * Shows a dialog. It closes by its cross, by Escape, by a click outside it, or by `dialog.close(value)`.
  * @param {object} options
  * @param {string} options.title
  * @param {ReturnType<typeof html>} options.content

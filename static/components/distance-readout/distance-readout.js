@@ -1,4 +1,4 @@
-/** The distance of the shown frame in very large digits, its interval, and whether to trust it. */
+/** The distance of the shown frame in very large digits, its interval, and its reliability. */
 
 import { html, render, setText } from '../../core/html.js';
 import { isUnmeasured } from '../../core/inspection.js';
@@ -15,18 +15,18 @@ import { LEVELS, healthWords } from './health-words.js';
 import { Speedometer, speedAt } from './speedometer.js';
 
 const SIGNS = { ok: 'check', weak: 'alert', lost: 'alert', none: 'wait' };
-/** In a live picture good news waits so long, so that what was bad can be read. */
+/** How long bad news stays in a live picture, so that it can be read. */
 const BAD_NEWS_MS = 700;
-/** What changes faster is not read out. */
-const TOLD_AFTER_MS = 1000;
+/** Changes faster than this are not announced. */
+const ANNOUNCED_AFTER_MS = 1000;
 
 class DistanceReadout extends Component {
   #speedometer = new Speedometer();
-  /** Time in the video of the last frame that was not lost. */
+  /** Video time of the last frame that was not lost. */
   #heldS = null;
   #words = null;
   #wordsMs = 0;
-  #tellTimer = 0;
+  #announceTimer = 0;
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
@@ -43,19 +43,19 @@ class DistanceReadout extends Component {
         </div>
         <p class="readout__joints dim" data-part="joints" hidden><span data-part="jointsText"></span>
           <button class="link" data-part="takeBack" ${!may('operator') && 'hidden'}>${t('readout.take_back')}</button></p>
-        <p class="visually-hidden" role="status" data-part="told"></p>`,
+        <p class="visually-hidden" role="status" data-part="announced"></p>`,
     );
     this.listen(this.parts.takeBack, 'click', () => this.#takeBack());
     this.listen(this.parts.why, 'click', () => openIntervalDetail(this.desk));
     this.listen(this.desk.playhead, 'change', () => this.repaint());
     for (const store of [this.desk.health, this.desk.corrections]) this.listen(store, 'change', () => this.repaint());
-    // Where it stays in sight, what gets the focus comes to rest below it.
+    // Where the read-out is sticky, a focused element is scrolled to a place below it.
     const resized = new ResizeObserver(() => {
       document.documentElement.style.setProperty('--readout-height', `${this.offsetHeight}px`);
     });
     resized.observe(this);
     this.signal.addEventListener('abort', () => {
-      clearTimeout(this.#tellTimer);
+      clearTimeout(this.#announceTimer);
       resized.disconnect();
     });
     this.paint();
@@ -65,16 +65,16 @@ class DistanceReadout extends Component {
     const { parts } = this;
     const { row, isLive } = this.desk.playhead.value;
     setText(parts.value, row ? chainageNumber(row.distance_mm / 1000) : '–');
-    const isTold = isUnmeasured(this.desk.inspection.value);
-    setText(parts.interval, row && !isTold ? plusMinus(u95FromSigma(row.sigma_distance_mm)) : '± –');
+    const isUnmeasuredRun = isUnmeasured(this.desk.inspection.value);
+    setText(parts.interval, row && !isUnmeasuredRun ? plusMinus(u95FromSigma(row.sigma_distance_mm)) : '± –');
     setText(parts.joint, row ? this.#joint(row.distance_mm) : '');
-    parts.why.disabled = !row || isTold;
+    parts.why.disabled = !row || isUnmeasuredRun;
     this.#showJoints();
-    this.#showSpeed(isTold ? null : this.#speed(row, isLive));
-    this.#showHealth(isTold ? { level: 'none', what: 'told', text: t('readout.told') } : this.#healthWords(row, isLive), isLive);
+    this.#showSpeed(isUnmeasuredRun ? null : this.#speed(row, isLive));
+    this.#showHealth(isUnmeasuredRun ? { level: 'none', what: 'unmeasured', text: t('readout.unmeasured') } : this.#healthWords(row, isLive), isLive);
   }
 
-  /** The nearest joint behind, which a repair crew counts in the pipe; whether it was seen. */
+  /** Shows the nearest joint before the frame, from which a repair crew counts; and whether it was seen. */
   #joint(distanceMm) {
     const { joints } = this.desk;
     if (joints.length === 0 || distanceMm < 0) return '';
@@ -84,7 +84,7 @@ class DistanceReadout extends Component {
     return isSeen(joint) ? t('readout.joint', past) : t('readout.joint_expected', past);
   }
 
-  /** The scale that the joints have set. */
+  /** Shows the scale set by the joints. */
   #showJoints() {
     const { parts } = this;
     const done = this.desk.corrections.value?.result?.by_joints ?? null;
@@ -92,7 +92,7 @@ class DistanceReadout extends Component {
     setText(parts.jointsText, done ? jointsText(done) : '');
   }
 
-  /** The joints are not to set the scale; undo brings them back. */
+  /** Stops the joints from setting the scale; undo restores them. */
   #takeBack() {
     const { stated } = this.desk.corrections.value;
     const joints = { ...stated.joints, use: false };
@@ -122,7 +122,7 @@ class DistanceReadout extends Component {
     return healthWords(row.status, health, row.time_s - this.#lastHeldS(row));
   }
 
-  /** When the wall was last held before, or in, this row. */
+  /** Returns the time of the last frame, up to this row, in which the wall was tracked. */
   #lastHeldS(row) {
     const isOn = this.#heldS !== null && row.time_s >= this.#heldS && this.desk.playhead.value.isLive;
     if (row.status !== 'lost') this.#heldS = row.time_s;
@@ -149,13 +149,13 @@ class DistanceReadout extends Component {
       this.dataset.status = words.level;
       render(this.parts.sign, icon(SIGNS[words.level]));
     }
-    if (this.#words?.what !== words.what) this.#tellSoon();
+    if (this.#words?.what !== words.what) this.#announceSoon();
     this.#words = words;
   }
 
-  #tellSoon() {
-    clearTimeout(this.#tellTimer);
-    this.#tellTimer = setTimeout(() => (this.parts.told.textContent = this.#words.text), TOLD_AFTER_MS);
+  #announceSoon() {
+    clearTimeout(this.#announceTimer);
+    this.#announceTimer = setTimeout(() => (this.parts.announced.textContent = this.#words.text), ANNOUNCED_AFTER_MS);
   }
 }
 

@@ -1,4 +1,4 @@
-/** What is to be said of how a frame was tracked: a sentence, and how bad it is. */
+/** Describes how a frame was tracked: a sentence, and its level. */
 
 import { t } from '../../core/words.js';
 
@@ -11,8 +11,8 @@ const COMPLAINTS = {
   blurred: () => t('readout.blurred'),
   lens_dirty: ({ fixed_pattern: share }) => t('readout.lens_dirty', percent(share)),
 };
-/** More of them are no help to who drives. */
-const MOST_TOLD = 2;
+/** More complaints do not help the driver. */
+const MOST_NAMED = 2;
 
 /** The levels from good to bad. */
 export const LEVELS = ['none', 'ok', 'weak', 'lost'];
@@ -21,11 +21,11 @@ export const LEVELS = ['none', 'ok', 'weak', 'lost'];
  * @param {'ok'|'weak'|'lost'|null} status null: not tracked
  * @param {{overlap: number, fixed_pattern: number, complaints: string[]}|null} health
  * @param {number} lostS since the last frame that was not lost
- * @returns {{level: string, what: string, text: string}} what: changes when it should be read out
+ * @returns {{level: string, what: string, text: string}} what: changes when the text should be announced
  */
 export function healthWords(status, health, lostS) {
   if (!status) return { level: 'none', what: '', text: t('readout.none') };
-  const names = (health?.complaints ?? []).slice(0, MOST_TOLD);
+  const names = (health?.complaints ?? []).slice(0, MOST_NAMED);
   const why = names.map((name) => COMPLAINTS[name](health)).join(' · ');
   const what = `${status} ${names}`;
   const level = status === 'ok' && why ? 'weak' : status;

@@ -1,13 +1,13 @@
-/** How fast the robot drives at the shown frame, in m/min. */
+/** Speed of the robot at the shown frame, in m/min. */
 
 const WINDOW_S = 1;
-/** A number that changes with every picture cannot be read. */
+/** How long a value is shown: a number that changes with every picture cannot be read. */
 const SHOWN_FOR_S = 0.3;
 
 const mPerMin = (from, to) =>
   to.time_s > from.time_s ? (Math.abs(to.distance_mm - from.distance_mm) / (to.time_s - from.time_s)) * 0.06 : null;
 
-/** Of the pictures of a live run, which come one after the other. */
+/** Speed in the consecutive pictures of a live run. */
 export class Speedometer {
   /** null until it is known */
   value = null;
@@ -34,7 +34,7 @@ export class Speedometer {
 }
 
 /**
- * Of a frame of a track: over a second about it.
+ * Returns the speed at a frame of a track, over a second around it.
  * @param {import('../../core/track.js').Track} track
  * @param {import('../../core/track.js').Row} row
  */

@@ -1,4 +1,4 @@
-/** The defects that must not wait: where they are, the sheet for whoever has to act, who was notified. */
+/** The defects that must not wait: where they are, the act-now sheet, and who was notified. */
 
 import { Alerts } from '../../core/alerts.js';
 import { exportPath } from '../../core/exports.js';
@@ -10,7 +10,7 @@ import { nameOf } from '../defect-list/names.js';
 import { GRAVEST, severityMark } from '../severity-mark/severity-mark.js';
 import { icon } from '../icon/icon.js';
 
-/** Defects that are named; the list has all. */
+/** Number of defects named here; the list has all of them. */
 const NAMED = 3;
 
 class EmergencyBanner extends Component {
@@ -31,7 +31,7 @@ class EmergencyBanner extends Component {
     );
     this.listen(this.desk.observations, 'change', () => this.#show());
     this.listen(this.#alerts, 'change', () => this.#show());
-    // Nobody can be notified of what has not arrived at the server.
+    // A notification requires that the tag has reached the server.
     this.listen(this.desk.outbox, 'answered', () => this.#grave.length > 0 && this.#alerts.follow());
     this.listen(this.parts.list, 'click', ({ target }) => {
       const link = target.closest('[data-observation]');
@@ -52,17 +52,17 @@ class EmergencyBanner extends Component {
     if (wasHidden || !this.#alerts.isFollowed) this.#alerts.follow();
     const markup = html`${grave.slice(0, NAMED).map((item) => html`<li>
         <button class="link" data-observation="${item.id}">${nameOf(item)}</button>
-        ${this.#told(this.#alerts.value.get(item.id))}</li>`)}
+        ${this.#notification(this.#alerts.value.get(item.id))}</li>`)}
       ${grave.length > NAMED && html`<li>${t('finish.and_more', { n: grave.length - NAMED })}</li>`}`;
     if (this.parts.list.dataset.shows === markup.text) return;
     this.parts.list.dataset.shows = markup.text;
     render(this.parts.list, markup);
   }
 
-  #told(alert) {
+  #notification(alert) {
     switch (alert?.state) {
       case 'told':
-        return html`<span>${icon('check')}${t('emergency.told', { time: date(alert.told_at) })}</span>`;
+        return html`<span>${icon('check')}${t('emergency.notified', { time: date(alert.told_at) })}</span>`;
       case 'waiting':
         return html`<span>${icon('wait')}${alert.error
           ? t('emergency.not_yet', { reason: alert.error })

@@ -1,4 +1,4 @@
-/** Before a report is sent to anybody: what its format cannot hold, and what stands against it. */
+/** Before a report is sent to anybody: what its format cannot hold, and the open issues. */
 
 import { ApiError } from '../../core/api.js';
 import { lossesOf, makeExport, save } from '../../core/exports.js';
@@ -10,8 +10,8 @@ import { openDialog } from '../dialog/dialog.js';
 import { icon } from '../icon/icon.js';
 import { toast } from '../toast-stack/toast-stack.js';
 
-/** Losses and checks that are shown at first. */
-const TOLD = 5;
+/** Number of losses and checks shown at first. */
+const SHOWN_AT_FIRST = 5;
 const TICK_MS = 1000;
 
 /**
@@ -34,9 +34,9 @@ class ExportDialog {
   #dialog;
   #parts;
   #signal;
-  /** Of the report that is being made. */
+  /** Aborts the report that is being made. */
   #making = null;
-  /** null while they are asked for */
+  /** null until they are known */
   #losses = null;
 
   constructor(desk, format, dialog, parts, signal) {
@@ -78,7 +78,7 @@ class ExportDialog {
     this.#showLosses();
   }
 
-  #showLosses(most = TOLD) {
+  #showLosses(most = SHOWN_AT_FIRST) {
     const losses = this.#losses;
     const rest = losses.length - most;
     const { observations } = this.#desk;
@@ -111,9 +111,9 @@ class ExportDialog {
         ? html`<p class="export__all">${icon('check')}<span>${t('export.nothing_against')}</span></p>`
         : html`<h3>${summary.join(' · ')}</h3>
           ${blocking.length > 0 && html`<p class="help">${t('export.blocking_help')}</p>
-          <ul class="export__list">${blocking.slice(0, TOLD).map((issue) => html`<li class="export__row export__row--block">
+          <ul class="export__list">${blocking.slice(0, SHOWN_AT_FIRST).map((issue) => html`<li class="export__row export__row--block">
             ${icon('stop')}<span>${sentenceOf(issue, issue.observation_id && observations.find(issue.observation_id))}</span></li>`)}
-            ${blocking.length > TOLD && html`<li class="dim">${t('finish.and_more', { n: blocking.length - TOLD })}</li>`}</ul>`}
+            ${blocking.length > SHOWN_AT_FIRST && html`<li class="dim">${t('finish.and_more', { n: blocking.length - SHOWN_AT_FIRST })}</li>`}</ul>`}
           <p><button class="button button--small" data-open>${t('export.open_checks')}</button></p>`,
     );
   }
@@ -129,7 +129,7 @@ class ExportDialog {
       this.#parts.seconds.textContent = t('units.seconds', { s: Math.round((performance.now() - since) / 1000) });
     }, TICK_MS);
     try {
-      // What was tagged last belongs to the report.
+      // The report includes the last tags.
       await outbox.whenSent(inspection.id, signal);
       const file = await makeExport(inspection.id, this.#format.kind, signal);
       if (signal.aborted) return;
@@ -148,11 +148,11 @@ class ExportDialog {
   }
 
   #showMaking(isMaking) {
-    const { making, download, cancel, told, seconds } = this.#parts;
+    const { making, download, cancel, announced, seconds } = this.#parts;
     making.hidden = !isMaking;
     download.disabled = isMaking;
     seconds.textContent = '';
-    told.textContent = isMaking ? t('export.making') : '';
+    announced.textContent = isMaking ? t('export.making') : '';
     cancel.textContent = isMaking ? t('export.stop') : t('page.cancel');
     (isMaking ? cancel : download).focus();
   }
@@ -184,7 +184,7 @@ const markup = ({ help }) => html`<div class="export">
   <div data-part="fault" role="alert"></div>
   <div class="export__making" data-part="making" hidden>
     <progress class="bar export__bar" aria-label="${t('export.making')}"></progress>
-    <p class="number"><span role="status" data-part="told"></span> <span class="dim" data-part="seconds"></span></p>
+    <p class="number"><span role="status" data-part="announced"></span> <span class="dim" data-part="seconds"></span></p>
   </div>
   <div class="dialog__buttons">
     <button class="button" data-part="cancel">${t('page.cancel')}</button>

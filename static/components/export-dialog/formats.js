@@ -1,4 +1,4 @@
-/** Every format that an inspection leaves in, in the groups of the menu. */
+/** Every export format of an inspection, in the groups of the menu. */
 
 import { t } from '../../core/words.js';
 
@@ -6,8 +6,8 @@ import { t } from '../../core/words.js';
  * @typedef {object} Format
  * @property {string} kind as the API names it
  * @property {string} name
- * @property {string} help what it is good for, in a line
- * @property {boolean} [isWhole] holds all that there is; asking what it loses would mean to make it twice
+ * @property {string} help its purpose, in one line
+ * @property {boolean} [isWhole] contains everything; querying its losses would make it twice
  */
 
 /** @type {{title: string, formats: Format[]}[]} */
@@ -43,7 +43,7 @@ export const GROUPS = [
   },
 ];
 
-/** The sheet for whoever has to act at once. */
+/** The act-now sheet. */
 export const EMERGENCY = {
   kind: 'emergency',
   name: t('export.emergency'),

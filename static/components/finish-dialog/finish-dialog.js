@@ -1,4 +1,6 @@
-/** The end of a survey: how it ended, the closure, what is still open; for live runs and past ones. */
+/**
+ * The end of a survey: how it ended, the closure, open stretches and issues; for live runs and past ones.
+ */
 
 import { ApiError } from '../../core/api.js';
 import { knownLength } from '../../core/corrections.js';
@@ -21,15 +23,15 @@ const REASONS = [
 ];
 /** One sigma in mm of a length by its source in the header. */
 const SIGMA_MM = { drawing: 50, survey: 10, tape: 5 };
-/** Checks that are shown here; the others are in their tab. */
-const TOLD = 5;
+/** Number of checks shown here; the others are in their tab. */
+const SHOWN = 5;
 
 /** Whether the header says that the survey has ended. */
 export const isFinished = ({ header }) => Boolean(header.end_condition);
 
 /**
  * @param {import('../inspection-page/desk.js').Desk} desk
- * @returns {Promise<'finished'|'reopened'|''>} '' when it was closed without
+ * @returns {Promise<'finished'|'reopened'|''>} '' when it was dismissed
  */
 export async function openFinish(desk) {
   const finished = isFinished(desk.inspection.value);
@@ -115,7 +117,7 @@ class FinishForm {
     this.#parts.howFault.textContent = '';
   }
 
-  /** From the zero, or the first frame, to where the run is now. */
+  /** Shows the closure from the zero, or the first frame, to the present end of the run. */
   async #showClosure() {
     const { corrections, track, inspection } = this.#desk;
     const known = this.#known;
@@ -174,7 +176,7 @@ class FinishForm {
     if (focused) this.#parts.stretches.querySelector(`[data-start="${focused}"]`)?.focus();
   }
 
-  /** The finish has the code and the place of the picture's middle at the play head. */
+  /** Finishes a stretch at the middle of the picture at the play head, with the stretch's code. */
   #finishHere(id) {
     const start = this.#desk.observations.find(id);
     if (!start) return;
@@ -184,15 +186,15 @@ class FinishForm {
 
   #showChecks() {
     const { checks, observations } = this.#desk;
-    // An open stretch has its own place above.
+    // Open stretches are listed separately above.
     const blocking = (checks.value ?? []).filter(
       ({ level, code }) => level === 'block' && code !== 'open_stretch' && code !== 'abandoned_without_reason',
     ).filter(({ params }) => params.field !== 'end_condition');
     this.#parts.missing.hidden = blocking.length === 0;
     render(
       this.#parts.blocking,
-      html`${blocking.slice(0, TOLD).map((issue) => html`<li>${sentenceOf(issue, issue.observation_id && observations.find(issue.observation_id))}</li>`)}
-        ${blocking.length > TOLD && html`<li class="dim">${t('finish.and_more', { n: blocking.length - TOLD })}</li>`}`,
+      html`${blocking.slice(0, SHOWN).map((issue) => html`<li>${sentenceOf(issue, issue.observation_id && observations.find(issue.observation_id))}</li>`)}
+        ${blocking.length > SHOWN && html`<li class="dim">${t('finish.and_more', { n: blocking.length - SHOWN })}</li>`}`,
     );
   }
 
@@ -209,7 +211,7 @@ class FinishForm {
     if (!end || isReasonMissing || known === undefined) return;
     parts.submit.disabled = true;
     await command(parts, async () => {
-      // The server counts the stretches: what was tagged last must have arrived.
+      // The server counts the stretches: the last tags must have arrived.
       await this.#desk.outbox.whenSent(this.#desk.inspection.id, this.#signal);
       await this.#desk.inspection.finish({
         end_condition: end,

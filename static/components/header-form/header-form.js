@@ -1,10 +1,9 @@
 /**
- * What was inspected, where, by whom: the fields that the server lists, in the three groups of the
- * work: required for a report, filled in by itself, and more. An empty required field stops nothing
- * here; it is counted and named.
+ * The header: the fields that the server lists, in three groups: required for a report, filled in by
+ * itself, and more. An empty required field blocks nothing here; it is counted and named.
  *
- * Events: `field` (detail {name, value}) when a field was left with another value that can be used,
- * `typing` (likewise) with every letter before that.
+ * Events: `field` (detail {name, value}) when a field was left with a different valid value, `typing`
+ * (likewise) with every letter before that.
  */
 
 import { ApiError, get } from '../../core/api.js';
@@ -22,16 +21,16 @@ const REFERENCE_POINTS = [
   t('header.reference_pipe_end'),
 ];
 
-/** Fields that are needed only where another one says so; the rule is the server's. */
+/** Fields that are required only with certain values of another one; the server has the rule. */
 const NEEDED_IF = {
   width_mm: ({ shape }) => Boolean(shape) && shape !== 'circular',
   abandon_reason: ({ end_condition: end }) => end === 'abandoned',
 };
 
-/** Not one line but a few. */
+/** Fields with several lines. */
 const LONG = new Set(['remarks', 'abandon_reason', 'location_text']);
 
-/** Decimals of a length in the field: a tenth of a millimetre is what the API keeps. */
+/** Decimals of a length in the field: the API stores a tenth of a millimetre. */
 const LENGTH_DECIMALS = lengthUnit === 'ft' ? 2 : 3;
 
 /**
@@ -44,13 +43,13 @@ const LENGTH_DECIMALS = lengthUnit === 'ft' ? 2 : 3;
  */
 
 class HeaderForm extends Component {
-  /** Names that are left out here. */
+  /** Names of fields that are not shown here. */
   without = new Set();
 
   #fields = [];
   #built = Promise.resolve();
   #values = {};
-  /** What `suggest` wrote, so that a later suggestion may replace it and a person's word stays. */
+  /** Values written by `suggest`: a later suggestion may replace them, but not a person's entry. */
   #suggested = {};
 
   mount() {
@@ -58,14 +57,14 @@ class HeaderForm extends Component {
     this.#built = this.#build();
   }
 
-  /** The header as the API takes it, without the empty fields. */
+  /** The header in the form of the API, without empty fields. */
   get value() {
     return Object.fromEntries(
       Object.entries(this.#values).filter(([, value]) => value !== null && value !== ''),
     );
   }
 
-  /** Fills the fields, but not the one that is being typed in. */
+  /** Fills the fields, except the one in which the person is typing. */
   set value(header) {
     this.#values = { ...header };
     for (const field of this.#fields) this.#write(field);
@@ -86,7 +85,7 @@ class HeaderForm extends Component {
     this.#count();
   }
 
-  /** Shows a fault beside a field; null takes it back. */
+  /** Shows a fault beside a field; null removes it. */
   fault(name, sentence) {
     const input = this.#input(name);
     if (!input) return;
@@ -94,7 +93,7 @@ class HeaderForm extends Component {
     input.closest('.field').querySelector('.fault').textContent = sentence ?? '';
   }
 
-  /** Brings a field into sight and the keys to it. */
+  /** Scrolls to a field and focuses it. */
   async goTo(name) {
     await this.#built;
     const input = this.#input(name);
@@ -182,7 +181,7 @@ class HeaderForm extends Component {
     return NEEDED_IF[name]?.(this.#values) ?? group === 'required';
   }
 
-  /** Marks the needed fields and says which of them are empty. */
+  /** Marks the required fields and names the empty ones. */
   #count() {
     if (!this.parts) return;
     const missing = [];
@@ -204,7 +203,7 @@ class HeaderForm extends Component {
   }
 }
 
-/** What the field shows for a value. */
+/** Returns the text of a field for a value. */
 function written({ kind, unit }, value) {
   if (value === null) return '';
   if (kind === 'number' && unit === 'm') {
@@ -213,7 +212,7 @@ function written({ kind, unit }, value) {
   return String(value);
 }
 
-/** The value of what is written: null when it is empty, undefined when it is no number. */
+/** Returns the value of a text: null when it is empty, undefined when it is no number. */
 function read({ kind, unit }, text) {
   const trimmed = text.trim();
   if (trimmed === '') return null;

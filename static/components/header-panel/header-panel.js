@@ -1,6 +1,6 @@
 /**
- * The header of the inspection: each field is saved when it is left, and again until it is safe. What
- * is typed and not safe yet is kept in this browser, so that a reload loses none of it.
+ * The header of the inspection: each field is sent when it is left, and again until the server has it.
+ * Typed text is kept in this browser until then, so that a reload loses nothing.
  */
 
 import { ApiError, pause } from '../../core/api.js';
@@ -16,9 +16,9 @@ import { openRig } from '../run-again/run-again.js';
 const PAUSE_S = 3;
 
 class HeaderPanel extends Component {
-  /** Values by name that are not on the server yet. */
+  /** Values by name that have not reached the server yet. */
   #waiting = new Map();
-  /** Values by name that the server does not take. */
+  /** Values by name that the server refused. */
   #refused = new Map();
   #isSending = false;
   /** @type {Unsent} */
@@ -61,24 +61,24 @@ class HeaderPanel extends Component {
     if (this.#waiting.size) this.#send();
   }
 
-  /** While it runs, and without a film, there is nothing to track again. */
+  /** During a run, and without a film, there is nothing to track again. */
   #showRig() {
     const { inspection } = this.desk;
     this.parts.rig.hidden = inspection.isUnfinished || !hasFilm(inspection.value);
   }
 
   async #editRig() {
-    if (await openRig(this.desk.inspection)) location.reload(); // the picture and the 3D view, too
+    if (await openRig(this.desk.inspection)) location.reload(); // the picture and the 3D view change too
   }
 
-  /** What the server has, under what was typed and is not safe yet. */
+  /** Shows the server's values, overlaid with unsent text. */
   #refresh() {
     this.#showRig();
     const typed = [...this.#refused, ...this.#waiting];
     this.parts.form.value = { ...this.desk.inspection.value.header, ...Object.fromEntries(typed) };
   }
 
-  /** One at a time: the server takes the header as a whole. */
+  /** Sends one change at a time: the server receives the whole header. */
   async #send() {
     if (this.#isSending) return;
     this.#isSending = true;
@@ -105,7 +105,7 @@ class HeaderPanel extends Component {
     if (!this.signal.aborted && this.#refused.size === 0) this.parts.state.textContent = t('header.saved');
   }
 
-  /** Done with this value, unless the person has entered another one meanwhile. */
+  /** Marks a value as sent, unless the person has entered another one meanwhile. */
   #settle(name, value) {
     if (this.#waiting.get(name) !== value) return;
     this.#waiting.delete(name);
@@ -113,7 +113,7 @@ class HeaderPanel extends Component {
   }
 }
 
-/** Values by name that were typed for one inspection and are not on the server yet, in this browser. */
+/** Values by name that were typed for one inspection and have not been sent, stored in this browser. */
 class Unsent {
   #key;
 
@@ -129,7 +129,7 @@ class Unsent {
     this.#keep(this.all.set(name, value));
   }
 
-  /** Forgets a value, unless more has been typed meanwhile. */
+  /** Drops a value, unless more has been typed meanwhile. */
   drop(name, value) {
     const all = this.all;
     if (all.get(name) !== value) return;
@@ -143,7 +143,7 @@ class Unsent {
   }
 }
 
-/** The header with another value, or without it. */
+/** Returns the header with another value, or without the field. */
 const withField = (header, name, value) =>
   Object.fromEntries(Object.entries({ ...header, [name]: value }).filter(([, kept]) => kept !== null));
 

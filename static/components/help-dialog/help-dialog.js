@@ -1,4 +1,4 @@
-/** Short help: what to do, in the order of the work. */
+/** Short help in the order of the work. */
 
 import { html } from '../../core/html.js';
 import { isKeyOn } from '../../core/keys.js';

@@ -1,10 +1,10 @@
-/** What a change changed, field by field, in words. */
+/** Describes a change field by field, in words. */
 
 import { chainage } from '../../core/units.js';
 import { t, wordFor } from '../../core/words.js';
 import { ALL_FIELDS } from '../rig-form/fields.js';
 
-/** Where what was stated about the distances is shown. */
+/** Labels of the statements about distances. */
 const STATED = {
   zero: (zero) => t('history.zero_text', { frame: zero.frame, offset: chainage(zero.offset_m) }),
   lengths: (lengths) =>
@@ -37,16 +37,16 @@ export function differences({ action, before, after }) {
   const [was, is] = [flat(before), flat(after)];
   return [...new Set([...Object.keys(was), ...Object.keys(is)])]
     .filter((name) => JSON.stringify(was[name] ?? null) !== JSON.stringify(is[name] ?? null))
-    .map((name) => ({ name, before: told(name, was[name]), after: told(name, is[name]) }));
+    .map((name) => ({ name, before: formatted(name, was[name]), after: formatted(name, is[name]) }));
 }
 
-/** An inspection's name and header side by side; why joints were dropped stands in the remark. */
+/** Returns an inspection's name and header side by side; the remark says why joints were dropped. */
 const flat = (fields) => {
   const { header, refusal: _said, ...others } = fields ?? {};
   return { ...others, ...header };
 };
 
-function told(name, value) {
+function formatted(name, value) {
   if (value === null || value === undefined || value === '') return null;
   if (STATED[name]) return STATED[name](value);
   if (name.endsWith('_m') && typeof value === 'number') return chainage(value);

@@ -10,7 +10,7 @@ import { icon } from '../icon/icon.js';
 import { differences, labelOf } from './differences.js';
 import { remarkText } from './remarks.js';
 
-/** Rows that are made at once. */
+/** Rows created at once. */
 const PAGE = 40;
 
 const OF_INSPECTION = {
@@ -29,8 +29,8 @@ const OF_OBSERVATION = {
   changed: ['edit', (name) => t('history.observation_changed', { name })],
   deleted: ['trash', (name) => t('history.observation_deleted', { name })],
   restored: ['undo', (name) => t('history.observation_restored', { name })],
-  told: ['check', (name) => t('history.client_told', { name })],
-  not_told: ['alert', (name) => t('history.client_not_told', { name })],
+  told: ['check', (name) => t('history.client_notified', { name })],
+  not_told: ['alert', (name) => t('history.client_not_notified', { name })],
 };
 
 class HistoryPanel extends Component {
@@ -61,7 +61,7 @@ class HistoryPanel extends Component {
       if (link && desk.observations.find(link.dataset.observation)) desk.goTo(link.dataset.observation);
     });
     this.listen(desk.selection, 'change', () => parts.only.checked && this.#load());
-    // Every change goes through one of these, and is safe when they report it.
+    // Every change goes through one of these, and is stored when they report it.
     this.listen(desk.outbox, 'answered', () => this.#load());
     this.listen(desk.inspection, 'change', () => this.#changed());
     this.listen(desk.tab, 'change', () => this.#load());
@@ -76,7 +76,7 @@ class HistoryPanel extends Component {
     this.#load();
   }
 
-  /** Only while it is seen. */
+  /** Loads the history, only while it is visible. */
   async #load() {
     if (this.desk.tab.value !== 'history') return;
     const { parts, desk } = this;

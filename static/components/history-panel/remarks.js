@@ -1,6 +1,6 @@
 /**
- * Remarks of the history that the server has made, in the language of the page. It keeps them in
- * English, with the codes and numbers that they are made of; what a person has written stays as it is.
+ * Translates the server's remarks in the history. The server stores them in English, with their codes and
+ * numbers; a person's remark stays unchanged.
  */
 
 import { refusalText } from '../../core/evidence.js';
@@ -8,7 +8,7 @@ import { t } from '../../core/words.js';
 import { jointsText } from '../interval-detail/interval-detail.js';
 
 const IMPORTED = [[/^Imported from (.+)\.$/s, ([, file]) => t('history.imported_from', { file })]];
-/** The server's sentences by what they belong to, and ours. */
+/** The server's sentences and ours, by subject. */
 const FORMS = {
   created: IMPORTED,
   imported: IMPORTED,

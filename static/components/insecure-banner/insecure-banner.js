@@ -4,7 +4,7 @@ import { html, render } from '../../core/html.js';
 import { isInsecure } from '../../core/rights.js';
 import { t } from '../../core/words.js';
 
-/** Puts it above the page where it has to be. */
+/** Shows the banner above the page where it is needed. */
 export function showInsecure() {
   if (!isInsecure) return;
   const banner = document.createElement('p');

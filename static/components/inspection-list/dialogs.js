@@ -1,10 +1,10 @@
-/** The questions that the list asks before it changes something. */
+/** Dialogs that ask before the list changes something. */
 
 import { html } from '../../core/html.js';
 import { t } from '../../core/words.js';
 import { openDialog } from '../dialog/dialog.js';
 
-/** Asks for another name; answers it, or null. */
+/** Asks for another name; returns it, or null. */
 export async function askName(name) {
   const { dialog, parts, closed } = openDialog({
     title: t('confirm.rename_title'),
@@ -47,7 +47,7 @@ export async function askDelete({ name, defects }) {
   return (await closed) === 'yes';
 }
 
-/** What has become of a file of old surveys: the inspections, and what is odd or left out. */
+/** Shows the result of importing old surveys: the inspections, and what is odd or left out. */
 export function showImported(filename, { inspections, warnings }) {
   const { dialog, parts } = openDialog({
     title: t('list.imported_title', { filename }),

@@ -1,4 +1,4 @@
-/** The start page: all inspections, newest first, kept fresh while something runs. */
+/** The start page: all inspections, newest first, updated while something runs. */
 
 import { get, patch, pause, poll, post, remove, sendFile } from '../../core/api.js';
 import { html, patchList, render } from '../../core/html.js';
@@ -15,16 +15,16 @@ import { topBar } from '../top-bar/top-bar.js';
 import { askDelete, askName, showImported } from './dialogs.js';
 
 const POLL_BUSY_S = 1.5;
-/** Others may tag an inspection that was tracked long ago, and what is severe is to be seen at once. */
+/** Others may tag any inspection, and severe defects must show at once. */
 const POLL_IDLE_S = 3;
 const SAMPLE_POLL_S = 0.5;
 
-/** Header fields that the search looks into, beside the name and the file. */
+/** Header fields that the search covers, beside the name and the file. */
 const SEARCHED = ['asset_id', 'start_node', 'end_node', 'operator', 'client', 'location_text', 'road'];
 
 class InspectionList extends Component {
   #inspections = [];
-  /** Ids of those with a defect that must not wait; null before the first answer. */
+  /** Ids of inspections with an urgent defect; null before the first answer. */
   #grave = null;
 
   mount() {
@@ -91,14 +91,14 @@ class InspectionList extends Component {
   async #load() {
     const { inspections } = await get('/api/inspections', this.signal);
     this.#showFault(null);
-    this.#tellGrave(inspections);
+    this.#announceGrave(inspections);
     this.#inspections = inspections.toSorted((a, b) => b.created_at.localeCompare(a.created_at));
     this.#show();
     return inspections.some(isUnfinished) ? POLL_BUSY_S : POLL_IDLE_S;
   }
 
-  /** What has become severe while the page is open does not wait for a look at its row. */
-  #tellGrave(inspections) {
+  /** Announces defects that became urgent while the page is open. */
+  #announceGrave(inspections) {
     const graveOf = (list) => new Set(list.filter(isGrave).map(({ id }) => id));
     const [before, now] = [this.#grave, graveOf(inspections)];
     this.#grave = now;
@@ -155,7 +155,7 @@ class InspectionList extends Component {
     toast(t('list.deleted', { name: inspection.name }));
   }
 
-  /** Old surveys of other programs, and exported inspections: how they are read, the server says. */
+  /** Imports old surveys of other programs, and exported inspections; the server detects the format. */
   async #import() {
     const { old, file } = this.parts;
     const [chosen] = file.files;
@@ -167,12 +167,12 @@ class InspectionList extends Component {
       await this.#load();
       showImported(chosen.name, imported);
     } finally {
-      file.value = ''; // the same file may be chosen again
+      file.value = ''; // so that the same file may be chosen again
       old.disabled = false;
     }
   }
 
-  /** The server renders it once, which takes a while, and has it from then on. */
+  /** Requests the sample, which the server renders once and then keeps. */
   async #makeSample() {
     const { sample, sampleWord } = this.parts;
     sample.disabled = true;

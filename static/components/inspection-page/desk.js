@@ -1,4 +1,4 @@
-/** What the parts of the inspection page share: the data, the play head, the selection, tagging. */
+/** The shared state of the inspection page: the data, the play head, the selection, tagging. */
 
 import { ApiError } from '../../core/api.js';
 import { Axis } from '../../core/axis.js';
@@ -21,7 +21,7 @@ import { Unrolled } from '../../core/unrolled.js';
 import { WallGrid, frameShowing } from '../../core/wall.js';
 import { errorText, t } from '../../core/words.js';
 
-/** The 3D robot follows the shown frame at this pace. */
+/** How often the 3D robot follows the shown frame. */
 const SHOW_EVERY_MS = 66;
 
 /**
@@ -29,16 +29,17 @@ const SHOW_EVERY_MS = 66;
  * @property {number} frame -1 before the first picture
  * @property {import('../../core/track.js').Row|null} row null where the frame is not tracked
  * @property {boolean} isLive
- * @property {number|null} capturedMs when the camera gave the picture, by `performance.now`; null
- *     when it is not live, or not a camera's
+ * @property {number|null} capturedMs when the camera delivered the picture, by `performance.now`; null
+ *     when it is not live, or not from a camera
  */
 
-/** A code is meant for the tag that was pointed out until the robot has moved so far, in m. */
+/** A code applies to the last pointed tag until the robot has moved this far, in m. */
 const POINTED_M = 0.5;
 
 /**
- * Events: `fault` (detail: a sentence), `tagged` (detail: the observation), `done` (detail {text, action?, run?}:
- * what a command has done, and what else it could have done).
+ * Events: `fault` (detail: a sentence), `tagged` (detail: the observation), `done` (detail {text, action?,
+ * run?}:
+ * the effect of a command, and an alternative).
  */
 export class Desk extends EventTarget {
   /** @type {{value: Playhead}} */
@@ -47,9 +48,9 @@ export class Desk extends EventTarget {
   selection = new Store(null);
   /** Whether the form of the selected observation is open. */
   editing = new Store(false);
-  /** Name of the tab that is seen beside the film: 'defects', 'header' and the others of tabs.js. */
+  /** Name of the visible tab beside the film: 'defects', 'header' and the others of tabs.js. */
   tab = new Store('defects');
-  /** The stretch of the culvert that the strips show. */
+  /** The part of the culvert that the strips show. */
   axis = new Axis();
   /** @type {{value: ((mark: {frame: number, pixel: [number, number]}) => void)|null}} takes clicks on the picture instead of a tag */
   picking = new Store(null);
@@ -57,20 +58,20 @@ export class Desk extends EventTarget {
   seek = null;
 
   #signal;
-  /** Of the distances that are shown. */
+  /** Revision of the distances on the page. */
   #revision;
-  /** How many joints the server knew of when it last sent a picture. */
+  /** Number of joints known to the server at its last picture. */
   #joints = null;
-  /** Likewise, what picture and rig disagreed about. */
+  /** Notices about picture and rig at that time. */
   #notices = null;
   #shownFrame = -1;
-  /** The tag that the person pointed out, and the pose of the robot then. */
+  /** The last tag made by pointing, and the pose of the robot then. */
   #pointed = { id: null, row: null };
-  /** The pose of the last tag: of a live picture it is known before the track has it. */
+  /** The pose of the last tag: for a live picture it is known before the track contains it. */
   #tagged = { frame: -1, row: null };
   #showTimer = 0;
 
-  /** Fetches what the page cannot be drawn without. */
+  /** Fetches everything needed to draw the page. */
   static async open(id, signal) {
     const inspection = new Inspection(id, signal);
     const [outbox, catalogue, wall] = await Promise.all([
@@ -88,7 +89,7 @@ export class Desk extends EventTarget {
     this.inspection = inspection;
     this.outbox = outbox;
     this.catalogue = catalogue;
-    /** null while the camera sees no wall at all, or nobody knows what it saw */
+    /** null if the camera sees no wall, or nobody knows what it saw */
     this.wall = isUnmeasured(inspection.value) ? null : wall;
     this.track = new Track(inspection.id);
     this.health = new Health(inspection.id);
@@ -114,7 +115,7 @@ export class Desk extends EventTarget {
     }
   }
 
-  /** Reads anew what holds distances: they have been corrected. */
+  /** Reads again everything that contains distances, as they have been corrected. */
   async reload() {
     await Promise.all([this.track.reload(this.#signal), this.observations.load(), this.corrections.load()]);
     const { frame, isLive } = this.playhead.value;
@@ -122,7 +123,7 @@ export class Desk extends EventTarget {
   }
 
   /**
-   * States something about the distances in place of what was stated, and reads them anew.
+   * Replaces the statements about the distances, and reads the distances again.
    * @param {import('../../core/corrections.js').Stated} stated
    * @param {string|null} remark why, for the history
    */
@@ -149,7 +150,7 @@ export class Desk extends EventTarget {
   }
 
   /**
-   * Tags a wall point of a frame, the shown one if none is named, or its camera position without a pixel.
+   * Tags a wall point of a frame, by default the shown one; without a pixel, its camera position.
    * @returns {object|null} the observation, null when there is no such frame yet
    */
   tag({
@@ -168,16 +169,16 @@ export class Desk extends EventTarget {
     return created;
   }
 
-  /** Tags the middle of the picture, with a code or without. */
+  /** Tags the middle of the picture, with or without a code. */
   tagCentre(options = {}) {
     const created = this.tag({ ...options, pixel: this.#middle });
-    this.#pointed = { id: null, row: null }; // the hand is on the keys: the next tag is another one
+    this.#pointed = { id: null, row: null }; // the hand is on the keys: the next code makes a new tag
     return created;
   }
 
   /**
-   * Gives a code to the tag that was pointed out just before and has none yet; without one the middle
-   * of the picture is tagged with it.
+   * Gives a code to the tag that was just made by pointing and has none; else tags the middle of the
+   * picture with it.
    */
   tagAs({ code, char1, char2 }) {
     const item = this.#pointed.id === this.selection.value ? this.observations.find(this.#pointed.id) : null;
@@ -189,13 +190,13 @@ export class Desk extends EventTarget {
     this.dispatchEvent(new CustomEvent('tagged', { detail: this.observations.find(item.id) }));
   }
 
-  /** Selects what the person has pointed out. */
+  /** Selects what the person has pointed at. */
   select(id) {
     this.selection.set(id);
     this.#pointed = { id, row: this.playhead.value.row };
   }
 
-  /** Whether the robot has moved by no more than `reachM` between a frame and the shown one. */
+  /** Whether the robot moved at most `reachM` between a frame and the shown one. */
   isNear(frame, reachM) {
     return frame === this.playhead.value.frame || this.#isWithin(reachM, this.#poseOf(frame));
   }
@@ -223,27 +224,27 @@ export class Desk extends EventTarget {
     this.#pointed = { id, row: this.track.row(item.frame) };
   }
 
-  /** Null where nobody knows what the camera saw there. */
+  /** The middle of the picture; null if nobody knows what the camera saw. */
   get #middle() {
     if (isUnmeasured(this.inspection.value)) return null;
     const { width, height } = this.inspection.value.video;
     return [(width - 1) / 2, (height - 1) / 2];
   }
 
-  /** The pose of a frame, null where it is not tracked. */
+  /** Returns the pose of a frame, null where it is not tracked. */
   #poseOf(frame) {
     const shown = this.playhead.value;
     if (frame === shown.frame && shown.row) return shown.row;
     return this.track.row(frame) ?? (frame === this.#tagged.frame ? this.#tagged.row : null);
   }
 
-  /** What a tag rests on; without a wall under the pixel the camera counts. */
+  /** Returns the anchor of a tag; without a wall under the pixel the camera position counts. */
   #anchor(frame, pixel) {
     const point = pixel && this.wall?.at(...pixel, this.#poseOf(frame));
     return { frame, pixel: point ? pixel : null };
   }
 
-  /** Where a tag is, as far as the page knows. */
+  /** Returns the place of a tag, as far as the page knows it. */
   #placeOf(frame, pixel) {
     const row = this.#poseOf(frame);
     if (!row) return { distance_m: null, distance_u95_m: null, clock: null, time_s: null };
@@ -266,12 +267,12 @@ export class Desk extends EventTarget {
     return jointsOf(this.corrections.value?.result ?? null);
   }
 
-  /** The hour of the wall under the pixel of an observation, null where none is seen. */
+  /** Returns the hour of the wall under the pixel of an observation, null where none is seen. */
   measuredHour({ frame, pixel }) {
     return this.#placeOf(frame, pixel).clock;
   }
 
-  /** Selects the next observation along the pipe, or the one before. */
+  /** Selects the next observation along the pipe, or the previous one. */
   goToNeighbour(direction) {
     const items = this.observations.value;
     if (items.length === 0) return;
@@ -292,12 +293,12 @@ export class Desk extends EventTarget {
     }, SHOW_EVERY_MS);
   }
 
-  /** The pin of the selected defect stands out there too. */
+  /** Highlights the pin of the selected defect in the 3D view. */
   #selectIn3d() {
     this.live.send({ type: 'select', observation: this.selection.value });
   }
 
-  /** A place of the wall was pointed at in the 3D view: it is tagged, or marked where marks are asked for. */
+  /** Handles a click on the wall in the 3D view: tags the place, or marks it where marks are wanted. */
   async #wallClicked({ distance_m, clock_h, lateral_m }) {
     const place = { distance_m, clock_h, right_mm: 1000 * lateral_m };
     try {
@@ -311,10 +312,7 @@ export class Desk extends EventTarget {
     }
   }
 
-  /**
-   * Somebody else, or the joints, may have corrected the distances; a joint may have been seen, or
-   * picture and rig may disagree.
-   */
+  /** Reads again what has changed: distances corrected by others or by joints, seen joints, notices. */
   async #compareRevision({ revision, joints, notices }) {
     const isOther = revision !== undefined && revision > this.#revision;
     const hasMoreJoints = this.#joints !== null && joints !== this.#joints;
@@ -337,12 +335,12 @@ export class Desk extends EventTarget {
     if (id !== null && !this.observations.find(id)) this.selection.set(null);
   }
 
-  /** Shows the person what was done; it can be taken back, or something else done in its place. */
+  /** Shows what was done, with an undo or an alternative. */
   done(text, other = {}) {
     this.dispatchEvent(new CustomEvent('done', { detail: { text, ...other } }));
   }
 
-  /** Shows the person what did not work. */
+  /** Shows what failed. */
   fault(text) {
     this.dispatchEvent(new CustomEvent('fault', { detail: text }));
   }

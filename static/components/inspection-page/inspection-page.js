@@ -1,4 +1,4 @@
-/** One inspection: watch it being tracked, review it, tag it, take the result home. */
+/** One inspection: watch the tracking, review it, tag it, export the result. */
 
 import { ApiError, poll } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
@@ -49,7 +49,7 @@ class InspectionPage extends Component {
 
   async mount() {
     document.title = 'Chainage';
-    // Without the menu: what is opened in it would be gone when the page is there.
+    // Without the menu: anything opened in it would vanish when the page is ready.
     render(this, html`<main id="main" class="content" tabindex="-1"><h1>${t('desk.title')}</h1>
       <p role="status">${t('page.loading')}</p></main>`);
     try {
@@ -135,7 +135,7 @@ class InspectionPage extends Component {
     this.listen(document, 'visibilitychange', () => !document.hidden && this.#lookAgain());
     this.listen(desk.editing, 'change', () => desk.editing.value && desk.tab.set('defects'));
     this.listen(desk, 'fault', ({ detail }) => toast(detail, { kind: 'error' }));
-    this.listen(desk, 'done', ({ detail: { text, ...other } }) => this.#tellDone(text, other));
+    this.listen(desk, 'done', ({ detail: { text, ...other } }) => this.#showDone(text, other));
     this.listen(desk, 'tagged', ({ detail }) => this.#announceTag(detail));
     this.listen(parts.cancel, 'click', () => orToast(() => this.#cancel()));
     this.listen(parts.recordOn, 'click', () => this.#recordOn());
@@ -149,7 +149,7 @@ class InspectionPage extends Component {
     this.listen(parts.menu, 'click', ({ target }) => {
       const item = target.closest('[data-export]');
       if (!item) return;
-      parts.menu.querySelector('summary').focus(); // the dialog gives the focus back to it
+      parts.menu.querySelector('summary').focus(); // the dialog returns the focus to it
       openExport(desk, formatOf(item.dataset.export));
     });
 
@@ -180,7 +180,7 @@ class InspectionPage extends Component {
     await poll(
       async () => {
         if (desk.inspection.isUnfinished) await desk.inspection.load();
-        // Read after the state: a track that is fetched once it has ended is whole.
+        // Read after the state: a track fetched after the end is complete.
         await desk.track.extend(this.signal);
         await desk.health.extend(this.signal);
         if (desk.inspection.isUnfinished) return TRACK_POLL_S;
@@ -193,7 +193,7 @@ class InspectionPage extends Component {
     if (!this.signal.aborted) this.#showMessages();
   }
 
-  /** A recording that has ended cannot be had again: it is asked for first. */
+  /** A recording that has ended cannot be repeated, so this asks first. */
   async #cancel() {
     const { inspection } = this.desk;
     if (inspection.value.live === null || (await askEndOfRecording())) await inspection.cancel();
@@ -213,23 +213,23 @@ class InspectionPage extends Component {
 
   // Commands of the keys and buttons ---------------------------------------------------------
 
-  /** Takes back the last step, or the one that a message names. */
+  /** Undoes the last step, or the one that a message names. */
   undo(step) {
-    return orToast(async () => this.#tellStep(await this.desk.history.undo(step)));
+    return orToast(async () => this.#showStep(await this.desk.history.undo(step)));
   }
 
   redo() {
-    return orToast(async () => this.#tellStep(await this.desk.history.redo()));
+    return orToast(async () => this.#showStep(await this.desk.history.redo()));
   }
 
-  /** Shows what was done just now, and can take that back, or do another thing in its place. */
-  #tellDone(text, other = {}) {
+  /** Shows what was just done, with an undo or an alternative. */
+  #showDone(text, other = {}) {
     const step = this.desk.history.last;
     toast(text, { action: t('page.undo'), run: () => this.undo(step), ...other });
   }
 
-  /** Says what was taken back or done again, and selects it; the picture stays where it is. */
-  #tellStep(outcome) {
+  /** Reports what was undone or redone, and selects it; the picture stays where it is. */
+  #showStep(outcome) {
     if (!outcome) return;
     const { step, isBack, isDone, insist } = outcome;
     const { desk } = this;
@@ -242,7 +242,7 @@ class InspectionPage extends Component {
     toast(isBack ? t('desk.undo_overtaken', { step: name }) : t('desk.redo_overtaken', { step: name }), {
       kind: 'error',
       action: isBack ? t('desk.undo_still') : t('desk.redo_still'),
-      run: () => orToast(async () => this.#tellStep(await insist())),
+      run: () => orToast(async () => this.#showStep(await insist())),
     });
   }
 
@@ -251,10 +251,10 @@ class InspectionPage extends Component {
     if (!item) return;
     this.desk.editing.set(false);
     this.desk.observations.remove(id);
-    this.#tellDone(t('desk.deleted', { name: nameOf(item) }));
+    this.#showDone(t('desk.deleted', { name: nameOf(item) }));
   }
 
-  /** The distance is counted from the shown frame, its camera as far past the zero as before. */
+  /** Sets the zero at the shown frame, with the camera as far past the zero as before. */
   async setZero() {
     const { corrections, playhead, inspection } = this.desk;
     const { frame, row } = playhead.value;
@@ -262,21 +262,21 @@ class InspectionPage extends Component {
       this.desk.fault(t('desk.not_tracked'));
       return;
     }
-    // A page that was just opened may not have read yet what is stated.
+    // A page that was just opened may not have loaded the statements yet.
     if (!corrections.value) await orToast(() => corrections.load());
     if (!corrections.value) return;
     const offset = corrections.draft.value.zero?.offset_m ?? inspection.value.header.camera_offset_m ?? 0;
     const zero = { frame, offset_m: offset };
-    // With other changes on the way it joins them; alone it is done at once.
+    // Joins other pending changes; alone it is applied at once.
     if (corrections.isEdited) corrections.edit({ zero });
     else await this.correct({ ...corrections.value.stated, zero }, null, t('corrections.zero_set', { frame }));
   }
 
-  /** States something about the distances; the message that reports it can take it back. */
+  /** Changes the statements about the distances; the message about it offers an undo. */
   async correct(stated, remark, text = t('corrections.applied')) {
     await orToast(async () => {
       await this.desk.correct(stated, remark);
-      this.#tellDone(text);
+      this.#showDone(text);
     });
   }
 
@@ -286,7 +286,7 @@ class InspectionPage extends Component {
     if (done === 'reopened') toast(t('finish.reopened'));
   }
 
-  /** Gives the selected defect a severity. */
+  /** Sets the severity of the selected defect. */
   rate(severity) {
     const { value: id } = this.desk.selection;
     if (id) this.desk.observations.edit(id, { severity });
@@ -371,7 +371,7 @@ class InspectionPage extends Component {
     this.parts.emergency.hidden = !observations.some(({ severity }) => severity === GRAVEST);
   }
 
-  /** Each button names the very step that it takes back or does again. */
+  /** Shows on each button the step that it undoes or redoes. */
   #showHistory() {
     const { parts, desk: { history: { last, next } } } = this;
     for (const [button, step, title, key] of [
@@ -383,7 +383,7 @@ class InspectionPage extends Component {
     }
   }
 
-  /** What others have tagged while the page was not seen. */
+  /** Reads what others have tagged while the page was hidden. */
   #lookAgain() {
     orToast(() => this.desk.observations.load());
   }

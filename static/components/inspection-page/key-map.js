@@ -1,4 +1,4 @@
-/** Every key of the inspection page, in the groups that the help shows. */
+/** Every key of the inspection page, in the groups of the help. */
 
 import { may } from '../../core/rights.js';
 import { chainage } from '../../core/units.js';
@@ -24,7 +24,7 @@ export function keyMap(page) {
           keys: ['t', 'F13', 'Pause'],
           shown: ['T', 'F13', 'Pause'],
           label: t('keys.tag_middle'),
-          // A pedal tags while a form is filled in too; the form stays where it is.
+          // A pedal tags while a form is being filled in too; the form stays open.
           run: ({ target }) => desk.tagCentre({ isSelected: !target.closest?.('defect-form') }),
         },
         ...quickCodes(desk.catalogue).map((quick, i) => ({

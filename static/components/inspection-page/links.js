@@ -1,6 +1,6 @@
 /**
- * Addresses of places in an inspection: ?defect=ID, ?t=12.3 (s), ?frame=123, ?d=12.40 (m). The
- * address of the page follows the selection, so that it can be handed on at any time.
+ * Addresses of places in an inspection: ?defect=ID, ?t=12.3 (s), ?frame=123, ?d=12.40 (m). The address of
+ * the page follows the selection, so that it can be shared at any time.
  */
 
 import { html } from '../../core/html.js';
@@ -9,14 +9,14 @@ import { openDialog } from '../dialog/dialog.js';
 import { toast } from '../toast-stack/toast-stack.js';
 
 /**
- * The address of an observation, or of a frame.
+ * Returns the address of an observation, or of a frame.
  * @param {{defect: string}|{frame: number}} place
  */
 export const linkTo = (place) => `${location.pathname}?${new URLSearchParams(place)}`;
 
 /**
- * Shows what the address names, as soon as tracking has got there, and keeps the address in step
- * with the selection from then on.
+ * Shows what the address names, as soon as it is tracked, and updates the address with the selection from
+ * then on.
  * @param {import('./desk.js').Desk} desk
  * @param {AbortSignal} signal
  */
@@ -32,7 +32,7 @@ export function followLinks(desk, signal) {
     found.abort();
     desk.seek(frame);
   };
-  // Whoever goes elsewhere meanwhile does not want to be fetched back.
+  // A person who goes elsewhere meanwhile does not want to be brought back.
   for (const type of ['keydown', 'pointerdown']) addEventListener(type, () => found.abort(), until);
   for (const source of [desk.track, desk.observations, desk.inspection]) {
     source.addEventListener('change', look, until);
@@ -40,7 +40,7 @@ export function followLinks(desk, signal) {
   look();
 }
 
-/** Puts the address of the selected defect, or of the shown frame, into the clipboard. */
+/** Copies the address of the selected defect, or of the shown frame, to the clipboard. */
 export async function copyLink(desk) {
   const { frame } = desk.playhead.value;
   const place = desk.selection.value ? { defect: desk.selection.value } : { frame: Math.max(frame, 0) };
@@ -49,7 +49,7 @@ export async function copyLink(desk) {
     await navigator.clipboard.writeText(link);
     toast(t('link.copied'));
   } catch (error) {
-    // Over plain http there is no clipboard, and it may be refused.
+    // Over plain http there is no clipboard, and access may be refused.
     if (!(error instanceof TypeError || error instanceof DOMException)) throw error;
     const { parts } = openDialog({
       title: t('link.copy'),
@@ -66,7 +66,10 @@ function writeAddress({ selection, observations }) {
   history.replaceState(null, '', isThere ? linkTo({ defect: selection.value }) : location.pathname);
 }
 
-/** What finds the frame that an address names, null as long as it is not tracked; null without a place. */
+/**
+ * Returns a function that finds the frame of an address, null while it is not tracked; null without a
+ * place.
+ */
 function placeIn(address, desk) {
   const number = (name) => {
     const value = Number(address.get(name) ?? NaN);

@@ -1,4 +1,4 @@
-/** What picture and rig disagree about, the most serious first. */
+/** Disagreements of picture and rig, the most serious first. */
 
 import { html, render, setText } from '../../core/html.js';
 import { noticeText } from '../../core/notices.js';
@@ -10,7 +10,7 @@ class RigNotice extends Component {
     const { corrections } = this.closest('inspection-page').desk;
     this.classList.add('message', 'message--warning');
     this.setAttribute('role', 'status');
-    this.tabIndex = 0; // read whole with the focus, or under the pointer
+    this.tabIndex = 0; // shown in full with the focus, or under the pointer
     const { text } = render(this, html`${icon('alert')}<span data-part="text"></span>`);
     const show = () => {
       const [notice] = corrections.value?.result?.notices ?? [];

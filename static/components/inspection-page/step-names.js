@@ -1,4 +1,4 @@
-/** What a step of the history did, in words: 'severity 3 → 4 of BAB at 3.42 m'. */
+/** Describes a step of the history: 'severity 3 → 4 of BAB at 3.42 m'. */
 
 import { t, wordFor } from '../../core/words.js';
 import { nameOf } from '../defect-list/names.js';
@@ -12,18 +12,18 @@ const NAMES = {
   delete: (item) => t('step.delete', { name: nameOf(item) }),
   edit: (item, [{ before, after }]) => {
     if ('frame' in after) return t('step.move', { name: nameOf(item) });
-    return t('step.edit', { name: nameOf(item), ...told(before, after) });
+    return t('step.edit', { name: nameOf(item), ...firstDifference(before, after) });
   },
   stretch: (item, changes) => t('step.stretch', { name: nameOf(item), n: changes.length }),
   header: (item, changes) => {
     const [{ name, before, after }] = changes;
-    return t('step.header', { ...told({ [name]: before }, { [name]: after }) });
+    return t('step.header', { ...firstDifference({ [name]: before }, { [name]: after }) });
   },
   correction: () => t('step.correction'),
 };
 
-/** The first of the fields that differ, before and after; a code is shown with its characters. */
-function told(before, after) {
+/** Returns the first field that differs, before and after; a code is shown with its characters. */
+function firstDifference(before, after) {
   if ('code' in after) {
     const whole = ({ code, char1, char2 }) => [code, char1, char2].filter(Boolean).join(' ') || '–';
     return { field: labelOf('code').toLowerCase(), before: whole(before), after: whole(after) };
@@ -32,7 +32,7 @@ function told(before, after) {
   return { field: labelOf(name).toLowerCase(), before: text(before[name]), after: text(after[name]) };
 }
 
-/** Long remarks are cut: it is a tooltip. */
+/** Shortens long remarks for a tooltip. */
 const text = (value) => {
   if (value === null || value === undefined || value === '') return '–';
   const words = wordFor('header.choice', String(value)) ?? String(value);

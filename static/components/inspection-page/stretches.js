@@ -1,20 +1,20 @@
-/** Starting, changing and finishing a defect that goes on along the pipe. */
+/** Starting, changing and finishing continuous defects. */
 
 import { openStretches, partsOf, stretchNumber } from '../../core/stretches.js';
 import { chainage } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { orToast, toast } from '../toast-stack/toast-stack.js';
 
-/** A selected tag starts the stretch if the robot has moved by no more than this since, in m. */
+/** A selected tag starts the stretch if the robot has moved at most this far since, in m. */
 export const HERE_M = 0.25;
-/** Distances are shown to a centimetre: what is shorter is a point. */
+/** Distances are shown to a centimetre: anything shorter is a point. */
 const POINT_M = 0.01;
-/** Two points of the same code that are farther apart may be the ends of a stretch. */
+/** Points of the same code that are farther apart may be the ends of a stretch. */
 const OFFERED_FROM_M = 1;
 
 /**
- * Starts a new stretch where the robot is: at the selected tag, if that was made here and belongs to
- * no stretch, else at a new one. A tag that was selected elsewhere is offered in its place.
+ * Starts a new stretch at the robot: at the selected tag, if it was made here and belongs to no stretch,
+ * else at a new one. A tag selected elsewhere is offered as an alternative.
  * @param {import('./desk.js').Desk} desk
  */
 export function startStretch(desk) {
@@ -39,7 +39,7 @@ export function startStretch(desk) {
   } : {});
 }
 
-/** Makes a tag, wherever it is, the start of a new stretch. */
+/** Makes any tag the start of a new stretch. */
 export function startStretchAt(desk, item) {
   const number = desk.observations.nextStretch;
   desk.observations.edit(item.id, { continuous: `A${number}` });
@@ -50,7 +50,7 @@ export function startStretchAt(desk, item) {
 const startedText = (number, { distance_m: m }) =>
   t('stretch.started', { stretch: `A${number}`, where: chainage(m) });
 
-/** Tags the end of an open stretch at the shown frame, the newest if none is named. */
+/** Tags the end of an open stretch, by default the newest, at the shown frame. */
 export function finishStretch(desk, number = newest(desk)) {
   const finish = number && goOn(desk, number, 'B');
   if (!finish) return;
@@ -66,18 +66,18 @@ export function finishStretch(desk, number = newest(desk)) {
   });
 }
 
-/** Tags where an open stretch goes on in another way. */
+/** Tags a change of an open stretch. */
 export function changeStretch(desk, number = newest(desk)) {
   if (number) goOn(desk, number, 'C');
 }
 
-/** Takes the selected stretch apart: its tags become points. */
+/** Dissolves the selected stretch: its tags become points. */
 export function dissolveStretch(desk, item) {
   const parts = partsOf(desk.observations.value, item);
   desk.observations.editTogether(parts.map(({ id }) => [id, { continuous: null }]));
 }
 
-/** The nearest point before this one that may be the other end of a stretch, or null. */
+/** Returns the nearest point before this one that may be the other end of a stretch, or null. */
 export function otherEnd(desk, item) {
   const { code, char1, char2, distance_m: end } = item;
   const rules = code && desk.catalogue.row(code, char1, char2);

@@ -1,4 +1,4 @@
-/** The tabs beside the film, in their order: [name, element]. A panel finds the desk as the page's. */
+/** The tabs beside the film, in their order: [name, element]. A panel uses the desk of the page. */
 
 import { wordFor } from '../../core/words.js';
 import '../checks-panel/checks-panel.js';

@@ -1,4 +1,4 @@
-/** What the interval of a distance is made of, what would shrink it most, and what the joints have done. */
+/** The sources of the interval of a distance, what would reduce it most, and the effect of the joints. */
 
 import { ApiError, get } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
@@ -13,13 +13,13 @@ import { icon } from '../icon/icon.js';
  * @property {number} distance_m
  * @property {number} distance_u95_m
  * @property {{name: string, u95_m: number}[]} parts the largest first; they add up in quadrature
- * @property {{length_m: number, u95_m: number}|null} taped what one more taped length would make of it
+ * @property {{length_m: number, u95_m: number}|null} taped the effect of one more taped length
  */
 
 /**
  * @param {string} inspection
  * @param {number|null} frame null: the furthest one
- * @returns {Promise<Makeup|null>} null where nobody knows the interval
+ * @returns {Promise<Makeup|null>} null where the interval is unknown
  */
 export async function loadMakeup(inspection, frame, signal) {
   const query = frame === null ? '' : `?frame=${frame}`;
@@ -55,7 +55,7 @@ export function jointsText({ joints, scale, sigma, lower_mm: lowerMm }) {
   return `${done} ${lowerMm > 0 ? t('interval.lower', { mm }) : t('interval.higher', { mm })}`;
 }
 
-/** Shows it of the frame that is on the screen now. */
+/** Shows the interval of the frame on the screen. */
 export async function openIntervalDetail(desk) {
   const { frame, row } = desk.playhead.value;
   const { dialog, parts } = openDialog({

@@ -1,4 +1,4 @@
-/** How the camera of a live inspection does, and what ends the recording; gone when it has ended. */
+/** The state of a live inspection's camera, and the end of the recording; removed when it has ended. */
 
 import { get, poll } from '../../core/api.js';
 import { html, render, setText } from '../../core/html.js';
@@ -12,7 +12,7 @@ const COUNTER_POLL_S = 3;
 const LITTLE_ROOM_BYTES = 2e9;
 
 class LiveBar extends Component {
-  /** When the camera, and the server, were last seen to be there, by `performance.now`. */
+  /** When camera and server were last reachable, by `performance.now`. */
   #cameraMs = performance.now();
   #serverMs = performance.now();
   #wasConnected = false;
@@ -32,24 +32,24 @@ class LiveBar extends Component {
         <span class="spacer"></span>
         <button class="button" data-part="zero" data-needs="operator"><kbd>Z</kbd>${t('corrections.zero_here')}</button>
         <button class="button button--primary" data-part="finish" data-needs="operator">${icon('flag')}${t('finish.open')}</button>
-        <p class="visually-hidden" role="status" data-part="told"></p>`,
+        <p class="visually-hidden" role="status" data-part="announced"></p>`,
     );
     this.listen(this.parts.zero, 'click', () => this.page.setZero());
     this.listen(this.parts.finish, 'click', () => this.page.finish());
-    // After a click the keys belong to the film again, not to the button.
+    // After a click the keyboard focus returns to the film.
     this.listen(this, 'mousedown', (event) => event.target.closest('button') && event.preventDefault());
-    this.listen(this.desk.inspection, 'change', () => this.#told());
+    this.listen(this.desk.inspection, 'change', () => this.#cameraReported());
     this.listen(this.desk.live, 'state', () => this.#show());
-    // What a hidden page does not ask for is not missed.
+    // A hidden page does not expect messages.
     this.listen(document, 'visibilitychange', () => (this.#serverMs = performance.now()));
     const timer = setInterval(() => this.#show(), TICK_MS);
     this.signal.addEventListener('abort', () => clearInterval(timer));
-    this.#told();
-    // A server that does not answer is reported already.
+    this.#cameraReported();
+    // An unreachable server is reported elsewhere.
     poll(() => this.#askCounter(), this.signal, () => {});
   }
 
-  /** How it is with the software that takes Chainage for its meter counter. */
+  /** Requests the state of the connection to the software that uses Chainage as its meter counter. */
   async #askCounter() {
     if (this.hidden) return COUNTER_POLL_S;
     const { peer, is_connected: isConnected, detail } = await get('/api/meter-counter', this.signal);
@@ -66,8 +66,8 @@ class LiveBar extends Component {
     return COUNTER_POLL_S;
   }
 
-  /** The server has reported how the camera does. */
-  #told() {
+  /** Handles the server's report on the camera. */
+  #cameraReported() {
     const { live } = this.desk.inspection.value;
     this.hidden = live === null;
     if (live?.connected) {
@@ -98,13 +98,13 @@ class LiveBar extends Component {
     parts.room.classList.toggle('live__fact--warning', live.free_bytes < LITTLE_ROOM_BYTES);
   }
 
-  /** Read out when it becomes another one, not at every second of it. */
+  /** Announces another state once, not at every second of it. */
   #state(name, text) {
     setText(this.parts.text, text);
     if (this.dataset.state === name) return;
     this.dataset.state = name;
     render(this.parts.sign, icon({ connected: 'live', connecting: 'wait' }[name] ?? 'alert'));
-    this.parts.told.textContent = text;
+    this.parts.announced.textContent = text;
   }
 }
 

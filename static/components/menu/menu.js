@@ -1,4 +1,4 @@
-/** A `details` element that behaves as a menu: it closes by Escape and by a click elsewhere. */
+/** A `details` element that behaves as a menu: Escape and a click elsewhere close it. */
 
 /**
  * @param {HTMLDetailsElement} menu its items have the class `menu__item`

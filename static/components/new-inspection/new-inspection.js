@@ -1,4 +1,6 @@
-/** New inspection: the video goes up while the header and the rig are filled in, or a camera is chosen. */
+/**
+ * New inspection: the video is uploaded while the header and the rig are filled in, or a camera is chosen.
+ */
 
 import { ApiError, get, poll, post, remove, session } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
@@ -16,9 +18,12 @@ import '../source-picker/source-picker.js';
 const REMEMBERED = 'chainage.header';
 const ACCEPTED = 'video/*,.mp4,.mov,.m4v,.mkv,.avi,.mpg,.mpeg,.ts,.webm';
 
-/** Known only when the survey has ended, or to the program. */
+/** Fields known only after the survey, or filled in by the program. */
 const NOT_YET = new Set(['end_condition', 'abandon_reason', 'video_files']);
-/** Who inspects for whom, and with what: proposed for the next one. All else is of the asset or of the day. */
+/**
+ * People and equipment, which are proposed for the next inspection. Other fields belong to the asset or the
+ * day.
+ */
 const REMEMBERED_FIELDS = new Set([
   'client', 'contractor', 'operator', 'operator_certificate', 'reviewer', 'method', 'standard', 'edition',
   'code_pack', 'rig_id', 'calibration_id', 'camera', 'lens', 'camera_offset_m', 'tether',
@@ -30,7 +35,7 @@ class NewInspection extends Component {
   #upload = null;
   #file = null;
   #isWanted = false;
-  /** Ends the wait for the camera's first picture; null while there is none. */
+  /** Ends the wait for the camera's first picture; null while there is no wait. */
   #connecting = null;
 
   mount() {
@@ -118,7 +123,7 @@ class NewInspection extends Component {
     this.listen(window, 'beforeunload', (event) => {
       if (this.#upload?.state === 'SENDING') event.preventDefault();
     });
-    // The log-in page is next: the question about leaving would stand in its way.
+    // The log-in page is next: the question about leaving would be in its way.
     this.listen(session, 'signed-out', () => this.#upload?.pause());
     this.listen(this.parts.rig, 'rig', () => this.#suggestPipe());
     this.#recall();
@@ -164,7 +169,7 @@ class NewInspection extends Component {
     await this.#upload.start();
   }
 
-  /** Size of the picture, as far as this browser can open the file. */
+  /** Returns the size of the picture, if this browser can open the file. */
   #measure(file) {
     const video = document.createElement('video');
     const url = URL.createObjectURL(file);
@@ -245,13 +250,13 @@ class NewInspection extends Component {
     return isNamed;
   }
 
-  /** Whether tracking is to start as soon as the upload is complete. */
+  /** Sets whether tracking starts as soon as the upload is complete. */
   #want(isWanted) {
     this.#isWanted = isWanted;
     this.#showStart(isWanted ? t('new.starts_later') : '');
   }
 
-  /** @param {string} waiting what is waited for; nothing can be started meanwhile */
+  /** @param {string} waiting the pending event; nothing can be started meanwhile */
   #showStart(waiting) {
     this.parts.start.disabled = waiting !== '';
     this.parts.start.textContent = waiting || (this.#isLive ? t('new.record') : t('new.start'));
@@ -265,7 +270,7 @@ class NewInspection extends Component {
     return post('/api/inspections', { name, source, rig, header });
   }
 
-  /** Starts the camera and goes to its page when it gives pictures; otherwise nothing is left of it. */
+  /** Starts the camera and opens its page when it delivers pictures; otherwise deletes the inspection. */
   async #connect() {
     const { camera, stop, fault } = this.parts;
     this.#connecting = new AbortController();
@@ -281,7 +286,7 @@ class NewInspection extends Component {
         return;
       }
       await remove(`/api/inspections/${id}`);
-      if (refused) this.#tellRefused(refused);
+      if (refused) this.#showRefusal(refused);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       if (error.code === 'live_source_refused') camera.fault(errorText(error));
@@ -292,7 +297,9 @@ class NewInspection extends Component {
     this.#showStart('');
   }
 
-  /** Why the camera gives no pictures, as the API says it; null when it does, or on `signal`. */
+  /**
+   * Returns why the camera delivers no pictures, as an error of the API; null when it does, or on `signal`.
+   */
   async #refusal(id, signal) {
     let refused = null;
     await poll(
@@ -307,7 +314,7 @@ class NewInspection extends Component {
     return refused;
   }
 
-  #tellRefused(error) {
+  #showRefusal(error) {
     const { camera, rig } = this.parts;
     const size = /(\d+)x(\d+) px/.exec(error.detail);
     if (error.code === 'rig_video_mismatch' && size) {
@@ -336,7 +343,7 @@ class NewInspection extends Component {
     this.parts.rig.remember();
   }
 
-  /** People and equipment of the last inspection, the time of now, and what the rig says of the pipe. */
+  /** Fills in people and equipment of the last inspection, the present time, and values from the rig. */
   #recall() {
     const { header } = this.parts;
     const now = new Date();
@@ -361,7 +368,7 @@ class NewInspection extends Component {
     });
   }
 
-  /** After a reload: a file can only be opened again by the person, so say which one. */
+  /** After a reload only the person can open the file again, so name it. */
   #showUnfinished() {
     const waiting = this.#file ? [] : unfinishedUploads();
     const list = render(

@@ -1,5 +1,5 @@
 /**
- * The fields of the rig file as a person fills them in. Bounds are those of `vo_core.rig`; a test
+ * The fields of the rig file in a form. Bounds are those of `vo_core.rig`; a test
  * compares the two.
  *
  * `kind`: 'number' | 'integer' | 'numbers' (a list) | 'choice'. `optional` fields may stay empty.
@@ -128,17 +128,17 @@ const FINE = {
   ],
 };
 
-/** Folded away: most rigs do without. */
+/** Collapsed groups: most rigs do not need them. */
 export const FOLDED = [KNOWN, FINE];
 
 export const ALL_FIELDS = [...GROUPS, ...FOLDED].flatMap(({ fields }) => fields);
 
-/** Most focal lengths along a side of the picture, as the server has it: less is no lens. */
+/** Largest ratio of focal length to a side of the picture, as on the server; a larger one is no lens. */
 const LONGEST_SIDE = { pinhole: 7.5, fisheye: 12.5 };
 
 const DISTORTION_LENGTHS = { pinhole: [0, 4, 5, 8, 12, 14], fisheye: [0, 4] };
 
-/** The value of one field from its text: undefined when it is empty, NaN when it is no number. */
+/** Returns the value of a field from its text: undefined when it is empty, NaN when it is no number. */
 export function parse({ kind }, text) {
   const trimmed = text.trim();
   if (trimmed === '') return undefined;
@@ -147,7 +147,7 @@ export function parse({ kind }, text) {
   return Number(trimmed);
 }
 
-/** What is wrong with one value, as a sentence, or null. */
+/** Returns a sentence about the fault of a value, or null. */
 export function fault(field, value) {
   if (value === undefined) return field.optional ? null : t('page.needed');
   if (field.kind === 'choice') return null;
@@ -161,7 +161,7 @@ export function fault(field, value) {
   return null;
 }
 
-/** Faults between fields: [path, sentence] pairs. */
+/** Returns faults between fields: [path, sentence] pairs. */
 export function jointFaults({ camera, mount, pipe }) {
   const faults = [];
   const lengths = DISTORTION_LENGTHS[camera.model] ?? [];

@@ -1,7 +1,7 @@
 /**
- * The rig: presets, a rig.json, or by hand, checked as it is typed.
+ * The rig: presets, a rig.json, or by hand, checked while typing.
  *
- * `value` is the rig as the API takes it, `check()` shows every fault and returns whether there is none.
+ * `value` is the rig in the form of the API, `check()` shows every fault and returns whether there is none.
  * Event `rig`: a value has changed.
  */
 
@@ -61,7 +61,7 @@ class RigForm extends Component {
     this.#loadPresets();
   }
 
-  /** The rig as it stands, with the empty fields left out. */
+  /** The present rig, without empty fields. */
   get value() {
     const rig = { camera: {}, mount: {}, pipe: {}, tolerance: {} };
     for (const field of ALL_FIELDS) {
@@ -82,7 +82,7 @@ class RigForm extends Component {
     this.#showFaults();
   }
 
-  /** Shows every fault; answers whether the rig can be used and goes to the first fault if not. */
+  /** Shows every fault; returns whether the rig can be used, and focuses the first fault if not. */
   check() {
     for (const { path } of ALL_FIELDS) this.#touched.add(path);
     const first = this.#showFaults();
@@ -94,7 +94,7 @@ class RigForm extends Component {
     return !first;
   }
 
-  /** Keeps the rig for the next inspection. */
+  /** Stores the rig for the next inspection. */
   remember() {
     localStorage.setItem(REMEMBERED, JSON.stringify(this.value));
   }
@@ -150,7 +150,7 @@ class RigForm extends Component {
 
   #typed(input) {
     if (!input.dataset.path) return;
-    // While a fault is shown it is taken back as soon as it is cured, not only on leaving the field.
+    // A shown fault disappears as soon as it is fixed, not only on leaving the field.
     this.#changed();
   }
 
@@ -166,7 +166,7 @@ class RigForm extends Component {
     this.dispatchEvent(new Event('rig'));
   }
 
-  /** Writes the faults of touched fields beside them; answers the first faulty field or null. */
+  /** Shows the faults of touched fields beside them; returns the first faulty field or null. */
   #showFaults() {
     const rig = this.value;
     const faults = new Map(jointFaults(rig));

@@ -1,4 +1,4 @@
-/** The cross-section of the pipe with the camera in it, drawn to scale from the rig. */
+/** The cross-section of the pipe with the camera, drawn to scale from the rig. */
 
 import { html } from '../../core/html.js';
 import { t } from '../../core/words.js';
@@ -7,7 +7,7 @@ const SIZE = 240;
 const DRAWN = 168;
 const RADIANS = Math.PI / 180;
 
-/** @param {object} rig may be incomplete; what is missing is left out of the drawing */
+/** @param {object} rig may be incomplete; missing parts are not drawn */
 export function rigSketch({ camera, mount, pipe }) {
   const isRound = pipe.shape === 'circular';
   const width = isRound ? pipe.diameter_mm : 2.4 * mount.height_mm;
@@ -60,7 +60,9 @@ function wallBelow(eye, radius, toY) {
   return toY(radius - drop);
 }
 
-/** The two wall points at the edges of the picture, across the pipe; none when the lens is unknown. */
+/**
+ * Returns the two wall points at the edges of the picture, across the pipe; none when the lens is unknown.
+ */
 function seenWall(camera, mount, eye, radius) {
   const turn = (mount.rotation_deg ?? 0) * RADIANS;
   const across =
@@ -73,7 +75,7 @@ function seenWall(camera, mount, eye, radius) {
   return points.every(Boolean) ? points : [];
 }
 
-/** Where a ray from `eye`, `angle` to the right of straight down, meets the wall. */
+/** Returns where a ray from `eye`, `angle` to the right of straight down, meets the wall. */
 function hit(eye, angle, radius) {
   const [dx, dy] = [Math.sin(angle), -Math.cos(angle)];
   if (radius === null) return { x: eye.x - (eye.y * dx) / dy, y: 0 };

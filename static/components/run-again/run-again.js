@@ -1,4 +1,4 @@
-/** The questions before a run is ended, recorded on, or tracked again with another rig. */
+/** Dialogs before a run is ended, continued, or tracked again with another rig. */
 
 import { ApiError } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
@@ -8,7 +8,7 @@ import { icon } from '../icon/icon.js';
 import '../rig-form/rig-form.js';
 import '../source-picker/source-picker.js';
 
-/** Whether the recording may be ended; the safe answer has the focus. */
+/** Asks whether the recording may be ended; the safe answer has the focus. */
 export async function askEndOfRecording() {
   const { dialog, parts, closed } = openDialog({
     title: t('again.end_title'),
@@ -22,9 +22,9 @@ export async function askEndOfRecording() {
 }
 
 /**
- * Goes on with a recording that was stopped, as its next part.
+ * Continues a stopped recording with its next part.
  * @param {import('../../core/inspection.js').Inspection} inspection
- * @returns {Promise<boolean>} whether it goes on
+ * @returns {Promise<boolean>} whether it continues
  */
 export async function openRecordOn(inspection) {
   const { dialog, parts, closed } = openDialog({
@@ -51,7 +51,7 @@ export async function openRecordOn(inspection) {
 }
 
 /**
- * Tracks all frames again with a rig that was put right, or with the same.
+ * Tracks all frames again with a corrected rig, or with the same.
  * @param {import('../../core/inspection.js').Inspection} inspection
  * @returns {Promise<boolean>} whether it is tracked
  */
@@ -74,7 +74,7 @@ export async function openRig(inspection) {
   return (await closed) === 'done';
 }
 
-/** Closes the dialog as 'done' once the server has taken what `send` sends; else says why not. */
+/** Closes the dialog as 'done' once the server has accepted what `send` sends; else shows why not. */
 function answered(dialog, parts, send) {
   parts.cancel.addEventListener('click', () => dialog.close());
   parts.form.addEventListener('submit', async (event) => {

@@ -1,4 +1,4 @@
-/** Whether letters, digits and signs are keys: speech input and scanners type them (WCAG 2.1.4). */
+/** The switch for letters, digits and signs as keys: speech input and scanners type them (WCAG 2.1.4). */
 
 import { html } from '../../core/html.js';
 import { preferences } from '../../core/preferences.js';

@@ -1,4 +1,4 @@
-/** Language, units, the codes on the digit keys and the code pack; kept on the server for each person. */
+/** Language, units, the codes on the digit keys and the code pack; stored on the server for each person. */
 
 import { ApiError, get, remove, send } from '../../core/api.js';
 import { Catalogue } from '../../core/codes.js';
@@ -12,13 +12,13 @@ import { icon } from '../icon/icon.js';
 import { toastError } from '../toast-stack/toast-stack.js';
 import { bindKeysSection, keysMarkup } from './keys-section.js';
 
-/** Where the choice is kept that the settings were drawn anew with, for the page that comes. */
+/** Stores, for the redrawn page, the choice with which the settings are opened again. */
 const REOPENED = 'chainage.settings';
 
 /**
- * Saves a choice and draws the page anew with it: every word and number of it may change.
+ * Saves a choice and redraws the page with it: every word and number of it may change.
  * @param {Partial<import('../../core/preferences.js').Chosen>} changes
- * @param {'language'|'units'} [choice] of the settings, which are opened there again
+ * @param {'language'|'units'} [choice] of the settings, which are opened again at that place
  */
 export async function redrawWith(changes, choice) {
   try {
@@ -32,7 +32,7 @@ export async function redrawWith(changes, choice) {
   location.reload();
 }
 
-/** Opens the settings again where a change of language or units has drawn the page anew beneath them. */
+/** Opens the settings again after a change of language or units has redrawn the page. */
 export function reopenSettings() {
   const choice = sessionStorage.getItem(REOPENED);
   sessionStorage.removeItem(REOPENED);
@@ -46,11 +46,11 @@ export function reopenSettings() {
 export async function openSettings(choice) {
   const before = JSON.stringify(preferences.value);
   const { parts, closed } = openDialog({ title: t('settings.title'), content: content(), size: 'wide' });
-  const tell = (text, isFault = false) => {
-    parts.told.textContent = text;
-    parts.told.classList.toggle('fault', isFault);
+  const report = (text, isFault = false) => {
+    parts.message.textContent = text;
+    parts.message.classList.toggle('fault', isFault);
   };
-  const save = (changes) => attempt(() => preferences.save(changes), tell);
+  const save = (changes) => attempt(() => preferences.save(changes), report);
 
   parts.language.value = preferences.value.language ?? '';
   parts.units.value = preferences.value.units;
@@ -60,21 +60,21 @@ export async function openSettings(choice) {
   bindKeysSection(parts.singleKeys, save);
   parts.usual.addEventListener('click', async () => {
     await save({ quick_codes: USUAL_CODES });
-    await showQuickCodes(parts, save, tell);
+    await showQuickCodes(parts, save, report);
   });
   parts.pack.addEventListener('change', async () => {
     await save({ pack: parts.pack.value || null });
     showPackButtons(parts);
-    await attempt(() => showQuickCodes(parts, save, tell), tell);
+    await attempt(() => showQuickCodes(parts, save, report), report);
   });
   parts.pick.disabled = !may('admin');
   parts.pick.addEventListener('click', () => parts.file.click());
-  parts.file.addEventListener('change', () => attempt(() => importPack(parts, tell), tell));
-  parts.remove.addEventListener('click', () => attempt(() => deletePack(parts, tell), tell));
+  parts.file.addEventListener('change', () => attempt(() => importPack(parts, report), report));
+  parts.remove.addEventListener('click', () => attempt(() => deletePack(parts, report), report));
   await attempt(async () => {
     await showPacks(parts);
-    await showQuickCodes(parts, save, tell);
-  }, tell);
+    await showQuickCodes(parts, save, report);
+  }, report);
   await closed;
   if (JSON.stringify(preferences.value) !== before) location.reload();
 }
@@ -116,16 +116,16 @@ const content = () => html`<section class="settings" aria-labelledby="settings-d
     </div>
     <p class="help">${may('admin') ? t('settings.packs_help') : t('rights.admin')}</p>
   </section>
-  <p class="settings__told" role="status" data-part="told"></p>`;
+  <p class="settings__message" role="status" data-part="message"></p>`;
 
-/** Runs what asks the server and says in the dialog why it failed: a toast would be behind it. */
-async function attempt(run, tell) {
-  tell('');
+/** Runs a request to the server and shows in the dialog why it failed: a toast would be hidden. */
+async function attempt(run, report) {
+  report('');
   try {
     await run();
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
-    tell(errorText(error), true);
+    report(errorText(error), true);
   }
 }
 
@@ -144,7 +144,7 @@ function showPackButtons({ pack, remove: button }) {
   button.disabled = pack.value === '' || !may('admin');
 }
 
-async function importPack(parts, tell) {
+async function importPack(parts, report) {
   const [file] = parts.file.files;
   parts.file.value = '';
   if (!file) return;
@@ -154,21 +154,21 @@ async function importPack(parts, tell) {
     body: file,
   });
   await showPacks(parts);
-  tell(t('settings.pack_imported', { name }));
+  report(t('settings.pack_imported', { name }));
 }
 
-async function deletePack(parts, tell) {
+async function deletePack(parts, report) {
   const { value: id, selectedOptions } = parts.pack;
   const name = selectedOptions[0].text;
   await remove(`/api/packs/${id}`);
   if (preferences.value.pack === id) await preferences.save({ pack: null });
   await showPacks(parts);
   parts.pack.focus();
-  tell(t('settings.pack_deleted', { name }));
+  report(t('settings.pack_deleted', { name }));
 }
 
-/** A row for each digit key: the code, found by its letters or by a word, and what it means. */
-async function showQuickCodes({ codes }, save, tell) {
+/** Shows a row for each digit key: the code, found by its letters or by a word, and its meaning. */
+async function showQuickCodes({ codes }, save, report) {
   const catalogue = await Catalogue.load(undefined, preferences.value.pack);
   const rows = render(codes, html`${USUAL_CODES.map((_, i) => quickRow(i))}`);
   USUAL_CODES.forEach((usual, i) => {
@@ -184,14 +184,14 @@ async function showQuickCodes({ codes }, save, tell) {
       const chosen = USUAL_CODES.map((other, k) => preferences.value.quick_codes[k] ?? other);
       chosen[i] = { code, char1: char1 || null, char2: char2 || null };
       save({ quick_codes: chosen });
-      show(); // at once: another code may be being typed by the time the answer comes
+      show(); // at once: the person may be typing another code when the answer comes
     };
     codeSearch(input, list, catalogue, choose);
-    // What is typed out counts when the field is left; what is no code is said before it goes.
+    // A typed code counts when the field is left; an unknown one is reported first.
     input.addEventListener('change', () => {
       const row = catalogue.typed(input.value);
       if (row) choose(row);
-      else tell(t('code.not_found', { text: input.value.trim() }), true);
+      else report(t('code.not_found', { text: input.value.trim() }), true);
     });
     input.addEventListener('blur', show);
     show();

@@ -6,7 +6,7 @@ import { t, wordFor } from '../../core/words.js';
 /** The grades; ours, not a PACP, MSCC or DWA grade. */
 export const GRADES = [0, 1, 2, 3, 4, 5];
 
-/** The one that must not wait. */
+/** The severity that must not wait. */
 export const GRAVEST = 5;
 
 /** Outlines on a 20 x 20 grid: ring, disc, square, diamond, triangle, octagon with its mark. */
@@ -22,7 +22,7 @@ const UNRATED = 'M10 4a6 6 0 1 0 .01 0zM10 6a4 4 0 1 1-.01 0z';
 
 const nameOf = (severity) => (severity === null || severity === undefined ? 'none' : severity);
 
-/** What the grade means: 'plan repair', 'not rated'. */
+/** Returns the meaning of the grade: 'plan repair', 'not rated'. */
 export const severityWord = (severity) => wordFor('severity', String(nameOf(severity)));
 
 export const severityText = (severity) =>

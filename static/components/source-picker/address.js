@@ -1,7 +1,7 @@
 /** Addresses of cameras and the log-ins in them: 'rtsp://user:password@host:port/path'. */
 
 const PARTS = /^([a-z][a-z0-9+.-]*:\/\/)(?:([^/?#]*)@)?(.*)$/i;
-/** Names of what some cameras take in the query. */
+/** Parameters in which some cameras take credentials. */
 const SECRET = /pass|pwd|psw|user|usr|auth|token|key/i;
 
 /**
@@ -15,7 +15,7 @@ export function addressOf(text) {
   return { address: `${scheme}${rest}`, user: decoded(user), password: decoded(password.join(':')) };
 }
 
-/** The address with a log-in, if a user is named. */
+/** Returns the address with a log-in, if a user is named. */
 export function withLogin(text, user, password) {
   const found = addressOf(text);
   const [name, secret] = user ? [user, password] : [found.user, found.password];
@@ -24,14 +24,14 @@ export function withLogin(text, user, password) {
   return `${scheme}${encodeURIComponent(name)}:${encodeURIComponent(secret)}@${rest}`;
 }
 
-/** What may be kept of an address: no log-in, and no query that has one. */
+/** Returns the part of an address that may be stored: without log-in, and without a query that has one. */
 export function withoutSecrets(text) {
   const { address } = addressOf(text);
   const [place, query = ''] = address.split('?');
   return SECRET.test(query) ? place : address;
 }
 
-/** A stray % is none of an encoding. */
+/** Decodes text; a stray % stays as it is. */
 function decoded(text) {
   try {
     return decodeURIComponent(text);

@@ -1,7 +1,7 @@
 /**
- * Which camera: one on the network by its address, or one of those that the server has found.
+ * The choice of a camera: on the network by its address, or from the server's list.
  *
- * `value` is the address as the API takes it, with user and password in it; these are kept nowhere.
+ * `value` is the address in the form of the API, with user and password, which are stored nowhere.
  * Event `source`: another one is chosen, or its address is being changed.
  */
 
@@ -68,21 +68,21 @@ class SourcePicker extends Component {
     this.#load();
   }
 
-  /** The address with its log-in, or '' without one. */
+  /** The address with its log-in, or '' without an address. */
   get value() {
     const { address, user, password } = this.parts;
     if (this.#chosen !== NETWORK) return this.#chosen;
     return withLogin(address.value.trim(), user.value, password.value);
   }
 
-  /** Says what is wrong, at its field; answers whether nothing is. */
+  /** Shows what is wrong, at its field; returns whether nothing is. */
   check() {
     const isGiven = this.value !== '';
     if (!isGiven) this.fault(t('source.address_needed'));
     return isGiven;
   }
 
-  /** Shows why the source was refused, and goes there. */
+  /** Shows why the source was refused, and focuses its field. */
   fault(text) {
     const isNetwork = this.#chosen === NETWORK;
     this.parts[isNetwork ? 'addressFault' : 'fault'].textContent = text;
@@ -91,7 +91,7 @@ class SourcePicker extends Component {
     this.parts.address.focus();
   }
 
-  /** Keeps the address, without its log-in, for the next time. */
+  /** Stores the address, without its log-in, for the next time. */
   remember() {
     if (this.#chosen !== NETWORK) return;
     const recent = JSON.parse(localStorage.getItem(REMEMBERED) ?? '[]');
@@ -104,7 +104,7 @@ class SourcePicker extends Component {
     return this.querySelector('[name=source]:checked').value;
   }
 
-  /** Who pastes an address with its log-in finds it in its fields, where it is not seen. */
+  /** Moves the log-in of a pasted address to its fields, where it is hidden. */
   #takeLoginOut() {
     const { address, user, password } = this.parts;
     const found = addressOf(address.value.trim());
@@ -135,7 +135,7 @@ class SourcePicker extends Component {
     parts.refresh.disabled = false;
   }
 
-  /** What the server has found; the chosen one stays chosen while it is there. */
+  /** Lists the sources of the server; the chosen one stays chosen while it is listed. */
   #list(sources) {
     const chosen = this.#chosen;
     render(

@@ -1,4 +1,4 @@
-/** The state of an inspection in a word and a sign. */
+/** The state of an inspection as a word and a sign. */
 
 import { html } from '../../core/html.js';
 import { wordFor } from '../../core/words.js';

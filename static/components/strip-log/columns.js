@@ -1,20 +1,20 @@
 /**
- * What a strip shows of very many frames: for every pixel column the extremes of its frames, so that
- * a short loss stays visible however far away, and 100 000 frames are drawn as quickly as 1000.
+ * Reduces very many frames for a strip: for every pixel column the extremes of its frames, so that a short
+ * loss stays visible at any zoom, and 100 000 frames are drawn as fast as 1000.
  */
 
 /** Rank of a column without frames. */
 export const EMPTY = 255;
 
-/** Speed is the way of so many seconds before the frame. */
+/** Speed is averaged over this time before the frame. */
 const SPEED_WINDOW_S = 0.5;
 
-/** Speed in m/min of every frame of a track that grows. */
+/** Speed in m/min of every frame of a growing track. */
 export class Speeds {
   values = [];
   #first = 0;
 
-  /** @param {import('../../core/track.js').Track} track the same, or longer */
+  /** @param {import('../../core/track.js').Track} track the same track, or a longer one */
   extend(track) {
     const [times, distances] = [track.column('time_s'), track.column('distance_mm')];
     for (let i = this.values.length; i < times.length; i += 1) {
@@ -28,7 +28,7 @@ export class Speeds {
 
 /** Extremes per column; `add` takes only the frames that are new. */
 export class Columns {
-  /** Frames that are in it. */
+  /** Number of frames included. */
   length = 0;
 
   #low;

@@ -1,4 +1,4 @@
-/** The box in which a person types where to go: a distance, a time, a frame or a joint. */
+/** The dialog in which a person types where to go: a distance, a time, a frame or a joint. */
 
 import { html } from '../../core/html.js';
 import { parsePlace } from '../../core/places.js';
@@ -22,24 +22,24 @@ export function openGoTo(desk) {
     </form>`,
   });
   parts.place.focus();
-  parts.place.addEventListener('input', () => tell(''));
+  parts.place.addEventListener('input', () => showFault(''));
   parts.form.addEventListener('submit', (event) => {
     event.preventDefault();
     const { frame, fault } = frameOf(desk, parts.place.value);
-    tell(fault ?? '');
+    showFault(fault ?? '');
     if (fault) return;
     dialog.close();
     desk.seek(frame);
     desk.axis.reveal(desk.track.row(frame).distance_mm);
   });
 
-  function tell(fault) {
+  function showFault(fault) {
     parts.fault.textContent = fault;
     parts.place.setAttribute('aria-invalid', String(fault !== ''));
   }
 }
 
-/** The frame at a typed place, or why there is none. */
+/** Returns the frame at a typed place, or why there is none. */
 function frameOf(desk, typed) {
   const { track, playhead } = desk;
   const last = track.length - 1;
@@ -60,7 +60,7 @@ function frameOf(desk, typed) {
     const joint = desk.joints.find(({ number }) => number === value);
     return joint ? atDistance(joint.distance_m) : { fault: t('goto.no_joint', { number: value }) };
   }
-  // A tag ahead of the camera may lie a little beyond where the robot has been.
+  // A tag ahead of the camera may lie slightly beyond the robot's range.
   if (value * 1000 < low - BEYOND_MM || value * 1000 > high + BEYOND_MM) {
     return { fault: t('goto.no_distance', { from: chainage(low / 1000), to: chainage(high / 1000) }) };
   }

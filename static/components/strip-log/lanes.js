@@ -1,4 +1,4 @@
-/** The lanes of the strip log: how tall each is, how it is drawn, what it says under the cursor. */
+/** The lanes of the strip log: height, drawing and read-out of each. */
 
 import { namesOf } from '../../core/health.js';
 import { chainage, plusMinus, signed, speed, toShown } from '../../core/units.js';
@@ -7,7 +7,7 @@ import { numberEvery, paintMark, paintStretch } from '../strip/paint.js';
 import { EMPTY } from './columns.js';
 import { drawComplaint } from './complaint-signs.js';
 
-/** What crews are asked not to exceed; 30 ft/min in the specifications. */
+/** Usual limit for crews; 30 ft/min in the specifications. */
 export const USUAL_LIMIT_M_PER_MIN = 9;
 export const MARK_PX = 18;
 
@@ -153,7 +153,7 @@ function clipTo(context, left, top, width, height) {
   context.clip();
 }
 
-/** The 95 % interval as a thin line with ends, where it is wider than the mark's own stem. */
+/** Draws the 95 % interval as a thin line with ends, where it is wider than the mark's own stem. */
 function paintInterval(context, colour, plot, { distance_u95_m: u95M }, x, y) {
   const half = u95M === null ? 0 : (u95M * 1000) / plot.mmPerUnit;
   context.strokeStyle = colour('--text-dim');
@@ -209,7 +209,7 @@ function paintQuality(scene, top, height) {
         context.fillRect(left + i, from + tall - size, 1, size);
       }
     });
-    // Lost is barred over the whole height: seen without colour too.
+    // Lost is hatched over the whole height: recognisable without colour too.
     for (let i = 0; i < columns.count; i += 1) {
       if (columns.rank[i] !== 2) continue;
       context.globalAlpha = Math.floor(i / bar) % 2 ? 0.75 : 0.25;
@@ -247,8 +247,8 @@ function paintSpeed(scene, top, height) {
 }
 
 /**
- * Values to either side of a middle line, from the least to the greatest of each column. As on the
- * unrolled wall, right of the axis is below it.
+ * Draws values on either side of a middle line, from the least to the greatest of each column. As on the
+ * unrolled wall, right of the axis is below the line.
  */
 function paintBand(scene, top, height, least, greatest, most) {
   const { context, colour, columns, pixels, plot } = scene;
@@ -269,7 +269,7 @@ function paintBand(scene, top, height, least, greatest, most) {
   });
 }
 
-/** A row for each kind that occurs: a bar along the stretch, its sign at the start of it. */
+/** Draws a row for each kind that occurs: a bar along the stretch, its sign at the start. */
 function paintHealth(scene, top) {
   const { context, colour, columns, complaints, plot, pixels } = scene;
   complaints.forEach((name, row) => {
@@ -287,7 +287,7 @@ function paintHealth(scene, top) {
   });
 }
 
-/** Columns that complain, with gaps that would not be seen closed: [from, to) in columns. */
+/** Returns the ranges of columns with complaints, closing invisible gaps: [from, to) in columns. */
 function runsOf({ complaints, count }, name) {
   const runs = [];
   const gap = 14;

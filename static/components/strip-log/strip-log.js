@@ -20,7 +20,7 @@ import { Columns, Speeds } from './columns.js';
 import { openGoTo } from './go-to.js';
 import { LANES, MARK_PX, USUAL_LIMIT_M_PER_MIN, laneWord, paintGround } from './lanes.js';
 
-/** Here the film needs the room more than the lanes. */
+/** On these screens the film needs the room more than the lanes. */
 const LOW_SCREEN = matchMedia('(max-height: 860px) and (min-width: 1100px)');
 /** Lanes of this height have room for a second line beside them. */
 const TWO_LINES = 26;
@@ -92,7 +92,7 @@ class StripLog extends Strip {
     openGoTo(this.desk);
   }
 
-  /** @param {1|-1} direction 1 comes closer, to the play head where it is in sight */
+  /** @param {1|-1} direction 1 zooms in, to the play head where it is visible */
   zoom(direction) {
     const { axis, playhead } = this.desk;
     const here = playhead.value.row?.distance_mm;
@@ -123,7 +123,7 @@ class StripLog extends Strip {
     this.seekDistance(this.plot.toMm(x));
   }
 
-  // What happens elsewhere ------------------------------------------------------------------
+  // Events from elsewhere ----------------------------------------------------------------------
 
   #tracked() {
     const { track, axis } = this.desk;
@@ -137,7 +137,7 @@ class StripLog extends Strip {
     this.stale();
   }
 
-  /** Keeps the play head in sight where it was before: a person who looks elsewhere is left in peace. */
+  /** Keeps the play head visible if it was: a person who looks elsewhere is not disturbed. */
   #played() {
     const { axis, playhead } = this.desk;
     const { row, isLive } = playhead.value;
@@ -167,8 +167,8 @@ class StripLog extends Strip {
   #arrange(complaints) {
     const isLow = LOW_SCREEN.matches;
     let top = TOP;
-    const isTold = isUnmeasured(this.desk.inspection.value);
-    const seen = LANES.filter(({ name }) => stripSettings.has(name) && !(isTold && MEASURED.has(name)));
+    const isUnmeasuredRun = isUnmeasured(this.desk.inspection.value);
+    const seen = LANES.filter(({ name }) => stripSettings.has(name) && !(isUnmeasuredRun && MEASURED.has(name)));
     const rows = seen.map((lane) => {
       const height = lane.height(complaints, isLow);
       const row = { lane, top, height };
@@ -249,7 +249,7 @@ class StripLog extends Strip {
     const scale = height >= TWO_LINES && lane.scale?.(scales);
     context.textBaseline = 'middle';
     if (plot.isNarrow) {
-      // No room beside it: inside the lane, on its own ground; the marks explain themselves.
+      // No room beside it: inside the lane, on its own ground; the marks need no explanation.
       if (lane.name === 'defects') return;
       context.textAlign = 'left';
       context.font = `500 10px ${colour('--sans')}`;
@@ -329,7 +329,7 @@ class StripLog extends Strip {
     if (text) paintPlate(context, styles, text, x, Math.max(11, Math.min(y - 20, this.height - 40)), within);
   }
 
-  /** What the lane under the pointer says, and the time of the frame that stands there. */
+  /** Returns the read-out of the lane under the pointer, and the time of its frame. */
   #valueAt(mm, x, y) {
     const { track, playhead, health } = this.desk;
     const mark = this.markAt(x, y);
@@ -374,7 +374,7 @@ class StripLog extends Strip {
   }
 }
 
-/** A scale's end with one digit that matters. */
+/** Rounds the end of a scale to one significant digit. */
 function rounded(value) {
   const power = 10 ** Math.floor(Math.log10(value));
   return Number(([1, 2, 5, 10].find((size) => size * power >= value) * power).toPrecision(3));

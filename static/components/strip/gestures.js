@@ -1,12 +1,12 @@
 /**
- * How the strips are moved by mouse and touch: the wheel and two fingers zoom, Shift + wheel, the
- * middle or right button and two fingers pan, the left button or one finger scrubs, a click or tap acts.
+ * Gestures on the strips: the wheel and two fingers zoom; Shift + wheel, the middle or right button and two
+ * fingers pan; the left button or one finger scrubs; a click or tap acts.
  */
 
 const CLICK_PX = 4;
 const TAP_PX = 10;
 const LINE_PX = 16;
-/** Zoom of a pixel of the wheel, and of a touchpad's pinch, which browsers report as Ctrl + wheel. */
+/** Zoom per pixel of the wheel, and of a touchpad's pinch, which browsers report as Ctrl + wheel. */
 const WHEEL = 0.0016;
 const PINCH = 0.01;
 
@@ -24,7 +24,7 @@ const PINCH = 0.01;
  */
 export function stripGestures(element, axis, handlers, signal) {
   const { toMm, scrub, tap, hover } = handlers;
-  /** @type {Map<number, {x: number, y: number}>} what is pressed, by pointer */
+  /** @type {Map<number, {x: number, y: number}>} pressed pointers by id */
   const pressed = new Map();
   // IDLE => PRESSED => SCRUB | IDLE (a tap); IDLE => PAN => IDLE; any => PINCH by a second finger => IDLE
   let state = 'IDLE';
@@ -66,7 +66,7 @@ export function stripGestures(element, axis, handlers, signal) {
     const other = [...pressed].find(([key]) => key !== id)?.[1];
     if (!other) return; // one of the two fingers has left
     const [from, to] = [before, now].map(({ x, y }) => Math.hypot(x - other.x, y - other.y));
-    // Two fingers on one spot show nothing.
+    // Two fingers on one spot have no ratio.
     if (from > 1 && to > 1) axis.zoom(from / to, toMm((before.x + other.x) / 2));
     axis.pan(((before.x - now.x) / 2) * mmPerPx());
   }

@@ -1,11 +1,11 @@
-/** What a person has switched on in the strips, remembered by this browser. */
+/** A person's settings of the strips, stored in this browser. */
 
 import { Store } from '../../core/store.js';
 
 const KEY = 'chainage.strips';
 const USUAL = {
   lanes: ['defects', 'joints', 'quality', 'speed', 'health', 'wall'],
-  /** What a click on the unrolled wall does: 'tag' or 'seek'. */
+  /** Effect of a click on the unrolled wall: 'tag' or 'seek'. */
   click: 'tag',
 };
 

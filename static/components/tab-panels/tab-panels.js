@@ -1,6 +1,6 @@
 /**
- * Panels of which one is seen, with a tab for each (ARIA tabs pattern: arrows, Home and End move).
- * A panel is made when it is seen for the first time and kept from then on.
+ * Panels of which one is visible, with a tab for each (ARIA tabs pattern: arrows, Home and End move). A
+ * panel is created when it is first shown and then kept.
  */
 
 import { html, render } from '../../core/html.js';
@@ -20,8 +20,9 @@ export class TabPanels extends Component {
 
   /**
    * @param {Tab[]} tabs
-   * @param {string} label what they are about, for screen readers
-   * @param {import('../../core/store.js').Store} shown holds the name of the tab that is seen; set it to show another
+   * @param {string} label their subject, for screen readers
+   * @param {import('../../core/store.js').Store} shown holds the name of the visible tab; set it to
+   *     show another
    */
   fill(tabs, label, shown) {
     this.#tabs = tabs;
@@ -40,14 +41,14 @@ export class TabPanels extends Component {
       const tab = target.closest('[data-tab]');
       if (tab) shown.set(tab.dataset.tab);
     });
-    // A click leaves the keys where they were: with the film.
+    // A click leaves the keyboard focus with the film.
     this.listen(this.parts.list, 'mousedown', (event) => event.preventDefault());
     this.listen(this.parts.list, 'keydown', (event) => this.#key(event));
     this.listen(shown, 'change', () => this.#show());
     this.#show();
   }
 
-  /** Writes a count or a sign beside the title of a tab; '' takes it away. */
+  /** Writes a count or a sign beside the title of a tab; '' removes it. */
   note(name, text) {
     this.parts[`${name}Note`].textContent = text;
   }

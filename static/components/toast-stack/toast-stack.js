@@ -37,7 +37,7 @@ class ToastStack extends Component {
     if (kind !== 'error') this.#leaveLater(toast);
   }
 
-  /** A toast stays while it is pointed at or has the focus. */
+  /** Removes a toast later; it stays while it is pointed at or has the focus. */
   #leaveLater(toast) {
     const timer = setInterval(() => {
       if (toast.matches(':hover, :focus-within')) return;
@@ -60,7 +60,7 @@ export function toast(text, options = {}) {
 /** Shows why something failed. */
 export const toastError = (error) => toast(errorText(error), { kind: 'error' });
 
-/** Carries out a command of the person; what the server refuses is shown. */
+/** Runs a command of the person; a refusal of the server is shown. */
 export async function orToast(run) {
   try {
     await run();

@@ -1,4 +1,4 @@
-/** The bar on top of every page: the brand, where one is, and the menu of the person. */
+/** The bar at the top of every page: the brand, the present page, and the person's menu. */
 
 import { post } from '../../core/api.js';
 import { html, render } from '../../core/html.js';

@@ -1,4 +1,4 @@
-/** How old the live picture is that is on screen, by a clock that also runs when no picture comes. */
+/** Shows the age of the live picture on screen, with a clock that also runs when no picture comes. */
 
 import { html, render } from '../../core/html.js';
 import { Component } from '../../core/store.js';
@@ -7,7 +7,7 @@ import { icon } from '../icon/icon.js';
 
 const TICK_MS = 200;
 const LATE_MS = 500;
-/** Without a new picture for so long it is said instead of the age. */
+/** After this long without a new picture, a message replaces the age. */
 const STALLED_MS = 1000;
 
 class PictureAge extends Component {

@@ -1,22 +1,21 @@
 /**
- * The ways to get the pictures of an inspection onto one canvas, each with its frame number: from
- * the original file, as single stills, from the running tracker, and none where there is no film.
+ * Players that draw the pictures of an inspection on one canvas, each with its frame number: from the
+ * original file, from single stills, from the running tracker, and none where there is no film.
  *
- * Every player draws a picture and announces its frame in the same step, so that what is drawn over
- * the picture always belongs to it. `asked` is the frame that was wanted last; while it differs from
- * `frame`, the picture is on its way.
+ * Every player draws a picture and announces its frame in the same step, so that the overlay always matches
+ * the picture. `asked` is the frame requested last; while it differs from `frame`, the picture is on its
+ * way.
  */
 
 import { blob } from '../../core/api.js';
 
 /**
- * Shares of a frame's interval to seek to, one after the other while another frame is shown.
+ * Shares of a frame's interval to seek to, tried in turn while another frame is shown.
  *
- * Chromium takes the duration of a frame from the order of decoding, which with a variable rate and
- * B-frames is that of another one (measured with 150): the one before is shown for longer than it
- * lasts. It also learns the true duration only at the end of a file whose header states less, and
- * until then stops short of the last frame; another try gets there. What none of them finds is
- * fetched as a single picture.
+ * Chromium takes the duration of a frame from the decoding order, which with a variable rate and B-frames
+ * is that of another one (measured with 150): the previous frame is shown for too long. It also learns the
+ * true duration only at the end of a file whose header states less, and until then stops before the last
+ * frame; another try reaches it. A frame that no try finds is fetched as a single picture.
  */
 const SEEK_SHARES = [0.5, 0.5, 0.97];
 
@@ -24,7 +23,7 @@ const SEEK_SHARES = [0.5, 0.5, 0.97];
 class Player extends EventTarget {
   frame = -1;
   asked = -1;
-  /** 0 stands still, 1 is the speed of the recording, negative runs backwards. */
+  /** 0 is stopped, 1 is the speed of the recording, negative runs backwards. */
   rate = 0;
 
   #canvas;
@@ -40,7 +39,7 @@ class Player extends EventTarget {
     return this.asked !== this.frame;
   }
 
-  /** Runs at `rate` by asking for one frame after the other, the newest wish winning. */
+  /** Plays at `rate` by requesting one frame after the other; the newest request wins. */
   shuttle(rate) {
     cancelAnimationFrame(this.#timer);
     this.#setRate(rate);
@@ -94,7 +93,7 @@ class Player extends EventTarget {
 
 /**
  * The original file by Range requests. A frame is found by seeking to the middle of its interval;
- * which frame is on screen is known by its media time. Event `unplayable`: not with this browser.
+ * the media time identifies the frame on screen. Event `unplayable`: this browser cannot play it.
  */
 export class FilePlayer extends Player {
   #video;
@@ -110,13 +109,13 @@ export class FilePlayer extends Player {
     this.#path = path;
     video.onseeked = () => {
       if (this.asked !== this.#sought) this.seek(this.asked);
-      // The picture of a seek is presented within the next two.
+      // The picture of a seek is presented within the next two animation frames.
       else requestAnimationFrame(() => requestAnimationFrame(() => this.#check()));
     };
     video.onended = () => {
-      if (this.rate <= 0) return; // a seek to the last picture ends a film, too
+      if (this.rate <= 0) return; // a seek to the last picture also ends a film
       this.shuttle(0);
-      // A busy machine skips the last pictures without a word.
+      // A busy machine silently skips the last pictures.
       this.seek(this.track.length - 1);
     };
     video.onerror = () => this.dispatchEvent(new Event('unplayable'));
@@ -129,12 +128,12 @@ export class FilePlayer extends Player {
     const [picture, timeS] = snapshot(this.#video, mediaTime);
     const frame = this.track.frameAt(timeS);
     if (this.rate > 0) this.asked = frame;
-    // A fresh file shows its first picture on the way to the one that is asked for.
+    // A fresh file shows its first picture before the requested one.
     const mayYetCome = this.#missed < SEEK_SHARES.length - 1;
     const isOnTheWay = this.frame < 0 && frame !== this.asked && mayYetCome;
     if (!isOnTheWay) this.show(picture, this.#video.videoWidth, this.#video.videoHeight, frame);
     if (picture !== this.#video) picture.close();
-    // While tracking runs the file is longer than the track.
+    // While tracking runs, the file is longer than the track.
     if (this.rate > 0 && frame === this.track.length - 1) this.shuttle(0);
     if (!this.isBusy) this.#missed = 0;
   };
@@ -147,7 +146,7 @@ export class FilePlayer extends Player {
     this.#video.currentTime = this.track.seekTime(frame, SEEK_SHARES[this.#missed]);
   }
 
-  /** After a seek: try again elsewhere if it shows another frame. */
+  /** After a seek: tries another share if another frame is shown. */
   #check() {
     if (!this.isBusy || this.asked !== this.#sought || this.#video.seeking) return;
     this.#missed += 1;
@@ -184,7 +183,8 @@ export class FilePlayer extends Player {
 }
 
 /**
- * The picture that the video shows and its media time. When the machine is busy the video may be one
+ * Returns the picture that the video shows and its media time. When the machine is busy the video may be
+ * one
  * picture ahead of the callback (measured: 2 of 60 while playing); a VideoFrame carries its own time.
  * It exists only over https and on localhost, elsewhere playing may be off by that one.
  */
@@ -194,7 +194,7 @@ function snapshot(video, mediaTime) {
   return [picture, picture.timestamp / 1e6];
 }
 
-/** A frame as the server cuts it out of the original. */
+/** Fetches a frame that the server extracted from the original. */
 async function fetchStill(path, frame, signal) {
   return createImageBitmap(await blob(`${path}/frames/${frame}.jpg`, signal));
 }
@@ -236,7 +236,7 @@ export class StillPlayer extends Player {
   }
 }
 
-/** No pictures at all, of a survey that was imported without its film: frames are shown by number. */
+/** Shows no pictures, for a survey that was imported without its film: frames have only numbers. */
 export class BlankPlayer extends Player {
   seek(frame) {
     this.asked = frame;
@@ -248,7 +248,7 @@ export class BlankPlayer extends Player {
 /** Pictures of the running tracker, each with the pose of its own frame in `row`. */
 export class LivePlayer extends Player {
   row = null;
-  /** When the camera gave the picture, by `performance.now`; null for a file. */
+  /** When the camera delivered the picture, by `performance.now`; null for a file. */
   capturedMs = null;
 
   #feed;
@@ -266,7 +266,7 @@ export class LivePlayer extends Player {
     super(canvas, null);
     this.#feed = feed;
     this.#size = size;
-    // What came while another player was at work: the server waits for it.
+    // A picture came while another player was active: the server waits for its acknowledgement.
     feed.acknowledge(feed.seq);
     feed.addEventListener('message', ({ detail }) => this.#receive(detail), {
       signal: this.#end.signal,

@@ -1,10 +1,10 @@
-/** The codes on the digit keys 1 to 9, as the person chose them. */
+/** The person's codes on the digit keys 1 to 9. */
 
 import { preferences } from '../../core/preferences.js';
 import { wordFor } from '../../core/words.js';
 
 /**
- * With a label short enough for a button: [{code, char1, char2, label}].
+ * Returns the codes with labels short enough for a button: [{code, char1, char2, label}].
  * @param {import('../../core/codes.js').Catalogue} catalogue
  */
 export const quickCodes = (catalogue) =>

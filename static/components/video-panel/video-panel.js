@@ -20,9 +20,9 @@ import { toastError } from '../toast-stack/toast-stack.js';
 
 const SPEEDS = [1, 2, 4];
 const MARK_PX = 22;
-/** Marks nearer than this share of their size are one: the selected, else the gravest. */
+/** Marks closer than this share of their size are drawn as one: the selected, else the gravest. */
 const APART = 1 / 3;
-/** One label, across and down: more would lie over each other. */
+/** Room of one label, across and down: more labels would overlap. */
 const LABEL_ROOM = [56, 24];
 const BUSY_SHOWN_AFTER_MS = 250;
 
@@ -32,7 +32,7 @@ class VideoPanel extends Component {
   #mode = null;
   #cursor = null;
   #busySince = 0;
-  /** By observation, which is another object whenever it has changed; void when the track begins anew. */
+  /** By observation, which is another object whenever it has changed; cleared when the track restarts. */
   #wallPoints = new WeakMap();
   #generation = 0;
 
@@ -79,7 +79,7 @@ class VideoPanel extends Component {
     this.listen(parts.play, 'click', () => this.togglePlay());
     this.listen(parts.live, 'click', () => this.#enter('LIVE'));
     this.listen(parts.time, 'input', () => this.seek(desk.track.frameAt(Number(parts.time.value))));
-    // After a click the keys belong to the film again, not to the button or the slider.
+    // After a click the keyboard focus returns to the film.
     this.listen(this, 'mousedown', (event) => {
       if (event.target.closest('button')) event.preventDefault();
     });
@@ -129,7 +129,7 @@ class VideoPanel extends Component {
     this.#player.shuttle(this.#player.rate === 0 ? 1 : 0);
   }
 
-  /** J, K, L: backwards, stand, forwards; again is faster. */
+  /** J, K, L: backwards, stop, forwards; again is faster. */
   shuttle(direction) {
     if (!this.#review()) return;
     const { rate } = this.#player;
@@ -138,7 +138,7 @@ class VideoPanel extends Component {
     this.#player.shuttle(direction * next);
   }
 
-  /** Enters REVIEW where there is something to review. */
+  /** Enters REVIEW if anything is tracked. */
   #review() {
     if (this.desk.track.length === 0) return false;
     if (this.#mode !== 'REVIEW') this.#enter('REVIEW');
@@ -151,7 +151,9 @@ class VideoPanel extends Component {
     this.repaint();
   }
 
-  /** The tracked frame nearest to the asked one: the last live picture can be ahead of the track. */
+  /**
+   * Requests the tracked frame nearest to the wanted one: the last live picture can be ahead of the track.
+   */
   #ask(frame) {
     const tracked = Math.min(Math.max(frame, 0), this.desk.track.length - 1);
     this.#wish(() => this.#player.seek(tracked));
@@ -208,7 +210,7 @@ class VideoPanel extends Component {
     this.#showTime();
   }
 
-  /** The first rows of a finished track, or of one that is reviewed before it has any picture. */
+  /** Handles the first rows of a finished track, or of one that is reviewed before it has any picture. */
   #tracked() {
     if (this.#mode === 'REVIEW' && this.#player.asked < 0 && this.desk.track.length) this.#ask(0);
     this.#showTime();
@@ -219,7 +221,7 @@ class VideoPanel extends Component {
     if (this.desk.inspection.isUnfinished) {
       if (this.#mode === 'REVIEW' && this.desk.track.length === 0) this.#enter('LIVE');
     } else if (this.#mode === 'LIVE' || (hasFilm(this.desk.inspection.value) && this.#isPlayable !== this.#player instanceof FilePlayer)) {
-      this.#enter('REVIEW'); // what a camera recorded is a film from its end on
+      this.#enter('REVIEW'); // a camera's recording is a film once it has ended
     }
     this.#showTransport();
     this.repaint();
@@ -268,8 +270,8 @@ class VideoPanel extends Component {
   // The overlay -------------------------------------------------------------------------------
 
   /**
-   * Where the picture lies within the stage: its corner, and the size of a video px.
-   * @param {number} unit of the answer, in CSS px
+   * Returns where the picture lies within the stage: its corner, and the size of a video px.
+   * @param {number} unit of the result, in CSS px
    */
   #layout(unit = 1) {
     const [across, down] = [this.parts.stage.clientWidth / unit, this.parts.stage.clientHeight / unit];
@@ -314,7 +316,10 @@ class VideoPanel extends Component {
     return this.#marks().find(({ pixel }) => Math.hypot(pixel[0] - u, pixel[1] - v) <= reach) ?? null;
   }
 
-  /** Observations whose wall point is in the picture now, as far as they can be told apart: [{id, severity, code, pixel}]. */
+  /**
+   * Returns the marks of observations whose wall point is in the picture now, merged where they overlap:
+   * [{id, severity, code, pixel}].
+   */
   #marks() {
     const { observations, playhead, selection, wall } = this.desk;
     const { frame, row } = playhead.value;
@@ -333,7 +338,9 @@ class VideoPanel extends Component {
     return [...shown.values()];
   }
 
-  /** World X and Y of an observation in mm, or null without a pixel or before its frame is tracked. */
+  /**
+   * Returns world X and Y of an observation in mm, or null without a pixel or before its frame is tracked.
+   */
   #wallPoint(item) {
     const { track, wall } = this.desk;
     if (track.generation !== this.#generation) {
@@ -389,7 +396,7 @@ class VideoPanel extends Component {
     } else paintLabel(context, t('video.no_wall'), x, y - 26, layout, styles);
   }
 
-  /** Says plainly when the picture is not (yet) the wanted one. */
+  /** Shows a note when the picture is not (yet) the wanted one. */
   #paintNote() {
     const { parts, desk } = this;
     const { status } = desk.inspection.value;
@@ -429,7 +436,7 @@ function paintCentre(context, [x, y]) {
   }
 }
 
-/** Which cell of a raster a point is in. */
+/** Returns the cell of a raster that contains a point. */
 const placeOf = ([x, y], across, down) => `${Math.round(x / across)} ${Math.round(y / down)}`;
 
 function paintRing(context, x, y, styles) {
@@ -440,7 +447,7 @@ function paintRing(context, x, y, styles) {
   context.stroke();
 }
 
-/** Text on a dark plate, kept within the picture. */
+/** Draws text on a dark plate, kept within the picture. */
 function paintLabel(context, text, x, y, layout, styles) {
   context.font = `600 15px ${styles.getPropertyValue('--sans')}`;
   const width = context.measureText(text).width + 14;

@@ -1,4 +1,4 @@
-/** The 3D culvert in its frame, and where its camera stands. */
+/** The 3D culvert in its frame, and the choice of its camera. */
 
 import { html, render } from '../../core/html.js';
 import { pageId } from '../../core/page-id.js';
@@ -14,13 +14,13 @@ const CAMERAS = [
 ];
 
 class ViewerPanel extends Component {
-  /** The keys that are pressed in the 3D view, as `keydown`. */
+  /** Keys pressed in the 3D view, as `keydown` events. */
   keys = new EventTarget();
-  /** @type {string[]} names of keys that the browser is not to use there for itself */
+  /** @type {string[]} names of keys whose default action is prevented there */
   bound = [];
 
   #mode;
-  /** Whether software draws the view, so that it is drawn seldom while a camera runs. */
+  /** Whether software renders the view, which is then drawn seldom while a camera runs. */
   #isSlow = false;
 
   mount() {
@@ -59,7 +59,7 @@ class ViewerPanel extends Component {
       this.listen(window, 'message', (event) => this.#hear(event));
     }
     this.listen(this.desk.live, 'state', () => this.#send());
-    // What was tagged there is edited here: the keys belong to the page again.
+    // The new tag is edited here: the keyboard focus returns to the page.
     this.listen(this.desk.live, 'wall_click', () => this.parts.frame?.blur());
     this.parts.late.hidden = !this.#isLate;
     this.#choose(localStorage.getItem(REMEMBERED) ?? 'follow');
@@ -73,7 +73,7 @@ class ViewerPanel extends Component {
     return this.#isSlow && this.#isLive;
   }
 
-  /** The read-out is seconds ahead: the page says so, and no second distance contradicts it. */
+  /** The view is seconds late: the page says so, and no second distance contradicts the read-out. */
   #showLate() {
     if (this.parts.late.hidden !== this.#isLate) return;
     this.parts.late.hidden = !this.#isLate;
@@ -86,7 +86,7 @@ class ViewerPanel extends Component {
     this.parts.frame?.contentWindow.postMessage({ isLimited: this.#isLive, keys }, '*');
   }
 
-  /** Only what a person presses there: the client in the frame is not ours. */
+  /** Accepts only key presses of a person: the client in the frame is not ours. */
   #hear({ source, data }) {
     const { frame } = this.parts;
     if (source !== frame.contentWindow || document.activeElement !== frame) return;

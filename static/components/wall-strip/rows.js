@@ -1,30 +1,32 @@
-/** Where the arc of the wall lies down a strip: the whole circle of a pipe, or the whole breadth of a floor. */
+/**
+ * Maps the arc of the wall to rows of a strip: the whole circle of a pipe, or the whole width of a floor.
+ */
 
 const RADIANS = Math.PI / 180;
 
-/** Clock position of a point of the developed wall, in (0, 12]. */
+/** Returns the clock position of a point of the developed wall, in (0, 12]. */
 export const clockAt = (arcMm, radiusMm) => (12 + 6 - arcMm / radiusMm / RADIANS / 30) % 12 || 12;
 
-/** The developed wall at a clock position: 0 at the invert, positive to the right. */
+/** Returns the developed wall at a clock position: 0 at the invert, positive to the right. */
 export const arcAt = (clockH, radiusMm) => radiusMm * RADIANS * (180 - 30 * (clockH === 0 ? 12 : clockH));
 
-/** Half a mark fits between the edge of the strip and the crown: no mark is moved to another hour. */
+/** Half a mark fits between the edge of the strip and the crown: no mark moves to another hour. */
 const EDGE = 12;
-/** What the camera saw gets at least so much of the strip, if it is only the invert. */
+/** Least share of the strip for the seen part, if that is only the invert. */
 const SEEN_SHARE = 0.6;
 
 /**
- * Rows of the strip, which always holds the whole circle: a defect at the crown has its place also
- * where the camera saw no more than the invert. Then the part that was seen is drawn larger, and the
- * hours of the others lie closer together. Lengths are units of 1/16 rem.
+ * Rows of the strip, which always shows the whole circle: a defect at the crown has a place even where the
+ * camera saw only the invert. Then the seen part is enlarged, and the other hours are compressed. Lengths
+ * are units of 1/16 rem.
  */
 export class Rows {
   #arcs;
   #ys;
 
   /**
-   * @param {{arc_from_mm: number, arc_to_mm: number}} layout of what was seen
-   * @param {number|null} radiusMm null for a floor, which is as broad as was seen
+   * @param {{arc_from_mm: number, arc_to_mm: number}} layout of the seen part
+   * @param {number|null} radiusMm null for a floor, whose width is that of the seen part
    * @param {number} height of the strip
    */
   constructor({ arc_from_mm: seenFrom, arc_to_mm: seenTo }, radiusMm, height) {
@@ -46,13 +48,13 @@ export class Rows {
     return between(this.#arcs, this.#ys, arcMm);
   }
 
-  /** The edge belongs to the crown, or to the side of a floor. */
+  /** Returns the arc at y; the edge is the crown, or the side of a floor. */
   toArc(y) {
     return Math.min(Math.max(between(this.#ys, this.#arcs, y), this.from), this.to);
   }
 }
 
-/** The value at `at` of the line through knots with rising places, some of them the same. */
+/** Interpolates at `at` between knots whose places rise, some of them equal. */
 function between(places, values, at) {
   let i = 0;
   while (i < places.length - 2 && (at > places[i + 1] || places[i] === places[i + 1])) i += 1;
@@ -61,12 +63,12 @@ function between(places, values, at) {
   return values[i] + share * (values[i + 1] - values[i]);
 }
 
-/** Hours of the circle from the invert, those first that must not be missing. */
+/** Hours of the circle from the invert, the most important first. */
 const HOURS = [0, -6, 6, -3, 3, -1, 1, -2, 2, -4, 4, -5, 5];
 const MM_APART = [10, 20, 50, 100, 200, 500, 1000, 2000];
 
 /**
- * Labelled rows: whole hours of a pipe where they have room, mm beside the axis of a floor.
+ * Returns labelled rows: whole hours of a pipe where they have room, mm beside the axis of a floor.
  * @param {Rows} rows
  * @param {number|null} radiusMm null for a floor
  * @param {number} atLeast units between two of them

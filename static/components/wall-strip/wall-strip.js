@@ -1,6 +1,6 @@
 /**
- * The unrolled wall along the same axis as the strip log: what the run has shown, with joints, defects
- * and what the camera sees now. A click tags the place, or goes to the frame that shows it.
+ * The unrolled wall along the same axis as the strip log, with joints, defects and the camera's present
+ * view. A click tags the place, or goes to the frame that shows it.
  */
 
 import { ApiError, poll } from '../../core/api.js';
@@ -17,24 +17,24 @@ import { stripSettings } from '../strip/settings.js';
 import { Strip, markText, nearestMark } from '../strip/strip.js';
 import { Rows, arcAt, clockAt, rowMarks } from './rows.js';
 
-/** The grey of the tiles where no frame has shown the wall. */
+/** The grey of tile pixels that no frame has shown. */
 const UNSEEN = '#2c2c2c';
 const OUTLINE = 'rgb(8 10 12 / 70%)';
 const MARK_PX = 20;
 const LABEL_PX = 15;
 const PLATE_AWAY_PX = 24;
-/** Joints nearer than this are left out. */
+/** Joints closer than this are left out. */
 const JOINT_LINE_PX = 18;
-/** What a plate is wider than its text, with a gap to the next one. */
+/** Padding of a plate, with a gap to the next one. */
 const PLATE_PX = 22;
 const REFRESH_S = 1;
-/** A wide lens sees farther along the pipe, but too flat to be of use. */
+/** A wide lens sees farther along the pipe, but at too flat an angle to be useful. */
 const SEEN_RADII = 4;
-/** Of the length that is seen, and of the arc: a step of the cursor. */
+/** A step of the cursor, as a share of the visible length and of the arc. */
 const CURSOR_STEP = 0.01;
 const CURSOR_STEP_ARC = 0.04;
 const FAR = 10;
-const TOLD_AFTER_MS = 400;
+const ANNOUNCED_AFTER_MS = 400;
 
 class WallStrip extends Strip {
   /** {mm, arc} of the keyboard's cursor, or null while it is not used */
@@ -61,7 +61,7 @@ class WallStrip extends Strip {
           aria-describedby="wall-keys"><canvas data-part="ground"></canvas><canvas data-part="above"></canvas></div>
         <p class="wall__empty" data-part="empty" hidden></p>
         <p class="visually-hidden" id="wall-keys">${t('wall.keys')}</p>
-        <p class="visually-hidden" role="status" data-part="told"></p>`,
+        <p class="visually-hidden" role="status" data-part="announced"></p>`,
     );
     const { parts } = this;
     for (const mode of ['tag', 'seek']) {
@@ -94,7 +94,7 @@ class WallStrip extends Strip {
     this.#keepUp();
   }
 
-  /** Reads the layout now and then while it grows, and anew when distances were corrected. */
+  /** Fetches the layout repeatedly while it grows, and again when distances were corrected. */
   async #keepUp() {
     const { desk } = this;
     const stateOf = ({ revision, status }) => `${revision} ${status}`;
@@ -110,7 +110,7 @@ class WallStrip extends Strip {
         return isCurrent ? null : REFRESH_S;
       },
       this.signal,
-      () => {}, // the page itself says that the server is away
+      () => {}, // the page itself reports an unreachable server
     );
     this.#isFollowing = false;
   }
@@ -182,11 +182,11 @@ class WallStrip extends Strip {
   #moveCursor(cursor) {
     if (cursor === this.#cursor) return;
     this.#cursor = cursor;
-    clearTimeout(this.#tellTimer);
+    clearTimeout(this.#announceTimer);
     if (cursor) {
       this.desk.axis.reveal(cursor.mm);
-      // A held key would be read out at every step.
-      this.#tellTimer = setTimeout(() => (this.parts.told.textContent = this.#textOf(cursor)), TOLD_AFTER_MS);
+      // A held key would be announced at every step.
+      this.#announceTimer = setTimeout(() => (this.parts.announced.textContent = this.#textOf(cursor)), ANNOUNCED_AFTER_MS);
     }
     this.repaint();
   }
@@ -323,7 +323,7 @@ class WallStrip extends Strip {
     context.setLineDash([]);
   }
 
-  /** A bar from start to finish, at the clock position of the start. */
+  /** Draws a bar from start to finish, at the clock position of the start. */
   #paintStretches(context, styles, plot) {
     const { observations, track } = this.desk;
     for (const stretch of stretchesOf(observations.value, track.range.high / 1000)) {
@@ -342,7 +342,7 @@ class WallStrip extends Strip {
     }
   }
 
-  /** The row of an observation: of its pixel, else of its clock position, else of the invert. */
+  /** Returns the row of an observation: of its pixel, else of its clock position, else of the invert. */
   #rowOf({ frame, pixel, clock_from: from, clock }) {
     const row = pixel && this.desk.track.row(frame);
     const point = row && this.desk.wall?.at(...pixel, row);
@@ -355,7 +355,7 @@ class WallStrip extends Strip {
     return this.radius === null || clock === null ? right : arcAt(clock, this.radius);
   }
 
-  /** What the camera sees now, and how sure its place is. */
+  /** Draws the camera's present view, and the interval of its distance. */
   #paintNow(context, styles, plot, row, height) {
     const half = (u95FromSigma(row.sigma_distance_mm) * 1000) / plot.mmPerUnit;
     const x = plot.toX(row.distance_mm);
@@ -392,7 +392,7 @@ class WallStrip extends Strip {
     context.lineWidth = 1;
   }
 
-  /** A robot that has moved aside sees the wall turned: the depth stays, the side changes. */
+  /** Rotates the wall for a robot that has moved aside: the depth stays, the side changes. */
   #turned({ right_mm: right, clock_h: clock }) {
     if (this.radius === null || clock === null) return right;
     const depth = this.radius * Math.cos(arcAt(clock, this.radius) / this.radius);

@@ -156,9 +156,9 @@ def test_what_is_wrong_is_told_with_its_place(exported, path, value, sentence):
     [
         (b'"size": 123456', b'"size": NaN', "NaN is no number"),
         (b'"height_mm": 900', b'"height_mm": 1e999', "1e999 is too large"),
-        (b'"height_mm": 900', b'"height_mm": 900, "height_mm": 901', "stands twice"),
+        (b'"height_mm": 900', b'"height_mm": 900, "height_mm": 901', "occurs twice"),
         (b'"tags"', b'"tags', "is not JSON"),
-        (b'"Culvert 41"', b'"Culvert \\ud800"', "holds half a character"),
+        (b'"Culvert 41"', b'"Culvert \\ud800"', "contains half a character"),
         (b'"Culvert 41"', b'"Culvert \xff"', "is not in UTF-8"),
         (b'"header": {', b'"header": {"n": ' + 5000 * b"9" + b", ", "cannot be read"),
     ],

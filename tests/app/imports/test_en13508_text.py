@@ -159,7 +159,7 @@ def test_any_export_of_ours_is_read_without_losing_a_row(made: Report) -> None:
     assert len(survey.observations) == len(tracked)
     # A sign of one letter may take several in ASCII, and then too many.
     assert all(
-        "cannot be" in caveat.detail or "characters are kept" in caveat.detail
+        "cannot be" in caveat.detail or "characters of" in caveat.detail
         for caveat in survey.warnings
     )
 
@@ -241,7 +241,7 @@ def test_a_remark_that_is_too_long_is_cut_with_a_warning() -> None:
     assert [len(row.tag(0).to_json()["remark"]) for row in survey.observations] == [40_000, 30_000]
     assert [str(caveat) for caveat in survey.warnings] == [
         "Line 4: The remark has 40500 characters; the first 40000 are kept.",
-        "Of the header field remarks 20000 characters are kept, not more.",
+        "Only 20000 characters of the header field remarks are kept.",
     ]
 
 

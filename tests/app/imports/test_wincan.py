@@ -93,7 +93,7 @@ def test_a_column_that_is_worked_out_is_not_read(tmp_path: Path) -> None:
     file = read(project(tmp_path / "p.db3", without=("SECOBS",), more=statements))
     (observation,) = file.surveys[0].observations
     assert (observation.distance_m, observation.remark) == (2.5, "")
-    assert "works out these columns, which are not read: OBS_Memo" in str(file.warnings[0])
+    assert "computes these columns, which are not read: OBS_Memo" in str(file.warnings[0])
 
 
 def test_a_trigger_is_never_run(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The words of the reports that people read, in every language of theirs."""
+"""The words of the reports that people read, in each of their languages."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from app.reports.report import Language
 
 @cache
 def words_of(language: Language) -> Mapping[str, str]:
-    """Every sentence by its key, such as `cover.title`; what changes in it stands in braces."""
+    """Return every sentence by its key, such as `cover.title`; placeholders are in braces."""
     text = resources.files(__name__).joinpath(f"{language}.json").read_text("utf-8")
     areas: Mapping[str, Mapping[str, str]] = json.loads(text)
     return {

@@ -1,4 +1,4 @@
-"""Corrections of the distance, preferences of a person, code packs."""
+"""Distance corrections, preferences of a person, code packs."""
 
 import sqlalchemy as sa
 from alembic import op
@@ -10,7 +10,7 @@ depends_on = None
 
 
 def upgrade() -> None:
-    """Add what the operator's desk keeps."""
+    """Add the tables and columns of the operator's desk."""
     op.add_column(
         "inspections", sa.Column("corrections", sa.JSON, nullable=False, server_default="{}")
     )

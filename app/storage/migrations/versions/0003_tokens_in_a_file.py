@@ -10,7 +10,7 @@ depends_on = None
 
 
 def upgrade() -> None:
-    """Make the sessions anew without the reference, then drop what it pointed to."""
+    """Rebuild the sessions without the reference, then drop the table that it pointed to."""
     op.create_table(
         "sessions_kept",
         sa.Column("digest", sa.String(64), primary_key=True),

@@ -1,4 +1,4 @@
-"""What the client is to be told of at once."""
+"""The alerts of severe observations."""
 
 import sqlalchemy as sa
 from alembic import op

@@ -1,4 +1,4 @@
-"""Joints that count by themselves, and ends with everything in their uncertainty."""
+"""Joints that count without a person, and end distances with their full uncertainty."""
 
 import sqlalchemy as sa
 from alembic import op
@@ -12,9 +12,9 @@ _ENDED = ("done", "failed", "cancelled")
 
 
 def upgrade() -> None:
-    """What was reported keeps its distances: joints do not count where nothing was stated before.
+    """Keep reported distances: joints do not count where nothing was stated before.
 
-    The sigmas of corrected ends were without the rig's tolerances; they are worked out anew.
+    The sigmas of corrected ends lacked the rig's tolerances; they are computed anew.
     """
     inspections = sa.table(
         "inspections",
