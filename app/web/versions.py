@@ -9,7 +9,12 @@ from fastapi import Depends, Header, Response
 
 def tag_with(response: Response, version: str) -> None:
     """Name the version that an answer holds."""
-    response.headers["ETag"] = f'"{version}"'
+    response.headers["ETag"] = etag(version)
+
+
+def etag(version: str) -> str:
+    """A version as the headers have it."""
+    return f'"{version}"'
 
 
 def _replaced(
