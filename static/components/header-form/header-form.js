@@ -3,8 +3,8 @@
  * work: required for a report, filled in by itself, and more. An empty required field stops nothing
  * here; it is counted and named.
  *
- * Events: `field` (detail {name, value}) when a field was left with another value that can be used,
- * `typing` (likewise) with every letter before that.
+ * Events: `field` (detail {name, value, before}) when a field was left with another value that can be
+ * used, `typing` (likewise) with every letter before that; `before` is what the field showed.
  */
 
 import { ApiError, get } from '../../core/api.js';
@@ -52,6 +52,8 @@ class HeaderForm extends Component {
   #values = {};
   /** What `suggest` wrote, so that a later suggestion may replace it and a person's word stays. */
   #suggested = {};
+  /** What each field showed before it was typed in. */
+  #shown = {};
 
   mount() {
     render(this, html`<p class="dim" role="status">${t('page.loading')}</p>`);
@@ -149,7 +151,8 @@ class HeaderForm extends Component {
   #write(field) {
     const input = this.#input(field.name);
     if (!input || input === document.activeElement) return;
-    input.value = written(field, this.#values[field.name] ?? null);
+    this.#shown[field.name] = this.#values[field.name] ?? null;
+    input.value = written(field, this.#shown[field.name]);
   }
 
   #fieldOf(input) {
@@ -160,7 +163,8 @@ class HeaderForm extends Component {
     const field = this.#fieldOf(input);
     const value = field && read(field, input.value);
     if (value === undefined) return; // not a number yet
-    this.dispatchEvent(new CustomEvent('typing', { detail: { name: field.name, value } }));
+    const before = this.#shown[field.name];
+    this.dispatchEvent(new CustomEvent('typing', { detail: { name: field.name, value, before } }));
   }
 
   #left(input) {
@@ -175,7 +179,9 @@ class HeaderForm extends Component {
     this.#values[field.name] = value;
     delete this.#suggested[field.name];
     this.#count();
-    this.dispatchEvent(new CustomEvent('field', { detail: { name: field.name, value } }));
+    const before = this.#shown[field.name];
+    this.#shown[field.name] = value;
+    this.dispatchEvent(new CustomEvent('field', { detail: { name: field.name, value, before } }));
   }
 
   #isNeeded({ name, group }) {

@@ -37,7 +37,7 @@ export function differences({ action, before, after }) {
   const [was, is] = [flat(before), flat(after)];
   return [...new Set([...Object.keys(was), ...Object.keys(is)])]
     .filter((name) => JSON.stringify(was[name] ?? null) !== JSON.stringify(is[name] ?? null))
-    .map((name) => ({ name, before: told(name, was[name]), after: told(name, is[name]) }));
+    .map((name) => ({ name, before: valueText(name, was[name]), after: valueText(name, is[name]) }));
 }
 
 /** An inspection's name and header side by side; why joints were dropped stands in the remark. */
@@ -46,7 +46,8 @@ const flat = (fields) => {
   return { ...others, ...header };
 };
 
-function told(name, value) {
+/** A value of a field, null where nothing is stated. */
+export function valueText(name, value) {
   if (value === null || value === undefined || value === '') return null;
   if (STATED[name]) return STATED[name](value);
   if (name.endsWith('_m') && typeof value === 'number') return chainage(value);

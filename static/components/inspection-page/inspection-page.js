@@ -26,6 +26,7 @@ import { VIEWER_KEYS, keyMap } from './key-map.js';
 import { followLinks } from './links.js';
 import { stepName } from './step-names.js';
 import { TABS } from './tabs.js';
+import '../conflict-dialog/conflict-notice.js';
 import '../distance-readout/distance-readout.js';
 import '../emergency-banner/emergency-banner.js';
 import '../live-bar/live-bar.js';
@@ -114,6 +115,7 @@ class InspectionPage extends Component {
             <tab-panels class="desk__side panel" data-part="side"></tab-panels>
             <div class="desk__notices">
               <emergency-banner hidden></emergency-banner>
+              <conflict-notice hidden></conflict-notice>
               <div class="desk-messages" data-part="messages"></div>
               <rig-notice hidden></rig-notice>
             </div>
@@ -129,7 +131,10 @@ class InspectionPage extends Component {
     const { parts } = this;
     this.listen(desk.inspection, 'change', () => this.#showState());
     this.listen(desk.outbox, 'change', () => this.#showSaving());
-    this.listen(desk.outbox, 'refused', ({ detail }) => toastError(detail.error));
+    // What was overtaken in this inspection is asked about by <conflict-notice>.
+    this.listen(desk.outbox, 'refused', ({ detail: { operation, error } }) => {
+      if (!error.isOvertaken || operation.inspection !== id) toastError(error);
+    });
     this.listen(desk.observations, 'change', () => this.#showObservations());
     this.listen(desk.history, 'change', () => this.#showHistory());
     this.listen(document, 'visibilitychange', () => !document.hidden && this.#lookAgain());
@@ -269,14 +274,13 @@ class InspectionPage extends Component {
     const zero = { frame, offset_m: offset };
     // With other changes on the way it joins them; alone it is done at once.
     if (corrections.isEdited) corrections.edit({ zero });
-    else await this.correct({ ...corrections.value.stated, zero }, null, t('corrections.zero_set', { frame }));
+    else await this.correct({ ...corrections.value.stated, zero }, null, { text: t('corrections.zero_set', { frame }) });
   }
 
   /** States something about the distances; the message that reports it can take it back. */
-  async correct(stated, remark, text = t('corrections.applied')) {
+  async correct(stated, remark, { text = t('corrections.applied'), replaced } = {}) {
     await orToast(async () => {
-      await this.desk.correct(stated, remark);
-      this.#tellDone(text);
+      if (await this.desk.correct(stated, remark, replaced)) this.#tellDone(text);
     });
   }
 
