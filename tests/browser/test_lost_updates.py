@@ -122,7 +122,7 @@ def test_both_versions_are_shown_and_mine_is_kept(desk: Page, server: Server, pa
         "Remark": ("–", "roots", True),
         "Place": ("Frame 4 · pixel 160, 120", "Frame 4 · pixel 160, 120", False),
     }
-    expect(asked).to_contain_text(re.compile("Saved by .+, .+"))
+    expect(asked).to_contain_text(re.compile(r"By .+, .+\."))
     assert tag_of(server, path)["severity"] == 4
     decide(desk, "Keep mine")
     expect_settled(desk)
@@ -166,10 +166,11 @@ def test_what_is_decided_later_stays_in_sight(desk: Page, server: Server, path: 
     question(desk)
     desk.keyboard.press("Escape")
     expect(desk.get_by_role("dialog")).to_have_count(0)
+    expect(desk.locator(".save")).to_have_text("Undecided (1)")
     expect(desk.locator(".defect__save--refused")).to_be_visible()
     expect(desk.locator(".defect__more")).to_contain_text("wet")
     notice = desk.locator("conflict-notice")
-    expect(notice).to_contain_text("1 of your changes was overtaken")
+    expect(notice).to_contain_text("1 change waits for your decision")
     notice.get_by_role("button", name="Compare").click()
     expect(question(desk)).to_contain_text("wet")
     desk.keyboard.press("Escape")
@@ -317,7 +318,7 @@ def test_two_people_decide_about_one_defect(
     rate(second, 1)
     expect_settled(second)
     rate(desk, 0)
-    expect(question(desk)).to_contain_text("Saved by Van 2")
+    expect(question(desk)).to_contain_text("By Van 2")
 
 
 HEADER = {"asset_id": "KL-204", "client": "JKR"}

@@ -131,6 +131,7 @@ class InspectionPage extends Component {
     const { parts } = this;
     this.listen(desk.inspection, 'change', () => this.#showState());
     this.listen(desk.outbox, 'change', () => this.#showSaving());
+    this.listen(desk.conflicts, 'change', () => this.#showSaving());
     // What was overtaken in this inspection is asked about by <conflict-notice>.
     this.listen(desk.outbox, 'refused', ({ detail: { operation, error } }) => {
       if (!error.isOvertaken || operation.inspection !== id) toastError(error);
@@ -361,9 +362,11 @@ class InspectionPage extends Component {
   #showSaving() {
     const { count, reason } = this.desk.outbox;
     const isStuck = reason !== null && count > 0;
-    this.parts.save.textContent = count === 0 ? t('desk.saved') : t('desk.waiting', { n: count });
+    const { length: undecided } = this.desk.conflicts.value;
+    const settled = undecided ? t('desk.undecided', { n: undecided }) : t('desk.saved');
+    this.parts.save.textContent = count === 0 ? settled : t('desk.waiting', { n: count });
     this.parts.save.title = isStuck ? reason : '';
-    this.parts.save.classList.toggle('save--waiting', count > 0);
+    this.parts.save.classList.toggle('save--waiting', count + undecided > 0);
     if (this.#isKept === this.desk.outbox.isKept) return;
     this.#isKept = this.desk.outbox.isKept;
     this.#showMessages();
