@@ -96,6 +96,12 @@ class HeaderForm extends Component {
     input.closest('.field').querySelector('.fault').textContent = sentence ?? '';
   }
 
+  /** Shows what a field holds, even while it has the focus. */
+  restore(name) {
+    const field = this.#fields.find((other) => other.name === name);
+    if (field) this.#show(field, this.#input(name));
+  }
+
   /** Brings a field into sight and the keys to it. */
   async goTo(name) {
     await this.#built;
@@ -150,7 +156,10 @@ class HeaderForm extends Component {
 
   #write(field) {
     const input = this.#input(field.name);
-    if (!input || input === document.activeElement) return;
+    if (input && input !== document.activeElement) this.#show(field, input);
+  }
+
+  #show(field, input) {
     this.#shown[field.name] = this.#values[field.name] ?? null;
     input.value = written(field, this.#shown[field.name]);
   }

@@ -70,7 +70,8 @@ class HeaderPanel extends Component {
   #ownOf(name, before) {
     const last = this.#waiting.get(name);
     if (last) return [...last.own, last.value];
-    return (this.#overtaken.get(name) ?? this.#unsent.all.get(name))?.own ?? [before];
+    const kept = this.#overtaken.get(name) ?? this.#refused.get(name) ?? this.#unsent.all.get(name);
+    return kept?.own ?? [before];
   }
 
   #left({ name, value, before }) {
@@ -173,6 +174,7 @@ class HeaderPanel extends Component {
       else this.#unsent.drop(name, value);
     }
     this.#refresh();
+    for (const [name] of fields) this.parts.form.restore(name);
     return this.#send();
   }
 }
