@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from app.access.access import Access
 from app.alerts.webhook import Client, Webhook
+from app.data_folder import Records
 from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
 from app.inspections.file_reader import CPU_S, FileReader
@@ -35,11 +36,7 @@ from app.storage.alerts import AlertStore
 from app.storage.database import Database
 from app.storage.files import DataFolder
 from app.storage.imports import ImportStore
-from app.storage.inspections import InspectionStore
-from app.storage.observations import ObservationStore
-from app.storage.packs import PackStore
 from app.storage.preferences import PreferenceStore
-from app.storage.signing_key import SigningKey
 from app.storage.tokens import TokenFile
 from app.tracking.cameras import Sources
 from app.tracking.live import Live
@@ -52,7 +49,6 @@ from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
 from app.viewer.clicks import Clicks
 from app.viewer.scenes import Scenes
-from app.viewer.still import scene_page
 
 logger = logging.getLogger(__name__)
 
@@ -121,23 +117,22 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     database = Database(folder.database, on_write=metrics.count_write)
     stack.callback(database.close)
     client = _client(settings)
-    inspection_store = InspectionStore(database)
-    observation_store = ObservationStore(database, has_webhook=client is not None)
     live = Live()
     stack.enter_context(live.listening(None, metrics.on_event))
-    tracks = Tracks(folder)
-    unrolled = Unrolled(folder, live)
+    company = Company(settings.company_name, settings.company_logo)
+    records = Records(database, folder, live, company, has_webhook=client is not None)
+    tracks = records.tracks
     uploads = Uploads(
         folder, max_bytes=settings.max_upload_bytes, expiry_s=settings.upload_expiry_h * 3600
     )
     media = Media(Limits(settings.child_memory_bytes, reads=folder.media))
     stack.callback(media.close)
-    runs = Runs(tracks, unrolled, live)
+    runs = Runs(tracks, records.unrolled, live)
     tracking = Tracking(
-        inspection_store,
+        records.inspection_store,
         folder,
         tracks,
-        unrolled,
+        records.unrolled,
         runs,
         live,
         slots=settings.max_jobs,
@@ -145,14 +140,16 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         stall_s=settings.stall_s,
         pace=settings.pace,
     )
-    photos = Photos(inspection_store, observation_store, folder, media, tracks, live)
+    photos = Photos(
+        records.inspection_store, records.observation_store, folder, media, tracks, live
+    )
     stack.enter_context(live.listening(None, photos.on_event))
     photos.start()
     stack.callback(photos.stop)
     tracking.start()
     stack.callback(tracking.stop)
     recorder = Recorder(
-        inspection_store,
+        records.inspection_store,
         folder,
         tracks,
         runs,
@@ -164,42 +161,47 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     recorder.start()
     stack.callback(recorder.stop)
     sources = Sources(settings.camera_networks, settings.watch_folder)
-    corrections = Corrections(inspection_store, tracks, live)
-    scaling = Scaling(inspection_store, tracks, corrections)
+    scaling = Scaling(records.inspection_store, tracks, records.corrections)
     stack.enter_context(live.listening(None, scaling.on_event))
     scaling.start()
     stack.callback(scaling.stop)
     inspections = Inspections(
-        inspection_store,
+        records.inspection_store,
         folder,
         media,
         uploads,
         tracks,
-        corrections,
+        records.corrections,
         runs,
         tracking,
         sources,
         recorder,
-        observation_store,
+        records.observation_store,
         live,
     )
-    observations = Observations(inspection_store, observation_store, tracks, corrections, live)
-    packs = Packs(PackStore(database))
-    checks = Checks(inspection_store, observations, corrections, tracks, packs, folder)
-    samples = Samples(folder, inspections, observations)
+    samples = Samples(folder, inspections, records.observations)
     stack.callback(samples.stop)
-    scenes = Scenes(inspections, corrections, observations, unrolled, live, packs)
+    scenes = Scenes(
+        inspections,
+        records.corrections,
+        records.observations,
+        records.unrolled,
+        live,
+        records.packs,
+    )
     alert_store = AlertStore(database)
-    webhook = Webhook(client, alert_store, inspections, observations, packs)
+    webhook = Webhook(client, alert_store, inspections, records.observations, records.packs)
     stack.enter_context(live.listening(None, webhook.on_event))
     webhook.start()
     stack.callback(webhook.stop)
-    meter_counter = MeterCounter(_peer(settings), corrections)
+    meter_counter = MeterCounter(_peer(settings), records.corrections)
     stack.enter_context(live.listening(None, meter_counter.on_event))
     meter_counter.start()
     stack.callback(meter_counter.stop)
     metrics.observe(
-        WatchedServices(inspection_store, folder, runs, media, recorder, scenes, alert_store)
+        WatchedServices(
+            records.inspection_store, folder, runs, media, recorder, scenes, alert_store
+        )
     )
     token = settings.token.get_secret_value() if settings.token else folder.kept_token()
     return Services(
@@ -210,38 +212,26 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
             ImportStore(database),
             folder,
             tracks,
-            packs,
+            records.packs,
             FileReader(Limits(settings.child_memory_bytes, CPU_S, reads=())),
         ),
         tracking=tracking,
         sources=sources,
         tracks=tracks,
-        unrolled=unrolled,
-        observations=observations,
-        corrections=corrections,
-        checks=checks,
+        unrolled=records.unrolled,
+        observations=records.observations,
+        corrections=records.corrections,
+        checks=records.checks,
         photos=photos,
         media=media,
-        packs=packs,
+        packs=records.packs,
         preferences=Preferences(PreferenceStore(database)),
         samples=samples,
-        reports=Reports(
-            inspection_store,
-            observations,
-            corrections,
-            checks,
-            packs,
-            tracks,
-            unrolled,
-            folder,
-            Company(settings.company_name, settings.company_logo),
-            SigningKey(folder.root),
-            scene_page,
-        ),
+        reports=records.reports,
         live=live,
         scenes=scenes,
         clicks=Clicks(),
-        picking=Picking(inspection_store, tracks, corrections),
+        picking=Picking(records.inspection_store, tracks, records.corrections),
         webhook=webhook,
         meter_counter=meter_counter,
         health=Health(database, folder, media, tracking, photos),

@@ -1,4 +1,4 @@
-"""Reads a data folder and makes its reports, with or without a running server."""
+"""What a data folder holds of inspections, and reports of it without a server."""
 
 from __future__ import annotations
 
@@ -26,25 +26,43 @@ from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
 
 
-class Reader:
-    """Stored inspections, and their reports."""
+class Records:
+    """What is stored of inspections and what follows from it, with a server or without."""
 
-    def __init__(self, database: Database, places: Places, company: Company) -> None:
-        store, live = InspectionStore(database), Live()
-        tracks, unrolled = Tracks(places), Unrolled(places, live)
-        corrections = Corrections(store, tracks, live)
-        observations = Observations(store, ObservationStore(database), tracks, corrections, live)
-        packs = Packs(PackStore(database))
-        checks = Checks(store, observations, corrections, tracks, packs, places)
-        self._store = store
+    def __init__(
+        self,
+        database: Database,
+        places: Places,
+        live: Live,
+        company: Company,
+        *,
+        has_webhook: bool = False,
+    ) -> None:
+        self.inspection_store = InspectionStore(database)
+        self.observation_store = ObservationStore(database, has_webhook=has_webhook)
+        self.tracks = Tracks(places)
+        self.unrolled = Unrolled(places, live)
+        self.corrections = Corrections(self.inspection_store, self.tracks, live)
+        self.observations = Observations(
+            self.inspection_store, self.observation_store, self.tracks, self.corrections, live
+        )
+        self.packs = Packs(PackStore(database))
+        self.checks = Checks(
+            self.inspection_store,
+            self.observations,
+            self.corrections,
+            self.tracks,
+            self.packs,
+            places,
+        )
         self.reports = Reports(
-            store,
-            observations,
-            corrections,
-            checks,
-            packs,
-            tracks,
-            unrolled,
+            self.inspection_store,
+            self.observations,
+            self.corrections,
+            self.checks,
+            self.packs,
+            self.tracks,
+            self.unrolled,
             places,
             company,
             SigningKey(places.root),
@@ -52,10 +70,8 @@ class Reader:
         )
 
     def named(self, wanted: str) -> list[Inspection]:
-        """Return the inspections with exactly this id or name, else those whose id begins
-        with it.
-        """
-        rows = [summary.row for summary in self._store.summaries()]
+        """Those of exactly this id or name, else those whose id begins so."""
+        rows = [summary.row for summary in self.inspection_store.summaries()]
         exact = [row for row in rows if wanted in (row.id, row.name)]
         return exact or [row for row in rows if wanted and row.id.startswith(wanted.lower())]
 
@@ -67,8 +83,8 @@ def _draw_scene(report: Report) -> str:
 
 
 @contextmanager
-def reading(data: Path, company: Company) -> Iterator[Reader]:
-    """Open the present state of a data folder for reading.
+def reading(data: Path, company: Company) -> Iterator[Records]:
+    """Read a data folder as it is at this moment.
 
     Nothing in it changes, except that the first bundle makes its signing key.
 
@@ -87,6 +103,6 @@ def reading(data: Path, company: Company) -> Iterator[Reader]:
         copy_database(places.database, snapshot)
         database = Database(snapshot)
         try:
-            yield Reader(database, places, company)
+            yield Records(database, places, Live(), company)
         finally:
             database.close()

@@ -84,7 +84,7 @@ def test_a_library_is_known_in_one_place_only(package, home):
 
 
 ROOMS = (
-    ("errors", "logs", "settings"),
+    ("back_off", "errors", "logs", "settings"),
     ("survey",),
     ("imports", "lab", "storage"),
     ("jobs", "access"),
@@ -93,7 +93,8 @@ ROOMS = (
     ("alerts", "meter_counter", "reports"),
     ("viewer",),
     ("ops",),
-    ("container", "data_folder"),
+    ("data_folder",),
+    ("container",),
     ("web",),
     ("main",),
     ("cli",),

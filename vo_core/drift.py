@@ -139,9 +139,12 @@ class Drift:
     def covariance(self, places: Places, others: Places) -> Matrix:
         """(len(places), len(others)) covariance in mm^2."""
         rows, columns = places.rows, others.rows
-        shared = np.minimum.outer(self.shared_mm2[rows], self.shared_mm2[columns])
-        own = np.equal.outer(rows, columns) * self.own_mm2[rows][:, None]
-        return np.asarray(shared + own + self.wandering(places.at_mm[:, None], others.at_mm))
+        found = np.minimum.outer(self.shared_mm2[rows], self.shared_mm2[columns])
+        row, column = np.nonzero(np.equal.outer(rows, columns))
+        found[row, column] += self.own_mm2[rows[row]]
+        if self.changes:
+            found += self.wandering(places.at_mm[:, None], others.at_mm)
+        return np.asarray(found)
 
     def variance(self, places: Places) -> Matrix:
         """(N,) variance in mm^2."""
@@ -159,13 +162,16 @@ class Drift:
 
     def wandering(self, here_mm: Matrix, there_mm: Matrix) -> Matrix:
         """Covariance of distances by a changing scale, in mm^2."""
+        by_bed = self.bed.at(here_mm) * self.bed.at(there_mm)
+        if self.wander == 0:
+            return np.asarray(by_bed)
         u, v = np.abs(here_mm), np.abs(there_mm)
         low, high = np.minimum(u, v), np.maximum(u, v)
         same_side = np.sign(here_mm) == np.sign(there_mm)
         together = np.where(same_side, low**2 * high / 2 - low**3 / 6, 0.0)
         trend = TREND**2 * (here_mm * there_mm) ** 2 / 4 / 1000
         walk = self.wander**2 / (1 + TREND**2) / 1000
-        return np.asarray(walk * (together + trend) + self.bed.at(here_mm) * self.bed.at(there_mm))
+        return np.asarray(walk * (together + trend) + by_bed)
 
     @property
     def changes(self) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import json
 import math
@@ -14,6 +13,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from vo_core.csv_rows import finite, named_rows
 from vo_core.errors import InvalidTrack
 from vo_core.geometry.wall import Pose
 
@@ -172,25 +172,20 @@ class Track:
     @classmethod
     def _from_lines(cls, text: str) -> Track:
         """Read line by line, so that what is wrong can be named."""
-        lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line[:1] != "#"]
-        reader = csv.DictReader(line for _, line in lines)
-        missing = set(_OF_OLD) - set(reader.fieldnames or ())
-        if missing:
-            raise InvalidTrack(f"The track has no column {', '.join(sorted(missing))}.")
+        _, found = named_rows(text, _OF_OLD, "track")
         rows: list[list[Any]] = []
-        for record in reader:
-            number = lines[reader.line_num - 1][0]
+        for number, record in found:
             try:
-                values = {name: _finite(record[name]) for name in _OF_OLD if name != "status"}
+                values = {name: finite(record[name]) for name in _OF_OLD if name != "status"}
                 further = {
                     "sigma_registration_mm": values["sigma_distance_mm"],
                     **dict.fromkeys(("z_mm", "pitch_deg", "roll_deg"), 0.0),
                 }
                 values |= {
-                    name: _finite(record[name]) if name in record else default
+                    name: finite(record[name]) if name in record else default
                     for name, default in further.items()
                 }
-            except (TypeError, ValueError) as error:
+            except ValueError as error:
                 raise InvalidTrack(f"Line {number} of the track is not a row: {error}.") from error
             if record["status"] not in get_args(Status):
                 raise InvalidTrack(
@@ -260,13 +255,6 @@ def metadata_of(lines: Iterable[str]) -> dict[str, str]:
     head = takewhile(lambda line: line[:1] == "#", lines)
     parts = (line[1:].partition(":") for line in head)
     return {key.strip(): value.strip() for key, _, value in parts}
-
-
-def _finite(text: str) -> float:
-    value = float(text)
-    if not math.isfinite(value):
-        raise ValueError(f"{text} is not finite")
-    return value
 
 
 def csv_row(estimate: Estimate) -> str:

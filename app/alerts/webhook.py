@@ -23,6 +23,7 @@ from datetime import UTC, datetime, timedelta
 from typing import Any
 from urllib.parse import urlsplit
 
+from app.back_off import BackOff
 from app.errors import Busy, DiskFull, InspectionNotFound, ObservationNotFound
 from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations
@@ -40,9 +41,8 @@ EVENT = "observation.severity_5"
 SIGNATURE = "X-Chainage-Signature"
 
 _TRY_S = 5.0
-"""Time limit of one try, from the name look-up to the status of the answer."""
-_FIRST_PAUSE_S = 2.0
-_LONGEST_PAUSE_S = 3600.0
+"""For one try, from the look-up of the name to the status of the answer."""
+_BACK_OFF = BackOff(first_s=2.0, longest_s=3600.0)
 _GIVE_UP_AFTER = timedelta(days=1)
 _PAUSE_AFTER_FAULT_S = 5.0
 _STOP_TIMEOUT_S = 3.0
@@ -346,7 +346,6 @@ def _seconds_until(instant: datetime) -> float:
 
 
 def next_try(alert: Alert, now: datetime) -> datetime | None:
-    """Return the time of the next try, after doubling pauses; None after a day."""
-    pause_s = min(_FIRST_PAUSE_S * 2.0 ** min(alert.tries, 30), _LONGEST_PAUSE_S)
-    next_at = now + timedelta(seconds=pause_s)
+    """After a pause that doubles; None when a day is over."""
+    next_at = now + timedelta(seconds=_BACK_OFF.pause_s(alert.tries))
     return next_at if next_at < alert.created_at + _GIVE_UP_AFTER else None

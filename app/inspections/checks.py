@@ -5,7 +5,7 @@ from __future__ import annotations
 from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
-from app.storage.files import Places
+from app.storage.files import Places, photo_name
 from app.storage.inspections import InspectionStore
 from app.survey.checks import Case, Issue, run
 from app.survey.place import ObservationView
@@ -43,8 +43,10 @@ class Checks:
         """
         row = self._inspections.get(inspection_id)
 
+        photos = self._folder.photos(inspection_id)
+
         def photo_is_there(view: ObservationView) -> bool:
-            return self._folder.photo(row.id, view.row.id, view.row.frame).exists()
+            return photo_name(view.row.id, view.row.frame) in photos
 
         case = Case(
             header=row.header,

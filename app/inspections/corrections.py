@@ -43,8 +43,8 @@ _MOST_TRIES = 5
 """Tries of a change while other changes come first."""
 _SOLVE_EVERY_S = 5.0
 _SOLVE_SHARE = 0.1
-"""Share of time spent on solving during a run: some 10 ms for a minute of video with joints,
-seconds for an hour with a hundred of them."""
+"""While a run goes on it is solved so often at most, and for so much of the time: some 10 ms for a
+minute of video with joints, seconds for two hours with hundreds of them."""
 
 
 @dataclass(frozen=True)
@@ -65,9 +65,11 @@ class _Solution:
     adjusted: Adjusted
 
     @property
-    def due_s(self) -> float:
-        """Earliest time at which a running inspection is solved again."""
-        return self.solved_s + max(_SOLVE_EVERY_S, self.took_s / _SOLVE_SHARE)
+    def is_due(self) -> bool:
+        """Whether the run goes on and may be solved again."""
+        if not self.is_growing or not self.adjusted.can_change:
+            return False
+        return time.monotonic() >= self.solved_s + max(_SOLVE_EVERY_S, self.took_s / _SOLVE_SHARE)
 
     @property
     def is_growing(self) -> bool:
@@ -83,7 +85,10 @@ class Corrections:
         self._tracks = tracks
         self._live = live
         self._lock = threading.Lock()
-        """Guards the next two fields."""
+        """Guards what is below."""
+        self._solving: dict[str, threading.Lock] = {}
+        """Held by whoever solves an inspection: a page asks five times at once for what takes
+        seconds of a long run."""
         self._statements: LRUCache[str, _Statement] = LRUCache(_STATED_KEPT)
         self._solutions: LRUCache[str, _Solution] = LRUCache(_SOLVED_FRAMES_KEPT, _frames_of)
 
@@ -238,6 +243,7 @@ class Corrections:
         with self._lock:
             self._statements.pop(inspection_id, None)
             self._solutions.pop(inspection_id, None)
+            self._solving.pop(inspection_id, None)
 
     def track(self, inspection_id: str) -> Track:
         """Return the corrected track so far, possibly empty."""
@@ -303,21 +309,33 @@ class Corrections:
             logger.warning("The corrected end of %s could not be kept: %s", inspection.id, full)
 
     def _last_solution(self, inspection_id: str) -> _Solution:
-        """Return the last solution of this revision and run, however old."""
+        """Return the solution of this revision and run, of any age."""
+        known = self._known(inspection_id)
+        if known is not None:
+            return known
+        with self._being_solved(inspection_id):
+            return self._known(inspection_id) or self._solve(inspection_id)
+
+    def _solution(self, inspection_id: str) -> _Solution:
+        """Return a solution that is not older than some seconds while the run goes on."""
+        known = self._last_solution(inspection_id)
+        if not known.is_due:
+            return known
+        with self._being_solved(inspection_id):
+            known = self._known(inspection_id) or self._solve(inspection_id)
+            return self._solve(inspection_id) if known.is_due else known
+
+    def _being_solved(self, inspection_id: str) -> threading.Lock:
+        with self._lock:
+            return self._solving.setdefault(inspection_id, threading.Lock())
+
+    def _known(self, inspection_id: str) -> _Solution | None:
+        """Return the kept solution, None if it is not of this revision and run."""
         statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
         with self._lock:
             known = self._solutions.get(inspection_id)
-        if known is not None and (known.revision, known.run) == (statement.revision, run):
-            return known
-        return self._solve(inspection_id)
-
-    def _solution(self, inspection_id: str) -> _Solution:
-        """Return a solution that is at most some seconds old while the run goes on."""
-        known = self._last_solution(inspection_id)
-        is_settled = not known.is_growing or not known.adjusted.can_change
-        if is_settled or time.monotonic() < known.due_s:
-            return known
-        return self._solve(inspection_id)
+        is_current = known is not None and (known.revision, known.run) == (statement.revision, run)
+        return known if is_current else None
 
     def _solve(self, inspection_id: str) -> _Solution:
         """Solve; statements that no longer apply are left out and reported."""

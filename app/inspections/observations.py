@@ -26,6 +26,7 @@ from app.survey.place import (
     WallGrid,
     WallUnder,
     place_of,
+    places_of,
     wall_grid,
     wall_under,
 )
@@ -124,7 +125,8 @@ class Observations:
         """Return the observations in the order of their numbers."""
         self._inspections.get(inspection_id)
         rows, course = self._store.listed(inspection_id), self._course(inspection_id)
-        return [ObservationView(row, place_of(course, row.tag)) for row in rows]
+        places = places_of(course, [row.tag for row in rows])
+        return [ObservationView(row, place) for row, place in zip(rows, places, strict=True)]
 
     def get(self, inspection_id: str, observation_id: str) -> ObservationView:
         """Return an observation that is not deleted."""

@@ -21,6 +21,7 @@ from av.video.codeccontext import VideoCodecContext
 from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
+from app.back_off import BackOff
 from app.jobs import nal
 from app.jobs.cameras import CameraFault, WrongPictures, opened, plain_errors
 from app.jobs.clocks import FileClock, StreamClock
@@ -31,8 +32,8 @@ from app.jobs.waiting import Captured, Waiting
 from vo_core.sources import MAX_FRAMES, MAX_PIXELS, frame_of
 
 UNREACHABLE_AFTER_S = 15.0
-"""A camera without a picture for this long at the beginning is unreachable."""
-_FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.2, 2.0
+"""A camera that gives no picture for so long at the beginning is not there."""
+_BACK_OFF = BackOff(first_s=0.2, longest_s=2.0)
 _SYNC_S = 1.0
 _MILLISECOND = Fraction(1, 1000)
 _MOST_DAMAGED = 100
@@ -140,7 +141,7 @@ class Capture:
             self._ending.set()
 
     def _keep_reading(self) -> None:
-        began_s, pause_s = time.monotonic(), _FIRST_PAUSE_S
+        began_s, failures = time.monotonic(), 0
         while not self._ending.is_set():
             try:
                 self._read_one_connection()
@@ -153,9 +154,9 @@ class Capture:
                 return  # input from an odd recorder ends once
             if self.is_connected:
                 self.is_connected = False
-                pause_s = _FIRST_PAUSE_S
-            self._ending.wait(pause_s)
-            pause_s = min(2 * pause_s, _LONGEST_PAUSE_S)
+                failures = 0
+            self._ending.wait(_BACK_OFF.pause_s(failures))
+            failures += 1
 
     def _is_hopeless(self, fault: CameraFault, began_s: float) -> bool:
         if isinstance(fault, WrongPictures):

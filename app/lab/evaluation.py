@@ -6,7 +6,6 @@ would hide the most important error, the scale.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from vo_core.csv_rows import number_columns
 from vo_core.errors import InvalidTrack
 from vo_core.track import Track
 
@@ -54,22 +54,15 @@ class Truth:
         """Read truth.csv as `simulate` writes it; lines that start with # are skipped.
 
         Raises:
-            InvalidTrack: A column is missing, a value is not a number, or there are no rows.
+            InvalidTrack: A column is missing, a value is no finite number, or there are no rows.
         """
-        reader = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
-        found = set(reader.fieldnames or ())
-        names = [one.name for one in fields(cls) if one.name in found or one.default is MISSING]
-        missing = set(names) - found
-        if missing:
-            raise InvalidTrack(f"The truth has no column {', '.join(sorted(missing))}.")
-        try:
-            rows = [[float(record[name]) for name in names] for record in reader]
-        except (TypeError, ValueError) as error:
-            raise InvalidTrack(f"The truth holds a row that is not numbers: {error}.") from error
-        if not rows:
+        needed = [one.name for one in fields(cls) if one.default is MISSING]
+        further = [one.name for one in fields(cls) if one.default is not MISSING]
+        columns = number_columns(text, needed, "truth", further=further)
+        frame = columns.pop("frame").astype(np.int64)
+        if not len(frame):
             raise InvalidTrack("The truth holds no rows.")
-        columns = dict(zip(names, np.array(rows).T, strict=True))
-        return cls(frame=columns.pop("frame").astype(np.int64), **columns)
+        return cls(frame=frame, **columns)
 
 
 @dataclass(frozen=True)

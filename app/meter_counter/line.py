@@ -16,6 +16,7 @@ from itertools import count
 
 import msgspec
 
+from app.back_off import BackOff
 from app.errors import AppError, InspectionNotFound
 from app.inspections.corrections import Corrections
 from app.logs import about
@@ -42,9 +43,8 @@ NAME = "Meter counter"
 _SEND_EVERY_S = 0.2
 _CONNECT_S = 5.0
 _SEND_S = 5.0
-"""A peer that reads nothing for this long is disconnected."""
-_FIRST_PAUSE_S = 1.0
-_LONGEST_PAUSE_S = 30.0
+"""A peer that takes nothing for so long is left."""
+_BACK_OFF = BackOff(first_s=1.0, longest_s=30.0)
 _READ_BYTES = 4096
 _NOTED_AT_MOST = 50
 _STOP_TIMEOUT_S = 8.0
@@ -130,7 +130,7 @@ class MeterCounter:
         return None
 
     def _work(self) -> None:
-        pause_s = _FIRST_PAUSE_S
+        failures = 0
         while not self._stopping.is_set():
             began_s = time.monotonic()
             try:
@@ -140,10 +140,10 @@ class MeterCounter:
             except Exception:
                 logger.exception("The connection of the meter counter has failed.")
                 self._lost("The connection has failed; the server's log says why.")
-            if time.monotonic() > began_s + _LONGEST_PAUSE_S:  # the connection did hold
-                pause_s = _FIRST_PAUSE_S
-            self._stopping.wait(pause_s)
-            pause_s = min(2 * pause_s, _LONGEST_PAUSE_S)
+            if time.monotonic() > began_s + _BACK_OFF.longest_s:  # it did hold
+                failures = 0
+            self._stopping.wait(_BACK_OFF.pause_s(failures))
+            failures += 1
 
     def _talk(self) -> None:
         """Exchange messages while the connection holds."""

@@ -263,6 +263,7 @@ def _entry(
         at_joint=place is not None and view.at_joint,
         kind=table.named(tag.code, tag.char1, tag.char2),
         clock_from=view.clock,
+        clock_h=place.wall.clock_h if place and place.wall else None,
         cont_id=number,
         cont_role=_ROLES[role] if role else None,
         cont_length_m=lengths_m.get(row.id),

@@ -30,6 +30,12 @@ from typing import BinaryIO
 from app.errors import NO_ROOM, DataFolderInUse, DiskFull
 
 RECORDING = "recording.mkv"
+_PHOTOS = "photos"
+
+
+def photo_name(observation_id: str, frame: int) -> str:
+    """Name the file of the photo of an observation at a frame."""
+    return f"{observation_id}-{frame}.jpg"
 
 
 class Places:
@@ -84,8 +90,15 @@ class Places:
         return self.inspection(inspection_id) / "parts.csv"
 
     def photo(self, inspection_id: str, observation_id: str, frame: int) -> Path:
-        """Return the photo file of an observation at a frame."""
-        return self.inspection(inspection_id) / "photos" / f"{observation_id}-{frame}.jpg"
+        """File of the photo of an observation at a frame."""
+        return self.inspection(inspection_id) / _PHOTOS / photo_name(observation_id, frame)
+
+    def photos(self, inspection_id: str) -> set[str]:
+        """Names of the photos that are there."""
+        try:
+            return {path.name for path in (self.inspection(inspection_id) / _PHOTOS).iterdir()}
+        except FileNotFoundError:
+            return set()
 
 
 class DataFolder(Places):

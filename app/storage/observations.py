@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
+import threading
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import func, or_, select
+from cachetools import LRUCache
+from sqlalchemy import Row, Text, func, or_, select, type_coerce
 from sqlalchemy.orm import Session
 
 from app.errors import ObservationNotFound
@@ -17,14 +20,23 @@ from app.survey.records import Observation
 from app.survey.tag import StatedTag
 from app.survey.versions import Require
 
+_RECORDS_KEPT = 20_000
+"""Some 2 kB each."""
+
 
 class ObservationStore:
-    """Returns records that are independent of the database."""
+    """Reads and writes observations; the records that it returns are apart from the database."""
 
     def __init__(self, database: Database, *, has_webhook: bool = False) -> None:
         """Use a database; with a webhook, severe observations are put into its outbox."""
         self._database = database
         self._has_webhook = has_webhook
+        self._lock = threading.Lock()
+        """Guards the next."""
+        self._records: LRUCache[tuple[str, str], tuple[Row[Any], Observation]] = LRUCache(
+            _RECORDS_KEPT
+        )
+        """The record of each row that was listed, kept as long as the row stays as it is."""
 
     def get(self, inspection_id: str, observation_id: str) -> Observation:
         """Return an observation, deleted or not.
@@ -38,14 +50,26 @@ class ObservationStore:
     def listed(self, inspection_id: str) -> list[Observation]:
         """Return the observations that are not deleted, in the order of their numbers."""
         query = (
-            select(ObservationRow)
+            select(*_COLUMNS)
             .where(
                 ObservationRow.inspection_id == inspection_id, ObservationRow.deleted_at.is_(None)
             )
             .order_by(ObservationRow.seq)
         )
         with self._database.read() as session:
-            return [row.record() for row in session.scalars(query)]
+            rows = session.execute(query).all()
+        with self._lock:
+            return [self._record(row) for row in rows]
+
+    def _record(self, row: Row[Any]) -> Observation:
+        key = (row.inspection_id, row.id)
+        known_row, known = self._records.get(key, (None, None))
+        if known is not None and known_row == row:
+            return known
+        values = row._asdict()
+        record = Observation(tag=StatedTag.kept(json.loads(values.pop("fields"))), **values)
+        self._records[key] = (row, record)
+        return record
 
     def stretch_marks(self, inspection_id: str) -> list[str]:
         """Return the stretch marks, such as "A1", of all observations, also of deleted ones."""
@@ -152,6 +176,13 @@ class ObservationStore:
 
         self._database.write(record)
 
+
+_COLUMNS = tuple(
+    type_coerce(column, Text).label(column.name) if column.name == "fields" else column
+    for column in ObservationRow.__table__.columns
+    if column.name != "frame"  # it is in the fields
+)
+"""Of a record, with its fields as the text that is stored."""
 
 _WITHOUT_PHOTO = select(ObservationRow).where(
     ObservationRow.deleted_at.is_(None),

@@ -7,6 +7,7 @@ rig, the joints that were seen and what was stated (see `vo_core.scale.correctio
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -311,13 +312,20 @@ class Adjusted:
         return abs(one.distance_mm - other.distance_mm) < segment_mm / 2
 
     def joint_near(self, distance_mm: float) -> NearJoint | None:
-        """Return the joint that was seen within 200 mm of a corrected distance, or None."""
-        nearest = min(
-            self.joints, key=lambda joint: abs(joint.distance_mm - distance_mm), default=None
-        )
+        """The joint that was seen within 200 mm of a corrected distance."""
+        ordered, places_mm = self._joints_by_place
+        after = bisect_left(places_mm, distance_mm)
+        beside = ordered[max(after - 1, 0) : after + 1]
+        nearest = min(beside, key=lambda joint: abs(joint.distance_mm - distance_mm), default=None)
         if nearest is None or abs(nearest.distance_mm - distance_mm) > NEAR_JOINT_MM:
             return None
         return NearJoint(nearest.number)
+
+    @cached_property
+    def _joints_by_place(self) -> tuple[list[FittedJoint], list[float]]:
+        """The joints in the order of their corrected distances, and these."""
+        ordered = sorted(self.joints, key=lambda joint: joint.distance_mm)
+        return ordered, [joint.distance_mm for joint in ordered]
 
     @cached_property
     def by_joints(self) -> ScaleProposal | None:

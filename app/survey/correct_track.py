@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vo_core import Rig, Track
+from vo_core.csv_rows import decoded
 from vo_core.errors import InvalidCorrection, InvalidTrack
 from vo_core.geometry.height import Height, implied_height
 from vo_core.joints import finder as joints
@@ -106,7 +107,7 @@ def correct_file(
         InvalidTrack: The file cannot be read, or its track is already corrected.
         InvalidCorrection: What is known does not fit the track.
     """
-    text = track.read_text(encoding="utf-8")
+    text = decoded(track.read_bytes())
     raw, metadata = Track.from_csv(text), metadata_of(text.splitlines())
     if "scale" in metadata:
         raise InvalidTrack(
@@ -145,7 +146,7 @@ def _proposed(
         raise InvalidCorrection(
             "The rig does not say how long a segment is; joints need pipe.segment_length_mm."
         )
-    sightings = joints.from_csv(joints_file.read_text(encoding="utf-8"))
+    sightings = joints.from_csv(decoded(joints_file.read_bytes()))
     proposal = propose(raw, sightings, rig, lengths)
     if proposal is None:
         raise InvalidCorrection(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import MutableMapping
+from collections.abc import Iterable, Iterator, MutableMapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -14,9 +14,18 @@ from app.survey.adjustment import Adjusted, NearJoint, Source
 from app.survey.interval import half_width_m
 from app.survey.records import Observation
 from app.survey.tag import Tag
-from app.survey.track_rows import estimate_at, is_unmeasured, wall_point_of
+from app.survey.track_rows import estimate_at, is_unmeasured
 from vo_core import Estimate, Pose, Rig, Track
-from vo_core.geometry.wall import camera_position, cast, clock_of, develop, robot_rays
+from vo_core.geometry.wall import (
+    Poses,
+    WallPoint,
+    camera_position,
+    cast,
+    clock_of,
+    develop,
+    robot_rays,
+    wall_points,
+)
 
 Anchor = tuple[int, tuple[float, ...] | None]
 """Frame and pixel of a tag: with the course, they determine its place."""
@@ -113,28 +122,38 @@ class Course:
 
 
 def wall_under(course: Course, frame: int, pixel: tuple[float, float]) -> WallUnder | None:
-    """Cast the ray of a pixel from the pose of its frame; None if not tracked or no wall is seen.
+    """Find the wall point that a pixel shows, by exact ray casting from the pose of the frame.
 
-    Rays are cast in the raw track, whose scale is that of the rig; the result is then corrected
-    like the path.
+    Rays are cast in the raw track, which is true to the rig that it was made with; what comes out
+    has its scale, and is corrected as the way is.
+
+    Returns:
+        None if the frame is not tracked or no wall is seen.
     """
-    estimates, rig = course.estimates(frame), course.adjusted.rig
+    estimates = course.estimates(frame)
     if estimates is None:
         return None
-    raw, corrected = estimates
-    point = wall_point_of(rig, pixel, raw)
-    if point is None:
+    (seen,) = wall_points(course.adjusted.rig, [pixel], estimates[0].pose)
+    return _wall_under(course, estimates, seen)
+
+
+def _wall_under(
+    course: Course, estimates: tuple[Estimate, Estimate], seen: WallPoint | None
+) -> WallUnder | None:
+    """Correct what a pixel shows from the pose of its raw estimate."""
+    if seen is None:
         return None
-    if rig.pipe.diameter_mm is None:
-        lateral_mm = course.adjusted.scale * point.arc_mm
+    (raw, corrected), diameter_mm = estimates, course.adjusted.rig.pipe.diameter_mm
+    if diameter_mm is None:
+        lateral_mm = course.adjusted.scale * seen.arc_mm
     else:
-        radius_mm = rig.pipe.diameter_mm / 2
-        lateral_mm = radius_mm * math.sin(point.arc_mm / radius_mm)
-    ahead_mm = point.distance_mm - raw.x_mm
+        radius_mm = diameter_mm / 2
+        lateral_mm = radius_mm * math.sin(seen.arc_mm / radius_mm)
+    ahead_mm = seen.distance_mm - raw.x_mm
     return WallUnder(
         distance_mm=corrected.distance_mm + course.adjusted.scale * ahead_mm,
         raw_mm=raw.distance_mm + ahead_mm,
-        clock_h=point.clock_h,
+        clock_h=seen.clock_h,
         lateral_mm=lateral_mm,
     )
 
@@ -175,26 +194,41 @@ def wall_grid(rig: Rig, cols: int = 33, rows: int = 25) -> WallGrid:
 
 
 def place_of(course: Course, tag: Tag) -> Place | None:
-    """Return the place of a tag, or None until its frame is tracked."""
-    anchor = (tag.frame, tuple(tag.pixel) if tag.pixel else None)
-    known = course.places.get(anchor)
-    if known is not None:
-        return known
-    place = _derived(course, tag)
-    if place is not None:
-        if len(course.places) >= _PLACES_KEPT:
-            course.places.clear()
-        course.places[anchor] = place
+    """Derive the place of a tag; None until its frame is tracked."""
+    (place,) = places_of(course, [tag])
     return place
 
 
-def _derived(course: Course, tag: Tag) -> Place | None:
-    estimates = course.estimates(tag.frame)
-    if estimates is None:
-        return None
+def places_of(course: Course, tags: Sequence[Tag]) -> list[Place | None]:
+    """Derive the places of many tags together, those anew that the course does not know yet."""
+    anchors = [(tag.frame, tuple(tag.pixel) if tag.pixel else None) for tag in tags]
+    if len(course.places) + len(anchors) > _PLACES_KEPT:
+        course.places.clear()
+    course.places.update(_derived(course, [a for a in anchors if a not in course.places]))
+    return [course.places.get(anchor) for anchor in anchors]
+
+
+def _derived(course: Course, anchors: Iterable[Anchor]) -> Iterator[tuple[Anchor, Place]]:
+    tracked = [
+        (anchor, estimates)
+        for anchor in dict.fromkeys(anchors)
+        if (estimates := course.estimates(anchor[0])) is not None
+    ]
+    with_pixel = [(pixel, raw.pose) for (_, pixel), (raw, _) in tracked if pixel is not None]
+    seen = iter(
+        wall_points(
+            course.adjusted.rig,
+            np.reshape([pixel for pixel, _ in with_pixel], (-1, 2)),
+            Poses.of([pose for _, pose in with_pixel]),
+        )
+    )
+    for anchor, estimates in tracked:
+        wall = _wall_under(course, estimates, next(seen)) if anchor[1] is not None else None
+        yield anchor, _place(course, estimates, wall)
+
+
+def _place(course: Course, estimates: tuple[Estimate, Estimate], wall: WallUnder | None) -> Place:
     raw, corrected = estimates
-    pixel = tag.pixel
-    wall = wall_under(course, tag.frame, (pixel[0], pixel[1])) if pixel else None
     distance_mm = wall.distance_mm if wall else corrected.distance_mm
     return Place(
         distance_mm=distance_mm,

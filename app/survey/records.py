@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
+from functools import cached_property
 from typing import Any
 
 from app.survey.tag import StatedTag, entered
@@ -39,7 +40,7 @@ class Observation:
     edited_by: str | None = None
     deleted_at: datetime | None = None
 
-    @property
+    @cached_property
     def version(self) -> str:
         """Version of what a person entered."""
         return version_of(entered(self.tag.to_json()))

@@ -44,31 +44,64 @@ addEventListener('keydown', (event) => {
   parent.postMessage({ key, code, shiftKey, ctrlKey, metaKey, altKey, repeat }, location.origin);
 });
 
-// Without a graphics card a picture in 3D takes long, and everything else waits for it: while a
-// camera runs the animation takes this share of the time at most.
-const SHARE = 0.1;
-// Whoever moves the view sees every picture of it.
+// Without a graphics card a picture in 3D takes long, and everything else waits for it.  While a camera
+// runs, and while nothing has changed, the animation takes these shares of the time at most.
+const LIVE_SHARE = 0.1;
+const IDLE_SHARE = 0.05;
+// Whoever moves the view sees every picture of it, and what has changed is shown at once.
 const FREE_AFTER_TOUCH_MS = 500;
+const FREE_AFTER_CHANGE_MS = 1000;
 const [request, cancel] = [window.requestAnimationFrame, window.cancelAnimationFrame];
 const channel = new MessageChannel();
-/** What takes back the callback of an id. */
+/** Of each id what takes back its callback, and if it is held back, what asks for it now. */
 const waiting = new Map();
-let [ids, pictureStamp, begunMs, nextMs, touchedMs] = [0, 0, 0, 0, -Infinity];
+let [ids, pictureStamp, begunMs, nextMs, touchedMs, changedMs] = [0, 0, 0, 0, -Infinity, -Infinity];
 
 // It arrives when the picture has been made, which happens after the callbacks.
-channel.port1.onmessage = () => (nextMs = begunMs + (performance.now() - begunMs) / SHARE);
+channel.port1.onmessage = () => {
+  const share = fromPage.isLimited ? LIVE_SHARE : IDLE_SHARE;
+  nextMs = begunMs + (performance.now() - begunMs) / share;
+};
 for (const type of ['pointerdown', 'pointermove', 'wheel']) {
   const touched = ({ buttons }) => {
-    if (buttons || type === 'wheel') touchedMs = performance.now();
+    if (!buttons && type !== 'wheel') return;
+    touchedMs = performance.now();
+    hurry();
   };
   addEventListener(type, touched, { passive: true, capture: true });
+}
+addEventListener('resize', changed);
+
+// viser's client hears its server in a worker, and lays out text in others.
+const HeardWorker = window.Worker;
+window.Worker = class extends HeardWorker {
+  constructor(...source) {
+    super(...source);
+    this.addEventListener('message', changed);
+  }
+};
+
+function changed() {
+  changedMs = performance.now();
+  if (!fromPage.isLimited) hurry();
+}
+
+function isFree(now) {
+  const isChanging = !fromPage.isLimited && now < changedMs + FREE_AFTER_CHANGE_MS;
+  return isChanging || now < touchedMs + FREE_AFTER_TOUCH_MS;
+}
+
+/** What is held back is drawn now. */
+function hurry() {
+  for (const { release } of [...waiting.values()]) release?.();
 }
 
 function animate(id, callback, stamp) {
   const now = performance.now();
-  if (now < nextMs && now > touchedMs + FREE_AFTER_TOUCH_MS && fromPage.isLimited) {
+  if (now < nextMs && !isFree(now)) {
     const timer = setTimeout(() => ask(id, callback), nextMs - now);
-    waiting.set(id, () => clearTimeout(timer));
+    const takeBack = () => clearTimeout(timer);
+    waiting.set(id, { takeBack, release: () => (takeBack(), ask(id, callback)) });
     return;
   }
   waiting.delete(id);
@@ -81,7 +114,7 @@ function animate(id, callback, stamp) {
 
 function ask(id, callback) {
   const frame = request.call(window, (stamp) => animate(id, callback, stamp));
-  waiting.set(id, () => cancel.call(window, frame));
+  waiting.set(id, { takeBack: () => cancel.call(window, frame) });
 }
 
 window.requestAnimationFrame = (callback) => {
@@ -90,6 +123,6 @@ window.requestAnimationFrame = (callback) => {
   return ids;
 };
 window.cancelAnimationFrame = (id) => {
-  waiting.get(id)?.();
+  waiting.get(id)?.takeBack();
   waiting.delete(id);
 };

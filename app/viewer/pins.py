@@ -75,8 +75,32 @@ class Pin:
     """Other end of a stretch that begins at `distance_m`."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Shape:
+    """What is drawn of a pin that is not selected, whatever the others are."""
+
+    head: Vector
+    """(3,) middle of its head."""
+    lines: NDArray[np.float64]
+    """(N, 2, 3) stem, whisker, its two caps, edges of the patch."""
+    patch: Mesh | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Label:
+    """A label as it was last sent."""
+
+    text: str
+    scale: float
+    at: tuple[float, float, float]
+
+
 class Pins:
-    """Draws all pins in a few nodes plus one label each; nodes are named by place, not by pin."""
+    """Draws all pins in a few nodes and a label each.
+
+    What a pin looks like is worked out once, and a label is sent where it has changed: with one
+    more of 2000 pins neither server nor browsers do all the others again.
+    """
 
     def __init__(self, scene: viser.SceneApi, section: Section) -> None:
         self._scene = scene
@@ -84,13 +108,18 @@ class Pins:
         self._heads: viser.BatchedMeshHandle | None = None
         self._lines: viser.LineSegmentsHandle | None = None
         self._patches: dict[Color, viser.MeshHandle] = {}
-        self._labels: list[viser.LabelHandle] = []
+        self._shapes: dict[Pin, _Shape] = {}
+        self._labels: dict[str, tuple[viser.LabelHandle, _Label]] = {}
+        """By the id of the pin."""
+        self._unused: list[viser.LabelHandle] = []
+        """Hidden labels: viser keeps a node for ever, so it is used again for another pin."""
 
     def show(
         self, pins: Sequence[Pin], mode: CameraMode, selected: str | None, wording: Wording
     ) -> None:
         """Draw exactly these pins and highlight the one with the id `selected`."""
         pins = sorted(pins, key=lambda pin: pin.distance_m)
+        self._shapes = {pin: self._shapes.get(pin) or self._shape(pin) for pin in pins}
         self._show_labels(pins, mode, selected, wording)
         self._show_patches(pins)
         if pins:
@@ -98,6 +127,9 @@ class Pins:
         for node in (self._heads, self._lines):
             if node is not None:
                 node.visible = bool(pins)
+
+    def _shape(self, pin: Pin) -> _Shape:
+        return _Shape(_head(self._section, pin), self._segments(pin), self._patch(pin))
 
     def _draw(self, pins: Sequence[Pin], mode: CameraMode, selected: str | None) -> None:
         size = self._section.scale_m
@@ -107,7 +139,7 @@ class Pins:
             "/pins/heads",
             *octahedron(),
             batched_wxyzs=np.tile(SO3.identity().wxyz, (len(pins), 1)),
-            batched_positions=np.array([_head(self._section, pin) for pin in pins]),
+            batched_positions=np.array([self._shapes[pin].head for pin in pins]),
             batched_scales=heads,
             batched_colors=np.array([_color(pin) for pin in pins], np.uint8),
             flat_shading=True,
@@ -115,43 +147,59 @@ class Pins:
             cast_shadow=False,
             receive_shadow=False,
         )
-        segments = [self._segments(pin, pin.id == selected) for pin in pins]
-        colors = [
-            _SELECTED if pin.id == selected else tuple(np.array(_color(pin)) // 2) for pin in pins
-        ]
+        segments = [self._shapes[pin].lines for pin in pins]
+        colors = np.array([_color(pin) for pin in pins], np.uint8) // 2
+        for n, pin in enumerate(pins):
+            if pin.id == selected:
+                segments[n] = np.concatenate([segments[n], self._ring(pin)])
+                colors[n] = _SELECTED
+        counts = [len(lines) for lines in segments]
         self._lines = self._scene.add_line_segments(
             "/pins/lines",
             np.concatenate(segments),
-            colors=np.concatenate(
-                [
-                    np.tile(np.array(color, np.uint8), (len(lines), 2, 1))
-                    for lines, color in zip(segments, colors, strict=True)
-                ]
-            ),
+            colors=np.repeat(np.repeat(colors, counts, axis=0)[:, None], 2, axis=1),
             thickness=0.028 * _enlarged(mode) * size,
         )
 
     def _show_labels(
         self, pins: Sequence[Pin], mode: CameraMode, selected: str | None, wording: Wording
     ) -> None:
-        while len(self._labels) < len(pins):
-            self._labels.append(
-                self._scene.add_label(
-                    f"/pins/labels/{len(self._labels)}", "", anchor="bottom-center"
-                )
-            )
+        there = {pin.id for pin in pins}
+        for id_ in [id_ for id_ in self._labels if id_ not in there]:
+            handle, _ = self._labels.pop(id_)
+            handle.visible = False
+            self._unused.append(handle)
         distances = np.array([-np.inf, *(pin.distance_m for pin in pins), np.inf])
         gaps = np.diff(distances)
         crowded = np.minimum(gaps[:-1], gaps[1:]) < _CROWDED * self._section.scale_m
-        for label, pin, is_crowded in zip(self._labels, pins, crowded, strict=False):
+        above_m = 0.16 * self._section.scale_m
+        for pin, is_crowded in zip(pins, crowded.tolist(), strict=True):
             is_selected = pin.id == selected
             is_short = is_crowded and mode == "overview" and not is_selected
             text = _short_text(pin) if is_short else _text(pin, wording)
-            label.text = f"» {text}" if is_selected else text
-            label.font_screen_scale = 1.5 if is_selected else 1.15
-            label.position = _head(self._section, pin) - [0.0, 0.0, 0.16 * self._section.scale_m]
-        for number, label in enumerate(self._labels):
-            label.visible = number < len(pins)
+            x_m, y_m, z_m = self._shapes[pin].head.tolist()
+            self._show_label(
+                pin.id,
+                _Label(
+                    f"» {text}" if is_selected else text,
+                    1.5 if is_selected else 1.15,
+                    (x_m, y_m, z_m - above_m),
+                ),
+            )
+
+    def _show_label(self, id_: str, label: _Label) -> None:
+        handle, before = self._labels.get(id_, (None, None))
+        if label == before:
+            return
+        if handle is None:
+            handle = self._unused.pop() if self._unused else self._new_label()
+            handle.visible = True
+        handle.text, handle.font_screen_scale, handle.position = label.text, label.scale, label.at
+        self._labels[id_] = handle, label
+
+    def _new_label(self) -> viser.LabelHandle:
+        name = f"/pins/labels/{len(self._labels)}"  # none is unused: all that there are have pins
+        return self._scene.add_label(name, "", anchor="bottom-center")
 
     def _show_patches(self, pins: Sequence[Pin]) -> None:
         """Draw stretches and sectors, those of one colour in one node."""
@@ -159,7 +207,7 @@ class Pins:
             meshes = [
                 mesh
                 for pin in pins
-                if _color(pin) == color and (mesh := self._patch(pin)) is not None
+                if _color(pin) == color and (mesh := self._shapes[pin].patch) is not None
             ]
             if meshes:
                 self._patches[color] = self._scene.add_mesh_simple(
@@ -185,10 +233,7 @@ class Pins:
             mesh.vertices * [last_m - first_m, 1.0, 1.0] + [first_m, 0.0, -lift_m], mesh.faces
         )
 
-    def _segments(self, pin: Pin, is_selected: bool) -> NDArray[np.float64]:
-        """Return (N, 2, 3) lines: stem, whisker, its two caps, edges of the patch, ring of the
-        selected one.
-        """
+    def _segments(self, pin: Pin) -> NDArray[np.float64]:
         section, size = self._section, self._section.scale_m
         half_m = max(pin.u95_m or 0.0, _MIN_WHISKER * size)
         start, end = pin.distance_m - half_m, pin.distance_m + half_m
@@ -208,16 +253,16 @@ class Pins:
             ]
             xs = np.array([first_m, last_m])
             lines += [_lines_at(section, xs, np.full(2, arc)) for arc in (arc_from_m, arc_to_m)]
-        if is_selected:
-            turn = np.linspace(0, 2 * np.pi, 33)
-            reach = 0.3 * size
-            arc_m = _arc(section, pin)
-            lines.append(
-                _lines_at(
-                    section, pin.distance_m + reach * np.cos(turn), arc_m + reach * np.sin(turn)
-                )
-            )
         return np.concatenate([line.reshape(-1, 2, 3) for line in lines])
+
+    def _ring(self, pin: Pin) -> NDArray[np.float64]:
+        """(32, 2, 3) around the foot of the selected pin."""
+        turn = np.linspace(0, 2 * np.pi, 33)
+        reach = 0.3 * self._section.scale_m
+        arc_m = _arc(self._section, pin)
+        return _lines_at(
+            self._section, pin.distance_m + reach * np.cos(turn), arc_m + reach * np.sin(turn)
+        )
 
 
 def pin_under(

@@ -14,10 +14,11 @@ from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations, rig_of
 from app.inspections.packs import Packs
 from app.survey.adjustment import Adjusted
-from app.survey.catalogue.table import CodeTable
+from app.survey.catalogue.table import Code, CodeTable
 from app.survey.place import ObservationView
 from app.survey.rounding import metres
 from app.survey.stretches import stretches
+from app.survey.tag import StatedTag
 from app.tracking.live import (
     DistancesCorrected,
     Event,
@@ -301,29 +302,62 @@ def _pins(views: Sequence[ObservationView], table: CodeTable, language: Language
         for stretch in stretches(view.row for view in placed.values())
         for start, finish in zip(stretch.starts, stretch.finishes, strict=False)
     }
-    return [
-        _pin(view, placed.get(finishes.get(id_, "")), table, language)
-        for id_, view in placed.items()
-    ]
+    pins: list[Pin] = []
+    for id_, view in placed.items():
+        tag, place = view.row.tag, view.place
+        assert place is not None  # noqa: S101  (they are chosen so)
+        finish = placed.get(finishes.get(id_, ""))
+        pins.append(
+            defect_pin(
+                id_,
+                tag,
+                table.named(tag.code, tag.char1, tag.char2),
+                language,
+                distance_m=metres(place.distance_mm),
+                finish_m=metres(finish.place.distance_mm) if finish and finish.place else None,
+                u95_m=place.u95_m,
+                clock_h=place.wall.clock_h if place.wall else None,
+                lateral_m=place.wall.lateral_mm / 1000 if place.wall else 0.0,
+            )
+        )
+    return pins
 
 
-def _pin(
-    view: ObservationView, finish: ObservationView | None, table: CodeTable, language: Language
+def defect_pin(
+    observation_id: str,
+    tag: StatedTag,
+    kind: Code | None,
+    language: Language,
+    *,
+    distance_m: float,
+    finish_m: float | None,
+    u95_m: float | None,
+    clock_h: float | None,
+    lateral_m: float,
 ) -> Pin:
-    tag, place = view.row.tag, view.place
-    assert place is not None  # noqa: S101  (only observations with a place become pins)
-    wall = place.wall
+    """The pin of an observation.
+
+    Args:
+        observation_id: Its id.
+        tag: What was stated.
+        kind: What the code pack calls it; None for a code that is not in it.
+        language: Of the label.
+        distance_m: Corrected.
+        finish_m: The same of the finish of its stretch.
+        u95_m: Half of the 95 % interval of the distance; None where nobody knows it.
+        clock_h: Exact, as the pixel shows it; it counts where no clock position was stated.
+        lateral_m: To the right of the axis.
+    """
     code = " ".join(filter(None, (tag.code, tag.char1, tag.char2)))
-    row = table.named(tag.code, tag.char1, tag.char2)
-    label = None if row is None else row.label_ms if language == "ms" else row.label
+    label = None if kind is None else kind.label_ms if language == "ms" else kind.label
     return Pin(
-        id=view.row.id,
-        distance_m=metres(place.distance_mm),
-        clock=tag.clock_from or (wall.clock_h if wall else None),
-        u95_m=place.u95_m,
+        id=observation_id,
+        distance_m=distance_m,
+        clock=tag.clock_from or clock_h,
+        u95_m=u95_m,
         severity=tag.severity,
         label=f"{code} {label.partition(':')[0]}" if label else code or "?",
-        lateral_m=wall.lateral_mm / 1000 if wall else 0.0,
+        lateral_m=lateral_m,
         clock_to=tag.clock_to if tag.clock_from else None,
-        finish_m=metres(finish.place.distance_mm) if finish and finish.place else None,
+        finish_m=finish_m,
     )

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from app.errors import NoScene
-from app.reports.report import Entry, Report
+from app.reports.report import Report
 from app.survey.track_rows import estimate_at
-from app.viewer.scene import Pin, ViewerUnavailable, WallLayout, WallTile, Wording, still_page
-from app.viewer.scene_feed import joint_marks
+from app.viewer.scene import ViewerUnavailable, WallLayout, WallTile, Wording, still_page
+from app.viewer.scene_feed import defect_pin, joint_marks
 
 
 def scene_page(report: Report) -> str:
@@ -15,8 +15,22 @@ def scene_page(report: Report) -> str:
     Raises:
         NoScene: The viewer could not be started.
     """
-    finishes = {stretch.start.id: stretch.finish for stretch in report.stretches}
-    pins = [_pin(entry, finishes.get(entry.id), report) for entry in report.entries]
+    finishes_m = {stretch.start.id: stretch.finish.distance_m for stretch in report.stretches}
+    pins = [
+        defect_pin(
+            entry.id,
+            entry.tag,
+            entry.kind,
+            report.language,
+            distance_m=entry.distance_m,
+            finish_m=finishes_m.get(entry.id),
+            u95_m=entry.u95_m,
+            clock_h=entry.clock_h,
+            lateral_m=entry.y_m or 0.0,
+        )
+        for entry in report.entries
+        if entry.distance_m is not None
+    ]
     layout, adjusted = report.layout, report.adjusted
     tiles: list[WallTile] = []
     shape = None
@@ -38,7 +52,7 @@ def scene_page(report: Report) -> str:
             report.rig,
             report.track,
             estimate_at(report.track, 0),
-            [pin for pin in pins if pin is not None],
+            pins,
             joint_marks(adjusted) if adjusted else (),
             tiles,
             shape,
@@ -52,21 +66,3 @@ def scene_page(report: Report) -> str:
 def _ends(report: Report) -> set[int]:
     """Return the indices of the borders between tiles."""
     return {*report.wall, *(index + 1 for index in report.wall)}
-
-
-def _pin(entry: Entry, finish: Entry | None, report: Report) -> Pin | None:
-    if entry.distance_m is None:
-        return None
-    code = " ".join(part for part in (entry.tag.code, entry.tag.char1, entry.tag.char2) if part)
-    label = entry.label(report.language)
-    return Pin(
-        id=entry.id,
-        distance_m=entry.distance_m,
-        clock=entry.clock_from,
-        u95_m=entry.u95_m,
-        severity=entry.tag.severity,
-        label=f"{code} {label.partition(':')[0]}" if label else code or "?",
-        lateral_m=entry.y_m or 0.0,
-        clock_to=entry.tag.clock_to if entry.clock_from is not None else None,
-        finish_m=finish.distance_m if finish else None,
-    )

@@ -68,6 +68,8 @@ from app.errors import (
     shortened,
 )
 from app.logs import request_id
+from app.survey.versions import version_of
+from app.web.versions import etag
 from vo_core.errors import (
     ChainageError,
     InvalidCorrection,
@@ -189,6 +191,8 @@ def answer(error: Exception) -> JSONResponse:
     headers = dict(_HEADERS.get(type(error), getattr(error, "headers", None) or {}))
     if isinstance(error, OffsetConflict):
         headers["Upload-Offset"] = str(error.offset)
+    if isinstance(error, ChangedMeanwhile) and error.current is not None:
+        headers["ETag"] = etag(version_of(error.current))
     return JSONResponse(content, status, headers)
 
 

@@ -8,8 +8,13 @@ from fastapi import Depends, Header, Response
 
 
 def tag_with(response: Response, version: str) -> None:
-    """Set the version of an answer."""
-    response.headers["ETag"] = f'"{version}"'
+    """Name the version that an answer holds."""
+    response.headers["ETag"] = etag(version)
+
+
+def etag(version: str) -> str:
+    """A version as the headers have it."""
+    return f'"{version}"'
 
 
 def _replaced(

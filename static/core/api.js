@@ -2,6 +2,11 @@
 
 /** A refused or failed request. `status` is 0 when the server could not be reached. */
 export class ApiError extends Error {
+  /** Of a change that was overtaken: what is stored by now, null if it was deleted. */
+  current = null;
+  /** The version of that. */
+  version = null;
+
   constructor(status, code, detail) {
     super(detail);
     this.status = status;
@@ -12,6 +17,11 @@ export class ApiError extends Error {
   get isTemporary() {
     const { status } = this;
     return status === 0 || status === 423 || status === 429 || status >= 500;
+  }
+
+  /** Whether something else is stored by now than what the change was made of. */
+  get isOvertaken() {
+    return this.code === 'changed_meanwhile';
   }
 }
 
@@ -41,24 +51,29 @@ export async function send(method, path, { headers = {}, body, signal, allow = [
 async function refusal(response) {
   const text = await response.text();
   try {
-    const { code, detail } = JSON.parse(text);
-    return new ApiError(response.status, code, detail);
+    const { code, detail, current = null } = JSON.parse(text);
+    const version = response.headers.get('ETag')?.replaceAll('"', '') ?? null;
+    return Object.assign(new ApiError(response.status, code, detail), { current, version });
   } catch {
     return new ApiError(response.status, 'unknown', `The server answered ${response.status}.`);
   }
 }
 
-async function json(method, path, content, signal) {
+async function json(method, path, content, signal, replaced = null) {
   const body = content === undefined ? undefined : JSON.stringify(content);
-  const headers = body === undefined ? {} : { 'Content-Type': 'application/json' };
+  const headers = {
+    ...(body !== undefined && { 'Content-Type': 'application/json' }),
+    ...(replaced !== null && { 'If-Match': `"${replaced}"` }),
+  };
   const response = await send(method, path, { headers, body, signal });
   return response.status === 204 ? null : response.json();
 }
 
 export const get = (path, signal) => json('GET', path, undefined, signal);
 export const post = (path, content, signal) => json('POST', path, content, signal);
-export const put = (path, content, signal) => json('PUT', path, content, signal);
-export const patch = (path, content, signal) => json('PATCH', path, content, signal);
+/** `replaced`: version of what the change was made of; without it whatever there is is replaced. */
+export const put = (path, content, signal, replaced) => json('PUT', path, content, signal, replaced);
+export const patch = (path, content, signal, replaced) => json('PATCH', path, content, signal, replaced);
 export const remove = (path, signal) => json('DELETE', path, undefined, signal);
 /** Sends a file unchanged; the answer is JSON. */
 export const sendFile = async (path, file, signal) => {

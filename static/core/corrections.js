@@ -50,6 +50,8 @@ export class Corrections extends Store {
   #signal;
   #asking = null;
   #version = 0;
+  /** Version of the statement that the draft was begun with. */
+  #draftOf = null;
 
   /**
    * @param {string} inspection
@@ -66,7 +68,17 @@ export class Corrections extends Store {
     return this.value !== null && !isSame(this.draft.value, this.value.stated);
   }
 
-  /** Loads the stored statements; a draft that was begun is kept and compared with them. */
+  /** Whether something else holds by now than what the draft was begun with. */
+  get isOvertaken() {
+    return this.isEdited && this.#draftOf !== this.value.version;
+  }
+
+  /** The version that the draft was begun with. */
+  get draftOf() {
+    return this.#draftOf;
+  }
+
+  /** Reads what holds; a draft that was begun is kept and seen against it. */
   async load() {
     const version = this.#version;
     const answer = await get(this.#path, this.#signal);
@@ -76,8 +88,14 @@ export class Corrections extends Store {
     }
     const wasEdited = this.isEdited;
     this.set(answer);
-    if (!wasEdited) this.draft.set(this.value.stated);
+    if (!wasEdited) this.#begin();
     this.#ask();
+  }
+
+  /** Begins a draft with what holds. */
+  #begin() {
+    this.#draftOf = this.value.version;
+    this.draft.set(this.value.stated);
   }
 
   /** @param {Partial<Stated>} changes */
@@ -87,7 +105,7 @@ export class Corrections extends Store {
   }
 
   discard() {
-    this.draft.set(this.value.stated);
+    this.#begin();
     this.#ask();
   }
 
@@ -100,12 +118,13 @@ export class Corrections extends Store {
    * Replaces the stored statements; applying the earlier ones undoes this.
    * @param {Stated} stated
    * @param {string|null} remark why, for the history
+   * @param {string} replaced version of what was stated before; if it is another one by now, nothing is stated
    */
-  async apply(stated, remark) {
-    const answer = await put(this.#path, { ...stated, remark });
+  async apply(stated, remark, replaced) {
+    const answer = await put(this.#path, { ...stated, remark }, undefined, replaced);
     this.#version += 1;
     this.set(answer);
-    this.draft.set(this.value.stated);
+    this.#begin();
     this.#ask();
   }
 

@@ -1,20 +1,17 @@
 /** Complaints about the picture of every tracked frame; grows with the track. */
 
-import { ApiError, get } from './api.js';
+import { ApiError } from './api.js';
+import { GrowingColumns, getColumns } from './columns.js';
 
 /** All complaints, in the order of their bits. */
 export const COMPLAINTS = ['too_fast', 'too_dark', 'too_bright', 'blurred', 'lens_dirty'];
 
-const BITS = new Map(COMPLAINTS.map((name, i) => [name, 1 << i]));
+const TYPES = { complaints: Uint8Array, overlap: Float32Array, fixed_pattern: Float32Array };
 
 /** Fires `change` when frames were added or the run was restarted. */
 export class Health extends EventTarget {
   #path;
-  /** For each frame, one bit for each complaint. */
-  complaints = [];
-  /** The figures shown with a complaint. */
-  #overlap = [];
-  #fixedPattern = [];
+  #columns = new GrowingColumns(TYPES);
   /** All bits that have occurred. */
   occurred = 0;
   /** Rises when the run is restarted. */
@@ -26,18 +23,18 @@ export class Health extends EventTarget {
     this.#path = `/api/inspections/${inspection}/health`;
   }
 
+  /** Of each frame a bit for each complaint. */
+  get complaints() {
+    return this.#columns.column('complaints');
+  }
+
   /** Fetches the frames that are new since the last call. */
   async extend(signal) {
     const { generation } = this;
     const columns = await this.#ask(signal);
     if (generation !== this.generation || !columns?.complaints.length) return;
-    columns.complaints.forEach((names, i) => {
-      const bits = bitsOf(names);
-      this.complaints.push(bits);
-      this.#overlap.push(columns.overlap[i]);
-      this.#fixedPattern.push(columns.fixed_pattern[i]);
-      this.occurred |= bits;
-    });
+    this.#columns.extend(columns, columns.complaints.length);
+    for (const bits of columns.complaints) this.occurred |= bits;
     this.dispatchEvent(new Event('change'));
   }
 
@@ -45,16 +42,14 @@ export class Health extends EventTarget {
   at(frame) {
     if (!(frame in this.complaints)) return null;
     return {
-      overlap: this.#overlap[frame],
-      fixed_pattern: this.#fixedPattern[frame],
+      overlap: this.#columns.column('overlap')[frame],
+      fixed_pattern: this.#columns.column('fixed_pattern')[frame],
       complaints: namesOf(this.complaints[frame]),
     };
   }
 
   clear() {
-    this.complaints = [];
-    this.#overlap = [];
-    this.#fixedPattern = [];
+    this.#columns = new GrowingColumns(TYPES);
     this.occurred = 0;
     this.generation += 1;
     this.dispatchEvent(new Event('change'));
@@ -63,7 +58,7 @@ export class Health extends EventTarget {
   /** Fetches health; an inspection tracked before the server stored it has none, which is no fault. */
   async #ask(signal) {
     try {
-      return (await get(`${this.#path}?since=${this.complaints.length}`, signal)).columns;
+      return await getColumns(`${this.#path}?format=columns&since=${this.#columns.length}`, signal);
     } catch (error) {
       if (error instanceof ApiError && error.status === 404) return null;
       throw error;
@@ -71,8 +66,5 @@ export class Health extends EventTarget {
   }
 }
 
-const bitsOf = (names) =>
-  names === '' ? 0 : names.split(' ').reduce((bits, name) => bits | (BITS.get(name) ?? 0), 0);
-
-/** Returns the names of the complaints in a set of bits. */
-export const namesOf = (bits) => COMPLAINTS.filter((name) => bits & BITS.get(name));
+/** Names of the complaints in a set of bits. */
+export const namesOf = (bits) => COMPLAINTS.filter((_, n) => bits & (1 << n));

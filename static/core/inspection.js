@@ -19,6 +19,7 @@ export const isUnmeasured = ({ source, video }) => source.kind === 'import' && v
 export class Inspection extends Store {
   #path;
   #signal;
+  #version = 0;
 
   /**
    * @param {string} id
@@ -36,19 +37,57 @@ export class Inspection extends Store {
   }
 
   async load() {
-    this.set(await get(this.#path, this.#signal));
+    const version = this.#version;
+    const answer = await get(this.#path, this.#signal);
+    if (version === this.#version) this.set(answer);
+    else await this.load(); // changed meanwhile: the answer is older than what is shown
   }
 
-  /** Changes name or header; fires `edited` with the step of the history. */
-  async change(changes) {
-    const before = this.value;
-    await this.#put(changes);
+  #take(answer) {
+    this.#version += 1;
+    this.set(answer);
+  }
+
+  /**
+   * States one field of the header, and leaves the others as they are by then; fires `edited` with
+   * the step of the history.
+   * @param {string} name
+   * @param {string|number|boolean|null} value
+   * @param {unknown[]} own what the person has seen or stated there before
+   * @returns {Promise<{theirs: unknown}|null>} what somebody else states there, null when it is done
+   */
+  async stateField(name, value, own) {
+    let theirs = null;
+    const before = await this.#put(({ header }) => {
+      const now = header[name] ?? null;
+      const isOther = ![...own, value].some((known) => isSame(known, now));
+      theirs = isOther ? { theirs: now } : null;
+      return isOther ? null : { header: withField(header, name, value) };
+    });
+    if (theirs) return theirs;
     const detail = this.#step(differences(before, this.value));
     if (detail.changes.length) this.dispatchEvent(new CustomEvent('edited', { detail }));
+    return null;
   }
 
-  async #put(changes) {
-    this.set(await patch(this.#path, changes, this.#signal));
+  /**
+   * Changes name or header, made of what is stored: anew when somebody else was faster.
+   * @param {(inspection: object) => object|null} changesOf null leaves it as it is
+   * @returns {Promise<object>} what it was made of
+   */
+  async #put(changesOf) {
+    for (;;) {
+      const before = this.value;
+      const changes = changesOf(before);
+      if (changes === null) return before;
+      try {
+        this.#take(await patch(this.#path, changes, this.#signal, before.version));
+        return before;
+      } catch (error) {
+        if (!error.isOvertaken) throw error;
+      }
+      await this.load();
+    }
   }
 
   /**
@@ -59,14 +98,13 @@ export class Inspection extends Store {
     return {
       what: 'header',
       changes,
-      run: async (isBack) => {
-        const { name, header } = this.value;
-        const wanted = { name, ...header };
-        for (const change of changes) wanted[change.name] = (isBack ? change.before : change.after) ?? null;
-        const { name: newName, ...fields } = wanted;
-        const stated = Object.entries(fields).filter(([, value]) => value !== null);
-        await this.#put({ name: newName, header: Object.fromEntries(stated) });
-      },
+      run: (isBack) =>
+        this.#put((inspection) => {
+          const wanted = fieldsOf(inspection);
+          for (const change of changes) wanted[change.name] = (isBack ? change.before : change.after) ?? null;
+          const { name, ...fields } = wanted;
+          return { name, header: stated(fields) };
+        }),
       isOvertaken: async (isBack) => {
         await this.load();
         const now = fieldsOf(this.value);
@@ -77,13 +115,12 @@ export class Inspection extends Store {
 
   /** Ends the survey; a live one stops. */
   async finish(how) {
-    this.set(await post(`${this.#path}/finish`, how));
+    this.#take(await post(`${this.#path}/finish`, how));
   }
 
   /** Withdraws the end of the survey. */
   async reopen() {
-    const { end_condition, abandon_reason, ...header } = this.value.header;
-    await this.#put({ header });
+    await this.#put(({ header: { end_condition, abandon_reason, ...header } }) => ({ header }));
   }
 
   async cancel() {
@@ -93,12 +130,12 @@ export class Inspection extends Store {
 
   /** Continues the recording of a camera; `robot`: stood_still or moved. */
   async recordOn(url, robot) {
-    this.set(await post(`${this.#path}/continue`, { url, robot }));
+    this.#take(await post(`${this.#path}/continue`, { url, robot }));
   }
 
   /** Tracks all frames again with this rig. */
   async trackWith(rig) {
-    this.set(await put(`${this.#path}/rig`, { rig }));
+    this.#take(await put(`${this.#path}/rig`, { rig }));
   }
 
   async retry() {
@@ -109,6 +146,11 @@ export class Inspection extends Store {
 
 /** Returns name and header side by side; no header field is called name. */
 const fieldsOf = ({ name, header }) => ({ name, ...header });
+
+/** The fields of a header that hold something. */
+const stated = (fields) => Object.fromEntries(Object.entries(fields).filter(([, value]) => value !== null));
+
+const withField = (header, name, value) => stated({ ...header, [name]: value });
 
 const isSame = (a, b) => JSON.stringify(a ?? null) === JSON.stringify(b ?? null);
 

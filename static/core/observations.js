@@ -45,7 +45,8 @@ function newId() {
 
 /**
  * A store of observations sorted by distance. Beside the fields of the API each has
- * `save`: 'saved' | 'waiting' | 'refused', and `refusal`, the reason of a refusal.
+ * `save`: 'saved' | 'waiting' | 'refused', and `refusal`, the reason of the last. `version` is of what
+ * is saved, null of all else.
  */
 export class Observations extends Store {
   #inspection;
@@ -93,6 +94,7 @@ export class Observations extends Store {
           ...unsaved(observation),
           ...(known.get(observation) ?? this.#placeOf(fields.frame, fields.pixel)),
           ...fields,
+          version: null,
           ...(refusal ? { save: 'refused', refusal: errorText(refusal) } : { save: 'waiting' }),
         });
       }
@@ -180,14 +182,15 @@ export class Observations extends Store {
   /** Sends again what the server refused. */
   sendAgain(id) {
     const item = this.find(id);
-    if (item) this.#queue('save', id, fieldsOf(item));
+    this.#version += 1;
     if (item) this.#replace({ ...item, save: 'waiting' });
+    return this.#outbox.sendAgain(id);
   }
 
   /** Discards the refused changes of an observation and returns to the server's state. */
   async giveUp(id) {
     await this.#outbox.drop(id);
-    await this.load();
+    await this.#loadPatiently();
   }
 
   // Steps -----------------------------------------------------------------------------------
@@ -243,14 +246,15 @@ export class Observations extends Store {
   }
 
   #save(id, changes, queue) {
-    const item = { ...this.find(id), ...changes, save: 'waiting' };
+    const before = this.find(id);
+    const item = { ...before, ...changes, save: 'waiting', version: null };
     const isMoved = 'frame' in changes || 'pixel' in changes;
     const place = isMoved ? { ...this.#placeOf(item.frame, item.pixel), photo: null, photo_error: null } : {};
     const clock = 'clock_from' in changes && {
       clock: item.clock_from ?? this.#placeOf(item.frame, item.pixel).clock,
     };
     this.#replace({ ...item, ...place, ...clock });
-    queue('save', id, fieldsOf(item));
+    queue('save', id, fieldsOf(item), { before: fieldsOf(before), version: before.version });
   }
 
   /** Shows an observation that was not shown. */
@@ -265,14 +269,14 @@ export class Observations extends Store {
     this.#queue('delete', id);
   }
 
-  #queue(kind, observation, fields) {
+  #queue(kind, observation, fields, madeOf) {
     this.#version += 1;
-    return this.#outbox.add({ inspection: this.#inspection, observation, kind, fields });
+    return this.#outbox.add({ inspection: this.#inspection, observation, kind, fields, ...madeOf });
   }
 
-  #queueTyped(kind, observation, fields) {
+  #queueTyped(kind, observation, fields, madeOf) {
     this.#version += 1;
-    return this.#outbox.addTyped({ inspection: this.#inspection, observation, kind, fields });
+    return this.#outbox.addTyped({ inspection: this.#inspection, observation, kind, fields, ...madeOf });
   }
 
   #answered({ operation, answer }) {
@@ -291,7 +295,7 @@ export class Observations extends Store {
     this.#replace(
       isNewest
         ? { ...answer, ...place, save: 'saved' }
-        : { ...answer, ...place, ...fieldsOf(item), save: 'waiting' },
+        : { ...answer, ...place, ...fieldsOf(item), save: 'waiting', version: null },
     );
     this.#awaitPhotos();
   }
@@ -337,7 +341,7 @@ export class Observations extends Store {
 
 const unsaved = (id) => ({
   id, code: null, distance_m: null, distance_u95_m: null, clock: null, photo: null, severity: null,
-  remark: null,
+  remark: null, version: null,
 });
 
 /** Returns the change of an observation, before and after. */

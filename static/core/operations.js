@@ -9,6 +9,8 @@ const OPERATIONS = 'operations';
 export class Operations {
   #database;
   #inMemory = new Map();
+  /** Changes by id that there was no room to write. */
+  #unwritten = new Map();
 
   /** Whether everything stored here survives the page. */
   get isKept() {
@@ -35,7 +37,8 @@ export class Operations {
   /** Returns all operations, oldest first. */
   async all() {
     const kept = this.#database ? await settled(this.#objects().getAll()) : [];
-    return [...kept, ...this.#inMemory.values()].sort((a, b) => (a.id < b.id ? -1 : 1));
+    const known = kept.map((operation) => ({ ...operation, ...this.#unwritten.get(operation.id) }));
+    return [...known, ...this.#inMemory.values()].sort((a, b) => (a.id < b.id ? -1 : 1));
   }
 
   /**
@@ -56,8 +59,29 @@ export class Operations {
     }
   }
 
+  /**
+   * Changes one in place, unless another tab has taken it out meanwhile.
+   * @returns {Promise<boolean>} whether it was still there
+   */
+  async update(id, changes) {
+    const kept = this.#inMemory.get(id);
+    if (kept) this.#inMemory.set(id, { ...kept, ...changes });
+    if (kept || !this.#database) return Boolean(kept);
+    const objects = this.#objects();
+    const found = objects.get(id);
+    found.onsuccess = () => found.result && objects.put({ ...found.result, ...changes });
+    try {
+      await ended(objects.transaction);
+    } catch (error) {
+      if (!(error instanceof DOMException)) throw error; // no room
+      this.#unwritten.set(id, { ...this.#unwritten.get(id), ...changes });
+    }
+    return found.result !== undefined;
+  }
+
   async delete(id) {
     this.#inMemory.delete(id);
+    this.#unwritten.delete(id);
     if (this.#database) await settled(this.#objects().delete(id));
   }
 
@@ -66,17 +90,24 @@ export class Operations {
   }
 }
 
-/** Awaits an IndexedDB request; a change counts only when its transaction is complete. */
-function settled(request) {
-  return new Promise((resolve, reject) => {
-    request.onerror = () => reject(request.error);
-    const { transaction } = request;
-    if (!transaction) {
-      request.onsuccess = () => resolve(request.result);
-      return;
-    }
-    transaction.oncomplete = () => resolve(request.result);
-    transaction.onabort = () => reject(transaction.error);
-    transaction.commit(); // at once: a tab that is closed now loses nothing
-  });
+/** Result of an IndexedDB request; a change counts only when its transaction is complete. */
+async function settled(request) {
+  if (!request.transaction) await opened(request);
+  else {
+    request.transaction.commit(); // now: a tab that is closed at once loses nothing
+    await ended(request.transaction);
+  }
+  return request.result;
 }
+
+const opened = (request) =>
+  new Promise((resolve, reject) => {
+    request.onsuccess = resolve;
+    request.onerror = () => reject(request.error);
+  });
+
+const ended = (transaction) =>
+  new Promise((resolve, reject) => {
+    transaction.oncomplete = resolve;
+    transaction.onabort = () => reject(transaction.error);
+  });

@@ -2,7 +2,11 @@
  * Changes of observations on their way to the server. Each is written to IndexedDB before it is
  * sent and removed when the server has answered, so a reload, a crash or a restart of the server
  * loses none. They are sent in order, one at a time, by one tab at a time, and every one may be sent
- * twice. What the server refuses stays here until the person has changed or undone it.
+ * twice. What the server refuses stays here until the person has changed it or taken it back.
+ *
+ * A change of an observation is made of what the page showed, `before`. It replaces that and nothing
+ * else: if somebody else has stored something meanwhile it is refused, and a person decides. An own
+ * change that arrived just before is what the next one was made of, whichever tab has sent it.
  */
 
 import { ApiError, put, remove } from './api.js';
@@ -23,17 +27,22 @@ const TYPED_S = 0.8;
  * @property {string} observation
  * @property {'save'|'delete'} kind
  * @property {object} [fields] of a save
- * @property {{code: string, message: string}} [refusal] why the server refused it
+ * @property {object|null} [before] the fields that it was made of, null when it was not there
+ * @property {string|null} [version] of those; null when an own change came before that was not answered yet
+ * @property {boolean} [isSent] whether it may have arrived
+ * @property {Refusal} [refusal] why the server does not take it
+ *
+ * @typedef {object} Refusal
+ * @property {string} code
+ * @property {string} message
+ * @property {object|null} current what is stored in place of `before`, when it was overtaken
+ * @property {string|null} version of that
  */
-
-const SEND = {
-  save: (path, fields, signal) => put(path, fields, signal),
-  delete: (path, fields, signal) => remove(path, signal),
-};
 
 /**
  * Events: `change` (count, reason, or whether it is kept), `answered` (detail {operation, answer}),
- * `refused` (detail {operation, error}), `elsewhere` (another tab changed or sent something).
+ * `refused` (detail {operation, error}), `elsewhere` (the list is to be read again: another tab has changed or
+ * sent something, or a change came to nothing).
  */
 export class Outbox extends EventTarget {
   /** What prevents the first operation from being sent, or null. */
@@ -44,6 +53,8 @@ export class Outbox extends EventTarget {
   #known;
   /** Id of the operation that is being sent. */
   #sending = null;
+  /** What the server has last taken of each observation: {fields, version}. */
+  #taken = new Map();
   #isFlushing = false;
   /** Whether something was added while the last was being sent. */
   #isAsked = false;
@@ -63,7 +74,7 @@ export class Outbox extends EventTarget {
     super();
     this.#operations = operations;
     this.#known = known;
-    this.#others.onmessage = () => this.#readAgain();
+    this.#others.onmessage = ({ data }) => (data ? this.#note(data.sent, { isSent: true }) : this.#readAgain());
     addEventListener('online', () => this.#flush());
     addEventListener('beforeunload', (event) => {
       if (!this.isKept && this.count) event.preventDefault();
@@ -117,11 +128,17 @@ export class Outbox extends EventTarget {
   async #keep(operation) {
     const { observation } = operation;
     const last = this.#known.findLast((other) => other.observation === observation);
-    const isOvertaken =
-      last && last.id !== this.#sending && last.kind === 'save' && operation.kind === 'save';
-    // A refused operation is settled by its successor. Another tab may be sending the replaced one just
-    // now, so the successor has its own id.
-    const replaced = isOvertaken || last?.refusal ? last : null;
+    const isOfLast = last?.kind === 'save' && operation.kind === 'save' && isSame(last.fields, operation.before);
+    // One that may have arrived stays: what follows is then made of what it has brought.
+    const isUnseen = isOfLast && !last.isSent && last.id !== this.#sending;
+    // One that was refused is settled by whatever comes after it. Another tab may be sending the
+    // replaced one just now, so its successor has an id of its own.
+    const replaced = isUnseen || last?.refusal ? last : null;
+    await this.#put({ ...operation, ...(replaced && isOfLast && madeOf(last)) }, replaced);
+  }
+
+  /** Puts in an operation, in the place of another one if there is one. */
+  async #put(operation, replaced) {
     const added = { id: nextId(), ...operation };
     this.#known = [...this.#known.filter((other) => other !== replaced), added];
     this.#written = this.#operations.put(added, replaced?.id);
@@ -131,9 +148,28 @@ export class Outbox extends EventTarget {
     this.#others.postMessage(null);
   }
 
-  /** Discards what the server refused of an observation. */
+  /** Operations of one inspection in whose place the server has something else by now. */
+  overtakenFor(inspection) {
+    return this.openFor(inspection).filter(({ refusal }) => refusal?.code === 'changed_meanwhile');
+  }
+
+  /** Sends again what the server has refused of an observation, in the place of what overtook it. */
+  async sendAgain(observation) {
+    const refused = this.#refusedOf(observation).at(-1);
+    if (!refused) return; // settled in another tab
+    const { refusal, isSent: _, id: _id, ...operation } = refused;
+    const { code, current: before, version } = refusal;
+    await this.#put({ ...operation, ...(code === 'changed_meanwhile' && { before, version }) }, refused);
+    this.#flush();
+  }
+
+  #refusedOf(observation) {
+    return this.#known.filter((other) => other.observation === observation && other.refusal);
+  }
+
+  /** Forgets what the server has refused of an observation. */
   async drop(observation) {
-    const refused = this.#known.filter((other) => other.observation === observation && other.refusal);
+    const refused = this.#refusedOf(observation);
     this.#known = this.#known.filter((other) => !refused.includes(other));
     for (const { id } of refused) await this.#operations.delete(id);
     this.#others.postMessage(null);
@@ -171,7 +207,7 @@ export class Outbox extends EventTarget {
       if (!operation) break;
       this.#sending = operation.id;
       try {
-        await this.#sendOne(operation);
+        if (await this.#mark(operation.id)) await this.#sendOne(operation);
       } finally {
         this.#sending = null;
       }
@@ -182,13 +218,29 @@ export class Outbox extends EventTarget {
     await this.#read();
   }
 
+  /** Notes that an operation may arrive from now on; false when something took its place just now. */
+  async #mark(id) {
+    const isThere = await this.#change(id, { isSent: true });
+    this.#others.postMessage({ sent: id });
+    return isThere;
+  }
+
+  #change(id, changes) {
+    this.#note(id, changes);
+    return this.#operations.update(id, changes);
+  }
+
+  #note(id, changes) {
+    this.#known = this.#known.map((other) => (other.id === id ? { ...other, ...changes } : other));
+  }
+
   async #sendOne(operation) {
     const path = `/api/inspections/${operation.inspection}/observations/${operation.observation}`;
-    let event;
+    let answer = null;
     try {
       const limit = AbortSignal.timeout(ANSWER_LIMIT_S * 1000);
-      const answer = await SEND[operation.kind](path, operation.fields, limit);
-      event = new CustomEvent('answered', { detail: { operation, answer } });
+      if (operation.kind === 'save') answer = await this.#save(path, operation, limit);
+      else await remove(path, limit);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       // Another person's token may permit what this one does not.
@@ -198,24 +250,53 @@ export class Outbox extends EventTarget {
         return;
       }
       const isGone = operation.kind === 'delete' && error.status === 404;
-      event = isGone
-        ? new CustomEvent('answered', { detail: { operation, answer: null } })
-        : new CustomEvent('refused', { detail: { operation, error } });
+      if (!isGone) {
+        await this.#refused(operation, error);
+        return;
+      }
     }
-    await this.#settle(operation, event);
+    if (answer) this.#taken.set(operation.observation, { fields: operation.fields, version: answer.version });
+    await this.#settle(operation, new CustomEvent('answered', { detail: { operation, answer } }));
   }
 
-  /** Takes an operation out of the box, or marks it as refused, and notifies. */
-  async #settle(operation, event) {
-    if (event.type === 'refused') {
-      const { code, message } = event.detail.error;
-      const refused = { ...operation, refusal: { code, message } };
-      await this.#operations.put(refused);
-      this.#known = this.#known.map((other) => (other.id === refused.id ? refused : other));
-    } else {
-      await this.#operations.delete(operation.id);
-      this.#known = this.#known.filter(({ id }) => id !== operation.id);
+  async #save(path, { observation, fields, before, version, isSent }, signal) {
+    if (!before && !isSent) return put(path, fields, signal);
+    const taken = this.#taken.get(observation);
+    const replaced = taken && isSame(taken.fields, before) ? taken.version : version;
+    try {
+      return await put(path, fields, signal, replaced ?? '');
+    } catch (error) {
+      // Only the version was not known: before a reload, or in another tab, an own change has arrived.
+      if (!error.isOvertaken || !isSame(error.current, before)) throw error;
+      return put(path, fields, signal, error.version);
     }
+  }
+
+  async #refused(operation, error) {
+    const { id, observation, fields, before } = operation;
+    const kept = await this.#operations.all();
+    const next = [...kept, ...this.#known].find((other) => other.observation === observation && other.id > id);
+    const isPassed = next && (next.kind === 'delete' || isSame(next.before, fields));
+    // What was made of it is now made of what it was made of itself.
+    if (isPassed && next.kind === 'save') await this.#change(next.id, madeOf(operation));
+    const isNothing = error.isOvertaken && isSame(fields, before);
+    if (isPassed || isNothing) {
+      await this.#settle(operation, new Event('elsewhere'));
+      return;
+    }
+    const { code, message, current, version } = error;
+    await this.#change(id, { refusal: { code, message, current, version } });
+    this.#notify(new CustomEvent('refused', { detail: { operation, error } }));
+  }
+
+  /** Takes an operation out of the box and notifies. */
+  async #settle(operation, event) {
+    await this.#operations.delete(operation.id);
+    this.#known = this.#known.filter(({ id }) => id !== operation.id);
+    this.#notify(event);
+  }
+
+  #notify(event) {
     this.reason = null;
     this.dispatchEvent(event);
     this.#changed();
@@ -248,6 +329,15 @@ export class Outbox extends EventTarget {
 
 /** Runs `send` while no other tab does. Over plain http, where locks are missing, at once. */
 const alone = (send) => (navigator.locks ? navigator.locks.request(NAME, send) : send());
+
+/** What an operation replaces, for another one in its place. */
+const madeOf = ({ before = null, version = null }) => ({ before, version });
+
+/** Whether two sets of fields state the same; what is null is not stated. */
+const isSame = (a, b) => statedIn(a) === statedIn(b);
+
+const statedIn = (fields) =>
+  JSON.stringify(Object.entries(fields ?? {}).filter(([, value]) => value !== null).sort());
 
 let made = 0;
 

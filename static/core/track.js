@@ -3,12 +3,17 @@
  * the video: a picture is found by its time, never by time * fps.
  */
 
-import { get } from './api.js';
+import { GrowingColumns, getColumns } from './columns.js';
 
-const COLUMNS = [
-  'time_s', 'x_mm', 'y_mm', 'yaw_deg', 'distance_mm', 'sigma_distance_mm', 'quality', 'status',
-  'z_mm', 'pitch_deg', 'roll_deg',
-];
+/** How a frame was tracked, by its value in the column `status`. */
+export const STATUSES = ['ok', 'weak', 'lost'];
+
+const TYPES = {
+  time_s: Float64Array, x_mm: Float64Array, distance_mm: Float64Array, y_mm: Float32Array,
+  z_mm: Float32Array, yaw_deg: Float32Array, pitch_deg: Float32Array, roll_deg: Float32Array,
+  sigma_distance_mm: Float32Array, quality: Float32Array, status: Uint8Array,
+};
+const COLUMNS = Object.keys(TYPES);
 /** Browsers round media times to microseconds. */
 const ROUNDING_S = 0.0005;
 /** Distances of passes from a place that differ less than this count as equal. */
@@ -33,8 +38,8 @@ const SAME_PLACE_MM = 5;
 /** Fires `change` when rows were added or the track was restarted. */
 export class Track extends EventTarget {
   #path;
-  #columns = emptyColumns();
-  /** Least distance of the first `#ranged` rows. */
+  #columns = new GrowingColumns(TYPES);
+  /** Of the first `#ranged` rows. */
   #low = Infinity;
   #high = -Infinity;
   #ranged = 0;
@@ -43,21 +48,21 @@ export class Track extends EventTarget {
 
   constructor(inspectionId) {
     super();
-    this.#path = `/api/inspections/${inspectionId}/track?format=json`;
+    this.#path = `/api/inspections/${inspectionId}/track?format=columns`;
   }
 
   get length() {
-    return this.#columns.time_s.length;
+    return this.#columns.length;
   }
 
-  /** Returns one column, for drawing. */
+  /** One column, for drawing: an array of numbers. */
   column(name) {
-    return this.#columns[name];
+    return this.#columns.column(name);
   }
 
   /** The least and the greatest distance in mm, 0 without a track. */
   get range() {
-    const distances = this.#columns.distance_mm;
+    const distances = this.column('distance_mm');
     for (; this.#ranged < distances.length; this.#ranged += 1) {
       const mm = distances[this.#ranged];
       if (mm < this.#low) this.#low = mm;
@@ -70,43 +75,43 @@ export class Track extends EventTarget {
   row(frame) {
     if (!(frame >= 0 && frame < this.length)) return null;
     const row = { frame };
-    for (const name of COLUMNS) row[name] = this.#columns[name][frame];
+    for (const name of COLUMNS) row[name] = this.column(name)[frame];
+    row.status = STATUSES[row.status];
     return row;
   }
 
   /** Fetches the rows that are new since the last call. */
   async extend(signal) {
     const { length, generation } = this;
-    const { columns } = await get(`${this.#path}&since=${length}`, signal);
+    const columns = await getColumns(`${this.#path}&since=${length}`, signal);
     const isOvertaken = generation !== this.generation || length !== this.length;
-    if (isOvertaken || columns.time_s.length === 0) return;
-    for (const name of COLUMNS) {
-      for (const value of columns[name]) this.#columns[name].push(value);
-    }
+    const rows = columns.time_s.length;
+    if (isOvertaken || rows === 0) return;
+    this.#columns.extend(columns, rows);
     this.dispatchEvent(new Event('change'));
   }
 
   /** Fetches all rows again, as their distances have been corrected. */
   async reload(signal) {
-    const { columns } = await get(`${this.#path}&since=0`, signal);
-    this.#begin(columns);
-    this.dispatchEvent(new Event('change'));
+    const columns = await getColumns(`${this.#path}&since=0`, signal);
+    this.#columns.replace(columns, columns.time_s.length);
+    this.#begin();
   }
 
   clear() {
-    this.#begin(emptyColumns());
-    this.dispatchEvent(new Event('change'));
+    this.#columns = new GrowingColumns(TYPES);
+    this.#begin();
   }
 
-  #begin(columns) {
-    for (const name of COLUMNS) this.#columns[name] = columns[name];
+  #begin() {
     [this.#low, this.#high, this.#ranged] = [Infinity, -Infinity, 0];
     this.generation += 1;
+    this.dispatchEvent(new Event('change'));
   }
 
   /** Returns the frame on screen at this media time; -1 without a track. */
   frameAt(timeS) {
-    const times = this.#columns.time_s;
+    const times = this.column('time_s');
     let low = 0;
     let high = times.length;
     while (low < high) {
@@ -123,7 +128,7 @@ export class Track extends EventTarget {
    * @param {number} share of the interval, from its start
    */
   seekTime(frame, share = 0.5) {
-    const times = this.#columns.time_s;
+    const times = this.column('time_s');
     const isLast = frame + 1 >= times.length;
     const [from, to] = isLast ? [frame - 1, frame] : [frame, frame + 1];
     return times[frame] + share * (frame > 0 || !isLast ? times[to] - times[from] : 0);
@@ -136,7 +141,7 @@ export class Track extends EventTarget {
    * @param {number} frame
    */
   frameAtDistance(distanceMm, frame) {
-    const distances = this.#columns.distance_mm;
+    const distances = this.column('distance_mm');
     let nearest = Infinity;
     for (const distance of distances) nearest = Math.min(nearest, Math.abs(distance - distanceMm));
     const tolerance = nearest + SAME_PLACE_MM;
@@ -153,8 +158,4 @@ export class Track extends EventTarget {
     }
     return best;
   }
-}
-
-function emptyColumns() {
-  return Object.fromEntries(COLUMNS.map((name) => [name, []]));
 }

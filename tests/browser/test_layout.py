@@ -113,9 +113,12 @@ def test_a_failed_run_does_not_deny_the_picture_that_is_seen(
         route.fulfill(json=told | {"status": "failed", "error": error})
 
     page.route(f"**/api/inspections/{inspection}", failed)
-    track = json.load(server.ask("GET", f"/api/inspections/{inspection}/track?format=json&since=0"))
-    no_rows = {"columns": {name: [] for name in track["columns"]}}
-    page.route("**/track?format=json*", lambda route: route.fulfill(json=track | no_rows))
+    path = f"/api/inspections/{inspection}/track?format=columns"
+    no_rows = server.ask("GET", f"{path}&since=1000000").read()
+    page.route(
+        "**/track?format=columns*",
+        lambda route: route.fulfill(body=no_rows, content_type="application/octet-stream"),
+    )
     log_in(page, server, f"/inspections/{inspection}")
     note = page.locator(".stage__note")
     expect(note).to_have_text("Tracking has failed: there is no distance to show.")

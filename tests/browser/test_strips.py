@@ -8,11 +8,14 @@ from collections.abc import Iterator
 from typing import Any
 from uuid import uuid4
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 from playwright.sync_api import Locator, Page, Route, expect
 from steps import Server, log_in
 
 from app.lab.simulation import SCENARIOS, simulate
+from app.web.columns import MEDIA_TYPE, packed
 
 LENGTH_MM = 1600.0
 RADIUS_MM = 150.0
@@ -111,6 +114,29 @@ def test_the_wall_has_the_whole_circle_at_every_size(
             expect(selected).to_contain_text(f"{hour} o’clock")
             desk.keyboard.press("Escape")
             expect(selected).to_have_count(0)
+
+
+def test_of_marks_that_overlap_the_nearest_one_is_clicked(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    for frame, code in ((100, "BAC"), (101, "BAF")):
+        path = f"/api/inspections/{inspection}/observations/{uuid4()}"
+        server.ask("PUT", path, {"frame": frame, "code": code, "clock_from": 5})
+    desk.reload()
+    _wait_for_wall(desk)
+    desk.wait_for_function("() => document.querySelector('wall-strip').marks.length === 2")
+    places = desk.evaluate(
+        """() => {
+          const { marks, scale } = document.querySelector('wall-strip');
+          const placeOf = ({ item, x, y }) => [item.code, [x * scale, y * scale]];
+          return Object.fromEntries(marks.map(placeOf));
+        }"""
+    )
+    assert math.dist(places["BAC"], places["BAF"]) < 10
+    for code, (x, y) in places.items():
+        desk.locator(".wall__track").click(position={"x": x, "y": y})
+        expect(desk.locator(".defect [aria-current=true]")).to_contain_text(code)
+        desk.keyboard.press("Escape")
 
 
 def test_a_mark_in_the_log_selects_its_defect(desk: Page) -> None:
@@ -232,8 +258,8 @@ def test_a_person_who_looks_elsewhere_is_left_there(desk: Page) -> None:
 def test_a_long_run_is_drawn_quickly_and_shows_its_only_lost_frame(
     page: Page, server: Server, inspection: str
 ) -> None:
-    page.route("**/track?format=json*", lambda route: _answer(route, _long_track()))
-    page.route("**/health?since=*", lambda route: _answer(route, _long_health()))
+    page.route("**/track?format=columns*", lambda route: _answer_columns(route, _long_track()))
+    page.route("**/health?format=columns*", lambda route: _answer_columns(route, _long_health()))
     page.route("**/unrolled", lambda route: _answer(route, _long_wall()))
     log_in(page, server, f"/inspections/{inspection}")
     page.wait_for_function(
@@ -264,7 +290,7 @@ def test_a_long_run_is_drawn_quickly_and_shows_its_only_lost_frame(
 
 
 def test_very_many_tiles_stay_small_in_memory(page: Page, server: Server, inspection: str) -> None:
-    page.route("**/track?format=json*", lambda route: _answer(route, _long_track()))
+    page.route("**/track?format=columns*", lambda route: _answer_columns(route, _long_track()))
     page.route("**/unrolled", lambda route: _answer(route, _long_wall()))
     picture = server.ask("GET", _first_tile(server, inspection)).read()
     page.route(
@@ -286,28 +312,31 @@ def _answer(route: Route, body: Any) -> None:
     route.fulfill(body=json.dumps(body), content_type="application/json")
 
 
-def _long_track() -> dict[str, Any]:
-    frames = range(LONG_FRAMES)
-    distances = [round(1000 * LONG_M * i / LONG_FRAMES, 2) for i in frames]
-    columns: dict[str, list[Any]] = {
-        "time_s": [round(i / 30, 4) for i in frames],
+def _answer_columns(route: Route, columns: dict[str, NDArray[Any]]) -> None:
+    route.fulfill(body=packed(columns), content_type=MEDIA_TYPE)
+
+
+def _long_track() -> dict[str, NDArray[Any]]:
+    frames = np.arange(LONG_FRAMES)
+    distances = 1000 * LONG_M * frames / LONG_FRAMES
+    ones = np.ones(LONG_FRAMES, np.float32)
+    return {
+        "time_s": frames / 30,
         "x_mm": distances,
-        "y_mm": [round(4 * math.sin(i / 900), 3) for i in frames],
-        "yaw_deg": [round(math.sin(i / 500), 3) for i in frames],
-        **{name: [0.0] * len(frames) for name in ("z_mm", "pitch_deg", "roll_deg")},
         "distance_mm": distances,
-        "sigma_distance_mm": [1.0] * LONG_FRAMES,
-        "quality": [0.9] * LONG_FRAMES,
-        "status": ["lost" if i == LOST_FRAME else "ok" for i in frames],
+        "y_mm": 4 * np.sin(frames / 900).astype(np.float32),
+        "yaw_deg": np.sin(frames / 500).astype(np.float32),
+        **dict.fromkeys(("z_mm", "pitch_deg", "roll_deg"), 0 * ones),
+        "sigma_distance_mm": ones,
+        "quality": 0.9 * ones,
+        "status": np.where(frames == LOST_FRAME, 2, 0).astype(np.uint8),
     }
-    return {"columns": columns}
 
 
-def _long_health() -> dict[str, Any]:
-    shares = ("overlap", "brightness", "overexposed", "sharpness", "fixed_pattern")
-    columns: dict[str, list[Any]] = {name: [0.5] * LONG_FRAMES for name in shares}
-    columns["complaints"] = ["blurred" if i < 50 else "" for i in range(LONG_FRAMES)]
-    return {"columns": columns}
+def _long_health() -> dict[str, NDArray[Any]]:
+    blurred = np.where(np.arange(LONG_FRAMES) < 50, 1 << 3, 0).astype(np.uint8)
+    halves = np.full(LONG_FRAMES, 0.5, np.float32)
+    return {"overlap": halves, "fixed_pattern": halves, "complaints": blurred}
 
 
 def _long_wall() -> dict[str, Any]:

@@ -11,6 +11,8 @@ the right, so that arc = R phi; on a floor the arc is Y itself.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from operator import attrgetter
 
@@ -74,6 +76,11 @@ class Poses:
     pitch_rad: Matrix
     roll_rad: Matrix
 
+    @classmethod
+    def of(cls, poses: Sequence[Pose]) -> Poses:
+        """Stack poses: arrays of (N,)."""
+        return cls(*np.array([_fields_of(pose) for pose in poses]).reshape(-1, 6).T)
+
 
 NOMINAL = Pose()
 """A camera that stands straight at the zero point, at the height that the rig states."""
@@ -101,14 +108,26 @@ def wall_point(
     Returns:
         None where the ray of the pixel meets no wall.
     """
-    (point,) = cast(rig, pose, robot_rays(rig, [pixel_uv]))
-    if not np.isfinite(point).all():
-        return None
-    ((distance_mm, arc_mm),) = develop(rig, point[None])
-    clock_h = None
-    if rig.pipe.diameter_mm is not None:
-        clock_h = clock_of(arc_mm / (rig.pipe.diameter_mm / 2))
-    return WallPoint(float(distance_mm), float(arc_mm), clock_h)
+    (point,) = wall_points(rig, [pixel_uv], pose)
+    return point
+
+
+def wall_points(rig: Rig, pixels_uv: ArrayLike, pose: Pose | Poses) -> list[WallPoint | None]:
+    """Find the wall points of (N, 2) pixels, from one pose or each from its own.
+
+    Returns:
+        None where the ray of a pixel meets no wall.
+    """
+    points = cast(rig, pose, robot_rays(rig, pixels_uv))
+    radius_mm = _radius(rig)
+    return [
+        None
+        if not math.isfinite(distance_mm + arc_mm)
+        else WallPoint(
+            distance_mm, arc_mm, None if radius_mm is None else clock_of(arc_mm / radius_mm)
+        )
+        for distance_mm, arc_mm in develop(rig, points).tolist()
+    ]
 
 
 def clock_of(phi_rad: float) -> float:

@@ -9,7 +9,6 @@ flanks where silt hides the invert.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import astuple, dataclass, fields, replace
 
@@ -17,8 +16,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vo_core.csv_rows import number_columns
 from vo_core.drift import row_of
-from vo_core.errors import InvalidTrack
 from vo_core.geometry.height import scale_sigma
 from vo_core.geometry.rectify import Rectifier
 from vo_core.geometry.wall import NOMINAL, cast, develop, enclose, sight
@@ -290,18 +289,10 @@ def from_csv(text: str) -> list[Sighting]:
     """Read joints.csv.
 
     Raises:
-        InvalidTrack: A column is missing or a value is no number.
+        InvalidTrack: A column is missing or a value is no finite number.
     """
-    reader = csv.DictReader(line for line in text.splitlines() if line[:1] != "#")
-    missing = set(_COLUMNS) - set(reader.fieldnames or ())
-    if missing:
-        raise InvalidTrack(f"The joints have no column {', '.join(sorted(missing))}.")
-    try:
-        rows = [[float(record[name]) for name in _COLUMNS] for record in reader]
-    except (TypeError, ValueError) as error:
-        raise InvalidTrack(f"The joints hold a row that is not numbers: {error}.") from error
-    if not np.isfinite(rows).all():
-        raise InvalidTrack("The joints hold a value that is not finite.")
+    columns = number_columns(text, _COLUMNS, "file of joints")
+    rows = zip(*(columns[name].tolist() for name in _COLUMNS), strict=True)
     return [Sighting(int(frame), *values) for frame, *values in rows]
 
 

@@ -134,9 +134,8 @@ def count_joints(
             "No joints were seen; correct the track by a taped length instead.", "no_joints"
         )
     search = _Search.of(track, ordered, segment_mm, scale, scale_sigma)
-    paths = search.best_paths(SCATTER_MM)
-    scores = np.array([path.score for path in paths])
-    best = paths[int(scores.argmax())]
+    chains = search.best_chains(SCATTER_MM)
+    scores, best = chains.scores, chains.best
     # Any two rings fit a lattice at some scale, so the mean over all scales counts.
     odds = np.logaddexp.reduce(scores) - np.log(max(len(ordered) - 1, 1))
     if not best.links() and len(set(numbered(track, ordered))) == 1:
@@ -144,7 +143,7 @@ def count_joints(
             "All rings that were seen are the same joint; give a taped length instead.",
             "one_joint",
         )
-    rivals = [path for path in paths if path.score > best.score - _SURE]
+    rivals = [chains.path(s) for s in np.flatnonzero(scores > best.score - _SURE).tolist()]
     is_uncertain = not best.links() or any(best.is_apart(path) for path in rivals)
     if odds < _LEAST or is_uncertain or best.is_too_fine():
         raise InvalidCorrection(
@@ -165,8 +164,7 @@ def count_joints(
                 last=last,
             )
     # Once more with the scatter of this pipe, which separates rings close to joints from joints.
-    again = search.best_paths(search.scatter_mm(best))
-    return max(again, key=lambda path: path.score).joints(ordered)
+    return search.best_chains(search.scatter_mm(best)).best.joints(ordered)
 
 
 def seen_variance(sightings: Sequence[Sighting]) -> Matrix:
@@ -284,28 +282,27 @@ class _Search:
             _LEAVES_UNUSUAL + (_LEAVES_USUAL - _LEAVES_UNUSUAL) * usual / prior,
         )
 
-    def best_paths(self, scatter_mm: float) -> list[_Path]:
+    def best_chains(self, scatter_mm: float) -> _Chains:
         """Find the best chain for each scale at its end."""
         count, tried = len(self.at_mm), np.arange(len(self.scales))
         score = np.tile(self.prior, (count, 1))  # a chain may begin at any sighting
         even = _Relaxed.none(score.shape, self.change, _CHANGE)
         uneven = _Relaxed.none(score.shape, np.minimum(self.change, _LEAVES_ON_BED), _CHANGE_ON_BED)
-        links = _Links.none(score.shape)
+        chains = _Chains.none(score, self.scales)
         for j in range(count):
             if j > 0:
                 breaks = np.where(self.on_bed[:j, j], _BREAK_ON_BED, _BREAK)
                 started = score[:j] - breaks[:, None]
                 anew = started.argmax(axis=0)
-                links.take(j, score, started[anew, tried], before=anew, came=tried, broken=1)
+                chains.take(j, started[anew, tried], before=anew, came=tried, broken=1)
                 first = max(0, j - _REACH)
                 gain, number = self._gains(first, j, scatter_mm)
                 beds = self.beside_bed[first:j, None]
                 through = np.where(beds, uneven.score[first:j], even.score[first:j]) + gain
                 origin = np.where(beds, uneven.origin[first:j], even.origin[first:j])
                 best = through.argmax(axis=0)
-                links.take(
+                chains.take(
                     j,
-                    score,
                     through[best, tried],
                     before=first + best,
                     came=origin[best, tried],
@@ -313,7 +310,7 @@ class _Search:
                 )
             even.take(j, score[j])
             uneven.take(j, score[j])
-        return [links.traced(score, self.scales, int(s)) for s in tried]
+        return chains
 
     def _gains(self, first: int, j: int, scatter_mm: float) -> tuple[Matrix, NDArray[np.int64]]:
         """(j - first, S) log odds that j lies whole segments from each sighting before it.
@@ -346,9 +343,12 @@ class _Search:
 
 
 @dataclass(frozen=True)
-class _Links:
-    """The last link of the best chain to each sighting, for each scale there; (N, S) each."""
+class _Chains:
+    """The best chain to each sighting, for each scale there, by its last link; (N, S) each."""
 
+    score: Matrix
+    tried: Matrix
+    """(S,) scales."""
     before: NDArray[np.intp]
     """Index of the sighting before; -1 where the chain begins."""
     came: NDArray[np.intp]
@@ -358,8 +358,11 @@ class _Links:
     """Whether the count restarts."""
 
     @classmethod
-    def none(cls, shape: tuple[int, ...]) -> _Links:
+    def none(cls, score: Matrix, tried: Matrix) -> _Chains:
+        shape = score.shape
         return cls(
+            score,
+            tried,
             np.full(shape, -1, np.intp),
             np.zeros(shape, np.intp),
             np.zeros(shape, np.int64),
@@ -369,7 +372,6 @@ class _Links:
     def take(
         self,
         j: int,
-        score: Matrix,
         offered: Matrix,
         *,
         before: NDArray[np.intp],
@@ -378,16 +380,26 @@ class _Links:
         broken: int = 0,
     ) -> None:
         """Replace the links of sighting j where the offered score is higher."""
-        better = offered > score[j]
-        score[j] = np.where(better, offered, score[j])
+        better = offered > self.score[j]
+        self.score[j] = np.where(better, offered, self.score[j])
         self.before[j] = np.where(better, before, self.before[j])
         self.came[j] = np.where(better, came, self.came[j])
         self.segments[j] = np.where(better, segments, self.segments[j])
         self.broken[j] = np.where(better, broken, self.broken[j])
 
-    def traced(self, score: Matrix, scales: Matrix, s: int) -> _Path:
-        """Trace the chain that ends with scale s at its best score, from its beginning on."""
-        last = int(score[:, s].argmax())
+    @property
+    def scores(self) -> Matrix:
+        """(S,) score of the best chain that ends with each scale."""
+        return np.asarray(self.score.max(axis=0))
+
+    @property
+    def best(self) -> _Path:
+        """The chain of the highest score."""
+        return self.path(int(self.scores.argmax()))
+
+    def path(self, s: int) -> _Path:
+        """Trace the best chain that ends with scale s, from its beginning on."""
+        last = int(self.score[:, s].argmax())
         chain = [(last, s)]
         while self.before[chain[-1]] >= 0:
             at = chain[-1]
@@ -398,11 +410,11 @@ class _Links:
             counts.append(counts[-1] + int(self.broken[at]))
             numbers.append(0 if self.broken[at] else numbers[-1] + int(self.segments[at]))
         return _Path(
-            float(score[last, s]),
+            float(self.score[last, s]),
             tuple(j for j, _ in chain),
             tuple(counts),
             tuple(numbers),
-            tuple(float(scales[k]) for _, k in chain),
+            tuple(float(self.tried[k]) for _, k in chain),
         )
 
 

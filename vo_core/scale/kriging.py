@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -23,6 +24,9 @@ rig."""
 
 _BLOCK = 4096
 """Rows of a track that are computed at once, which bounds the memory for an hour of video."""
+
+_KNOTS = 8192
+"""Longer tracks are solved at about so many rows, or twice as many beside steps."""
 
 
 @dataclass(frozen=True)
@@ -138,28 +142,50 @@ class Solution:
     def distances(self, zero: int | None) -> tuple[Matrix, Matrix]:
         """Estimate the true distance of every row of the track, and its variance in mm^2.
 
+        A long track is solved at some rows, its knots; between two of them the drift and its
+        variance are interpolated, beside the independent variance of each row.
+
         Args:
             zero: The row from which distances are counted; None for the zero of the track.
         """
-        rows = np.arange(len(self.model.distance_mm))
-        blocks = np.array_split(rows, 1 + len(rows) // _BLOCK)
+        model, knots = self.model, self._knots(zero)
+        blocks = np.array_split(knots, 1 + len(knots) // _BLOCK)
         found = [self._distances(block, zero) for block in blocks]
         mean, variance = (np.concatenate(part) for part in zip(*found, strict=True))
-        return mean, variance
+        if len(knots) == len(model.distance_mm):
+            return mean, variance
+        along, way_mm = _progress(model), self.parameters[0] * model.distance_mm
+        mean = way_mm + np.interp(along, along[knots], mean - way_mm[knots])
+        shared = np.interp(along, along[knots], variance - model.own_mm2[knots])
+        return mean, shared + model.own_mm2
+
+    def _knots(self, zero: int | None) -> Rows:
+        """Rows to solve at: all of a short track, of a long one where the drift has moved on."""
+        rows = np.arange(len(self.model.distance_mm))
+        if len(rows) <= _KNOTS:
+            return rows
+        along = _progress(self.model)
+        evenly = np.searchsorted(along, np.linspace(0.0, along[-1], _KNOTS))
+        exact = np.concatenate([self.equations.places.rows, [0 if zero is None else zero]])
+        # A step of the variance lies between two knots; where a row takes part in the equations,
+        # its own error counts in another way than in the rows beside it.
+        knots = np.concatenate([evenly, evenly - 1, exact - 1, exact, exact + 1])
+        return np.unique(np.clip(knots, 0, rows[-1]))
 
     def parts(self, row: int, zero: int | None) -> dict[Source, float]:
         """Split the standard uncertainty of the distance of one row by source, in mm."""
         rows = np.array([row])
-        gain, slope, _, variance = self._gain(rows, zero)
+        along = self._along(rows, zero)
+        slope, variance = self._slope(rows, zero, along), self._variance(rows, zero, along)
         # The distance is this linear combination of the known values, and so is its error.
+        gain = along @ self._informed
         combined = (slope @ self.covariance @ self.design.T @ self.weight + gain)[0]
         found: dict[Source, float] = {
             source: float(combined @ noise @ combined)
             for source, noise in self.equations.noise.items()
         }
         found["wander"] = self._of_wander(rows, zero, combined)
-        whole = variance + slope @ self.covariance @ slope.T
-        found["tracking"] = float(whole[0, 0]) - sum(found.values())
+        found["tracking"] = float(variance[0]) - sum(found.values())
         return {source: float(np.sqrt(max(square, 0.0))) for source, square in found.items()}
 
     def _of_wander(self, rows: Rows, zero: int | None, combined: Matrix) -> float:
@@ -170,34 +196,69 @@ class Solution:
         return float(share @ self.model.wandering(at_mm[:, None], at_mm) @ share)
 
     def _distances(self, rows: Rows, zero: int | None) -> tuple[Matrix, Matrix]:
-        gain, slope, way_mm, variance = self._gain(rows, zero)
-        mean = self.parameters[0] * way_mm + gain @ self.residual
-        variance = variance + np.einsum("np,pq,nq->n", slope, self.covariance, slope)
-        return mean, np.maximum(variance, 0.0)  # rounding may take it below
+        along = self._along(rows, zero)
+        mean = self.parameters[0] * self._way_mm(rows, zero) + along @ self._to_drift
+        return mean, self._variance(rows, zero, along)
 
-    def _gain(self, rows: Rows, zero: int | None) -> tuple[Matrix, Matrix, Matrix, Matrix]:
-        """Weights of the residuals and of the parameters, way by the track, and variance.
-
-        Their shapes are (N, M), (N, 1 + K), (N,) and (N,); the variance is that for known
-        parameters.
-        """
-        model, places = self.model, self.model.places(rows)
-        common = self._common(places)
-        way_mm = places.at_mm
+    def _variance(self, rows: Rows, zero: int | None, along: Matrix) -> Matrix:
+        """(N,) variance of distances in mm^2, from `_along` and `_slope`."""
+        model, slope = self.model, self._slope(rows, zero, along)
+        places = model.places(rows)
         if zero is None:
             prior = model.variance(places)
         else:
-            start = model.places(np.full_like(rows, zero))
-            common = common - self._common(start)
-            way_mm = way_mm - start.at_mm
-            prior = model.between(places, start)
-        gain = common @ self.weight
-        slope = -gain @ self.design
-        slope[:, 0] += way_mm
-        return gain, slope, way_mm, prior - np.einsum("nm,nm->n", gain, common)
+            prior = model.between(places, model.places(np.full_like(rows, zero)))
+        known = np.einsum("nf,nf->n", along @ self._known, along)
+        unknown = np.einsum("np,pq,nq->n", slope, self.covariance, slope)
+        # Rounding may take it below 0.
+        return np.asarray(np.maximum(prior - known + unknown, 0.0))
 
-    def _common(self, places: Places) -> Matrix:
-        """(len(places), M) covariance of the drift at places with the equations."""
-        return np.asarray(
-            self.model.covariance(places, self.equations.places) @ self.equations.drift.T
-        )
+    def _slope(self, rows: Rows, zero: int | None, along: Matrix) -> Matrix:
+        """(N, 1 + K) factors of the parameters in the errors of distances."""
+        slope = -along @ self._to_slope
+        slope[:, 0] += self._way_mm(rows, zero)
+        return np.asarray(slope)
+
+    @cached_property
+    def _informed(self) -> Matrix:
+        """(F, M) factors of the equations in the drift at their places."""
+        return np.asarray(self.equations.drift.T @ self.weight)
+
+    @cached_property
+    def _to_slope(self) -> Matrix:
+        """(F, 1 + K)"""
+        return np.asarray(self._informed @ self.design)
+
+    @cached_property
+    def _to_drift(self) -> Matrix:
+        """(F,)"""
+        return np.asarray(self._informed @ self.residual)
+
+    @cached_property
+    def _known(self) -> Matrix:
+        """(F, F) inverse covariance that the equations add to the drift at their places."""
+        return np.asarray(self._informed @ self.equations.drift)
+
+    def _way_mm(self, rows: Rows, zero: int | None) -> Matrix:
+        """(N,) way by the track."""
+        distance_mm = self.model.distance_mm
+        return np.asarray(distance_mm[rows] - (0.0 if zero is None else distance_mm[zero]))
+
+    def _along(self, rows: Rows, zero: int | None) -> Matrix:
+        """(N, F) covariance of the drift over the ways with that at the equations' places."""
+        model, places = self.model, self.equations.places
+        along = model.covariance(model.places(rows), places)
+        if zero is not None:
+            along -= model.covariance(model.places(np.array([zero])), places)
+        return np.asarray(along)
+
+
+def _progress(model: Drift) -> Matrix:
+    """(N,) how far the drift can have moved on, rising from row to row, 3 at the end.
+
+    By the variance of the walk, by the way, and by the time.
+    """
+    moved_mm = np.abs(np.diff(model.distance_mm, prepend=model.distance_mm[:1]))
+    parts = (model.shared_mm2 - model.shared_mm2[0], np.cumsum(moved_mm))
+    rows = np.arange(len(moved_mm))
+    return np.asarray(sum((part / max(part[-1], 1e-9) for part in parts), rows / rows[-1]))

@@ -23,6 +23,9 @@ WANDER = 0.015
 """Relative change of the scale over a metre, one sigma, where the rig is doubted: a bed of silt is
 seldom even. Joints replace this prior by their own value."""
 
+_ROOT = 1e-6
+"""The estimate of a spread makes the sum of squares right to this share."""
+
 CHANGE = 2.0
 """Prior log odds that the scale is constant rather than changing along the run."""
 
@@ -144,16 +147,35 @@ def _spread(solve: Callable[[float], Solution], prior: float) -> float:
     prior value counts as one more residual.
     """
 
-    def excess(spread: float) -> float:
+    def excess(log_spread: float) -> float:
+        spread = float(np.exp(log_spread))
         solution = solve(spread)
         rows, unknown = solution.design.shape
-        return float(solution.squares + (prior / spread) ** 2 - (rows - unknown + 1))
+        squares = solution.squares + (prior / spread) ** 2
+        return float(np.log(squares / (rows - unknown + 1)))
 
-    low, high = prior / 1e3, prior * 1e2
-    for _ in range(40):  # bisection of the logarithm, as the excess falls with the spread
-        middle = float(np.sqrt(low * high))
-        low, high = (middle, high) if excess(middle) > 0 else (low, middle)
-    return low
+    return float(np.exp(_root(excess, np.log(prior / 1e3), np.log(prior * 1e2))))
+
+
+def _root(falling: Callable[[float], float], low: float, high: float) -> float:
+    """Find where a function that falls is zero, else the nearer end: regula falsi (Illinois)."""
+    above, below = falling(low), falling(high)
+    if above <= 0 or below >= 0:
+        return low if above <= 0 else high
+    stayed = 0  # 1 while the high end stays, -1 while the low one does
+    for _ in range(40):
+        middle = (low * below - high * above) / (below - above)
+        value = falling(middle)
+        if abs(value) < _ROOT:
+            break
+        # The value of an end that stays twice is halved, so that both ends move.
+        if value > 0:
+            low, above, below = middle, value, below / 2 if stayed == 1 else below
+            stayed = 1
+        else:
+            high, below, above = middle, value, above / 2 if stayed == -1 else above
+            stayed = -1
+    return middle
 
 
 def _of_rig(stated: StatedScale) -> Equations:

@@ -10,29 +10,33 @@ from xml.etree.ElementTree import Element
 
 from app.reports.exchange import lists
 from app.reports.exchange.ascii import one_line
-from app.reports.exchange.coordinates import ends_of, utm_m
+from app.reports.exchange.coordinates import Ends, ends_of
 from app.reports.exchange.fields import Fields
+from app.reports.exchange.german import (
+    NO_GEOMETRY,
+    Lengths,
+    Pipe,
+    Survey,
+    fitted,
+    pipe_of,
+    points_of,
+    survey_of,
+)
 from app.reports.exchange.losses import left_out
 from app.reports.exchange.survey import (
     ABANDONED,
-    END,
-    START,
     Names,
     Row,
     abandon_reason,
     about,
-    day_of,
     film,
     general_remark,
     hours,
-    joined,
-    length_m,
     names_of,
     plain_number,
     renamed,
     rows_of,
     standard_of,
-    unit_length_m,
 )
 from app.reports.exchange.tree import child, children, to_bytes
 from app.reports.report import Loss, Report, Written
@@ -46,12 +50,11 @@ _NAMESPACES = {
 _MASTER, _STATE = "STA01", "ZUS01"
 _LONGEST_NAME, _LONGEST_PERSON, _LONGEST_ORDER, _LONGEST_FILM = 30, 40, 60, 255
 _LONGEST_ROAD, _LONGEST_NUMBER = 40, 40
-_MAX_M, _MAX_UNIT_M, _MAX_MM, _MAX_STRETCH = 999.99, 99.99, 9999, 99
+_LENGTHS = Lengths(most_m=999.99, most_unit_m=99.99, digits=2)
 _EN_2011 = "8"
 """U102: EN 13508-2 of 2011 without national rules."""
 _ZONES = (31, 32, 33)
-"""UTM zones of the collections of the federal states."""
-_END_TO_END = {START, END}
+"""Of UTM, in which the collection of the federal states is kept."""
 
 
 def write(report: Report) -> Written:
@@ -69,12 +72,16 @@ def write(report: Report) -> Written:
     collectives = children(
         child(root, "Datenkollektive"), {"Datenstatus": "1", "Erstellungsdatum": made_on}
     )
-    pipe = _Pipe(report, fields, names)
     _identifiers(collectives, made_on, has_film=bool(film(report)))
-    road_losses: list[Loss] = []
-    pipe.road = _cut(fields.text("road"), _LONGEST_ROAD, "road", road_losses)
-    losses += road_losses + _master_data(collectives, pipe)
-    losses += _survey(collectives, pipe, rows)
+    culvert = _Culvert(
+        names=names,
+        pipe=pipe_of(report, fields, lists.SHAPES_ISYBAU, _LENGTHS),
+        system=fields.choice("asset_type", lists.SYSTEMS_ISYBAU) or "KR",
+        road=_cut(fields.text("road"), _LONGEST_ROAD, "road", losses),
+        ends=ends_of(fields),
+    )
+    losses += _master_data(collectives, culvert)
+    losses += _survey(collectives, culvert, report, fields, rows)
     is_named = not fields.text("job_ref")
     losses += [
         *renamed(report, film(report)),
@@ -85,32 +92,15 @@ def write(report: Report) -> Written:
     return Written(to_bytes(root, declaration, "iso-8859-1"), tuple(losses))
 
 
-class _Pipe:
-    """The culvert as described by both master data and survey."""
+@dataclass(frozen=True)
+class _Culvert:
+    """The culvert as master data and survey both describe it."""
 
-    def __init__(self, report: Report, fields: Fields, names: Names) -> None:
-        self.report = report
-        self.fields = fields
-        self.names = names
-        self.length_m = length_m(report, fields, _MAX_M)
-        height_mm = fields.number_within("height_mm", 0, _MAX_MM)
-        width_mm = fields.number_within("width_mm", 0, _MAX_MM)
-        self.profile = fields.choice("shape", lists.SHAPES_ISYBAU)
-        if width_mm is None and self.profile == lists.SHAPES_ISYBAU["circular"]:
-            width_mm = height_mm
-        self.height = None if height_mm is None else decimals(height_mm, 0)
-        self.width = None if width_mm is None else decimals(width_mm, 0)
-        words = fields.text("material")
-        found = lists.material(words) if words else None
-        self.material = found.german if found else None
-        if not self.material:
-            fields.leave("material")
-        year = fields.number_within("year", 1, 9999)
-        self.year = None if year is None else f"{year:04.0f}"
-        self.road = ""
-        self.system = fields.choice("asset_type", lists.SYSTEMS_ISYBAU) or "KR"
-        self.direction = fields.choice("direction", lists.DIRECTIONS_ISYBAU)
-        self.ends = ends_of(fields)
+    names: Names
+    pipe: Pipe
+    system: str
+    road: str
+    ends: Ends | None
 
 
 def _identifiers(collectives: Element, made_on: str, *, has_film: bool) -> None:
@@ -130,13 +120,13 @@ def _identifiers(collectives: Element, made_on: str, *, has_film: bool) -> None:
         children(collective, {"Regelwerk": "6", "Bearbeitungsstand": made_on})
 
 
-def _master_data(collectives: Element, pipe: _Pipe) -> list[Loss]:
-    names = pipe.names
-    map_data, losses = _map(pipe)
+def _master_data(collectives: Element, culvert: _Culvert) -> list[Loss]:
+    names, pipe = culvert.names, culvert.pipe
+    map_data, losses = _map(culvert)
     master = child(collectives, "Stammdatenkollektiv")
     children(master, {"Kennung": _MASTER, "Beschreibung": "nodes and pipe"})
     for name in dict.fromkeys((names.upstream, names.downstream)):
-        node = _asset(master, name, "2", pipe.system)
+        node = _asset(master, name, "2", culvert.system)
         kind = child(node, "Knoten")
         child(kind, "KnotenTyp", "0")
         child(child(kind, "Schacht"), "SchachtFunktion", "1")
@@ -144,16 +134,17 @@ def _master_data(collectives: Element, pipe: _Pipe) -> list[Loss]:
             place = Element("Knoten")
             _point(place, "Punkt", map_data.points[name])
             _geometry(node, "1", "P", place, map_data.system)
-    asset = _asset(master, names.asset, "1", pipe.system, pipe.year)
+    year = None if pipe.year is None else f"{pipe.year:04.0f}"
+    asset = _asset(master, names.asset, "1", culvert.system, year)
     edge = child(asset, "Kante")
     children(edge, {"KantenTyp": "0"} | _nodes(names))
-    children(edge, {"Laenge": _metres(pipe.length_m), "Material": pipe.material})
+    children(edge, {"Laenge": pipe.length, "Material": pipe.material})
     profile = child(edge, "Profil")
-    children(profile, {"SonderprofilVorhanden": "0", "Profilart": pipe.profile})
+    children(profile, {"SonderprofilVorhanden": "0", "Profilart": pipe.shape})
     children(profile, {"Profilbreite": pipe.width, "Profilhoehe": pipe.height})
     child(child(edge, "Haltung"), "HaltungsFunktion", "1")
-    if pipe.road:
-        child(child(asset, "Lage"), "Strassenname", pipe.road)
+    if culvert.road:
+        child(child(asset, "Lage"), "Strassenname", culvert.road)
     if map_data:
         lines = Element("Kanten")
         line = child(lines, "Kante")
@@ -198,17 +189,17 @@ class _Map:
     system: str
 
 
-def _map(pipe: _Pipe) -> tuple[_Map | None, list[Loss]]:
-    ends, names = pipe.ends, pipe.names
+def _map(culvert: _Culvert) -> tuple[_Map | None, list[Loss]]:
+    ends = culvert.ends
     if ends is None:
-        return None, [Loss("Without coordinates of both ends the file has no geometry.")]
-    found = utm_m(ends) if ends.is_north and ends.zone in _ZONES else None
-    if found is None:
+        return None, [NO_GEOMETRY]
+    is_known = ends.is_north and ends.zone in _ZONES
+    points = points_of(ends, culvert.names) if is_known else None
+    if not points:
         zones = ", ".join(map(str, _ZONES))
         return None, [
             Loss(f"ISYBAU knows UTM zones {zones}; the ends are elsewhere and are left out.")
         ]
-    points = {names.end: found[1], names.start: found[0]}
     return _Map(points, f"ETRS89_UTM{ends.zone}"), []
 
 
@@ -223,9 +214,11 @@ def _point(parent: Element, name: str, point: tuple[float, float]) -> None:
     )
 
 
-def _survey(collectives: Element, pipe: _Pipe, rows: list[Row]) -> list[Loss]:
-    report, fields, names = pipe.report, pipe.fields, pipe.names
-    losses: list[Loss] = []
+def _survey(
+    collectives: Element, culvert: _Culvert, report: Report, fields: Fields, rows: list[Row]
+) -> list[Loss]:
+    names = culvert.names
+    survey, losses = survey_of(report, fields, lists.DIRECTIONS_ISYBAU)
     state = child(collectives, "Zustandsdatenkollektiv")
     children(state, {"Kennung": _STATE, "Beschreibung": "culvert inspection"})
     order = child(child(state, "Auftraege"), "Auftrag")
@@ -248,19 +241,10 @@ def _survey(collectives: Element, pipe: _Pipe, rows: list[Row]) -> list[Loss]:
     )
     asset = child(state, "InspizierteAbwassertechnischeAnlage")
     children(asset, {"Objektbezeichnung": names.asset, "Anlagentyp": "1"})
-    if pipe.road:
-        child(child(asset, "Lage"), "Strassenname", pipe.road)
+    if culvert.road:
+        child(child(asset, "Lage"), "Strassenname", culvert.road)
     inspection = child(asset, "OptischeInspektion")
-    day, lost = day_of(report, fields)
-    losses += lost
-    clock = fields.time()
-    values = _circumstances(fields)
-    zero = lists.reference_point(fields.text("reference_point") or "inner face")
-    if zero is None:
-        fields.leave("reference_point")
-    if not lists.is_distinct(report.header.get("asset_type")):
-        fields.leave("asset_type")
-    unit_m = unit_length_m(report, fields, _MAX_UNIT_M)
+    temperature_c = fields.number_within("temperature_c", -99, 99)
     name = film(report)
     operator = _cut(fields.text("operator"), _LONGEST_PERSON, "operator", losses)
     method = fields.choice("method", lists.METHODS_ISYBAU)
@@ -268,91 +252,57 @@ def _survey(collectives: Element, pipe: _Pipe, rows: list[Row]) -> list[Loss]:
         inspection,
         {
             "Auftragskennung": "1",
-            "Inspektionsdatum": day,
+            "Inspektionsdatum": survey.day,
             "Inspektionsverfahren": method or lists.METHODS_ISYBAU["camera"],
             "NameUntersucher": operator,
-            "Uhrzeit": ":".join(clock) if clock else None,
-            **values,
+            "Uhrzeit": survey.clock,
+            "Wetter": survey.weather,
+            "Temperatur": None if temperature_c is None else decimals(temperature_c, 0),
+            "Reinigung": {True: "1", False: "0", None: None}[survey.is_cleaned],
+            "Wasserhaltung": survey.flow_control,
             "Videoablagereferenz": "1" if name else None,
             "Bemerkung": general_remark(report, fields, rows),
         },
     )
-    direction = pipe.direction
-    if direction is None:
-        direction = lists.DIRECTIONS_ISYBAU["with_flow"]
-        losses.append(Loss("The direction is not known; the file says with the flow."))
-    place = _Run(direction, zero.german if zero else None, _metres(unit_m, _MAX_UNIT_M))
-    _run(inspection, pipe, place, rows, losses, has_film=bool(name))
+    losses += _run(inspection, culvert, survey, report, rows)
     if name:
-        _film(state, _cut(name, _LONGEST_FILM, "film", losses), names.asset, direction)
+        _film(state, _cut(name, _LONGEST_FILM, "film", losses), names.asset, survey.direction)
     return losses
 
 
-@dataclass(frozen=True)
-class _Run:
-    direction: str
-    zero: str | None
-    """Reference point by list U105."""
-    unit_length: str | None
-
-
-def _circumstances(fields: Fields) -> dict[str, object]:
-    """Add weather to flow control."""
-    weather, control = fields.text("weather"), fields.text("flow_control")
-    found = lists.weather(weather)
-    temperature_c = fields.number_within("temperature_c", -99, 99)
-    cleaned = fields.flag("cleaned")
-    number = lists.flow_control(control) if control else None
-    if not found:
-        fields.leave("weather")
-    if not number:
-        fields.leave("flow_control")
-    return {
-        "Wetter": found.german if found else None,
-        "Temperatur": None if temperature_c is None else decimals(temperature_c, 0),
-        "Reinigung": {True: "1", False: "0", None: None}[cleaned],
-        "Wasserhaltung": number or ("6" if control else None),
-    }
-
-
 def _run(
-    inspection: Element,
-    pipe: _Pipe,
-    place: _Run,
-    rows: list[Row],
-    losses: list[Loss],
-    *,
-    has_film: bool,
-) -> None:
+    inspection: Element, culvert: _Culvert, survey: Survey, report: Report, rows: list[Row]
+) -> list[Loss]:
+    pipe, has_film = culvert.pipe, bool(film(report))
     run = child(inspection, "Rohrleitung")
     children(
         run,
         {
             "Rohrleitungstyp": "0",
-            "Inspektionsrichtung": place.direction,
-            "BezugspunktLage": place.zero,
-            "Inspektionslaenge": _metres(pipe.report.distance_m),
+            "Inspektionsrichtung": survey.direction,
+            "BezugspunktLage": survey.zero,
+            "Inspektionslaenge": _LENGTHS.pipe(report.distance_m),
             "Inspektionsart": "2",
             "ArtVideoreferenz": "1" if has_film else "4",
         },
     )
     basics = child(run, "RGrunddaten")
-    children(basics, _nodes(pipe.names))
+    children(basics, _nodes(culvert.names))
     children(
         basics,
         {
             "Profilhoehe": pipe.height,
             "Profilbreite": pipe.width,
-            "Profilart": pipe.profile,
+            "Profilart": pipe.shape,
             "Material": pipe.material,
-            "Regeleinzelrohrlaenge": place.unit_length,
+            "Regeleinzelrohrlaenge": pipe.unit_length,
         },
     )
-    fitting = [row for row in rows if row.distance_m <= _MAX_M]
-    losses += [
+    fitting = [row for row in rows if row.distance_m <= _LENGTHS.most_m]
+    losses = [
         about(row, "lies beyond the 999.99 m that ISYBAU can hold and is left out")
         for row in rows
-        if row.distance_m > _MAX_M
+        if row.distance_m > _LENGTHS.most_m
     ]
     if has_film:
         losses += [
@@ -362,28 +312,23 @@ def _run(
         ]
     if fitting:
         data = child(run, "Inspektionsdaten")
-        reason = abandon_reason(pipe.report)
+        reason = abandon_reason(report)
         for index, row in enumerate(fitting, 1):
             grounds = lists.grounds(reason or row.remark) if row.code == ABANDONED else None
-            children(child(data, "RZustand"), {"Index": index} | _row(row, grounds, losses))
+            held, lost = fitted(row)
+            losses += lost
+            children(child(data, "RZustand"), {"Index": index} | _row(held, grounds))
+    return losses
 
 
-def _row(row: Row, grounds: str | None, losses: list[Loss]) -> dict[str, object]:
-    remark, char1, char2 = row.remark, row.char1, row.char2
-    if row.code in _END_TO_END:
-        remark = joined(remark, characters_in_words(row))
-        char1, char2 = "XP", ""
-    stretch = row.stretch
-    if stretch and stretch[1] > _MAX_STRETCH:
-        remark, stretch = joined(remark, f"stretch {stretch[0]}{stretch[1]}"), None
-        losses.append(about(row, f"has a stretch above {_MAX_STRETCH}; its remark says which"))
+def _row(row: Row, grounds: str | None) -> dict[str, object]:
     clocks = row.clocks
     values: dict[str, object] = {
         "Station": decimals(row.distance_m, 2),
         "Timecode": f"{hours(row.time_s or 0).replace(':', '')}00",
         "InspektionsKode": row.code,
-        "Charakterisierung1": char1,
-        "Charakterisierung2": char2,
+        "Charakterisierung1": row.char1,
+        "Charakterisierung2": row.char2,
         "Verbindung": int(row.entry.at_joint),
     }
     for number, quantity in ((1, row.quant1), (2, row.quant2)):
@@ -393,20 +338,14 @@ def _row(row: Row, grounds: str | None, losses: list[Loss]) -> dict[str, object]
             kind = "Numerisch" if fits else "Text"
             values[f"Quantifizierung{number}{kind}"] = decimals(quantity, 2) if fits else exact
     return values | {
-        "Streckenschaden": stretch[0] if stretch else None,
-        "StreckenschadenLfdNr": stretch[1] if stretch else None,
+        "Streckenschaden": row.stretch[0] if row.stretch else None,
+        "StreckenschadenLfdNr": row.stretch[1] if row.stretch else None,
         "PositionVon": f"{clocks[0]:02d}" if clocks else None,
         "PositionBis": f"{clocks[1] if len(clocks) > 1 else 0:02d}" if clocks else None,
         "GrundAbbruch": grounds,
         "Fotodatei": one_line(row.photo or ""),
-        "Kommentar": remark,
+        "Kommentar": row.remark,
     }
-
-
-def characters_in_words(row: Row) -> str:
-    """Name the character of a start or end where the format requires XP; empty if it is XP."""
-    chars = f"{row.char1}{row.char2}"
-    return "" if chars in ("", "XP") else f"coded {row.code} {row.char1} {row.char2}".rstrip()
 
 
 def _film(state: Element, name: str, asset: str, direction: str) -> None:
@@ -416,13 +355,6 @@ def _film(state: Element, name: str, asset: str, direction: str) -> None:
         child(child(entry, "FilmObjekte"), "FilmObjekt"),
         {"Objektbezeichnung": asset, "Typ": "1", "Inspektionsrichtung": direction},
     )
-
-
-def _metres(value_m: float | None, most_m: float = _MAX_M) -> str | None:
-    """Format with two decimals; None for what the format cannot hold."""
-    if value_m is None or not 0 <= value_m <= most_m:
-        return None
-    return decimals(value_m, 2)
 
 
 def _cut(text: str, longest: int, what: str, losses: list[Loss]) -> str:

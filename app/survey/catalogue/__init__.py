@@ -6,13 +6,13 @@ flags guide a form; none of them may stop an import.
 
 from __future__ import annotations
 
-import csv
 import re
 from dataclasses import replace
 from functools import cache
 from importlib import resources
 
 from app.survey.catalogue.table import CodeTable, read_table
+from vo_core.csv_rows import named_rows
 
 CODE_PACK = "EN 13508-2:2003+A1:2011"
 
@@ -26,7 +26,8 @@ def built_in() -> CodeTable:
     folder = resources.files(__name__)
     table = read_table(CODE_PACK, folder.joinpath("en13508_2_2003.csv").read_bytes())
     text = folder.joinpath("labels_ms.csv").read_text("utf-8")
-    malay = {row["english"]: row["malay"] for row in csv.DictReader(text.splitlines())}
+    _, phrases = named_rows(text, ("english", "malay"), "table of labels")
+    malay = {row["english"]: row["malay"] for _, row in phrases}
     rows = (replace(row, label_ms=translated(row.label, malay)) for row in table.rows)
     return CodeTable(CODE_PACK, tuple(rows))
 

@@ -7,8 +7,6 @@ and icon.
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,6 +15,7 @@ from functools import cached_property
 from typing import Literal, cast
 
 from app.errors import InvalidPack
+from vo_core.csv_rows import Record, decoded, records
 
 MAX_BYTES = 2**20
 MAX_ROWS = 5000
@@ -117,37 +116,15 @@ def read_table(name: str, content: bytes) -> CodeTable:
     """
     if len(content) > MAX_BYTES:
         raise InvalidPack(f"The file has {len(content)} bytes; a pack may have {MAX_BYTES}.")
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise InvalidPack(
-            f"Line {line} is not in UTF-8. Save the table as CSV in UTF-8, then try again."
-        ) from error
-    records = _records(text)
-    header_line, header = next(records, (1, []))
+    found = records(decoded(content, InvalidPack), InvalidPack)
+    header_line, header = next(found, (1, []))
     columns = [column.strip().lower() for column in header]
     _refuse([f"line {header_line}: {fault}" for fault in _column_faults(columns)])
-    rows, faults = _rows(columns, records)
+    rows, faults = _rows(columns, found)
     if not rows and not faults:
         faults = [f"line {header_line}: there is no row of codes below the names of the columns"]
     _refuse(faults)
     return CodeTable(name, tuple(rows))
-
-
-def _records(text: str) -> Iterator[tuple[int, list[str]]]:
-    """The number of its last line and the cells of each record that is not blank."""
-    first_line = text.lstrip().partition("\n")[0]
-    separator = ";" if first_line.count(";") > first_line.count(",") else ","
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
-    try:
-        for cells in reader:
-            if any(cell.strip() for cell in cells):
-                yield reader.line_num, cells
-    except csv.Error as error:
-        raise InvalidPack(
-            f"Line {reader.line_num} cannot be read as CSV: {error}; see to its quotation marks."
-        ) from error
 
 
 def _column_faults(columns: Sequence[str]) -> list[str]:
@@ -167,14 +144,12 @@ def _column_faults(columns: Sequence[str]) -> list[str]:
     ]
 
 
-def _rows(
-    columns: Sequence[str], records: Iterator[tuple[int, list[str]]]
-) -> tuple[list[Code], list[str]]:
+def _rows(columns: Sequence[str], below: Iterator[Record]) -> tuple[list[Code], list[str]]:
     """The rows without a fault, and the faults of the others."""
     rows: list[Code] = []
     faults: list[str] = []
     line_of: dict[object, int] = {}
-    for count, (line, cells) in enumerate(records, 1):
+    for count, (line, cells) in enumerate(below, 1):
         if count > MAX_ROWS:
             faults.append(f"line {line}: a pack may have {MAX_ROWS} rows")
             break

@@ -24,8 +24,10 @@ from app.errors import (
     UploadIncomplete,
     UploadNotFound,
 )
+from app.web import columns
 from app.web.deps import InspectionId, PrincipalDep, ServicesDep, operator, viewer
 from app.web.schemas.failures import content, failures
+from app.web.schemas.frames import track_columns
 from app.web.schemas.inspections import (
     ContinueIn,
     FinishIn,
@@ -190,18 +192,24 @@ def finish(
 @router.get(
     "/{inspection_id}/track",
     response_class=Response,
-    responses=content("text/csv", "text/plain", "application/json") | failures(InspectionNotFound),
+    responses=content("text/csv", "text/plain", "application/json", columns.MEDIA_TYPE)
+    | failures(InspectionNotFound),
 )
 @viewer
 @slow
 def track(
     inspection_id: InspectionId,
     services: ServicesDep,
-    format: Literal["csv", "tum", "json"] = "csv",  # noqa: A002  (the contract's name)
+    format: Literal["csv", "tum", "json", "columns"] = "csv",  # noqa: A002  (the contract's name)
     since: Annotated[int, Query(ge=0, description="Only rows from this frame on.")] = 0,
     raw: Annotated[bool, Query(description="The raw track, without corrections.")] = False,
 ) -> Response:
-    """Return the corrected track so far."""
+    """Return the corrected track, as far as it is; `app.web.columns` describes `columns`."""
+    if format == "columns":
+        services.inspections.row(inspection_id)
+        tracks = services.tracks.get if raw else services.corrections.track
+        shown = track_columns(tracks(inspection_id), since)
+        return Response(columns.packed(shown), media_type=columns.MEDIA_TYPE)
     written = services.inspections.raw_track_as if raw else services.inspections.track_as
     content, media_type = written(inspection_id, format, since)
     return Response(content, media_type=media_type)

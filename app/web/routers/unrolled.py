@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Path, Query, Response
 
 from app.errors import InspectionNotFound, TileNotFound
 from app.inspections.observations import rig_of
+from app.web import columns
 from app.web.deps import InspectionId, ServicesDep, viewer
 from app.web.schemas.failures import content, failures
+from app.web.schemas.frames import health_columns
 from app.web.schemas.live import HealthOut
 from app.web.schemas.wall import UnrolledOut
 
@@ -52,13 +54,22 @@ def tile(
     return Response(jpeg, media_type="image/jpeg", headers=headers)
 
 
-@router.get("/health", responses=failures(InspectionNotFound))
+@router.get(
+    "/health",
+    response_model=HealthOut,
+    responses=content(columns.MEDIA_TYPE) | failures(InspectionNotFound),
+)
 @viewer
 def health(
     inspection_id: InspectionId,
     services: ServicesDep,
     since: Annotated[int, Query(ge=0, description="Only frames from this one on.")] = 0,
-) -> HealthOut:
-    """Return the health of each picture; row i is frame i, from `since` on."""
+    format: Literal["json", "columns"] = "json",  # noqa: A002  (as that of the track)
+) -> HealthOut | Response:
+    """How good each picture was to measure on; row i is frame i, from `since` on."""
     services.inspections.row(inspection_id)
-    return HealthOut.of(services.tracks.health(inspection_id), since)
+    found = services.tracks.health(inspection_id)
+    if format == "columns":
+        packed = columns.packed(health_columns(found.columns(), since))
+        return Response(packed, media_type=columns.MEDIA_TYPE)
+    return HealthOut.of(found, since)

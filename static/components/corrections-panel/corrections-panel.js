@@ -71,7 +71,7 @@ class CorrectionsPanel extends Component {
     const { parts, corrections } = this;
     const remark = parts.remark.value.trim() || null;
     parts.apply.disabled = true;
-    await this.page.correct(corrections.draft.value, remark);
+    await this.page.correct(corrections.draft.value, remark, { replaced: corrections.draftOf });
     if (!corrections.isEdited) parts.remark.value = parts.force.value = '';
     this.#show();
   }

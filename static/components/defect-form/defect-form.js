@@ -16,9 +16,9 @@ import {
 } from '../inspection-page/stretches.js';
 import { GRADES, severityMark, severityWord } from '../severity-mark/severity-mark.js';
 import { showPhoto } from './photo-dialog.js';
+import { unitOf } from './units.js';
 import './clock-dial.js';
 
-const UNIT_WORDS = { deg: '°', count: t('form.pieces') };
 const NEEDS = ['code', 'char1', 'char2', 'clock', 'quant1', 'quant2', 'remark'];
 
 class DefectForm extends Component {
@@ -41,6 +41,7 @@ class DefectForm extends Component {
         <form class="form__body" data-part="form">
           <div class="message message--error form__wide" role="alert" data-part="refused" hidden>${icon('alert')}
             <div><p data-part="refusal"></p><div class="form__row">
+              <button type="button" class="button button--small" data-part="compare">${icon('swap')}${t('conflict.compare')}</button>
               <button type="button" class="button button--small" data-part="again">${icon('retry')}${t('form.send_again')}</button>
               <button type="button" class="button button--small" data-part="giveUp">${icon('undo')}${t('form.give_up')}</button>
             </div></div></div>
@@ -97,6 +98,7 @@ class DefectForm extends Component {
     codeSearch(parts.code, parts.codes, desk.catalogue, (row) => this.#pickCode(row));
     this.listen(parts.done, 'click', () => desk.editing.set(false));
     this.listen(parts.link, 'click', () => copyLink(desk));
+    this.listen(parts.compare, 'click', () => desk.conflicts.open(desk.conflicts.about(this.observationId)));
     this.listen(parts.again, 'click', () => desk.observations.sendAgain(this.observationId));
     this.listen(parts.giveUp, 'click', () => desk.observations.giveUp(this.observationId));
     this.listen(parts.photo, 'click', () => {
@@ -120,7 +122,7 @@ class DefectForm extends Component {
     this.listen(this, 'keydown', (event) => {
       if (event.key === 'Escape') desk.editing.set(false);
     });
-    for (const store of [desk.observations, desk.track]) this.listen(store, 'change', () => this.#fill());
+    for (const store of [desk.observations, desk.track, desk.conflicts]) this.listen(store, 'change', () => this.#fill());
     this.#fill();
   }
 
@@ -209,6 +211,9 @@ class DefectForm extends Component {
     const { catalogue } = this.desk;
     parts.title.textContent = `${nameOf(item)} ${plusMinus(item.distance_u95_m)}`;
     parts.refused.hidden = item.save !== 'refused';
+    const isOvertaken = this.desk.conflicts.about(item.id) !== undefined;
+    parts.compare.hidden = !isOvertaken;
+    parts.again.hidden = parts.giveUp.hidden = isOvertaken; // the one who decides sees both versions
     parts.refusal.textContent = item.save === 'refused' ? t('defects.refused', { reason: item.refusal }) : '';
     this.#put(parts.code, item.code ?? '');
     parts.label.textContent = item.code
@@ -238,8 +243,7 @@ class DefectForm extends Component {
     for (const n of [1, 2]) {
       const value = item[`quant${n}`] ?? null;
       parts[`quant${n}Field`].hidden = !isAsked(rules?.[`needs_q${n}`], value);
-      const unit = rules?.[`unit_q${n}`] ?? '';
-      parts[`unit${n}`].textContent = UNIT_WORDS[unit] ?? unit;
+      parts[`unit${n}`].textContent = unitOf(rules, n);
       this.#put(elements.namedItem(`quant${n}`), value === null ? '' : String(value));
     }
     const lacks = this.desk.catalogue.missing(item);

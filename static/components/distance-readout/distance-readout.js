@@ -5,6 +5,7 @@ import { isUnmeasured } from '../../core/inspection.js';
 import { isSeen, jointBehind } from '../../core/joints.js';
 import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
+import { STATUSES } from '../../core/track.js';
 import { chainage, chainageNumber, lengthUnit, plusMinus, speed, u95FromSigma } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
@@ -133,7 +134,7 @@ class DistanceReadout extends Component {
     const { track } = this.desk;
     const states = track.column('status');
     let held = Math.min(frame, states.length - 1);
-    while (held > 0 && states[held] === 'lost') held -= 1;
+    while (held > 0 && STATUSES[states[held]] === 'lost') held -= 1;
     return track.row(held)?.time_s ?? timeS;
   }
 

@@ -2,8 +2,8 @@
  * The header: the fields that the server lists, in three groups: required for a report, filled in by
  * itself, and more. An empty required field blocks nothing here; it is counted and named.
  *
- * Events: `field` (detail {name, value}) when a field was left with a different valid value, `typing`
- * (likewise) with every letter before that.
+ * Events: `field` (detail {name, value, before}) when a field was left with another value that can be
+ * used, `typing` (likewise) with every letter before that; `before` is what the field showed.
  */
 
 import { ApiError, get } from '../../core/api.js';
@@ -51,6 +51,8 @@ class HeaderForm extends Component {
   #values = {};
   /** Values written by `suggest`: a later suggestion may replace them, but not a person's entry. */
   #suggested = {};
+  /** What each field showed before it was typed in. */
+  #shown = {};
 
   mount() {
     render(this, html`<p class="dim" role="status">${t('page.loading')}</p>`);
@@ -93,7 +95,13 @@ class HeaderForm extends Component {
     input.closest('.field').querySelector('.fault').textContent = sentence ?? '';
   }
 
-  /** Scrolls to a field and focuses it. */
+  /** Shows what a field holds, even while it has the focus. */
+  restore(name) {
+    const field = this.#fields.find((other) => other.name === name);
+    if (field) this.#show(field, this.#input(name));
+  }
+
+  /** Brings a field into sight and the keys to it. */
   async goTo(name) {
     await this.#built;
     const input = this.#input(name);
@@ -147,8 +155,12 @@ class HeaderForm extends Component {
 
   #write(field) {
     const input = this.#input(field.name);
-    if (!input || input === document.activeElement) return;
-    input.value = written(field, this.#values[field.name] ?? null);
+    if (input && input !== document.activeElement) this.#show(field, input);
+  }
+
+  #show(field, input) {
+    this.#shown[field.name] = this.#values[field.name] ?? null;
+    input.value = written(field, this.#shown[field.name]);
   }
 
   #fieldOf(input) {
@@ -159,7 +171,8 @@ class HeaderForm extends Component {
     const field = this.#fieldOf(input);
     const value = field && read(field, input.value);
     if (value === undefined) return; // not a number yet
-    this.dispatchEvent(new CustomEvent('typing', { detail: { name: field.name, value } }));
+    const before = this.#shown[field.name];
+    this.dispatchEvent(new CustomEvent('typing', { detail: { name: field.name, value, before } }));
   }
 
   #left(input) {
@@ -174,7 +187,9 @@ class HeaderForm extends Component {
     this.#values[field.name] = value;
     delete this.#suggested[field.name];
     this.#count();
-    this.dispatchEvent(new CustomEvent('field', { detail: { name: field.name, value } }));
+    const before = this.#shown[field.name];
+    this.#shown[field.name] = value;
+    this.dispatchEvent(new CustomEvent('field', { detail: { name: field.name, value, before } }));
   }
 
   #isNeeded({ name, group }) {

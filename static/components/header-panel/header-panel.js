@@ -15,11 +15,21 @@ import { openRig } from '../run-again/run-again.js';
 
 const PAUSE_S = 3;
 
+/**
+ * @typedef {object} Entry what was entered into a field
+ * @property {string|number|boolean|null} value
+ * @property {unknown[]} own what the person has seen or stated there before: whatever else is there is somebody else's
+ */
+
 class HeaderPanel extends Component {
-  /** Values by name that have not reached the server yet. */
+  /** @type {Map<string, Entry>} by name, not on the server yet */
   #waiting = new Map();
-  /** Values by name that the server refused. */
+  /** @type {Map<string, Entry>} that the server does not take */
   #refused = new Map();
+  /** @type {Map<string, Entry & {theirs: unknown}>} where somebody else has stated something meanwhile */
+  #overtaken = new Map();
+  /** How often some were found. */
+  #found = 0;
   #isSending = false;
   /** @type {Unsent} */
   #unsent;
@@ -37,18 +47,13 @@ class HeaderPanel extends Component {
     const { form, rig } = this.parts;
     this.listen(rig, 'click', () => this.#editRig());
     form.value = this.desk.inspection.value.header;
-    this.listen(form, 'typing', ({ detail: { name, value } }) => {
+    this.listen(form, 'typing', ({ detail: { name, value, before } }) => {
       const isAsBefore = (this.desk.inspection.value.header[name] ?? null) === value;
-      this.#unsent.put(name, value);
+      this.#unsent.put(name, { value, own: this.#ownOf(name, before) });
       if (isAsBefore) this.#unsent.drop(name, value);
       this.parts.state.textContent = isAsBefore ? t('header.saved') : t('header.saving');
     });
-    this.listen(form, 'field', ({ detail: { name, value } }) => {
-      this.#refused.delete(name);
-      this.#waiting.set(name, value);
-      this.#unsent.put(name, value);
-      this.#send();
-    });
+    this.listen(form, 'field', ({ detail }) => this.#left(detail));
     this.listen(this.desk.inspection, 'change', () => this.#refresh());
     this.#showRig();
     if (may('operator')) this.#goOn();
@@ -56,12 +61,33 @@ class HeaderPanel extends Component {
 
   /** Sends what an earlier page could not. */
   #goOn() {
-    for (const [name, value] of this.#unsent.all) this.#waiting.set(name, value);
+    for (const [name, entry] of this.#unsent.all) this.#waiting.set(name, entry);
     this.#refresh();
     if (this.#waiting.size) this.#send();
   }
 
-  /** During a run, and without a film, there is nothing to track again. */
+  /** What is on its way for a field already may arrive, and is then the person's own. */
+  #ownOf(name, before) {
+    const last = this.#waiting.get(name);
+    if (last) return [...last.own, last.value];
+    const kept = this.#overtaken.get(name) ?? this.#refused.get(name) ?? this.#unsent.all.get(name);
+    return kept?.own ?? [before];
+  }
+
+  #left({ name, value, before }) {
+    const own = this.#ownOf(name, before);
+    this.#refused.delete(name);
+    this.#overtaken.delete(name);
+    this.#enter(name, { value, own });
+    this.#send();
+  }
+
+  #enter(name, entry) {
+    this.#waiting.set(name, entry);
+    this.#unsent.put(name, entry);
+  }
+
+  /** While it runs, and without a film, there is nothing to track again. */
   #showRig() {
     const { inspection } = this.desk;
     this.parts.rig.hidden = inspection.isUnfinished || !hasFilm(inspection.value);
@@ -74,7 +100,7 @@ class HeaderPanel extends Component {
   /** Shows the server's values, overlaid with unsent text. */
   #refresh() {
     this.#showRig();
-    const typed = [...this.#refused, ...this.#waiting];
+    const typed = [...this.#refused, ...this.#overtaken, ...this.#waiting].map(([name, { value }]) => [name, value]);
     this.parts.form.value = { ...this.desk.inspection.value.header, ...Object.fromEntries(typed) };
   }
 
@@ -83,56 +109,97 @@ class HeaderPanel extends Component {
     if (this.#isSending) return;
     this.#isSending = true;
     while (this.#waiting.size && !this.signal.aborted) {
-      const [[name, value]] = this.#waiting;
+      const [[name, entry]] = this.#waiting;
       this.parts.state.textContent = t('header.saving');
       try {
-        const { header } = this.desk.inspection.value;
-        await this.desk.inspection.change({ header: withField(header, name, value) });
-        this.#settle(name, value);
+        const overtaken = await this.desk.inspection.stateField(name, entry.value, entry.own);
+        if (overtaken) this.#keep(name, entry, overtaken);
+        else this.#settle(name, entry);
       } catch (error) {
         if (!(error instanceof ApiError)) throw error;
         this.parts.state.textContent = errorText(error);
         if (error.isTemporary) {
           await pause(PAUSE_S, this.signal);
         } else {
-          this.#refused.set(name, value);
+          this.#refused.set(name, entry);
           this.parts.form.fault(name, errorText(error));
-          this.#settle(name, value);
+          this.#settle(name, entry);
         }
       }
     }
     this.#isSending = false;
-    if (!this.signal.aborted && this.#refused.size === 0) this.parts.state.textContent = t('header.saved');
+    if (this.signal.aborted) return;
+    this.#stateConflict();
+    const isAllSaved = this.#refused.size === 0 && this.#overtaken.size === 0;
+    if (isAllSaved) this.parts.state.textContent = t('header.saved');
   }
 
-  /** Marks a value as sent, unless the person has entered another one meanwhile. */
-  #settle(name, value) {
-    if (this.#waiting.get(name) !== value) return;
+  /** Done with this value, unless the person has entered another one meanwhile. */
+  #settle(name, entry) {
+    if (this.#waiting.get(name) !== entry) return;
     this.#waiting.delete(name);
-    this.#unsent.drop(name, value);
+    this.#unsent.drop(name, entry.value);
+  }
+
+  /** Keeps what somebody else has overtaken, in this browser too, until a person decides. */
+  #keep(name, entry, { theirs }) {
+    if (this.#waiting.get(name) !== entry) return;
+    this.#waiting.delete(name);
+    this.#overtaken.set(name, { ...entry, theirs });
+    this.#found += 1;
+    const text = errorText({ code: 'changed_meanwhile' });
+    this.parts.state.textContent = text;
+    this.parts.form.fault(name, text);
+  }
+
+  /** All fields in one question. */
+  #stateConflict() {
+    const fields = [...this.#overtaken];
+    const of = (pick) => Object.fromEntries(fields.map(([name, entry]) => [name, pick(entry)]));
+    this.desk.conflicts.state('header', fields.length === 0 ? [] : [{
+      id: `header ${this.#found} ${fields.length}`,
+      kind: 'header',
+      mine: of(({ value }) => value),
+      theirs: of(({ theirs }) => theirs),
+      keepMine: () => this.#decide(fields, true),
+      takeTheirs: () => this.#decide(fields, false),
+    }]);
+  }
+
+  #decide(fields, isMine) {
+    for (const [name, { value, theirs }] of fields) {
+      this.#overtaken.delete(name);
+      this.parts.form.fault(name, null);
+      if (isMine) this.#enter(name, { value, own: [theirs] });
+      else this.#unsent.drop(name, value);
+    }
+    this.#refresh();
+    for (const [name] of fields) this.parts.form.restore(name);
+    return this.#send();
   }
 }
 
-/** Values by name that were typed for one inspection and have not been sent, stored in this browser. */
+/** Entries by name that were typed for one inspection and are not on the server yet, in this browser. */
 class Unsent {
   #key;
 
   constructor(inspection) {
-    this.#key = `chainage.header.${inspection}`;
+    this.#key = `chainage.unsent-header.${inspection}`;
   }
 
+  /** @returns {Map<string, Entry>} */
   get all() {
     return new Map(JSON.parse(localStorage.getItem(this.#key) ?? '[]'));
   }
 
-  put(name, value) {
-    this.#keep(this.all.set(name, value));
+  put(name, entry) {
+    this.#keep(this.all.set(name, entry));
   }
 
   /** Drops a value, unless more has been typed meanwhile. */
   drop(name, value) {
     const all = this.all;
-    if (all.get(name) !== value) return;
+    if (all.get(name)?.value !== value) return;
     all.delete(name);
     this.#keep(all);
   }
@@ -142,9 +209,5 @@ class Unsent {
     else localStorage.removeItem(this.#key);
   }
 }
-
-/** Returns the header with another value, or without the field. */
-const withField = (header, name, value) =>
-  Object.fromEntries(Object.entries({ ...header, [name]: value }).filter(([, kept]) => kept !== null));
 
 customElements.define('header-panel', HeaderPanel);

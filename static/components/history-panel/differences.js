@@ -37,7 +37,7 @@ export function differences({ action, before, after }) {
   const [was, is] = [flat(before), flat(after)];
   return [...new Set([...Object.keys(was), ...Object.keys(is)])]
     .filter((name) => JSON.stringify(was[name] ?? null) !== JSON.stringify(is[name] ?? null))
-    .map((name) => ({ name, before: formatted(name, was[name]), after: formatted(name, is[name]) }));
+    .map((name) => ({ name, before: valueText(name, was[name]), after: valueText(name, is[name]) }));
 }
 
 /** Returns an inspection's name and header side by side; the remark says why joints were dropped. */
@@ -46,7 +46,8 @@ const flat = (fields) => {
   return { ...others, ...header };
 };
 
-function formatted(name, value) {
+/** A value of a field, null where nothing is stated. */
+export function valueText(name, value) {
   if (value === null || value === undefined || value === '') return null;
   if (STATED[name]) return STATED[name](value);
   if (name.endsWith('_m') && typeof value === 'number') return chainage(value);

@@ -4,6 +4,7 @@ import { ApiError } from '../../core/api.js';
 import { Axis } from '../../core/axis.js';
 import { Checks } from '../../core/checks.js';
 import { Catalogue } from '../../core/codes.js';
+import { Conflicts } from '../../core/conflicts.js';
 import { Corrections } from '../../core/corrections.js';
 import { Health } from '../../core/health.js';
 import { History } from '../../core/history.js';
@@ -50,7 +51,8 @@ export class Desk extends EventTarget {
   editing = new Store(false);
   /** Name of the visible tab beside the film: 'defects', 'header' and the others of tabs.js. */
   tab = new Store('defects');
-  /** The part of the culvert that the strips show. */
+  conflicts = new Conflicts();
+  /** The stretch of the culvert that the strips show. */
   axis = new Axis();
   /** @type {{value: ((mark: {frame: number, pixel: [number, number]}) => void)|null}} takes clicks on the picture instead of a tag */
   picking = new Store(null);
@@ -70,6 +72,8 @@ export class Desk extends EventTarget {
   /** The pose of the last tag: for a live picture it is known before the track contains it. */
   #tagged = { frame: -1, row: null };
   #showTimer = 0;
+  /** Corrections of this page that were overtaken. */
+  #found = 0;
 
   /** Fetches everything needed to draw the page. */
   static async open(id, signal) {
@@ -100,6 +104,11 @@ export class Desk extends EventTarget {
     );
     this.corrections = new Corrections(inspection.id, signal);
     this.checks = new Checks(inspection.id, signal);
+    outbox.addEventListener('change', () => this.#findConflicts(), { signal });
+    for (const store of [this.corrections, this.corrections.draft]) {
+      store.addEventListener('change', () => this.corrections.isOvertaken || this.conflicts.state('corrections', []), { signal });
+    }
+    this.#findConflicts();
     this.live = new LiveFeed(`/api/inspections/${inspection.id}/live?page=${pageId}`, signal);
     this.playhead.addEventListener('change', () => this.#showIn3d(), { signal });
     this.observations.addEventListener('change', () => this.#dropLostSelection(), { signal });
@@ -126,10 +135,20 @@ export class Desk extends EventTarget {
    * Replaces the statements about the distances, and reads the distances again.
    * @param {import('../../core/corrections.js').Stated} stated
    * @param {string|null} remark why, for the history
+   * @param {string} [replaced] version of the statement that it was made of
+   * @returns {Promise<boolean>} false when somebody else was faster: then it waits as a draft
    */
-  async correct(stated, remark) {
+  async correct(stated, remark, replaced = this.corrections.value.version) {
     const before = this.corrections.value.stated;
-    await this.#state(stated, remark);
+    try {
+      await this.#state(stated, remark, replaced);
+    } catch (error) {
+      if (!error.isOvertaken) throw error;
+      this.corrections.edit(stated);
+      await this.corrections.load();
+      this.#overtaken(remark);
+      return false;
+    }
     const after = this.corrections.value.stated;
     this.history.add({
       what: 'correction',
@@ -140,10 +159,46 @@ export class Desk extends EventTarget {
         return JSON.stringify(this.corrections.value.stated) !== JSON.stringify(isBack ? after : before);
       },
     });
+    return true;
   }
 
-  async #state(stated, remark) {
-    await this.corrections.apply(stated, remark);
+  /** The draft waits until a person has compared it with what holds. */
+  #overtaken(remark) {
+    const { corrections } = this;
+    const { stated: theirs, version } = corrections.value;
+    this.#found += 1;
+    this.conflicts.state('corrections', [{
+      id: `corrections ${this.#found}`,
+      kind: 'corrections',
+      get mine() {
+        return corrections.draft.value; // it may be edited until then
+      },
+      theirs,
+      keepMine: async () => {
+        if (await this.correct(corrections.draft.value, remark, version)) this.done(t('corrections.applied'));
+      },
+      takeTheirs: () => corrections.discard(),
+    }]);
+  }
+
+  /** What the server has refused because somebody else has changed the same observation. */
+  #findConflicts() {
+    const { outbox, observations, inspection } = this;
+    this.conflicts.state('observation', outbox.overtakenFor(inspection.id).map(
+      ({ id, observation, fields, refusal }) => ({
+        id,
+        kind: 'observation',
+        about: observation,
+        mine: fields,
+        theirs: refusal.current,
+        keepMine: () => observations.sendAgain(observation),
+        takeTheirs: () => observations.giveUp(observation),
+      }),
+    ));
+  }
+
+  async #state(stated, remark, replaced = this.corrections.value.version) {
+    await this.corrections.apply(stated, remark, replaced);
     await this.inspection.load();
     this.#revision = this.inspection.value.revision;
     await this.reload();

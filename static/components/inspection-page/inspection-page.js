@@ -26,6 +26,7 @@ import { VIEWER_KEYS, keyMap } from './key-map.js';
 import { followLinks } from './links.js';
 import { stepName } from './step-names.js';
 import { TABS } from './tabs.js';
+import '../conflict-dialog/conflict-notice.js';
 import '../distance-readout/distance-readout.js';
 import '../emergency-banner/emergency-banner.js';
 import '../live-bar/live-bar.js';
@@ -114,6 +115,7 @@ class InspectionPage extends Component {
             <tab-panels class="desk__side panel" data-part="side"></tab-panels>
             <div class="desk__notices">
               <emergency-banner hidden></emergency-banner>
+              <conflict-notice hidden></conflict-notice>
               <div class="desk-messages" data-part="messages"></div>
               <rig-notice hidden></rig-notice>
             </div>
@@ -129,7 +131,11 @@ class InspectionPage extends Component {
     const { parts } = this;
     this.listen(desk.inspection, 'change', () => this.#showState());
     this.listen(desk.outbox, 'change', () => this.#showSaving());
-    this.listen(desk.outbox, 'refused', ({ detail }) => toastError(detail.error));
+    this.listen(desk.conflicts, 'change', () => this.#showSaving());
+    // What was overtaken in this inspection is asked about by <conflict-notice>.
+    this.listen(desk.outbox, 'refused', ({ detail: { operation, error } }) => {
+      if (!error.isOvertaken || operation.inspection !== id) toastError(error);
+    });
     this.listen(desk.observations, 'change', () => this.#showObservations());
     this.listen(desk.history, 'change', () => this.#showHistory());
     this.listen(document, 'visibilitychange', () => !document.hidden && this.#lookAgain());
@@ -269,14 +275,13 @@ class InspectionPage extends Component {
     const zero = { frame, offset_m: offset };
     // Joins other pending changes; alone it is applied at once.
     if (corrections.isEdited) corrections.edit({ zero });
-    else await this.correct({ ...corrections.value.stated, zero }, null, t('corrections.zero_set', { frame }));
+    else await this.correct({ ...corrections.value.stated, zero }, null, { text: t('corrections.zero_set', { frame }) });
   }
 
-  /** Changes the statements about the distances; the message about it offers an undo. */
-  async correct(stated, remark, text = t('corrections.applied')) {
+  /** States something about the distances; the message that reports it can take it back. */
+  async correct(stated, remark, { text = t('corrections.applied'), replaced } = {}) {
     await orToast(async () => {
-      await this.desk.correct(stated, remark);
-      this.#showDone(text);
+      if (await this.desk.correct(stated, remark, replaced)) this.#tellDone(text);
     });
   }
 
@@ -357,9 +362,11 @@ class InspectionPage extends Component {
   #showSaving() {
     const { count, reason } = this.desk.outbox;
     const isStuck = reason !== null && count > 0;
-    this.parts.save.textContent = count === 0 ? t('desk.saved') : t('desk.waiting', { n: count });
+    const { length: undecided } = this.desk.conflicts.value;
+    const settled = undecided ? t('desk.undecided', { n: undecided }) : t('desk.saved');
+    this.parts.save.textContent = count === 0 ? settled : t('desk.waiting', { n: count });
     this.parts.save.title = isStuck ? reason : '';
-    this.parts.save.classList.toggle('save--waiting', count > 0);
+    this.parts.save.classList.toggle('save--waiting', count + undecided > 0);
     if (this.#isKept === this.desk.outbox.isKept) return;
     this.#isKept = this.desk.outbox.isKept;
     this.#showMessages();

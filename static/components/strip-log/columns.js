@@ -3,7 +3,6 @@
  * loss stays visible at any zoom, and 100 000 frames are drawn as fast as 1000.
  */
 
-export const RANKS = { ok: 0, weak: 1, lost: 2 };
 /** Rank of a column without frames. */
 export const EMPTY = 255;
 
@@ -74,7 +73,7 @@ export class Columns {
       const last = Math.min(before === null || at > before ? at : before, this.count - 1);
       before = at;
       if (first > last) continue;
-      const rank = RANKS[states[i]];
+      const rank = states[i];
       for (let x = first; x <= last; x += 1) {
         const known = this.rank[x];
         if (known === EMPTY || rank > known) this.rank[x] = rank;

@@ -3,7 +3,7 @@
 import { namesOf } from '../../core/health.js';
 import { chainage, plusMinus, signed, speed, toShown } from '../../core/units.js';
 import { t, wordFor } from '../../core/words.js';
-import { drawSeverity } from '../severity-mark/severity-mark.js';
+import { numberEvery, paintMark, paintStretch } from '../strip/paint.js';
 import { EMPTY } from './columns.js';
 import { drawComplaint } from './complaint-signs.js';
 
@@ -122,21 +122,9 @@ function paintDefects(scene, top) {
   const { context, colour, plot, observations, stretches, selected, styles } = scene;
   const inSight = (from, to = from) => to >= plot.left - MARK_PX && from <= plot.right + MARK_PX;
   clipTo(context, plot.left, top, plot.width, 60);
-  for (const { from_m: fromM, to_m: toM, isOpen, severity } of stretches) {
-    const [from, to] = [fromM, toM].map((m) => plot.toX(m * 1000));
-    if (!inSight(from, to)) continue;
-    context.fillStyle = colour(`--severity-${severity ?? 'none'}`);
-    context.globalAlpha = 0.75;
-    const width = Math.max(2, to - from);
-    context.beginPath();
-    context.roundRect(from, top + STRETCH_ROW, width, 5, 2.5);
-    context.fill();
-    if (isOpen) {
-      // An open end is frayed: recognisable without colour too.
-      context.fillStyle = colour('--raised');
-      context.globalAlpha = 1;
-      for (let x = to - 3; x > Math.max(from, to - 20); x -= 6) context.fillRect(x, top + STRETCH_ROW, 2.5, 5);
-    }
+  for (const stretch of stretches) {
+    if (!inSight(...[stretch.from_m, stretch.to_m].map((m) => plot.toX(m * 1000)))) continue;
+    paintStretch(context, styles, plot, stretch, top + STRETCH_ROW, 5, colour('--raised'));
   }
   context.restore();
   clipTo(context, plot.left - MARK_PX, top - 6, plot.width + 2 * MARK_PX, 60);
@@ -148,14 +136,7 @@ function paintDefects(scene, top) {
   shown.forEach((item, i) => {
     const [x, y] = [xs[i], top + MARK_ROW];
     paintInterval(context, colour, plot, item, x, top + MARK_ROW + 11);
-    if (item.id === selected) {
-      context.strokeStyle = colour('--accent');
-      context.lineWidth = 2;
-      context.beginPath();
-      context.arc(x, y, MARK_PX / 2 + 3, 0, 2 * Math.PI);
-      context.stroke();
-    }
-    drawSeverity(context, item.severity, x, y, MARK_PX, styles);
+    paintMark(context, styles, item, x, y, MARK_PX, item.id === selected);
     if (!item.code) return;
     const room = Math.min(xs[i + 1] ?? plot.right + 20, plot.right + 20) - x - MARK_PX - 3;
     if (room <= 0 || context.measureText(item.code).width > room) return;
@@ -189,14 +170,6 @@ function paintInterval(context, colour, plot, { distance_u95_m: u95M }, x, y) {
     }
   }
   context.stroke();
-}
-
-/** Returns the step between numbered joints, `atLeast` units of the drawing apart. */
-export function numberEvery(joints, plot, atLeast) {
-  if (joints.length < 2) return 1;
-  const unitM = (joints.at(-1).distance_m - joints[0].distance_m) / (joints.length - 1);
-  const apart = (unitM * 1000) / plot.mmPerUnit;
-  return [1, 2, 5, 10, 20, 50, 100, 200, 500].find((step) => step * apart >= atLeast) ?? 1000;
 }
 
 function paintJoints({ context, colour, plot, joints }, top, height) {

@@ -1,7 +1,5 @@
 /**
- * The run as lanes along its distance: defects, joints, quality, speed and more, with the play head. The
- * lanes are drawn when the data or the axis change; what moves with pointer and film is on a canvas above
- * them. Both are drawn at most once per animation frame.
+ * The run as lanes along its distance: defects, joints, quality, speed and more, with the play head.
  */
 
 import { Plot, ticks } from '../../core/axis.js';
@@ -9,18 +7,18 @@ import { namesOf } from '../../core/health.js';
 import { html, render } from '../../core/html.js';
 import { isUnmeasured } from '../../core/inspection.js';
 import { withKey } from '../../core/keys.js';
-import { sharpContext, typeScale } from '../../core/screen.js';
+import { sharpContext } from '../../core/screen.js';
 import { stretchesOf } from '../../core/stretches.js';
 import { chainage, timecode } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 import { closesElsewhere } from '../menu/menu.js';
+import { paintHair, paintPlate, paintPlayhead } from '../strip/paint.js';
+import { stripSettings } from '../strip/settings.js';
+import { Strip, markText, nearestMark } from '../strip/strip.js';
 import { Columns, Speeds } from './columns.js';
 import { openGoTo } from './go-to.js';
 import { LANES, MARK_PX, USUAL_LIMIT_M_PER_MIN, laneWord, paintGround } from './lanes.js';
-import { paintHair, paintPlate, paintPlayhead } from './paint.js';
-import { Strip } from './strip.js';
-import { stripSettings } from './strip-settings.js';
 
 /** On these screens the film needs the room more than the lanes. */
 const LOW_SCREEN = matchMedia('(max-height: 860px) and (min-width: 1100px)');
@@ -32,19 +30,16 @@ const AXIS_HEIGHT = 24;
 const TICK_PX = 72;
 const MINOR_TICKS = 5;
 const ZOOM_STEP = 0.5;
-/** Least ranges of the lanes. */
-/** Lanes of quantities that only our own tracking measures. */
+/** Lanes of what only our own tracking knows. */
 const MEASURED = new Set(['quality', 'speed', 'lateral', 'yaw', 'health']);
+/** The scales of the lanes go at least so far. */
 const LEAST_SCALES = { speed: 1.25 * USUAL_LIMIT_M_PER_MIN, lateral_mm: 5, yaw_deg: 2 };
 
 class StripLog extends Strip {
   #columns = null;
   #speeds = new Speeds();
   #generation = 0;
-  #areLanesStale = true;
   #seen = null;
-  /** Time of the last drawing of the lanes, in ms. */
-  paintMs = 0;
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
@@ -72,7 +67,7 @@ class StripLog extends Strip {
           ${tool('in', 'plus', t('strip.zoom_in'), '+')}
         </div>
         <div class="strip__track" data-part="track" tabindex="0" role="slider" aria-label="${t('strip.label')}"
-          aria-valuemin="0" aria-valuemax="0" aria-valuenow="0"><canvas data-part="lanes"></canvas><canvas
+          aria-valuemin="0" aria-valuemax="0" aria-valuenow="0"><canvas data-part="ground"></canvas><canvas
           data-part="above"></canvas></div>`,
     );
     const { parts } = this;
@@ -86,11 +81,6 @@ class StripLog extends Strip {
     this.follow();
     this.listen(desk.track, 'change', () => this.#tracked());
     this.listen(desk.health, 'change', () => this.stale(true));
-    this.listen(desk.axis, 'change', () => this.stale(true));
-    for (const store of [desk.observations, desk.selection, desk.corrections]) {
-      this.listen(store, 'change', () => this.stale());
-    }
-    this.listen(stripSettings, 'change', () => this.stale());
     this.listen(desk.selection, 'change', () => this.#revealSelected());
     this.listen(desk.playhead, 'change', () => this.#played());
     this.#tracked();
@@ -129,10 +119,8 @@ class StripLog extends Strip {
     this.desk.axis.reveal(goal);
   }
 
-  tap(x, y) {
-    const mark = this.#markAt(x, y);
-    if (mark) this.desk.goTo(mark.id);
-    else this.seekDistance(this.plot.toMm(x));
+  tapBeside(x) {
+    this.seekDistance(this.plot.toMm(x));
   }
 
   // Events from elsewhere ----------------------------------------------------------------------
@@ -159,7 +147,6 @@ class StripLog extends Strip {
       if (!before?.isLive) axis.letFollow();
       axis.follow(row.distance_mm);
     } else if (row && before && axis.holds(before.mm)) axis.reveal(row.distance_mm);
-    this.repaint();
   }
 
   #revealSelected() {
@@ -170,18 +157,13 @@ class StripLog extends Strip {
 
   /** @param {boolean} isMoved whether frames lie at other columns than before */
   stale(isMoved = false) {
-    this.#areLanesStale = true;
     if (isMoved) this.#columns = null;
-    this.repaint();
+    super.stale();
   }
 
   // Drawing ---------------------------------------------------------------------------------
 
-  get #height() {
-    return this.parts.track.clientHeight / this.scale;
-  }
-
-  /** Returns the visible lanes, [{lane, top, height}], and where the axis begins. */
+  /** The lanes that are seen: [{lane, top, height}], and where the axis begins. */
   #arrange(complaints) {
     const isLow = LOW_SCREEN.matches;
     let top = TOP;
@@ -196,26 +178,16 @@ class StripLog extends Strip {
     return { rows, axisTop: top };
   }
 
-  paint() {
-    const { parts, desk } = this;
-    if (parts.track.clientWidth === 0) return;
-    this.scale = typeScale();
-    if (this.#areLanesStale) {
-      const begun = performance.now();
-      this.#paintLanes();
-      this.paintMs = performance.now() - begun;
-    }
-    const context = sharpContext(parts.above, this.scale);
-    const styles = getComputedStyle(this);
-    const plot = this.plot;
-    const { row } = desk.playhead.value;
+  paintAbove(context, styles) {
+    const { plot } = this;
+    const { row } = this.desk.playhead.value;
     const { axisTop } = this.arrangement;
     if (row) this.#paintPlayhead(context, styles, plot, row.distance_mm, axisTop);
     this.#paintPointer(context, styles, plot, axisTop);
     this.#describe();
   }
 
-  #paintLanes() {
+  paintGround(styles) {
     const { desk, parts } = this;
     const plot = this.plot;
     const pixels = devicePixelRatio * this.scale;
@@ -225,10 +197,8 @@ class StripLog extends Strip {
     const { rows, axisTop } = this.arrangement;
     const height = `${(axisTop + AXIS_HEIGHT) / 16}rem`;
     if (parts.track.style.height !== height) parts.track.style.height = height;
-    this.#areLanesStale = false;
 
-    const context = sharpContext(parts.lanes, this.scale);
-    const styles = getComputedStyle(this);
+    const context = sharpContext(parts.ground, this.scale);
     const colours = new Map();
     const colour = (name) => {
       if (!colours.has(name)) colours.set(name, styles.getPropertyValue(name));
@@ -356,18 +326,18 @@ class StripLog extends Strip {
     if (!this.hover) return; // the pointer is in the other strip
     const { y } = this.hover;
     const text = this.#valueAt(mm, x, y);
-    if (text) paintPlate(context, styles, text, x, Math.max(11, Math.min(y - 20, this.#height - 40)), within);
+    if (text) paintPlate(context, styles, text, x, Math.max(11, Math.min(y - 20, this.height - 40)), within);
   }
 
   /** Returns the read-out of the lane under the pointer, and the time of its frame. */
   #valueAt(mm, x, y) {
     const { track, playhead, health } = this.desk;
-    const mark = this.#markAt(x, y);
+    const mark = this.markAt(x, y);
     const row = this.arrangement.rows.find(({ top, height }) => y >= top && y < top + height + GAP);
     const { low, high } = track.range;
     const isTracked = track.length > 0 && mm >= low - 1 && mm <= high + 1;
     const frame = isTracked ? track.frameAtDistance(mm, playhead.value.frame) : -1;
-    if (mark) return `${mark.code ?? t('desk.tag')} · ${chainage(mark.distance_m)}`;
+    if (mark) return markText(mark);
     if (frame < 0) return '';
     const joint = nearest(this.joints, mm / 1000);
     const values = {
@@ -381,15 +351,14 @@ class StripLog extends Strip {
     return [name, timecode(values.row.time_s, 1)].filter(Boolean).join(' · ');
   }
 
-  #markAt(x, y) {
+  markAt(x, y) {
     const lane = this.arrangement?.rows.find(({ lane: { name } }) => name === 'defects');
     if (!lane || y < lane.top - 4 || y > lane.top + lane.height) return null;
     const plot = this.plot;
-    const near = this.desk.observations.value
+    const marks = this.desk.observations.value
       .filter(({ distance_m: m }) => m !== null)
-      .map((item) => ({ item, apart: Math.abs(plot.toX(item.distance_m * 1000) - x) }))
-      .filter(({ apart }) => apart <= MARK_PX / 2 + 3);
-    return near.toSorted((a, b) => a.apart - b.apart)[0]?.item ?? null;
+      .map((item) => ({ item, apart: Math.abs(plot.toX(item.distance_m * 1000) - x) }));
+    return nearestMark(marks, MARK_PX);
   }
 
   #describe() {

@@ -6,21 +6,20 @@
 import { ApiError, poll } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { may } from '../../core/rights.js';
-import { sharpContext, typeScale } from '../../core/screen.js';
+import { sharpContext } from '../../core/screen.js';
 import { stretchesOf } from '../../core/stretches.js';
 import { chainage, clockHour, u95FromSigma } from '../../core/units.js';
 import { TilePictures } from '../../core/unrolled.js';
 import { frameShowing } from '../../core/wall.js';
 import { errorText, t } from '../../core/words.js';
-import { drawSeverity } from '../severity-mark/severity-mark.js';
-import { numberEvery } from '../strip-log/lanes.js';
-import { paintHair, paintPlate, paintPlayhead } from '../strip-log/paint.js';
-import { Strip } from '../strip-log/strip.js';
-import { stripSettings } from '../strip-log/strip-settings.js';
+import { numberEvery, paintHair, paintMark, paintPlate, paintPlayhead, paintStretch } from '../strip/paint.js';
+import { stripSettings } from '../strip/settings.js';
+import { Strip, markText, nearestMark } from '../strip/strip.js';
 import { Rows, arcAt, clockAt, rowMarks } from './rows.js';
 
 /** The grey of tile pixels that no frame has shown. */
 const UNSEEN = '#2c2c2c';
+const OUTLINE = 'rgb(8 10 12 / 70%)';
 const MARK_PX = 20;
 const LABEL_PX = 15;
 const PLATE_AWAY_PX = 24;
@@ -38,14 +37,13 @@ const FAR = 10;
 const ANNOUNCED_AFTER_MS = 400;
 
 class WallStrip extends Strip {
-  #isStale = true;
   /** {mm, arc} of the keyboard's cursor, or null while it is not used */
   #cursor = null;
+  /** [{item, x, y}] that were drawn */
+  marks = [];
   #isFollowing = false;
   #loaded = null;
-  #announceTimer = 0;
-  /** Time of the last painting of the wall, in ms. */
-  paintMs = 0;
+  #tellTimer = 0;
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
@@ -60,7 +58,7 @@ class WallStrip extends Strip {
           <button class="button" data-part="seek" title="${t('wall.seek_help')}">${t('wall.seek')}</button>
         </div>
         <div class="wall__track" data-part="track" tabindex="0" role="application" aria-label="${t('wall.label')}"
-          aria-describedby="wall-keys"><canvas data-part="wall"></canvas><canvas data-part="above"></canvas></div>
+          aria-describedby="wall-keys"><canvas data-part="ground"></canvas><canvas data-part="above"></canvas></div>
         <p class="wall__empty" data-part="empty" hidden></p>
         <p class="visually-hidden" id="wall-keys">${t('wall.keys')}</p>
         <p class="visually-hidden" role="status" data-part="announced"></p>`,
@@ -74,15 +72,15 @@ class WallStrip extends Strip {
     this.listen(parts.track, 'blur', () => this.#moveCursor(null));
     this.follow();
 
-    this.listen(desk.inspection, 'change', () => this.#keepUp());
+    this.listen(desk.inspection, 'change', () => {
+      this.#keepUp();
+      this.#showEmpty();
+    });
     this.listen(stripSettings, 'change', () => this.#showSettings());
-    for (const store of [
-      desk.unrolled, desk.axis, desk.observations, desk.selection, desk.corrections, this.pictures, desk.track,
-    ]) {
+    for (const store of [desk.unrolled, this.pictures, desk.track]) {
       this.listen(store, 'change', () => this.stale());
     }
-    this.listen(desk.playhead, 'change', () => this.repaint());
-    this.signal.addEventListener('abort', () => clearTimeout(this.#announceTimer));
+    this.signal.addEventListener('abort', () => clearTimeout(this.#tellTimer));
     this.#showSettings();
   }
 
@@ -94,7 +92,6 @@ class WallStrip extends Strip {
       this.parts[mode].setAttribute('aria-pressed', String(stripSettings.value.click === mode));
     }
     this.#keepUp();
-    this.stale();
   }
 
   /** Fetches the layout repeatedly while it grows, and again when distances were corrected. */
@@ -118,17 +115,10 @@ class WallStrip extends Strip {
     this.#isFollowing = false;
   }
 
-  stale() {
-    this.#isStale = true;
-    this.repaint();
-  }
-
   // Pointer and keys ------------------------------------------------------------------------
 
-  tap(x, y) {
-    const mark = this.#markAt(x, y);
-    if (mark) this.desk.goTo(mark.id);
-    else if (this.rows) this.#act(this.plot.toMm(x), this.rows.toArc(y));
+  tapBeside(x, y) {
+    if (this.rows) this.#act(this.plot.toMm(x), this.rows.toArc(y));
   }
 
   /** Tags the place, or shows the frame that shows it best. */
@@ -208,44 +198,37 @@ class WallStrip extends Strip {
     return `${where} · ${arc < 0 ? t('wall.left', { mm: beside }) : t('wall.right', { mm: beside })}`;
   }
 
-  #markAt(x, y) {
-    const reach = MARK_PX / 2 + 3;
-    return this.marks?.find((mark) => Math.hypot(mark.x - x, mark.y - y) <= reach)?.item ?? null;
+  markAt(x, y) {
+    const marks = this.marks.map((mark) => ({ item: mark.item, apart: Math.hypot(mark.x - x, mark.y - y) }));
+    return nearestMark(marks, MARK_PX);
   }
 
   // Drawing ---------------------------------------------------------------------------------
 
-  paint() {
-    const { parts, desk } = this;
-    if (this.hidden || parts.track.clientWidth === 0) return;
-    this.scale = typeScale();
-    const plot = this.plot;
-    const height = parts.track.clientHeight / this.scale;
-    const layout = desk.unrolled.value;
-    this.#showEmpty(layout);
+  paintGround(styles) {
+    const { plot, height } = this;
+    const layout = this.desk.unrolled.value;
+    this.#showEmpty();
     this.rows = layout && new Rows(layout, this.radius, height);
-    const styles = getComputedStyle(this);
-    if (this.#isStale) {
-      const begun = performance.now();
-      this.#isStale = false;
-      this.#paintWall(styles, plot, layout, height);
-      this.paintMs = performance.now() - begun;
-    }
-    const context = sharpContext(parts.above, this.scale);
-    const { row } = desk.playhead.value;
-    if (row) this.#paintNow(context, styles, plot, row, height);
-    if (layout) this.#paintPointer(context, styles, plot, height);
+    this.#paintWall(styles, plot, layout, height);
   }
 
-  #showEmpty(layout) {
+  paintAbove(context, styles) {
+    const { plot, height } = this;
+    const { row } = this.desk.playhead.value;
+    if (row) this.#paintNow(context, styles, plot, row, height);
+    if (this.rows) this.#paintPointer(context, styles, plot, height);
+  }
+
+  #showEmpty() {
     const { empty } = this.parts;
-    empty.hidden = Boolean(layout?.tiles.length);
+    empty.hidden = Boolean(this.desk.unrolled.value?.tiles.length);
     const text = this.desk.inspection.isUnfinished ? t('wall.coming') : t('wall.none');
     if (empty.textContent !== text) empty.textContent = text;
   }
 
   #paintWall(styles, plot, layout, height) {
-    const context = sharpContext(this.parts.wall, this.scale);
+    const context = sharpContext(this.parts.ground, this.scale);
     const colour = (name) => styles.getPropertyValue(name);
     this.marks = [];
     if (!layout) return;
@@ -344,14 +327,7 @@ class WallStrip extends Strip {
   #paintStretches(context, styles, plot) {
     const { observations, track } = this.desk;
     for (const stretch of stretchesOf(observations.value, track.range.high / 1000)) {
-      const y = this.#rowOf(stretch.start);
-      const [from, to] = [stretch.from_m, stretch.to_m].map((m) => plot.toX(m * 1000));
-      context.fillStyle = styles.getPropertyValue(`--severity-${stretch.severity ?? 'none'}`);
-      context.strokeStyle = 'rgb(8 10 12 / 70%)';
-      context.beginPath();
-      context.roundRect(from, y - 3.5, Math.max(2, to - from), 7, 3.5);
-      context.fill();
-      context.stroke();
+      paintStretch(context, styles, plot, stretch, this.#rowOf(stretch.start) - 3.5, 7, UNSEEN, OUTLINE);
     }
   }
 
@@ -362,15 +338,7 @@ class WallStrip extends Strip {
       const x = plot.toX(item.distance_m * 1000);
       const y = this.#rowOf(item);
       this.marks.push({ item, x, y });
-      if (item.id === selection.value) {
-        context.strokeStyle = styles.getPropertyValue('--accent');
-        context.lineWidth = 2.5;
-        context.beginPath();
-        context.arc(x, y, MARK_PX / 2 + 4, 0, 2 * Math.PI);
-        context.stroke();
-        context.lineWidth = 1;
-      }
-      drawSeverity(context, item.severity, x, y, MARK_PX, styles);
+      paintMark(context, styles, item, x, y, MARK_PX, item.id === selection.value);
     }
   }
 
@@ -449,9 +417,9 @@ class WallStrip extends Strip {
     context.moveTo(x - 9, Math.round(y) + 0.5);
     context.lineTo(x + 9, Math.round(y) + 0.5);
     context.stroke();
-    const mark = this.#markAt(x, y);
+    const mark = this.markAt(x, y);
     const text = mark
-      ? `${mark.code ?? t('desk.tag')} · ${chainage(mark.distance_m)}`
+      ? markText(mark)
       : this.#textOf({ mm: plot.toMm(x), arc: this.rows.toArc(y) });
     const above = y - PLATE_AWAY_PX;
     paintPlate(context, styles, text, x, above < 12 ? y + PLATE_AWAY_PX : above, [plot.left, plot.right]);

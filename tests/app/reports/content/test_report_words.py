@@ -16,11 +16,17 @@ from vo_core.image.health import Health, complaints
 
 ENGLISH, MALAY = words_of("en"), words_of("ms")
 FOLDER = Path(checks.__file__).parent.parent / "reports"
-SOURCE = "\n".join(path.read_text("utf-8") for path in FOLDER.rglob("*.py"))
-NAMED = set(re.findall(r"[\"']([a-z]+\.\w+)[\"']", SOURCE))
-AREAS = set(re.findall(r"f\"([a-z]+)\.\w*\{", SOURCE)) | set(
-    re.findall(r"one_of\(\"(\w+)\"", SOURCE)
+SOURCE = "\n".join(
+    path.read_text("utf-8")
+    for pattern in ("*.py", "templates/*.html")
+    for path in FOLDER.rglob(pattern)
 )
+NAMED = set(re.findall(r"[\"']([a-z]+\.\w+)[\"']", SOURCE))
+AREAS = {
+    area
+    for pattern in (r"f\"([a-z]+)\.\w*\{", r"one_of\(\"(\w+)\"", r"\"([a-z]+)\.\" ~")
+    for area in re.findall(pattern, SOURCE)
+}
 """Of which a key is put together."""
 
 

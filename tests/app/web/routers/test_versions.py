@@ -22,6 +22,7 @@ def refused(answer: httpx.Response) -> dict[str, Any]:
     body = dict(answer.json())
     assert body.keys() == {"code", "detail", "current", "yours"}
     assert body["code"] == "changed_meanwhile"
+    assert ("ETag" in answer.headers) == (body["current"] is not None)
     return body
 
 
@@ -41,9 +42,11 @@ def test_an_observation_is_changed_only_as_it_was_read(shared: Client, tracked: 
     theirs = entered | {"severity": 4}
     assert shared.put(path, json=theirs, headers=read).status_code == 200
     mine = entered | {"remark": "roots"}
-    body = refused(shared.put(path, json=mine, headers=read))
+    answer = shared.put(path, json=mine, headers=read)
+    body = refused(answer)
     assert (body["current"], body["yours"]) == (theirs, mine)
     assert shared.get(path).json()["severity"] == 4
+    assert answer.headers["ETag"] == shared.get(path).headers["ETag"]
     # What has arrived already, and is sent again for want of an answer, is no conflict.
     again = shared.put(path, json=theirs, headers=read)
     assert again.status_code == 200
@@ -64,7 +67,9 @@ def test_a_header_is_changed_only_as_it_was_read(shared: Client, tracked: str) -
     path = f"/api/inspections/{tracked}"
     read = if_match(shared.get(path))
     assert shared.patch(path, json={"header": {"asset_id": "A"}}, headers=read).status_code == 200
-    body = refused(shared.patch(path, json={"header": {"asset_id": "B"}}, headers=read))
+    answer = shared.patch(path, json={"header": {"asset_id": "B"}}, headers=read)
+    body = refused(answer)
+    assert answer.headers["ETag"] == shared.get(path).headers["ETag"]
     assert body["current"]["header"] == {"asset_id": "A"}
     assert body["yours"] == body["current"] | {"header": {"asset_id": "B"}}
     assert shared.patch(path, json={"header": {"asset_id": "B"}}).json()["header"] == {
@@ -80,7 +85,9 @@ def test_corrections_are_changed_only_as_they_were_read(shared: Client, tracked:
     answer = shared.put(path, json=theirs, headers=read)
     assert if_match(answer) == if_match(shared.get(path))
     mine = stated | {"zero": {"frame": 5, "offset_m": 2.5}}
-    body = refused(shared.put(path, json=mine, headers=read))
+    answer = shared.put(path, json=mine, headers=read)
+    body = refused(answer)
+    assert answer.headers["ETag"] == shared.get(path).headers["ETag"]
     assert (body["current"]["zero"], body["yours"]["zero"]) == (theirs["zero"], mine["zero"])
     assert shared.put(path, json=mine).json()["stated"]["zero"] == mine["zero"]
 

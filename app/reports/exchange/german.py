@@ -1,0 +1,182 @@
+"""What ISYBAU XML and DWA-M 150 share: pipe, survey and rows as the German lists have them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from app.reports.exchange import lists
+from app.reports.exchange.coordinates import Ends, utm_m
+from app.reports.exchange.fields import Fields
+from app.reports.exchange.survey import (
+    END,
+    START,
+    Names,
+    Row,
+    about,
+    day_of,
+    joined,
+    length_m,
+    unit_length_m,
+)
+from app.reports.report import Loss, Report
+from app.survey.rounding import decimals
+
+NO_GEOMETRY = Loss("Without coordinates of both ends the file has no geometry.")
+OTHER_FLOW_CONTROL = "6"
+"""U107."""
+
+_MAX_MM, _MAX_STRETCH = 9999, 99
+
+
+@dataclass(frozen=True)
+class Lengths:
+    """How long a pipe and its units may be in a format, and with how many decimals."""
+
+    most_m: float
+    most_unit_m: float
+    digits: int
+
+    def pipe(self, value_m: float | None) -> str | None:
+        """None for what the format cannot hold."""
+        return self._within(value_m, self.most_m)
+
+    def unit(self, value_m: float | None) -> str | None:
+        """The same of one unit."""
+        return self._within(value_m, self.most_unit_m)
+
+    def _within(self, value_m: float | None, most_m: float) -> str | None:
+        if value_m is None or not 0 <= value_m <= most_m:
+            return None
+        return decimals(value_m, self.digits)
+
+
+@dataclass(frozen=True)
+class Pipe:
+    """The culvert; what the header does not state, or not in the words of the lists, is None."""
+
+    length: str | None
+    unit_length: str | None
+    height: str | None
+    """In mm, as is the width."""
+    width: str | None
+    shape: str | None
+    material: str | None
+    """G102."""
+    year: float | None
+
+
+def pipe_of(report: Report, fields: Fields, shapes: Mapping[str, str], lengths: Lengths) -> Pipe:
+    """The culvert of a report.
+
+    Args:
+        report: Its report.
+        fields: The header of the report.
+        shapes: The list of the format.
+        lengths: What the format can hold.
+    """
+    height_mm = fields.number_within("height_mm", 0, _MAX_MM)
+    width_mm = fields.number_within("width_mm", 0, _MAX_MM)
+    shape = fields.choice("shape", shapes)
+    if width_mm is None and shape == shapes["circular"]:
+        width_mm = height_mm
+    words = fields.text("material")
+    material = lists.material(words) if words else None
+    if not (material and material.german):
+        fields.leave("material")
+    return Pipe(
+        length=lengths.pipe(length_m(report, fields, lengths.most_m)),
+        unit_length=lengths.unit(unit_length_m(report, fields, lengths.most_unit_m)),
+        height=None if height_mm is None else decimals(height_mm, 0),
+        width=None if width_mm is None else decimals(width_mm, 0),
+        shape=shape,
+        material=material.german if material else None,
+        year=fields.number_within("year", 1, 9999),
+    )
+
+
+@dataclass(frozen=True)
+class Survey:
+    """When, how and in what weather; None as in `Pipe`."""
+
+    day: str | None
+    clock: str | None
+    direction: str
+    zero: str | None
+    """U105."""
+    weather: str | None
+    """U106."""
+    flow_control: str | None
+    """U107."""
+    is_cleaned: bool | None
+
+
+def survey_of(
+    report: Report, fields: Fields, directions: Mapping[str, str]
+) -> tuple[Survey, list[Loss]]:
+    """The survey of a report, and what had to be assumed.
+
+    Args:
+        report: Its report.
+        fields: The header of the report; what the lists do not know is left to the remark.
+        directions: The list of the format.
+    """
+    day, losses = day_of(report, fields)
+    direction = fields.choice("direction", directions)
+    if direction is None:
+        direction = directions["with_flow"]
+        losses.append(Loss("The direction is not known; the file says with the flow."))
+    clock = fields.time()
+    zero = lists.reference_point(fields.text("reference_point") or "inner face")
+    weather = lists.weather(fields.text("weather"))
+    control = fields.text("flow_control")
+    number = lists.flow_control(control) if control else None
+    for name, is_known in (
+        ("reference_point", zero),
+        ("weather", weather),
+        ("flow_control", number),
+        ("asset_type", lists.is_distinct(report.header.get("asset_type"))),
+    ):
+        if not is_known:
+            fields.leave(name)
+    survey = Survey(
+        day=day,
+        clock=":".join(clock) if clock else None,
+        direction=direction,
+        zero=zero.german if zero else None,
+        weather=weather.german if weather else None,
+        flow_control=number or (OTHER_FLOW_CONTROL if control else None),
+        is_cleaned=fields.flag("cleaned"),
+    )
+    return survey, losses
+
+
+def points_of(ends: Ends | None, names: Names) -> dict[str, tuple[float, float]]:
+    """Easting and northing of the nodes, the upstream one first; empty if they are not known."""
+    points = utm_m(ends) if ends else None
+    if points is None:
+        return {}
+    of_name = {names.end: points[1], names.start: points[0]}
+    return {name: of_name[name] for name in (names.upstream, names.downstream)}
+
+
+def fitted(row: Row) -> tuple[Row, list[Loss]]:
+    """The row as both formats can hold it.
+
+    A start or an end is characterised as XP there, and stretches have two figures; the remark has
+    what that leaves out.
+    """
+    losses = []
+    if row.code in (START, END):
+        row = replace(row, remark=joined(row.remark, _characters(row)), char1="XP", char2="")
+    if row.stretch and row.stretch[1] > _MAX_STRETCH:
+        letter, number = row.stretch
+        row = replace(row, remark=joined(row.remark, f"stretch {letter}{number}"), stretch=None)
+        losses.append(about(row, f"has a stretch above {_MAX_STRETCH}; its remark says which"))
+    return row, losses
+
+
+def _characters(row: Row) -> str:
+    """How a start or an end was coded; empty if it was XP."""
+    chars = f"{row.char1}{row.char2}"
+    return "" if chars in ("", "XP") else f"coded {row.code} {row.char1} {row.char2}".rstrip()

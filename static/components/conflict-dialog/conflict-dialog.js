@@ -1,0 +1,70 @@
+/** Two people have changed the same thing: both versions side by side, and the choice. */
+
+import { ApiError, get } from '../../core/api.js';
+import { html } from '../../core/html.js';
+import { date } from '../../core/units.js';
+import { t } from '../../core/words.js';
+import { nameOf } from '../defect-list/names.js';
+import { openDialog } from '../dialog/dialog.js';
+import { rowsOf } from './rows.js';
+
+/** What the history calls a change of these. */
+const ACTIONS = {
+  observation: ['changed', 'restored', 'deleted'],
+  header: ['changed', 'finished'],
+  corrections: ['corrected'],
+};
+
+/**
+ * Asks which version holds. It is decided later when the dialog is dismissed, and no more when
+ * `settled` aborts: another page has decided.
+ * @param {import('../inspection-page/desk.js').Desk} desk
+ * @param {import('../../core/conflicts.js').Conflict} conflict
+ * @param {AbortSignal} settled
+ * @returns {Promise<'mine'|'theirs'|''>}
+ */
+export async function askWhichHolds(desk, conflict, settled) {
+  const { dialog, parts, closed } = openDialog({
+    title: t('conflict.title', { name: nameIn(desk, conflict) }),
+    size: conflict.theirs ? 'wide' : 'narrow',
+    content: html`<p class="conflict__intro">${conflict.theirs ? t('conflict.intro') : t('conflict.deleted')}
+        <span data-part="who"></span></p>
+      ${tableMarkup(rowsOf(conflict, desk.catalogue), conflict.theirs !== null)}
+      <form method="dialog" class="conflict__foot">
+        <p class="help">${t('conflict.later_help')}</p>
+        <div class="dialog__buttons">
+          <button class="button" value="">${t('conflict.later')}</button>
+          <button class="button" value="theirs">${conflict.theirs ? t('conflict.theirs_take') : t('conflict.deleted_take')}</button>
+          <button class="button button--primary" value="mine">${conflict.theirs ? t('conflict.mine_keep') : t('conflict.deleted_keep')}</button>
+        </div></form>`,
+  });
+  dialog.classList.add('conflict');
+  settled.addEventListener('abort', () => dialog.close(''), { once: true });
+  showWho(desk.inspection.id, conflict, parts.who, settled);
+  return closed;
+}
+
+function nameIn(desk, { kind, about, mine }) {
+  if (kind === 'header') return t('conflict.header');
+  if (kind === 'corrections') return t('conflict.corrections');
+  return nameOf(desk.observations.find(about) ?? { ...mine, distance_m: null });
+}
+
+/** From the history, if it can be read just now. */
+async function showWho(inspection, { kind, about }, place, signal) {
+  const query = about ? `?observation=${about}` : '';
+  try {
+    const { events } = await get(`/api/inspections/${inspection}/events${query}`, signal);
+    const last = events.find(({ action }) => ACTIONS[kind].includes(action));
+    if (last) place.textContent = t('conflict.who', { who: last.who, when: date(last.at) });
+  } catch (error) {
+    if (error.name !== 'AbortError' && !(error instanceof ApiError)) throw error;
+  }
+}
+
+const tableMarkup = (rows, isThere) => html`<table class="conflict__table">
+  <thead><tr><th scope="col"><span class="visually-hidden">${t('conflict.field')}</span></th>
+    <th scope="col">${t('conflict.mine')}</th>${isThere && html`<th scope="col">${t('conflict.theirs')}</th>`}</tr></thead>
+  <tbody>${rows.map(({ label, mine, theirs, isOther }) => html`<tr${isThere && isOther && html` class="conflict__row--other"`}>
+    <th scope="row">${label}${isThere && isOther && html` <span class="conflict__mark">${t('conflict.differs')}</span>`}</th>
+    <td>${mine || '–'}</td>${isThere && html`<td>${theirs || '–'}</td>`}</tr>`)}</tbody></table>`;

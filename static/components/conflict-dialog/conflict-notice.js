@@ -1,0 +1,77 @@
+/**
+ * Changes that somebody else has overtaken: each is asked about when it is found, one after the other.
+ * Those that are to be decided later are counted here, with the way back to them.
+ */
+
+import { html, render } from '../../core/html.js';
+import { Component } from '../../core/store.js';
+import { t } from '../../core/words.js';
+import { icon } from '../icon/icon.js';
+import { orToast } from '../toast-stack/toast-stack.js';
+import { askWhichHolds } from './conflict-dialog.js';
+
+class ConflictNotice extends Component {
+  /** Ids of those that were asked about on this page. */
+  #asked = new Set();
+  #isAsking = false;
+
+  mount() {
+    const { conflicts } = this.closest('inspection-page').desk;
+    this.classList.add('message', 'message--warning');
+    this.setAttribute('role', 'status');
+    this.parts = render(
+      this,
+      html`${icon('alert')}<span data-part="text"></span>
+        <button type="button" class="button button--small" data-part="compare">${icon('swap')}${t('conflict.compare')}</button>`,
+    );
+    this.listen(conflicts, 'change', () => this.#show());
+    this.listen(conflicts, 'open', ({ detail }) => {
+      this.#asked.delete(detail.id);
+      this.#askAll();
+    });
+    this.listen(this.parts.compare, 'click', () => {
+      this.#asked.clear();
+      this.#askAll();
+    });
+    this.#show();
+  }
+
+  get #desk() {
+    return this.closest('inspection-page').desk;
+  }
+
+  #show() {
+    const { length } = this.#desk.conflicts.value;
+    this.hidden = length === 0;
+    this.parts.text.textContent = length ? t('conflict.open', { n: length }) : '';
+    this.#askAll();
+  }
+
+  async #askAll() {
+    if (this.#isAsking) return;
+    this.#isAsking = true;
+    for (let next = this.#next; next && !this.signal.aborted; next = this.#next) {
+      this.#asked.add(next.id);
+      await this.#ask(next);
+    }
+    this.#isAsking = false;
+  }
+
+  get #next() {
+    return this.#desk.conflicts.value.find(({ id }) => !this.#asked.has(id));
+  }
+
+  async #ask(conflict) {
+    const { conflicts } = this.#desk;
+    const end = new AbortController();
+    const isOpen = () => conflicts.value.includes(conflict);
+    this.listen(conflicts, 'change', () => isOpen() || end.abort(), { signal: end.signal });
+    this.signal.addEventListener('abort', () => end.abort(), { signal: end.signal });
+    const choice = await askWhichHolds(this.#desk, conflict, end.signal);
+    end.abort();
+    if (choice === 'mine') await orToast(() => conflict.keepMine());
+    if (choice === 'theirs') await orToast(() => conflict.takeTheirs());
+  }
+}
+
+customElements.define('conflict-notice', ConflictNotice);

@@ -1,0 +1,121 @@
+/** Two versions of the same thing, field by field, in the words of the page. */
+
+import { stretchNumber, stretchRole } from '../../core/stretches.js';
+import { clockHour } from '../../core/units.js';
+import { t } from '../../core/words.js';
+import { unitOf } from '../defect-form/units.js';
+import { labelOf, valueText } from '../history-panel/differences.js';
+import { severityText } from '../severity-mark/severity-mark.js';
+
+/**
+ * @typedef {object} Row
+ * @property {string} label
+ * @property {string} mine '' where nothing is stated
+ * @property {string} theirs
+ * @property {boolean} isOther whether they differ
+ */
+
+/**
+ * What either of them states.
+ * @param {import('../../core/conflicts.js').Conflict} conflict
+ * @param {import('../../core/codes.js').Catalogue} catalogue
+ * @returns {Row[]}
+ */
+export function rowsOf({ kind, mine, theirs }, catalogue) {
+  const stored = theirs ?? {};
+  return FIELDS[kind](mine, catalogue)
+    .map(({ label, names, text }) => ({
+      label,
+      mine: text(mine),
+      theirs: text(stored),
+      isOther: names.some((name) => !isSame(mine[name], stored[name])),
+    }))
+    .filter((row) => row.mine || row.theirs);
+}
+
+const FIELDS = { observation: fieldsOfObservation, header: fieldsOfHeader, corrections: fieldsOfCorrections };
+
+function fieldsOfObservation(_mine, catalogue) {
+  const quantity = (n) => ({
+    label: labelOf(`quant${n}`),
+    names: [`quant${n}`],
+    text: ({ code, char1, char2, ...fields }) => {
+      const value = fields[`quant${n}`] ?? null;
+      return value === null ? '' : `${value} ${unitOf(catalogue.row(code, char1, char2), n)}`.trim();
+    },
+  });
+  return [
+    {
+      label: labelOf('code'),
+      names: ['code', 'char1', 'char2'],
+      text: ({ code, char1, char2 }) =>
+        code ? `${[code, char1, char2].filter(Boolean).join(' ')} ${catalogue.label(code, char1, char2)}` : '',
+    },
+    {
+      label: labelOf('severity'),
+      names: ['severity'],
+      text: ({ severity }) => ((severity ?? null) === null ? '' : severityText(severity)),
+    },
+    { label: t('dial.label'), names: ['clock_from', 'clock_to'], text: clockText },
+    quantity(1),
+    quantity(2),
+    { label: labelOf('continuous'), names: ['continuous'], text: stretchText },
+    { label: labelOf('remark'), names: ['remark'], text: ({ remark }) => remark ?? '' },
+    { label: t('form.place'), names: ['frame', 'pixel'], text: placeText },
+  ];
+}
+
+function clockText({ clock_from: from, clock_to: to }) {
+  if (from && to) return t('units.clock_sector', { from, to });
+  return from ? clockHour(from) : '';
+}
+
+function stretchText(fields) {
+  const number = stretchNumber(fields);
+  return {
+    A: t('stretch.role_start', { number }),
+    B: t('stretch.role_finish', { number }),
+    C: t('stretch.role_change', { number }),
+  }[stretchRole(fields)] ?? '';
+}
+
+const placeText = ({ frame, pixel }) =>
+  [
+    frame !== undefined && t('form.frame', { frame }),
+    pixel && t('form.pixel', { pixel: pixel.map(Math.round).join(', ') }),
+  ]
+    .filter(Boolean)
+    .join(' · ');
+
+/** Those that are in conflict. */
+function fieldsOfHeader(mine) {
+  return Object.keys(mine).map((name) => ({
+    label: labelOf(name),
+    names: [name],
+    text: (fields) => {
+      const text = valueText(name, fields[name]) ?? '';
+      return text && name.endsWith('_mm') ? `${text} mm` : text;
+    },
+  }));
+}
+
+function fieldsOfCorrections(mine) {
+  return Object.keys(mine).map((name) => ({
+    label: labelOf(name),
+    names: [name],
+    text: (fields) => [valueText(name, fields[name]), framesText(fields[name])].filter(Boolean).join(' · '),
+  }));
+}
+
+/** Where joints were marked or left out: the same number of them may be others. */
+function framesText(value) {
+  const frames = [...(value?.marked ?? []), ...(value?.left_out ?? [])].map(({ frame }) => frame);
+  return frames.length ? t('conflict.frames', { frames: frames.join(', ') }) : '';
+}
+
+/** In whatever order the fields of objects stand. */
+function isSame(a, b) {
+  const inOrder = (_name, value) =>
+    value && typeof value === 'object' && !Array.isArray(value) ? Object.fromEntries(Object.entries(value).sort()) : value;
+  return JSON.stringify(a ?? null, inOrder) === JSON.stringify(b ?? null, inOrder);
+}

@@ -1,0 +1,126 @@
+/**
+ * What the strips along the distance have in common: one axis with its pointer, marks to tap, and two
+ * canvases, one that is drawn when the data or the axis change, and one above it for what moves with
+ * the pointer and the film; both at most once per animation frame.
+ */
+
+import { Plot } from '../../core/axis.js';
+import { onThemeChange, sharpContext, typeScale } from '../../core/screen.js';
+import { Component } from '../../core/store.js';
+import { chainage } from '../../core/units.js';
+import { t } from '../../core/words.js';
+import { stripGestures } from './gestures.js';
+import { stripSettings } from './settings.js';
+
+/** A tap so far beside a mark still means it. */
+const BESIDE_PX = 3;
+
+/**
+ * A strip has the parts `track`, `ground` and `above`, and
+ * - `paintGround(styles)` and `paintAbove(context, styles)`, for the two canvases;
+ * - `markAt(x, y)`: the observation whose mark is there, or null;
+ * - `tapBeside(x, y)`: what a tap does where there is no mark.
+ */
+export class Strip extends Component {
+  /** CSS px of a unit: type and lines grow with the type of the page. */
+  scale = 1;
+  /** {x, y} of the pointer in units, or null */
+  hover = null;
+  /** How long the ground last took to paint, in ms. */
+  paintMs = 0;
+  #isStale = true;
+
+  follow() {
+    const { track } = this.parts;
+    const { axis, observations, selection, corrections, playhead } = this.desk;
+    stripGestures(
+      track,
+      axis,
+      {
+        toMm: (px) => this.plot.toMm(px / this.scale),
+        scrub: (px) => this.seekDistance(this.inSight(this.plot.toMm(px / this.scale))),
+        tap: (x, y) => this.#tap(x / this.scale, y / this.scale),
+        hover: (x, y) => this.#point(x === null ? null : { x: x / this.scale, y: y / this.scale }),
+      },
+      this.signal,
+    );
+    for (const store of [observations, selection, corrections, stripSettings]) {
+      this.listen(store, 'change', () => this.stale());
+    }
+    this.listen(axis, 'change', () => this.stale(true));
+    for (const store of [axis.pointer, playhead]) this.listen(store, 'change', () => this.repaint());
+    onThemeChange(() => this.stale(), this.signal);
+    const resized = new ResizeObserver(() => this.stale(true));
+    resized.observe(track);
+    this.signal.addEventListener('abort', () => resized.disconnect());
+  }
+
+  get plot() {
+    return new Plot(this.desk.axis.value, this.parts.track.clientWidth / this.scale);
+  }
+
+  /** Of the track, in units. */
+  get height() {
+    return this.parts.track.clientHeight / this.scale;
+  }
+
+  /** Of a pipe unit to the end of the axis. */
+  get joints() {
+    return this.desk.joints;
+  }
+
+  seekDistance(mm) {
+    const frame = this.desk.track.frameAtDistance(mm, this.desk.playhead.value.frame);
+    if (frame >= 0) this.desk.seek(frame);
+  }
+
+  inSight(mm) {
+    const { low, high } = this.desk.axis.value;
+    return Math.min(Math.max(mm, low), high);
+  }
+
+  /** The ground is out of date. A strip that keeps columns asks for more: whether distances lie elsewhere than before. */
+  stale() {
+    this.#isStale = true;
+    this.repaint();
+  }
+
+  paint() {
+    const { parts } = this;
+    if (this.hidden || parts.track.clientWidth === 0) return;
+    this.scale = typeScale();
+    const styles = getComputedStyle(this);
+    if (this.#isStale) {
+      const begun = performance.now();
+      this.#isStale = false;
+      this.paintGround(styles);
+      this.paintMs = performance.now() - begun;
+    }
+    this.paintAbove(sharpContext(parts.above, this.scale), styles);
+  }
+
+  #tap(x, y) {
+    const mark = this.markAt(x, y);
+    if (mark) this.desk.goTo(mark.id);
+    else this.tapBeside(x, y);
+  }
+
+  #point(place) {
+    this.hover = place;
+    this.desk.axis.pointer.set(place && this.plot.toMm(place.x));
+    this.repaint();
+  }
+}
+
+/**
+ * The observation whose mark is nearest, if it is near enough.
+ * @param {{item: object, apart: number}[]} marks each with its distance from the pointer
+ * @param {number} size of the marks
+ */
+export function nearestMark(marks, size) {
+  const near = marks.filter(({ apart }) => apart <= size / 2 + BESIDE_PX);
+  return near.toSorted((a, b) => a.apart - b.apart)[0]?.item ?? null;
+}
+
+/** What a plate says of the observation under the pointer. */
+export const markText = ({ code, distance_m: m }) => `${code ?? t('desk.tag')} · ${chainage(m)}`;

@@ -1,0 +1,42 @@
+/** Changes that somebody else has overtaken. Each is kept where it was made until a person decides. */
+
+import { Store } from './store.js';
+
+/**
+ * @typedef {object} Conflict
+ * @property {string} id another one each time that it is found
+ * @property {'observation'|'header'|'corrections'} kind
+ * @property {string} [about] id of the observation
+ * @property {object} mine fields of the change that waits
+ * @property {object|null} theirs what is stored, null when it was deleted
+ * @property {() => Promise<void>|void} keepMine replaces theirs
+ * @property {() => Promise<void>|void} takeTheirs forgets mine
+ */
+
+/** A store of them, the oldest first. Fires `open` (detail: a conflict) when a person wants to decide. */
+export class Conflicts extends Store {
+  constructor() {
+    super([]);
+  }
+
+  /**
+   * Says which there are of a kind; one that is known stays the same object.
+   * @param {string} kind
+   * @param {Conflict[]} found
+   */
+  state(kind, found) {
+    const known = new Map(this.value.filter((one) => one.kind === kind).map((one) => [one.id, one]));
+    if (found.length === known.size && found.every(({ id }) => known.has(id))) return;
+    const others = this.value.filter((one) => one.kind !== kind);
+    this.set([...others, ...found.map((one) => known.get(one.id) ?? one)]);
+  }
+
+  /** The one about an observation, or undefined. */
+  about(observation) {
+    return this.value.find(({ about }) => about === observation);
+  }
+
+  open(conflict) {
+    this.dispatchEvent(new CustomEvent('open', { detail: conflict }));
+  }
+}

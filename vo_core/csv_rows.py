@@ -1,0 +1,111 @@
+"""CSV files with a header, as people and programs write them.
+
+Cells are separated by commas, or by semicolons if the header has more of them.  Lines that start
+with # are comments.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain, repeat
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vo_core.errors import InvalidTrack
+
+Record = tuple[int, list[str]]
+"""The number of its last line, and its cells."""
+
+
+def decoded(content: bytes, refusal: type[Exception] = InvalidTrack) -> str:
+    """The text of a file in UTF-8, with a byte order mark or without.
+
+    Raises:
+        refusal: It is in another encoding; the message names the line.
+    """
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise refusal(
+            f"Line {line} is not in UTF-8. Save the table as CSV in UTF-8, then try again."
+        ) from error
+
+
+def records(text: str, refusal: type[Exception] = InvalidTrack) -> Iterator[Record]:
+    """Those that are neither blank nor a comment; the first one is the header.
+
+    Raises:
+        refusal: Quotation marks do not fit or a cell is too long; the message names the line.
+    """
+    # A blank line stands in for a comment, so that the lines keep their numbers.
+    lines = ["\n" if line[0] == "#" else line for line in io.StringIO(text, newline="")]
+    header = next((line for line in lines if line.strip()), "")
+    separator = ";" if header.count(";") > header.count(",") else ","
+    reader = csv.reader(lines, delimiter=separator, strict=True)
+    try:
+        for cells in reader:
+            if any(cell.strip() for cell in cells):
+                yield reader.line_num, cells
+    except csv.Error as error:
+        raise refusal(
+            f"Line {reader.line_num} cannot be read as CSV: {error}; see to its quotation marks."
+        ) from error
+
+
+def named_rows(
+    text: str, needed: Sequence[str], of: str
+) -> tuple[list[str], Iterator[tuple[int, Mapping[str, str]]]]:
+    """The columns, and of each row the number of its line and its cells by column.
+
+    Args:
+        text: Of the file.
+        needed: Columns that must be there.
+        of: What the file holds, such as "track".
+    Raises:
+        InvalidTrack: A needed column is missing, or the text is no CSV.
+    """
+    found = records(text)
+    _, header = next(found, (0, []))
+    columns = [name.strip() for name in header]
+    if missing := set(needed) - set(columns):
+        raise InvalidTrack(f"The {of} has no column {', '.join(sorted(missing))}.")
+    # A row that ends early has empty cells.
+    rows = ((line, dict(zip(columns, chain(cells, repeat(""))))) for line, cells in found)  # noqa: B905
+    return columns, rows
+
+
+def number_columns(
+    text: str, needed: Sequence[str], of: str, *, further: Sequence[str] = ()
+) -> dict[str, NDArray[np.float64]]:
+    """Columns of numbers by name, those of `further` where the file has them.
+
+    Raises:
+        InvalidTrack: As in `named_rows`, or a value is no finite number.
+    """
+    columns, rows = named_rows(text, needed, of)
+    names = [*needed, *(name for name in further if name in columns)]
+    values = []
+    for line, cells in rows:
+        try:
+            values.append([finite(cells[name]) for name in names])
+        except ValueError as error:
+            raise InvalidTrack(f"Line {line} of the {of} is not numbers: {error}.") from error
+    table = np.array(values, np.float64).reshape(-1, len(names))
+    return dict(zip(names, table.T, strict=True))
+
+
+def finite(text: str) -> float:
+    """A number.
+
+    Raises:
+        ValueError: It is none, or not finite.
+    """
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"{text} is not finite")
+    return value
