@@ -44,16 +44,16 @@ addEventListener('keydown', (event) => {
   parent.postMessage({ key, code, shiftKey, ctrlKey, metaKey, altKey, repeat }, location.origin);
 });
 
-// Without a graphics card a picture in 3D takes long, and everything else waits for it.  While a camera
+// Without a graphics card a 3D picture takes long, and everything else waits for it.  While a camera
 // runs, and while nothing has changed, the animation takes these shares of the time at most.
 const LIVE_SHARE = 0.1;
 const IDLE_SHARE = 0.05;
-// Whoever moves the view sees every picture of it, and what has changed is shown at once.
+// A person who moves the view sees every picture of it, and changes are shown at once.
 const FREE_AFTER_TOUCH_MS = 500;
 const FREE_AFTER_CHANGE_MS = 1000;
 const [request, cancel] = [window.requestAnimationFrame, window.cancelAnimationFrame];
 const channel = new MessageChannel();
-/** Of each id what takes back its callback, and if it is held back, what asks for it now. */
+/** For each id how to cancel its callback and, while it is delayed, how to request it at once. */
 const waiting = new Map();
 let [ids, pictureStamp, begunMs, nextMs, touchedMs, changedMs] = [0, 0, 0, 0, -Infinity, -Infinity];
 
@@ -91,7 +91,7 @@ function isFree(now) {
   return isChanging || now < touchedMs + FREE_AFTER_TOUCH_MS;
 }
 
-/** What is held back is drawn now. */
+/** Draws what was delayed. */
 function hurry() {
   for (const { release } of [...waiting.values()]) release?.();
 }

@@ -2,9 +2,9 @@
 
 /** A refused or failed request. `status` is 0 when the server could not be reached. */
 export class ApiError extends Error {
-  /** Of a change that was overtaken: what is stored by now, null if it was deleted. */
+  /** For an overtaken change: the stored content, null if it was deleted. */
   current = null;
-  /** The version of that. */
+  /** The version of that content. */
   version = null;
 
   constructor(status, code, detail) {
@@ -19,7 +19,7 @@ export class ApiError extends Error {
     return status === 0 || status === 423 || status === 429 || status >= 500;
   }
 
-  /** Whether something else is stored by now than what the change was made of. */
+  /** Whether the stored version is no longer the one that the change was based on. */
   get isOvertaken() {
     return this.code === 'changed_meanwhile';
   }
@@ -71,7 +71,7 @@ async function json(method, path, content, signal, replaced = null) {
 
 export const get = (path, signal) => json('GET', path, undefined, signal);
 export const post = (path, content, signal) => json('POST', path, content, signal);
-/** `replaced`: version of what the change was made of; without it whatever there is is replaced. */
+/** `replaced`: version that the change was based on; without it any version is replaced. */
 export const put = (path, content, signal, replaced) => json('PUT', path, content, signal, replaced);
 export const patch = (path, content, signal, replaced) => json('PATCH', path, content, signal, replaced);
 export const remove = (path, signal) => json('DELETE', path, undefined, signal);

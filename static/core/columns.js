@@ -9,7 +9,7 @@ const TYPES = { float64: Float64Array, float32: Float32Array, uint8: Uint8Array 
 const NEWLINE = 10;
 
 /**
- * Fetches columns, as `app/web/columns.py` writes them.
+ * Fetches columns in the format of `app/web/columns.py`.
  * @param {string} path
  * @param {AbortSignal} [signal]
  * @returns {Promise<Object<string, Float64Array|Float32Array|Uint8Array>>} by name, of one length
@@ -37,18 +37,18 @@ export class GrowingColumns {
     for (const [name, type] of Object.entries(types)) this.#columns[name] = this.#room[name] = new type(0);
   }
 
-  /** One column as it is now, to be read only. */
+  /** Returns the current values of one column, read-only. */
   column(name) {
     return this.#columns[name];
   }
 
-  /** Puts others in place of all; they are not copied. */
+  /** Replaces all columns; they are not copied. */
   replace(columns, length) {
     this.length = length;
     for (const name of Object.keys(this.#room)) this.#columns[name] = this.#room[name] = columns[name];
   }
 
-  /** Adds rows; further columns of what was read are left out. */
+  /** Adds rows; unknown columns are ignored. */
   extend(columns, rows) {
     const length = this.length + rows;
     for (const name of Object.keys(this.#room)) {
@@ -60,7 +60,7 @@ export class GrowingColumns {
   }
 }
 
-/** A copy with room for at least `length` values; it doubles, so that growing costs little. */
+/** Returns a copy with room for at least `length` values; it doubles, so that growing is cheap. */
 function enlarged(column, length) {
   const room = new column.constructor(Math.max(length, 2 * column.length));
   room.set(column);

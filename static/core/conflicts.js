@@ -1,16 +1,16 @@
-/** Changes that somebody else has overtaken. Each is kept where it was made until a person decides. */
+/** Changes that somebody else has overtaken. Each is kept by its browser until a person decides. */
 
 import { Store } from './store.js';
 
 /**
  * @typedef {object} Conflict
- * @property {string} id another one each time that it is found
+ * @property {string} id a new one each time that it is found
  * @property {'observation'|'header'|'corrections'} kind
  * @property {string} [about] id of the observation
  * @property {object} mine fields of the change that waits
  * @property {object|null} theirs what is stored, null when it was deleted
  * @property {() => Promise<void>|void} keepMine replaces theirs
- * @property {() => Promise<void>|void} takeTheirs forgets mine
+ * @property {() => Promise<void>|void} takeTheirs discards mine
  */
 
 /** A store of them, the oldest first. Fires `open` (detail: a conflict) when a person wants to decide. */
@@ -20,7 +20,7 @@ export class Conflicts extends Store {
   }
 
   /**
-   * Says which there are of a kind; one that is known stays the same object.
+   * Sets the conflicts of a kind; a known one stays the same object.
    * @param {string} kind
    * @param {Conflict[]} found
    */
@@ -31,7 +31,7 @@ export class Conflicts extends Store {
     this.set([...others, ...found.map((one) => known.get(one.id) ?? one)]);
   }
 
-  /** The one about an observation, or undefined. */
+  /** Returns the conflict about an observation, or undefined. */
   about(observation) {
     return this.value.find(({ about }) => about === observation);
   }

@@ -50,7 +50,7 @@ export class Corrections extends Store {
   #signal;
   #asking = null;
   #version = 0;
-  /** Version of the statement that the draft was begun with. */
+  /** Version of the statements on which the draft is based. */
   #draftOf = null;
 
   /**
@@ -68,17 +68,17 @@ export class Corrections extends Store {
     return this.value !== null && !isSame(this.draft.value, this.value.stated);
   }
 
-  /** Whether something else holds by now than what the draft was begun with. */
+  /** Whether the stored statements are no longer those on which the draft is based. */
   get isOvertaken() {
     return this.isEdited && this.#draftOf !== this.value.version;
   }
 
-  /** The version that the draft was begun with. */
+  /** The version on which the draft is based. */
   get draftOf() {
     return this.#draftOf;
   }
 
-  /** Reads what holds; a draft that was begun is kept and seen against it. */
+  /** Loads the stored statements; a draft that was begun is kept and compared with them. */
   async load() {
     const version = this.#version;
     const answer = await get(this.#path, this.#signal);
@@ -92,7 +92,7 @@ export class Corrections extends Store {
     this.#ask();
   }
 
-  /** Begins a draft with what holds. */
+  /** Begins a draft with the stored statements. */
   #begin() {
     this.#draftOf = this.value.version;
     this.draft.set(this.value.stated);

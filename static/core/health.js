@@ -23,7 +23,7 @@ export class Health extends EventTarget {
     this.#path = `/api/inspections/${inspection}/health`;
   }
 
-  /** Of each frame a bit for each complaint. */
+  /** For each frame, one bit for each complaint. */
   get complaints() {
     return this.#columns.column('complaints');
   }
@@ -66,5 +66,5 @@ export class Health extends EventTarget {
   }
 }
 
-/** Names of the complaints in a set of bits. */
+/** Returns the names of the complaints in a set of bits. */
 export const namesOf = (bits) => COMPLAINTS.filter((_, n) => bits & (1 << n));

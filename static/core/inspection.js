@@ -147,7 +147,7 @@ export class Inspection extends Store {
 /** Returns name and header side by side; no header field is called name. */
 const fieldsOf = ({ name, header }) => ({ name, ...header });
 
-/** The fields of a header that hold something. */
+/** Returns the filled fields of a header. */
 const stated = (fields) => Object.fromEntries(Object.entries(fields).filter(([, value]) => value !== null));
 
 const withField = (header, name, value) => stated({ ...header, [name]: value });

@@ -9,7 +9,7 @@ const OPERATIONS = 'operations';
 export class Operations {
   #database;
   #inMemory = new Map();
-  /** Changes by id that there was no room to write. */
+  /** Changes by id that did not fit into the browser's storage. */
   #unwritten = new Map();
 
   /** Whether everything stored here survives the page. */
@@ -60,7 +60,7 @@ export class Operations {
   }
 
   /**
-   * Changes one in place, unless another tab has taken it out meanwhile.
+   * Changes an operation in place, unless another tab has removed it meanwhile.
    * @returns {Promise<boolean>} whether it was still there
    */
   async update(id, changes) {
@@ -90,11 +90,11 @@ export class Operations {
   }
 }
 
-/** Result of an IndexedDB request; a change counts only when its transaction is complete. */
+/** Awaits an IndexedDB request; a change counts only when its transaction is complete. */
 async function settled(request) {
   if (!request.transaction) await opened(request);
   else {
-    request.transaction.commit(); // now: a tab that is closed at once loses nothing
+    request.transaction.commit(); // at once: a tab that is closed now loses nothing
     await ended(request.transaction);
   }
   return request.result;

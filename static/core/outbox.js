@@ -53,7 +53,7 @@ export class Outbox extends EventTarget {
   #known;
   /** Id of the operation that is being sent. */
   #sending = null;
-  /** What the server has last taken of each observation: {fields, version}. */
+  /** The state of each observation that the server last accepted: {fields, version}. */
   #taken = new Map();
   #isFlushing = false;
   /** Whether something was added while the last was being sent. */
@@ -131,13 +131,13 @@ export class Outbox extends EventTarget {
     const isOfLast = last?.kind === 'save' && operation.kind === 'save' && isSame(last.fields, operation.before);
     // One that may have arrived stays: what follows is then made of what it has brought.
     const isUnseen = isOfLast && !last.isSent && last.id !== this.#sending;
-    // One that was refused is settled by whatever comes after it. Another tab may be sending the
-    // replaced one just now, so its successor has an id of its own.
+    // A refused operation is settled by its successor. Another tab may be sending the
+    // replaced one just now, so its successor has its own id.
     const replaced = isUnseen || last?.refusal ? last : null;
     await this.#put({ ...operation, ...(replaced && isOfLast && madeOf(last)) }, replaced);
   }
 
-  /** Puts in an operation, in the place of another one if there is one. */
+  /** Adds an operation, replacing another one if there is one. */
   async #put(operation, replaced) {
     const added = { id: nextId(), ...operation };
     this.#known = [...this.#known.filter((other) => other !== replaced), added];
@@ -148,12 +148,12 @@ export class Outbox extends EventTarget {
     this.#others.postMessage(null);
   }
 
-  /** Operations of one inspection in whose place the server has something else by now. */
+  /** Returns the overtaken operations of one inspection. */
   overtakenFor(inspection) {
     return this.openFor(inspection).filter(({ refusal }) => refusal?.code === 'changed_meanwhile');
   }
 
-  /** Sends again what the server has refused of an observation, in the place of what overtook it. */
+  /** Sends again what the server refused of an observation, to replace the other version. */
   async sendAgain(observation) {
     const refused = this.#refusedOf(observation).at(-1);
     if (!refused) return; // settled in another tab
@@ -167,7 +167,7 @@ export class Outbox extends EventTarget {
     return this.#known.filter((other) => other.observation === observation && other.refusal);
   }
 
-  /** Forgets what the server has refused of an observation. */
+  /** Discards what the server refused of an observation. */
   async drop(observation) {
     const refused = this.#refusedOf(observation);
     this.#known = this.#known.filter((other) => !refused.includes(other));
@@ -289,7 +289,7 @@ export class Outbox extends EventTarget {
     this.#notify(new CustomEvent('refused', { detail: { operation, error } }));
   }
 
-  /** Takes an operation out of the box and notifies. */
+  /** Removes an operation and notifies. */
   async #settle(operation, event) {
     await this.#operations.delete(operation.id);
     this.#known = this.#known.filter(({ id }) => id !== operation.id);
@@ -330,10 +330,10 @@ export class Outbox extends EventTarget {
 /** Runs `send` while no other tab does. Over plain http, where locks are missing, at once. */
 const alone = (send) => (navigator.locks ? navigator.locks.request(NAME, send) : send());
 
-/** What an operation replaces, for another one in its place. */
+/** Returns what an operation replaces, for its successor. */
 const madeOf = ({ before = null, version = null }) => ({ before, version });
 
-/** Whether two sets of fields state the same; what is null is not stated. */
+/** Whether two sets of fields state the same; null means not stated. */
 const isSame = (a, b) => statedIn(a) === statedIn(b);
 
 const statedIn = (fields) =>

@@ -39,7 +39,7 @@ const SAME_PLACE_MM = 5;
 export class Track extends EventTarget {
   #path;
   #columns = new GrowingColumns(TYPES);
-  /** Of the first `#ranged` rows. */
+  /** Least distance of the first `#ranged` rows. */
   #low = Infinity;
   #high = -Infinity;
   #ranged = 0;
@@ -55,7 +55,7 @@ export class Track extends EventTarget {
     return this.#columns.length;
   }
 
-  /** One column, for drawing: an array of numbers. */
+  /** Returns one column, for drawing: an array of numbers. */
   column(name) {
     return this.#columns.column(name);
   }

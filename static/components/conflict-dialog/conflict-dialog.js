@@ -1,4 +1,4 @@
-/** Two people have changed the same thing: both versions side by side, and the choice. */
+/** Two people changed the same thing: both versions side by side, and the choice. */
 
 import { ApiError, get } from '../../core/api.js';
 import { html } from '../../core/html.js';
@@ -8,7 +8,7 @@ import { nameOf } from '../defect-list/names.js';
 import { openDialog } from '../dialog/dialog.js';
 import { rowsOf } from './rows.js';
 
-/** What the history calls a change of these. */
+/** Actions of the history that change these. */
 const ACTIONS = {
   observation: ['changed', 'restored', 'deleted'],
   header: ['changed', 'finished'],
@@ -16,8 +16,8 @@ const ACTIONS = {
 };
 
 /**
- * Asks which version holds. It is decided later when the dialog is dismissed, and no more when
- * `settled` aborts: another page has decided.
+ * Asks which version to keep. Dismissing the dialog postpones the decision; it is void when
+ * `settled` aborts because another page has decided.
  * @param {import('../inspection-page/desk.js').Desk} desk
  * @param {import('../../core/conflicts.js').Conflict} conflict
  * @param {AbortSignal} settled
@@ -50,7 +50,7 @@ function nameIn(desk, { kind, about, mine }) {
   return nameOf(desk.observations.find(about) ?? { ...mine, distance_m: null });
 }
 
-/** From the history, if it can be read just now. */
+/** Reads the author from the history, if that is reachable. */
 async function showWho(inspection, { kind, about }, place, signal) {
   const query = about ? `?observation=${about}` : '';
   try {

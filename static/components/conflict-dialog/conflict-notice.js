@@ -1,6 +1,6 @@
 /**
- * Changes that somebody else has overtaken: each is asked about when it is found, one after the other.
- * Those that are to be decided later are counted here, with the way back to them.
+ * Changes that somebody else has overtaken: the page asks about each when it is found, one at a time.
+ * Postponed ones are counted here, with a button that leads back to them.
  */
 
 import { html, render } from '../../core/html.js';
@@ -11,7 +11,7 @@ import { orToast } from '../toast-stack/toast-stack.js';
 import { askWhichHolds } from './conflict-dialog.js';
 
 class ConflictNotice extends Component {
-  /** Ids of those that were asked about on this page. */
+  /** Ids of conflicts about which this page has asked. */
   #asked = new Set();
   #isAsking = false;
 

@@ -16,7 +16,7 @@ import { severityText } from '../severity-mark/severity-mark.js';
  */
 
 /**
- * What either of them states.
+ * Returns the fields that either version states.
  * @param {import('../../core/conflicts.js').Conflict} conflict
  * @param {import('../../core/codes.js').Catalogue} catalogue
  * @returns {Row[]}
@@ -87,7 +87,7 @@ const placeText = ({ frame, pixel }) =>
     .filter(Boolean)
     .join(' · ');
 
-/** Those that are in conflict. */
+/** The fields in conflict. */
 function fieldsOfHeader(mine) {
   return Object.keys(mine).map((name) => ({
     label: labelOf(name),
@@ -107,13 +107,13 @@ function fieldsOfCorrections(mine) {
   }));
 }
 
-/** Where joints were marked or left out: the same number of them may be others. */
+/** Places of marked or omitted joints: equal numbers may hide different joints. */
 function framesText(value) {
   const frames = [...(value?.marked ?? []), ...(value?.left_out ?? [])].map(({ frame }) => frame);
   return frames.length ? t('conflict.frames', { frames: frames.join(', ') }) : '';
 }
 
-/** In whatever order the fields of objects stand. */
+/** Compares values, in any order of the fields of objects. */
 function isSame(a, b) {
   const inOrder = (_name, value) =>
     value && typeof value === 'object' && !Array.isArray(value) ? Object.fromEntries(Object.entries(value).sort()) : value;

@@ -51,7 +51,7 @@ class HeaderForm extends Component {
   #values = {};
   /** Values written by `suggest`: a later suggestion may replace them, but not a person's entry. */
   #suggested = {};
-  /** What each field showed before it was typed in. */
+  /** The value of each field before the person typed in it. */
   #shown = {};
 
   mount() {
@@ -95,13 +95,13 @@ class HeaderForm extends Component {
     input.closest('.field').querySelector('.fault').textContent = sentence ?? '';
   }
 
-  /** Shows what a field holds, even while it has the focus. */
+  /** Shows the value of a field, even while it has the focus. */
   restore(name) {
     const field = this.#fields.find((other) => other.name === name);
     if (field) this.#show(field, this.#input(name));
   }
 
-  /** Brings a field into sight and the keys to it. */
+  /** Scrolls to a field and focuses it. */
   async goTo(name) {
     await this.#built;
     const input = this.#input(name);

@@ -28,7 +28,7 @@ class HeaderPanel extends Component {
   #refused = new Map();
   /** @type {Map<string, Entry & {theirs: unknown}>} where somebody else has stated something meanwhile */
   #overtaken = new Map();
-  /** How often some were found. */
+  /** Number of times that conflicts were found. */
   #found = 0;
   #isSending = false;
   /** @type {Unsent} */
@@ -66,7 +66,7 @@ class HeaderPanel extends Component {
     if (this.#waiting.size) this.#send();
   }
 
-  /** What is on its way for a field already may arrive, and is then the person's own. */
+  /** A value that is being sent may arrive; it then counts as the person's own. */
   #ownOf(name, before) {
     const last = this.#waiting.get(name);
     if (last) return [...last.own, last.value];
@@ -87,7 +87,7 @@ class HeaderPanel extends Component {
     this.#unsent.put(name, entry);
   }
 
-  /** While it runs, and without a film, there is nothing to track again. */
+  /** During a run, and without a film, there is nothing to track again. */
   #showRig() {
     const { inspection } = this.desk;
     this.parts.rig.hidden = inspection.isUnfinished || !hasFilm(inspection.value);
@@ -134,7 +134,7 @@ class HeaderPanel extends Component {
     if (isAllSaved) this.parts.state.textContent = t('header.saved');
   }
 
-  /** Done with this value, unless the person has entered another one meanwhile. */
+  /** Marks a value as sent, unless the person has entered another one meanwhile. */
   #settle(name, entry) {
     if (this.#waiting.get(name) !== entry) return;
     this.#waiting.delete(name);
@@ -152,7 +152,7 @@ class HeaderPanel extends Component {
     this.parts.form.fault(name, text);
   }
 
-  /** All fields in one question. */
+  /** Asks about all fields at once. */
   #stateConflict() {
     const fields = [...this.#overtaken];
     const of = (pick) => Object.fromEntries(fields.map(([name, entry]) => [name, pick(entry)]));

@@ -46,7 +46,7 @@ const flat = (fields) => {
   return { ...others, ...header };
 };
 
-/** A value of a field, null where nothing is stated. */
+/** Returns a value of a field, null where nothing is stated. */
 export function valueText(name, value) {
   if (value === null || value === undefined || value === '') return null;
   if (STATED[name]) return STATED[name](value);

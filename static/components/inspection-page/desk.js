@@ -52,7 +52,7 @@ export class Desk extends EventTarget {
   /** Name of the visible tab beside the film: 'defects', 'header' and the others of tabs.js. */
   tab = new Store('defects');
   conflicts = new Conflicts();
-  /** The stretch of the culvert that the strips show. */
+  /** The part of the culvert that the strips show. */
   axis = new Axis();
   /** @type {{value: ((mark: {frame: number, pixel: [number, number]}) => void)|null}} takes clicks on the picture instead of a tag */
   picking = new Store(null);
@@ -135,7 +135,7 @@ export class Desk extends EventTarget {
    * Replaces the statements about the distances, and reads the distances again.
    * @param {import('../../core/corrections.js').Stated} stated
    * @param {string|null} remark why, for the history
-   * @param {string} [replaced] version of the statement that it was made of
+   * @param {string} [replaced] version of the statements that it was based on
    * @returns {Promise<boolean>} false when somebody else was faster: then it waits as a draft
    */
   async correct(stated, remark, replaced = this.corrections.value.version) {
@@ -162,7 +162,7 @@ export class Desk extends EventTarget {
     return true;
   }
 
-  /** The draft waits until a person has compared it with what holds. */
+  /** The draft waits until a person has compared it with the stored statements. */
   #overtaken(remark) {
     const { corrections } = this;
     const { stated: theirs, version } = corrections.value;
@@ -181,7 +181,7 @@ export class Desk extends EventTarget {
     }]);
   }
 
-  /** What the server has refused because somebody else has changed the same observation. */
+  /** Changes that the server refused because somebody else changed the same observation. */
   #findConflicts() {
     const { outbox, observations, inspection } = this;
     this.conflicts.state('observation', outbox.overtakenFor(inspection.id).map(

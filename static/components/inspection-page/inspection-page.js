@@ -132,7 +132,7 @@ class InspectionPage extends Component {
     this.listen(desk.inspection, 'change', () => this.#showState());
     this.listen(desk.outbox, 'change', () => this.#showSaving());
     this.listen(desk.conflicts, 'change', () => this.#showSaving());
-    // What was overtaken in this inspection is asked about by <conflict-notice>.
+    // <conflict-notice> asks about overtaken changes of this inspection.
     this.listen(desk.outbox, 'refused', ({ detail: { operation, error } }) => {
       if (!error.isOvertaken || operation.inspection !== id) toastError(error);
     });
@@ -278,10 +278,10 @@ class InspectionPage extends Component {
     else await this.correct({ ...corrections.value.stated, zero }, null, { text: t('corrections.zero_set', { frame }) });
   }
 
-  /** States something about the distances; the message that reports it can take it back. */
+  /** Changes the statements about the distances; the message about it offers an undo. */
   async correct(stated, remark, { text = t('corrections.applied'), replaced } = {}) {
     await orToast(async () => {
-      if (await this.desk.correct(stated, remark, replaced)) this.#tellDone(text);
+      if (await this.desk.correct(stated, remark, replaced)) this.#showDone(text);
     });
   }
 

@@ -30,9 +30,9 @@ const AXIS_HEIGHT = 24;
 const TICK_PX = 72;
 const MINOR_TICKS = 5;
 const ZOOM_STEP = 0.5;
-/** Lanes of what only our own tracking knows. */
+/** Lanes of quantities that only our own tracking measures. */
 const MEASURED = new Set(['quality', 'speed', 'lateral', 'yaw', 'health']);
-/** The scales of the lanes go at least so far. */
+/** Least ranges of the lanes. */
 const LEAST_SCALES = { speed: 1.25 * USUAL_LIMIT_M_PER_MIN, lateral_mm: 5, yaw_deg: 2 };
 
 class StripLog extends Strip {
@@ -163,7 +163,7 @@ class StripLog extends Strip {
 
   // Drawing ---------------------------------------------------------------------------------
 
-  /** The lanes that are seen: [{lane, top, height}], and where the axis begins. */
+  /** Returns the visible lanes, [{lane, top, height}], and where the axis begins. */
   #arrange(complaints) {
     const isLow = LOW_SCREEN.matches;
     let top = TOP;

@@ -1,11 +1,11 @@
-/** What the strips draw in the same way: marks, stretches, numbers of joints, plates, play head, cursor. */
+/** Common drawing of the strips: marks, stretches, numbers of joints, plates, play head, cursor. */
 
 import { drawSeverity } from '../severity-mark/severity-mark.js';
 
 const PLATE_PX = 20;
 
 /**
- * Text on a dark plate, kept within the strip.
+ * Draws text on a dark plate, kept within the strip.
  * @param {CanvasRenderingContext2D} context
  * @param {CSSStyleDeclaration} styles
  * @param {string} text
@@ -28,7 +28,7 @@ export function paintPlate(context, styles, text, x, y, [least, most]) {
 }
 
 /**
- * A line across the strip at the play head; an arrow on its side when it is out of sight.
+ * Draws a line across the strip at the play head; an arrow at the edge when it is out of sight.
  * @param {string} halo colour around the line
  */
 export function paintPlayhead(context, colour, halo, plot, mm, top, bottom) {
@@ -50,7 +50,7 @@ export function paintPlayhead(context, colour, halo, plot, mm, top, bottom) {
   context.fill();
 }
 
-/** A thin line under the pointer. */
+/** Draws a thin line under the pointer. */
 export function paintHair(context, styles, x, top, bottom) {
   context.strokeStyle = styles.getPropertyValue('--accent');
   context.lineWidth = 1;
@@ -61,7 +61,7 @@ export function paintHair(context, styles, x, top, bottom) {
 }
 
 /**
- * The mark of an observation, with a ring around the selected one.
+ * Draws the mark of an observation, with a ring around the selected one.
  * @param {number} size of the mark
  */
 export function paintMark(context, styles, { severity }, x, y, size, isSelected) {
@@ -77,7 +77,7 @@ export function paintMark(context, styles, { severity }, x, y, size, isSelected)
 }
 
 /**
- * A bar from the start of a stretch to its end; an open end is frayed: seen without colour too.
+ * Draws a bar from the start of a stretch to its end; an open end is frayed: recognisable without colour.
  * @param {import('../../core/stretches.js').Stretch} stretch
  * @param {number} top
  * @param {number} height
@@ -97,7 +97,7 @@ export function paintStretch(context, styles, plot, stretch, top, height, ground
   for (let x = to - 3; x > Math.max(from, to - 20); x -= 6) context.fillRect(x, top, 2.5, height);
 }
 
-/** So many joints apart stand the numbers that have room, `atLeast` units of the drawing. */
+/** Returns the step between numbered joints, `atLeast` units of the drawing apart. */
 export function numberEvery(joints, plot, atLeast) {
   if (joints.length < 2) return 1;
   const unitM = (joints.at(-1).distance_m - joints[0].distance_m) / (joints.length - 1);

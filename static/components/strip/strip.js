@@ -1,5 +1,5 @@
 /**
- * What the strips along the distance have in common: one axis with its pointer, marks to tap, and two
+ * Common base of the strips along the distance: one axis with its pointer, marks to tap, and two
  * canvases, one that is drawn when the data or the axis change, and one above it for what moves with
  * the pointer and the film; both at most once per animation frame.
  */
@@ -12,7 +12,7 @@ import { t } from '../../core/words.js';
 import { stripGestures } from './gestures.js';
 import { stripSettings } from './settings.js';
 
-/** A tap so far beside a mark still means it. */
+/** A tap this far beside a mark still selects it. */
 const BESIDE_PX = 3;
 
 /**
@@ -22,11 +22,11 @@ const BESIDE_PX = 3;
  * - `tapBeside(x, y)`: what a tap does where there is no mark.
  */
 export class Strip extends Component {
-  /** CSS px of a unit: type and lines grow with the type of the page. */
+  /** CSS px in a unit: type and lines grow with the type of the page. */
   scale = 1;
   /** {x, y} of the pointer in units, or null */
   hover = null;
-  /** How long the ground last took to paint, in ms. */
+  /** Time of the last painting of the ground, in ms. */
   paintMs = 0;
   #isStale = true;
 
@@ -59,12 +59,12 @@ export class Strip extends Component {
     return new Plot(this.desk.axis.value, this.parts.track.clientWidth / this.scale);
   }
 
-  /** Of the track, in units. */
+  /** Size of the track, in units. */
   get height() {
     return this.parts.track.clientHeight / this.scale;
   }
 
-  /** Of a pipe unit to the end of the axis. */
+  /** The joints, from a pipe unit before the axis to one after it. */
   get joints() {
     return this.desk.joints;
   }
@@ -113,7 +113,7 @@ export class Strip extends Component {
 }
 
 /**
- * The observation whose mark is nearest, if it is near enough.
+ * Returns the observation whose mark is nearest, if it is near enough.
  * @param {{item: object, apart: number}[]} marks each with its distance from the pointer
  * @param {number} size of the marks
  */
@@ -122,5 +122,5 @@ export function nearestMark(marks, size) {
   return near.toSorted((a, b) => a.apart - b.apart)[0]?.item ?? null;
 }
 
-/** What a plate says of the observation under the pointer. */
+/** Returns the text of the plate for the observation under the pointer. */
 export const markText = ({ code, distance_m: m }) => `${code ?? t('desk.tag')} · ${chainage(m)}`;

@@ -39,11 +39,11 @@ const ANNOUNCED_AFTER_MS = 400;
 class WallStrip extends Strip {
   /** {mm, arc} of the keyboard's cursor, or null while it is not used */
   #cursor = null;
-  /** [{item, x, y}] that were drawn */
+  /** The drawn marks: [{item, x, y}] */
   marks = [];
   #isFollowing = false;
   #loaded = null;
-  #tellTimer = 0;
+  #announceTimer = 0;
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
@@ -80,7 +80,7 @@ class WallStrip extends Strip {
     for (const store of [desk.unrolled, this.pictures, desk.track]) {
       this.listen(store, 'change', () => this.stale());
     }
-    this.signal.addEventListener('abort', () => clearTimeout(this.#tellTimer));
+    this.signal.addEventListener('abort', () => clearTimeout(this.#announceTimer));
     this.#showSettings();
   }
 
