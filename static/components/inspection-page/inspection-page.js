@@ -281,7 +281,7 @@ class InspectionPage extends Component {
   /** States something about the distances; the message that reports it can take it back. */
   async correct(stated, remark, { text = t('corrections.applied'), replaced } = {}) {
     await orToast(async () => {
-      if (await this.desk.correct(stated, remark, replaced)) this.#tellDone(text);
+      if (await this.desk.correct(stated, remark, replaced)) this.#showDone(text);
     });
   }
 

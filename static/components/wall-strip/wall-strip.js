@@ -43,7 +43,7 @@ class WallStrip extends Strip {
   marks = [];
   #isFollowing = false;
   #loaded = null;
-  #tellTimer = 0;
+  #announceTimer = 0;
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
@@ -80,7 +80,7 @@ class WallStrip extends Strip {
     for (const store of [desk.unrolled, this.pictures, desk.track]) {
       this.listen(store, 'change', () => this.stale());
     }
-    this.signal.addEventListener('abort', () => clearTimeout(this.#tellTimer));
+    this.signal.addEventListener('abort', () => clearTimeout(this.#announceTimer));
     this.#showSettings();
   }
 
