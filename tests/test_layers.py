@@ -161,6 +161,18 @@ def test_routers_reach_the_database_and_the_children_through_services_only():
     assert found == set()
 
 
+def test_no_test_imports_another():
+    """What tests share lies in modules beside them, so that each file of tests runs alone."""
+    found = {
+        (name, imported)
+        for name, path in modules("tests").items()
+        for imported in imports(path)
+        if any(part.startswith("test_") for part in imported.split(".")[:-1])
+        or imported.startswith("test_")
+    }
+    assert found == set()
+
+
 def test_no_file_names_a_path_of_a_machine():
     path_of_a_machine = re.compile(
         r"(?<![\w.])(?:/(?:home|root|Users|work|tmp|usr|opt|mnt|srv|etc|var)/|[A-Z]:\\)"

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 from clips import numbered_clip, rig_for_clip
+from looks import expect_no_fault
 from playwright.sync_api import Page, Route, expect
 from receivers import Receiver, receiving
 from steps import Server, export, log_in
-from test_accessible import expect_no_fault
 
 from app.reports.formats import FORMATS
 
