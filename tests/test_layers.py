@@ -3,6 +3,7 @@
 import ast
 import re
 import sys
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -23,6 +24,7 @@ def modules(*folders):
     }
 
 
+@cache
 def imports(path):
     """Every dotted name that a module imports anywhere; a.b.c for `from a.b import c`."""
     found = set()
