@@ -264,7 +264,7 @@ def test_the_list_tells_at_once_what_others_tag(
     row = page.locator(".inspection")
     expect(row.locator(".chip")).to_have_count(1)
     tag(telling, inspection, 3, frame=12, code="BAC", char1="C", severity=5)
-    expect(row.locator(".chip")).to_have_text(["Done", "act now"], timeout=8000)
+    expect(row.locator(".chip")).to_have_text(["Done", "act now"])
     expect(page.locator("toast-stack")).to_contain_text("Act now: clip")
     expect_no_fault(page)
     page.locator("toast-stack").get_by_role("button", name="Open").click()

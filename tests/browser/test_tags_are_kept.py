@@ -34,7 +34,7 @@ def test_tags_made_without_a_server_are_saved_when_it_is_back(desk: Page, server
     desk.keyboard.press("2")
     expect(save).to_have_text("Waiting (2)")
     server.start()
-    expect(save).to_have_text("Saved", timeout=20_000)
+    expect(save).to_have_text("Saved")
     desk.reload()
     expect(desk.locator(".defect__what b")).to_have_text(["BAB", "BAC"])
 
@@ -48,7 +48,7 @@ def test_tags_survive_a_reload_before_they_are_saved(desk: Page, server: Server)
     expect(desk.locator(".defect__what b")).to_have_text(["BBA"])
     expect(desk.locator(".save")).to_have_text("Waiting (1)")
     desk.unroute("**/observations/*")
-    expect(desk.locator(".save")).to_have_text("Saved", timeout=20_000)
+    expect(desk.locator(".save")).to_have_text("Saved")
 
 
 def test_each_change_is_undone_in_turn(desk: Page) -> None:

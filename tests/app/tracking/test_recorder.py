@@ -16,6 +16,7 @@ import httpx
 import numpy as np
 import pytest
 from builders import (
+    PATIENCE_S,
     TOKEN,
     Client,
     assert_error,
@@ -76,16 +77,21 @@ def assert_track_is_recording(client: Client, inspection_id: str) -> list[float]
     answer = client.get(f"/api/inspections/{inspection_id}/track?format=json&raw=true")
     columns = answer.json()["columns"]
     folder = client.data / "inspections" / inspection_id
-    (video_file,) = [*folder.glob("video.*"), *folder.glob("recording.mkv")]
-    with VideoFile(video_file) as video:
+    # What the video was made of goes as soon as nobody reads it more, after the last row.
+    wait_until(lambda: len(files_of(folder)) == 1)
+    with VideoFile(*files_of(folder)) as video:
         times = [frame.t_s for frame in video]
     assert columns["frame"] == list(range(len(times)))
     assert np.allclose(columns["time_s"], times, atol=1e-6)
     return times
 
 
+def files_of(folder: Path) -> list[Path]:
+    return [*folder.glob("video.*"), *folder.glob("recording.mkv")]
+
+
 def receive(socket: ClientConnection) -> tuple[dict[str, Any], bytes]:
-    message = socket.recv(30)
+    message = socket.recv(PATIENCE_S)
     assert isinstance(message, bytes)
     length = int.from_bytes(message[:4], "big")
     header = json.loads(message[4 : 4 + length])
@@ -173,7 +179,7 @@ def test_a_ping_is_answered(field: Client, clip: Path) -> None:
         header, _ = receive(socket)
         assert (header["age_ms"], header["camera"], header["dropped"]) == (None, None, 0)
         socket.send(json.dumps({"type": "ping", "t": 12.5}))
-        assert json.loads(socket.recv(10)) == {"type": "pong", "t": 12.5}
+        assert json.loads(socket.recv(PATIENCE_S)) == {"type": "pong", "t": 12.5}
 
 
 def test_a_camera_process_that_is_killed_is_followed_by_another(field: Client) -> None:
@@ -232,7 +238,7 @@ def test_a_killed_server_leaves_a_recording_that_the_next_one_tracks(tmp_path: P
         assert server.stdout is not None
         url = server.stdout.readline().strip()
         headers = {"Authorization": f"Bearer {TOKEN}"}
-        with httpx.Client(base_url=url, headers=headers, timeout=30) as client:
+        with httpx.Client(base_url=url, headers=headers, timeout=PATIENCE_S) as client:
             inspection_id = begin(client, camera)
             path = f"/api/inspections/{inspection_id}"
             wait_until(lambda: client.get(path).json()["progress"]["frames_done"] > 20)

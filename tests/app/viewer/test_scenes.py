@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 import pytest
 import zstandard
-from builders import TOKEN, Client, wait_until
+from builders import PATIENCE_S, TOKEN, Client, wait_until
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
@@ -47,7 +47,7 @@ def command(live: ClientConnection, kind: str, **fields: Any) -> None:
 
 def messages(socket: ClientConnection) -> list[dict[str, Any]]:
     """The next frame: raw size, compressed size, zstd of msgpack (viser 1.1.1)."""
-    frame = socket.recv(20)
+    frame = socket.recv(PATIENCE_S)
     assert isinstance(frame, bytes)
     raw, compressed = (int.from_bytes(frame[i : i + 8], "little") for i in (0, 8))
     packed = zstandard.decompress(frame[16 : 16 + compressed], max_output_size=raw)
@@ -156,7 +156,7 @@ def test_nobody_moves_the_view_of_another_page(server: Client, clip: Path, their
         command(viewer, "select", observation=tag["id"])
         command(viewer, "words", language="ms", units="ft")
         command(viewer, "ping", t=1.0)
-        while not isinstance(viewer.recv(20), str):  # the pong: all of it has been taken
+        while not isinstance(viewer.recv(PATIENCE_S), str):  # the pong: all of it has been taken
             pass
         command(ours, "select", observation=tag["id"])
         seen = messages_until(socket, says("» BAB"))
@@ -173,7 +173,7 @@ def test_what_a_page_wished_before_its_view_came_is_done(server: Client, clip: P
     with page(server, inspection_id) as live:
         command(live, "show", frame=10)
         command(live, "ping", t=1.0)
-        while not isinstance(live.recv(20), str):
+        while not isinstance(live.recv(PATIENCE_S), str):
             pass
         with look(server, inspection_id) as socket:
             until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.016) < 0.001)
@@ -211,7 +211,7 @@ def test_each_update_stands_on_the_page_and_in_its_view_at_once(server: Client, 
 def distance_mm_of(live: ClientConnection, frame: int) -> float:
     """What the page is sent of this frame."""
     while True:
-        message = live.recv(20)
+        message = live.recv(PATIENCE_S)
         if isinstance(message, bytes):
             header = json.loads(message[4 : 4 + int.from_bytes(message[:4], "big")])
             command(live, "ack", seq=header["seq"])
@@ -311,14 +311,14 @@ def test_a_tag_does_not_wait_for_its_pin_and_the_newest_pins_stay(
         views = read_all(inspection_id)
         if views:
             is_read.set()
-            may_go_on.wait(20)
+            may_go_on.wait(PATIENCE_S)
         return list(views)
 
     with look(server, inspection_id) as socket:
         messages(socket)
         monkeypatch.setattr(observations, "all", slowly)
         server.tag(inspection_id, frame=20, code="BAB")
-        assert is_read.wait(20)
+        assert is_read.wait(PATIENCE_S)
         server.tag(inspection_id, frame=30, code="BBC")  # while the pins of the first are drawn
         monkeypatch.setattr(observations, "all", read_all)
         may_go_on.set()

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from builders import Client
+from builders import PATIENCE_S, Client
 
 MANY = 44
 """More than there are threads for blocking endpoints."""
@@ -23,14 +23,14 @@ def test_a_tag_does_not_wait_for_reports_that_are_being_written(
 
     def slowly(*positional: Any, **named: Any) -> Any:
         is_begun.set()
-        may_end.wait(60)
+        may_end.wait(PATIENCE_S)
         return write(*positional, **named)
 
     monkeypatch.setattr(reports, "export", slowly)
     path = f"/api/inspections/{inspection_id}/exports/csv"
     with ThreadPoolExecutor(MANY) as pool:
         asked = [pool.submit(server.get, path) for _ in range(MANY)]
-        assert is_begun.wait(20)
+        assert is_begun.wait(PATIENCE_S)
         tagged = server.tag(inspection_id, frame=20, code="BAB")
         may_end.set()
         assert tagged.status_code == 200

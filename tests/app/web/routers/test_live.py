@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 from builders import (
+    PATIENCE_S,
     Client,
     assert_error,
     frame_number,
@@ -145,18 +146,18 @@ def test_a_message_that_makes_no_sense_ends_the_connection(
     with live(shared, done) as socket:
         receive(socket)
         socket.send(message)
-        body = json.loads(socket.recv(5))
+        body = json.loads(socket.recv(PATIENCE_S))
         assert body.keys() == {"code", "detail"}
         with pytest.raises(ConnectionClosedError) as closed:
-            socket.recv(5)
+            socket.recv(PATIENCE_S)
     assert closed.value.rcvd.code == 1011
 
 
 def test_an_unknown_inspection_is_told_and_closed(shared: Client) -> None:
     with live(shared, "0" * 32) as socket:
-        assert json.loads(socket.recv(5))["code"] == "inspection_not_found"
+        assert json.loads(socket.recv(PATIENCE_S))["code"] == "inspection_not_found"
         with pytest.raises(ConnectionClosedError) as closed:
-            socket.recv(5)
+            socket.recv(PATIENCE_S)
     assert closed.value.rcvd.code == 4404
 
 
@@ -179,4 +180,4 @@ def test_the_3d_page_has_its_own_policy_and_is_not_sent_twice(shared: Client, do
 def test_the_3d_view_speaks_through_our_origin(shared: Client, done: str) -> None:
     with shared.view(done) as socket:
         assert socket.subprotocol == "viser-v1.1.1"
-        assert len(socket.recv(10)) > 100
+        assert len(socket.recv(PATIENCE_S)) > 100

@@ -6,6 +6,7 @@ import signal
 from pathlib import Path
 
 from builders import (
+    PATIENCE_S,
     Client,
     assert_error,
     children,
@@ -73,8 +74,8 @@ def test_the_work_of_the_server_is_counted(server: Client, clip: Path) -> None:
         server.socket(f"/api/inspections/{inspection_id}/live") as socket,
         server.view(inspection_id) as view,
     ):
-        socket.recv(30)
-        view.recv(30)
+        socket.recv(PATIENCE_S)
+        view.recv(PATIENCE_S)
         assert value(server, "websocket_clients", kind="live") == 1
         assert value(server, "viewer_servers") == 1
     wait_until(lambda: value(server, "websocket_clients", kind="live") == 0)

@@ -6,7 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from builders import STEP_MM, Client, assert_error, wait_until
+from builders import PATIENCE_S, STEP_MM, Client, assert_error, wait_until
 
 from app.lab.simulation import SCENARIOS
 from app.lab.simulation.write import simulate
@@ -101,7 +101,7 @@ def test_the_live_header_tells_the_health_of_its_frame(server: Client, long_clip
     with server.socket(f"/api/inspections/{inspection_id}/live") as socket:
         header: dict = {"health": None}
         while header["health"] is None:
-            message = socket.recv(20)
+            message = socket.recv(PATIENCE_S)
             header = json.loads(message[4 : 4 + int.from_bytes(message[:4], "big")])
             socket.send(json.dumps({"type": "ack", "seq": header["seq"]}))
     columns = server.get(f"/api/inspections/{inspection_id}/health").json()["columns"]
@@ -117,7 +117,7 @@ def test_joints_are_found_while_tracking(server: Client, tmp_path: Path) -> None
     scenario = SCENARIOS["nominal"].shortened(900)
     video = simulate(scenario, tmp_path).video
     inspection_id = server.inspect(video, rig=scenario.rig.model_dump(mode="json"))
-    wait_until(lambda: server.inspection(inspection_id)["status"] == "done", timeout_s=120)
+    wait_until(lambda: server.inspection(inspection_id)["status"] == "done")
     tracks = server.server.app.state.services.tracks
     (sighting,) = tracks.sightings(inspection_id)
     track = tracks.get(inspection_id)
