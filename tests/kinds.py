@@ -18,7 +18,7 @@ BROWSER = {"browser", "page", "window"}
 """Fixtures that are Chromium."""
 
 SERVER = {
-    "server", "shared", "done", "chainage", "served", "serve",
+    "server", "shared", "survey", "done", "chainage", "served", "serve",
     "subprocess", "socket", "asyncio", "serving", "LiveServer", "Client", "Process", "process",
     "Child", "ReadyTracker", "Storm", "FileReader", "listening", "create_app",
 }  # fmt: skip

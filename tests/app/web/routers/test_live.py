@@ -81,17 +81,16 @@ def test_slow_reader_gets_newest_pose(server: Client, long_clip: Path) -> None:
         assert newest["frame"] > second["frame"] + 50
 
 
-def test_who_reads_nothing_holds_up_nobody_and_takes_no_memory(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
+def test_who_reads_nothing_holds_up_nobody_and_takes_no_memory(server: Client, done: str) -> None:
     published = server.server.app.state.services.live.publish
     noise = np.random.default_rng(3).integers(0, 256, (480, 640), np.uint8)
     jpeg = cv2.imencode(".jpg", noise, [cv2.IMWRITE_JPEG_QUALITY, 95])[1].tobytes()
     pose = Estimate(39, 1.56, 62.4, 0.0, 0.0, 62.4, 0.1, 1.0, "ok", 0.1)
-    with live(server, inspection_id, max_queue=1) as deaf, live(server, inspection_id) as reader:
+    with live(server, done, max_queue=1) as deaf, live(server, done) as reader:
         acknowledge(reader, receive(reader)[0])
         before = memory_bytes()
         for n in range(PICTURES):
-            published(inspection_id, "running", Progress(n, None, 20.0, None), (pose,), jpeg)
+            published(done, "running", Progress(n, None, 20.0, None), (pose,), jpeg)
             deaf.send(json.dumps({"type": "ack", "seq": 2**53}))
             header, shown = receive(reader, 5)
             acknowledge(reader, header)

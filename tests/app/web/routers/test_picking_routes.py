@@ -89,11 +89,10 @@ def test_click_on_the_wall_is_told_to_the_page_of_the_same_browser(
         assert told(stranger)["distance_m"] == 0.04
 
 
-def test_click_on_a_pin_is_told_as_its_observation(server: Client, clip: Any) -> None:
-    inspection_id = server.tracked(clip)
-    tag = server.tag(inspection_id, frame=20, code="BAB").json()
+def test_click_on_a_pin_is_told_as_its_observation(server: Client, done: str) -> None:
+    tag = server.tag(done, frame=20, code="BAB").json()
     browser = Browser(server)
-    with browser.live(inspection_id) as page, browser.view(inspection_id) as view:
+    with browser.live(done) as page, browser.view(done) as view:
         wait_for(view, b"BAB")
         shift_click(view, (tag["distance_m"], 0.0))
         assert told(page) == {"type": "pin_click", "observation": tag["id"]}
