@@ -1,4 +1,4 @@
-"""How long to wait for another program that has failed: twice as long after each failure."""
+"""Pauses before trying again another program that has failed: each is twice as long as the last."""
 
 from __future__ import annotations
 
@@ -15,5 +15,5 @@ class BackOff:
     longest_s: float
 
     def pause_s(self, failures: int) -> float:
-        """The pause after a try that has failed, and so many failures in a row before it."""
+        """Return the pause after a failed try that followed `failures` failures in a row."""
         return min(self.first_s * 2.0 ** min(failures, _MOST_DOUBLINGS), self.longest_s)

@@ -1,4 +1,4 @@
-"""What a data folder holds of inspections, and reports of it without a server."""
+"""Stored inspections of a data folder, and their reports, without a server."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from app.tracking.unrolled import Unrolled
 
 
 class Records:
-    """What is stored of inspections and what follows from it, with a server or without."""
+    """Stored inspections and everything derived from them, with or without a server."""
 
     def __init__(
         self,
@@ -70,7 +70,9 @@ class Records:
         )
 
     def named(self, wanted: str) -> list[Inspection]:
-        """Those of exactly this id or name, else those whose id begins so."""
+        """Return the inspections with exactly this id or name, else those whose id begins
+        with it.
+        """
         rows = [summary.row for summary in self.inspection_store.summaries()]
         exact = [row for row in rows if wanted in (row.id, row.name)]
         return exact or [row for row in rows if wanted and row.id.startswith(wanted.lower())]
@@ -84,7 +86,7 @@ def _draw_scene(report: Report) -> str:
 
 @contextmanager
 def reading(data: Path, company: Company) -> Iterator[Records]:
-    """Read a data folder as it is at this moment.
+    """Open the present state of a data folder for reading.
 
     Nothing in it changes, except that the first bundle makes its signing key.
 

@@ -41,8 +41,8 @@ class Settings(BaseSettings):
     token: SecretStr | None = Field(
         default=None,
         min_length=1,
-        description="Access token of the server; without it one is made and kept in the data "
-        "folder.",
+        description="Access token of the server; without it the server makes one and keeps it "
+        "in the data folder.",
     )
     allowed_hosts: Annotated[tuple[str, ...], NoDecode] = Field(
         default=(),
@@ -52,8 +52,8 @@ class Settings(BaseSettings):
     trusted_proxies: Annotated[tuple[IPv4Network | IPv6Network, ...], NoDecode] = Field(
         default=(),
         description="Addresses or networks, separated by commas, of reverse proxies in front of "
-        "the server, such as `127.0.0.1`; their X-Forwarded-For and X-Forwarded-Proto are "
-        "believed, and nobody else's.",
+        "the server, such as `127.0.0.1`; only their X-Forwarded-For and X-Forwarded-Proto "
+        "are trusted.",
     )
     tls_cert: Path | None = Field(
         default=None,
@@ -80,7 +80,7 @@ class Settings(BaseSettings):
         default=None,
         pattern=_ADDRESS,
         description="Address at which people open the server, such as `https://culverts.example`, "
-        "for the links in what is sent.",
+        "for links in notifications.",
     )
     webhook_url: str | None = Field(
         default=None,
@@ -96,14 +96,14 @@ class Settings(BaseSettings):
     )
     meter_counter: str | None = Field(
         default=None,
-        description="Port, or host and port, at which other software (WinCan ProTouch) takes the "
-        "distance of the running live inspection, such as `127.0.0.1:8095`; the port alone is of "
-        "this machine.",
+        description="Port, or host and port, at which other software (WinCan ProTouch) receives "
+        "the distance of the running live inspection, such as `127.0.0.1:8095`; a port alone "
+        "means this machine.",
     )
     log_format: LogFormat = Field(
         default="text",
-        description="Form of the log on standard error: `text` to be read, `json` with an object a "
-        "line for programs.",
+        description="Form of the log on standard error: `text` for people, `json` with one object "
+        "a line for programs.",
     )
     max_jobs: int = Field(
         default=1, ge=1, le=16, description="Videos that are tracked at the same time."
@@ -121,7 +121,7 @@ class Settings(BaseSettings):
         default=512 * MIB,
         ge=0,
         le=2**50,
-        description="Free disk space that uploads leave untouched.",
+        description="Free disk space that uploads leave free.",
     )
     child_memory_bytes: int = Field(
         default=1536 * MIB,
@@ -156,8 +156,8 @@ class Settings(BaseSettings):
         default=None,
         gt=0,
         le=1000,
-        description="Track videos no faster than so many times their own speed; the demo does, so "
-        "that one can watch. Without it tracking is as fast as it can.",
+        description="Track videos at most at this multiple of their own speed; the demo uses it, "
+        "so that one can watch. Without it tracking runs as fast as possible.",
     )
 
     @classmethod

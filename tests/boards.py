@@ -14,7 +14,7 @@ from vo_core.types import ByteImage, Matrix
 SQUARE_MM, MARKER_MM = 20.0, 15.0
 TEXTURE_PX_PER_MM = 6
 FINER = 3
-"""Rays a pixel, along the rows and along the columns."""
+"""Rays for each pixel, along the rows and along the columns."""
 
 PINHOLE = Camera(
     model="pinhole",
@@ -46,7 +46,8 @@ class Print:
 
     texture: ByteImage
     columns: int
-    """As `chainage calibrate` counts: inner corners of a checkerboard, squares of a ChArUco."""
+    """Columns as `chainage calibrate` counts: inner corners of a checkerboard, squares of a
+    ChArUco."""
     rows: int
 
 
@@ -81,7 +82,9 @@ class Studio:
         self._rays = np.nan_to_num(pixel_rays(camera, uv)).astype(np.float32)
 
     def shoot(self, board: Print, tilt: Matrix, place_mm: Matrix) -> ByteImage:
-        """The picture of a board, its centre at `place_mm` before the camera, turned by `tilt`."""
+        """Return the picture of a board, with its centre at `place_mm` before the camera, turned by
+        `tilt`.
+        """
         turn, _ = cv2.Rodrigues(np.asarray(tilt, np.float64))
         # Points of the plane p = place + R (x, y, 0) lie on the ray d where (d s - place) is in it.
         to_plane = np.linalg.inv(np.column_stack([turn[:, :2], place_mm])).astype(np.float32)

@@ -1,4 +1,4 @@
-"""What several tests are made from: small real videos, their rig, a real server, its client."""
+"""Shared builders of the tests: small real videos, their rig, a real server, its client."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ TOKEN = "a-token-for-tests-0123456789abcdef"  # noqa: S105
 WIDTH, HEIGHT, RATE = 256, 160, 25
 BLOCK = 16
 STEP_PX = 2
-"""The clip's wall moves so far to the left from frame to frame: the robot drives forward."""
+"""The clip's wall moves this far to the left from frame to frame: the robot drives forward."""
 HEIGHT_MM, FOCAL_PX = 200.0, 250.0
 STEP_MM = STEP_PX * HEIGHT_MM / FOCAL_PX
 
@@ -64,7 +64,7 @@ def clip_rig(**camera: object) -> dict[str, Any]:
 
 
 def half_size(rig: Rig) -> dict[str, Any]:
-    """The fields of a rig whose camera sees the same in pictures of half the size."""
+    """Return the fields of a rig whose camera sees the same in pictures of half the size."""
     fields = rig.model_dump(mode="json")
     camera = fields["camera"]
     for name in ("width", "height"):
@@ -82,7 +82,7 @@ def make_clip(
     times_s: list[float] | None = None,
     **options: str,
 ) -> Path:
-    """A floor passing by, with the number of the frame as 16 black or white blocks on top."""
+    """Write a film of a passing floor, with the frame number as 16 black or white blocks on top."""
     rng = np.random.default_rng(7)
     wall = cv2.GaussianBlur(
         rng.integers(0, 256, (HEIGHT, WIDTH + STEP_PX * frames), np.uint8), (0, 0), 2
@@ -108,14 +108,14 @@ def make_clip(
 
 
 def frame_number(jpeg: bytes) -> int:
-    """Which frame of a clip a picture shows."""
+    """Return the number of the clip's frame that a picture shows."""
     picture = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_GRAYSCALE)
     row = picture[BLOCK // 2, BLOCK // 2 :: BLOCK][:16]
     return sum(1 << i for i, grey in enumerate(row) if grey > 127)
 
 
 def blocks(n: int) -> NDArray[np.uint8]:
-    """The number of a frame as 16 black or white squares, one row of a clip's blocks."""
+    """Draw the number of a frame as 16 black or white squares, one row of a clip's blocks."""
     row = np.array([255 * (n >> i & 1) for i in range(WIDTH // BLOCK)], np.uint8)
     return np.kron(row, np.ones((BLOCK, BLOCK), np.uint8)).astype(np.uint8)
 
@@ -144,7 +144,7 @@ class LiveServer:
         self.websocket_url = f"ws://127.0.0.1:{port}"
 
     def stop(self) -> None:
-        """As Ctrl-C does."""
+        """Stop the server like Ctrl-C does."""
         self._server.should_exit = True
         self._thread.join()
 
@@ -153,7 +153,7 @@ class LiveServer:
 def serving(
     data: Path, *, http: type[PromptProtocol] = PromptProtocol, **settings: Any
 ) -> Iterator[Client]:
-    """A server over a data folder, and a client that knows its token."""
+    """Run a server over a data folder; yield a client that has its token."""
     settings = {"token": TOKEN, "disk_reserve_bytes": 0} | settings
     server = LiveServer(create_app(Settings(data=data, **settings)), http)
     try:
@@ -165,10 +165,10 @@ def serving(
 
 
 class Client(httpx.Client):
-    """The API as a program uses it, with what tests do again and again."""
+    """The API as a program uses it, with the common steps of tests."""
 
     data: Path
-    """The server's data folder, to look at what is on the disk."""
+    """The server's data folder, to check what is on the disk."""
 
     def __init__(self, server: LiveServer, token: str | None) -> None:
         headers = {"Authorization": f"Bearer {token}"} if token else {}
@@ -176,11 +176,11 @@ class Client(httpx.Client):
         self.server = server
 
     def anonymous(self) -> Client:
-        """Another client of the same server, without a token."""
+        """Return another client of the same server, without a token."""
         return Client(self.server, None)
 
     def upload(self, content: bytes, name: str = "clip.mp4") -> str:
-        """A complete upload; its id."""
+        """Upload a file completely; return the upload's id."""
         filename = base64.b64encode(name.encode()).decode()
         created = self.post(
             "/api/uploads",
@@ -200,7 +200,7 @@ class Client(httpx.Client):
     def patch_upload(
         self, location: str, offset: int, content: bytes, **headers: str
     ) -> httpx.Response:
-        """One piece of an upload."""
+        """Send one piece of an upload."""
         standard = {
             **TUS,
             "Upload-Offset": str(offset),
@@ -209,7 +209,7 @@ class Client(httpx.Client):
         return self.patch(location, content=content, headers=standard | headers)
 
     def create(self, video: Path, name: str = "Culvert 7", **fields: Any) -> httpx.Response:
-        """Upload a video and ask for an inspection of it."""
+        """Upload a video and request an inspection of it."""
         body = {
             "name": name,
             "source": {"kind": "upload", "upload_id": self.upload(video.read_bytes(), video.name)},
@@ -219,17 +219,17 @@ class Client(httpx.Client):
         return self.post("/api/inspections", json=body | fields)
 
     def inspect(self, video: Path, **fields: Any) -> str:
-        """A new inspection; its id."""
+        """Start an inspection; return its id."""
         created = self.create(video, **fields)
         assert created.status_code == 201, created.text
         return str(created.json()["id"])
 
     def inspection(self, inspection_id: str) -> dict[str, Any]:
-        """As it is now."""
+        """Return the present inspection."""
         return dict(self.get(f"/api/inspections/{inspection_id}").json())
 
     def wait(self, inspection_id: str, *states: str) -> dict[str, Any]:
-        """Until it is in one of the states; `ended` stands for those that last."""
+        """Wait until it is in one of the states; `ended` means any final state."""
         wanted = states or ("done", "failed", "cancelled")
         return wait_until(lambda: self._in_state(inspection_id, wanted))
 
@@ -238,13 +238,13 @@ class Client(httpx.Client):
         return inspection if inspection["status"] in wanted else None
 
     def tracked(self, video: Path) -> str:
-        """A new inspection whose tracking is done; its id."""
+        """Start an inspection and wait until it is tracked; return its id."""
         inspection_id = self.inspect(video)
         assert self.wait(inspection_id)["status"] == "done"
         return inspection_id
 
     def socket(self, path: str, **options: Any) -> ClientConnection:
-        """A web socket as a logged-in browser opens it."""
+        """Open a web socket like a logged-in browser."""
         browser = self.anonymous()
         browser.post("/api/login", json={"token": TOKEN})
         cookie = browser.cookies["chainage_session"]
@@ -257,14 +257,16 @@ class Client(httpx.Client):
         )
 
     def view_path(self, inspection_id: str, page: str | None = None) -> str:
-        """Where the page of the 3D view is, with this client's ticket; `page` is around it."""
+        """Return the path of the 3D view, with this client's ticket; `page` is the page
+        around it.
+        """
         query = {} if page is None else {"page": page}
         door = self.get(f"/viewer/{inspection_id}/", params=query)
         assert door.status_code == 303, door.text
         return urlsplit(door.headers["Location"]).path
 
     def view(self, inspection_id: str, page: str | None = None) -> ClientConnection:
-        """The socket of the 3D view, as its page opens it: by its ticket alone."""
+        """Open the socket of the 3D view like its page: with its ticket alone."""
         return connect(
             self.server.websocket_url + self.view_path(inspection_id, page).rstrip("/"),
             origin="null",  # type: ignore[arg-type]
@@ -292,7 +294,7 @@ def wait_until(condition: Callable[[], T], timeout_s: float = PATIENCE_S) -> T:
 
 
 def assert_error(response: httpx.Response, status: int, code: str) -> str:
-    """The one body of every failure; its sentence."""
+    """Check the common body of every failure; return its sentence."""
     assert response.status_code == status, (response.status_code, response.text)
     body = response.json()
     assert body.keys() == {"code", "detail"}
@@ -303,12 +305,12 @@ def assert_error(response: httpx.Response, status: int, code: str) -> str:
 
 
 def children(module: str) -> list[int]:
-    """Process ids of our children that run a module."""
+    """Return the process ids of our children that run a module."""
     return [pid for pid, runs in children_of(os.getpid()).items() if runs == module]
 
 
 def children_of(parent: int) -> dict[int, str]:
-    """The modules that the children of a process run, by process id."""
+    """Return the modules that the children of a process run, by process id."""
     found = {}
     for task in Path(f"/proc/{parent}/task").iterdir():
         with contextlib.suppress(FileNotFoundError, ProcessLookupError):
@@ -320,6 +322,6 @@ def children_of(parent: int) -> dict[int, str]:
 
 
 def send_signal(module: str, number: signal.Signals) -> None:
-    """To every child that runs a module, when there is one."""
+    """Send a signal to every child that runs a module, once there is one."""
     for pid in wait_until(lambda: children(module)):
         os.kill(pid, number)

@@ -24,7 +24,9 @@ _MOST_PAYLOAD = 1400
 
 
 def floor(number: int) -> Picture:
-    """Frame `number` of the floor of `builders.make_clip`, driven to and fro, numbered on top."""
+    """Draw frame `number` of the floor of `builders.make_clip`, driven back and forth, numbered on
+    top.
+    """
     position = number % (2 * _TURN)
     left = STEP_PX * (position if position < _TURN else 2 * _TURN - position)
     picture = _FLOOR[:, left : left + WIDTH].copy()
@@ -48,7 +50,7 @@ _FLOOR = _made_floor()
 
 
 class Camera:
-    """A camera that films since it was made; whoever connects sees what it sees then."""
+    """A camera that has been filming since it was created; a client sees the present picture."""
 
     def __init__(
         self,
@@ -60,7 +62,7 @@ class Camera:
         port: int = 0,
         location: str | None = None,
     ) -> None:
-        """With a `location` it sends whoever asks there."""
+        """With a `location`, redirect every client there."""
         self.host, self.location = host, location
         self.rate_hz = rate_hz
         self.size_wh = size_wh
@@ -89,11 +91,11 @@ class Camera:
         raise NotImplementedError
 
     def drop_out(self) -> None:
-        """As if its cable were pulled: connections break, new ones are refused."""
+        """Behave as if the cable were pulled: connections break, new ones are refused."""
         self._call(self._close())
 
     def come_back(self) -> None:
-        """On the same port."""
+        """Listen again on the same port."""
         self._call(self._listen())
 
     def picture(self, number: int) -> Picture:
@@ -106,7 +108,7 @@ class Camera:
         raise NotImplementedError
 
     async def next_number(self, last: int) -> int:
-        """Wait for the next picture; a camera that was not read loses some."""
+        """Wait for the next picture; a camera that is not read skips some."""
         due = max(last + 1, int((time.monotonic() - self._began_s) * self.rate_hz))
         await asyncio.sleep(self._began_s + due / self.rate_hz - time.monotonic())
         return due
@@ -240,7 +242,7 @@ class _H264:
         self._count = 0
 
     def encode(self, grey: Picture, *, is_key: bool) -> list[bytes]:
-        """NAL units of a picture."""
+        """Return the NAL units of a picture."""
         frame = av.VideoFrame.from_ndarray(grey, format="gray").reformat(format="yuv420p")
         frame.pts = self._count
         frame.pict_type = (

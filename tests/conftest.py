@@ -1,4 +1,4 @@
-"""What several folders of tests share: clips made once, a server, a real Chromium."""
+"""Shared fixtures: clips made once, a server, a real Chromium."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ NOT_WANTED = (
     "DestroyProfileOnBrowserClose", "HttpsFirstBalancedModeAutoEnable", "HttpsUpgrades",
     "LensOverlay", "MediaRouter", "NetworkTimeServiceQuerying", "OptimizationHints", "PaintHolding",
     "PreconnectToSearch", "TcpPortRandomizationWin", "ThirdPartyStoragePartitioning",
-    # A process more for every page, in case another one is opened.
+    # One more process for every page, in case another one is opened.
     "SpareRendererForSitePerProcess",
 )  # fmt: skip
-"""Features of Chromium."""
+"""Features of Chromium that are switched off."""
 CHROMIUM_FLAGS = [
     "--no-sandbox",
     # WebGL in software: no other combination draws the 3D view everywhere.
@@ -52,7 +52,7 @@ CHROMIUM_FLAGS = [
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark every test with its one kind."""
+    """Mark every test with its kind."""
     for item in items:
         item.add_marker(kind_of(item))
 
@@ -74,7 +74,7 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def long_clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Long enough to be interrupted while it is tracked."""
+    """A clip long enough to be interrupted while it is tracked."""
     return make_clip(tmp_path_factory.mktemp("clips") / "long.mp4", LONG_FRAMES)
 
 
@@ -123,7 +123,7 @@ def installed_chromium() -> str | None:
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
-    """One a process: Playwright's loop does not start twice."""
+    """One browser for each process: Playwright's loop does not start twice."""
     with sync_playwright() as playwright:
         path = installed_chromium()
         if path is None and not Path(playwright.chromium.executable_path).exists():

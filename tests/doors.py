@@ -1,4 +1,4 @@
-"""What tests of the API's doors share: an address of every route, a session, a refused socket."""
+"""Shared steps of the tests of access: an address of every route, a session, a refused socket."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from websockets.sync.client import connect
 
 
 def example(parameter: str) -> str:
-    """A value for a parameter of a path; nothing is there."""
+    """Return a value for a parameter of a path; nothing has this id."""
     return {
         "frame": "0",
         "kind": "csv",
@@ -20,7 +20,7 @@ def example(parameter: str) -> str:
 
 
 def log_in(client: Client, token: str = TOKEN) -> Client:
-    """A browser with a session."""
+    """Return a browser with a session."""
     browser = client.anonymous()
     browser.headers["Origin"] = client.server.url
     assert browser.post("/api/login", json={"token": token}).status_code == 204
@@ -28,7 +28,7 @@ def log_in(client: Client, token: str = TOKEN) -> Client:
 
 
 def refusal(url: str, origin: str | None, headers: dict[str, str]) -> int:
-    """The status with which a WebSocket is refused, in the one body of every failure."""
+    """Return the status with which a WebSocket is refused; check the body."""
     with (
         pytest.raises(InvalidStatus) as caught,
         connect(url, origin=origin, additional_headers=headers),

@@ -1,6 +1,6 @@
 """Readers of the exchange formats, written from their rules and not from our writers.
 
-Each gives the header and the observations as plain mappings of text.
+Each returns the header and the observations as plain mappings of text.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ ISYBAU_ORDER = {
     ),
     "Film": ("Filmname", "Auftragskennung", "Videoablagereferenz", "FilmObjekte"),
 }  # fmt: skip
-"""Of the official schema."""
+"""Order of the elements in the official schema."""
 ISYBAU_VALUES = {
     "Station": r"\d{1,3}\.\d\d",
     "Inspektionslaenge": r"\d{1,3}\.\d\d",
@@ -108,7 +108,7 @@ M150_VALUES = {
 
 @dataclass
 class Read:
-    """What a file says."""
+    """The content of a file."""
 
     header: dict[str, str]
     rows: list[dict[str, str]]
@@ -116,7 +116,7 @@ class Read:
 
 
 def read_en13508(content: bytes) -> Read:
-    """By hand: the quotes are undone character by character."""
+    """Read by hand: the quotes are resolved character by character."""
     text = content.decode("ascii")
     assert text.endswith("#Z\r\n")
     lines = text[:-2].split("\r\n")
@@ -161,7 +161,7 @@ def _split(line: str) -> list[str]:
 
 
 def read_ribx(content: bytes) -> Read:
-    """As GWSW readers do: blocks by the code of the inspection date, coordinates by gml:pos."""
+    """Read like GWSW readers: blocks by the code of the inspection date, coordinates by gml:pos."""
     content.decode("ascii")
     root = etree.fromstring(content)
     assert root.tag == "DATA"
@@ -188,7 +188,7 @@ def read_ribx(content: bytes) -> Read:
 
 
 def read_isybau(content: bytes) -> Read:
-    """Order, lengths and references as in the official schema."""
+    """Read with order, lengths and references of the official schema."""
     assert content.startswith(b'<?xml version="1.0" encoding="ISO-8859-1" standalone="yes"?>\r\n')
     assert content.count(b"\n") == content.count(b"\r\n")
     root = etree.fromstring(content)
@@ -243,7 +243,7 @@ def read_isybau(content: bytes) -> Read:
 
 
 def read_m150(content: bytes) -> Read:
-    """The formats of the field table; elements in rising number."""
+    """Read with the formats of the field table; elements in rising number."""
     assert content.startswith(b'<?xml version="1.0" encoding="ISO-8859-1" standalone="no"?>\r\n')
     assert content.count(b"\n") == content.count(b"\r\n")
     root = etree.fromstring(content)

@@ -1,11 +1,11 @@
-"""Whether what was acknowledged outlives kill -9, again and again; not a test.
+"""Checks that acknowledged content survives repeated kill -9; not a test.
 
     python tests/faults.py [--rounds 200] [--seed 1] [--data FOLDER]
 
 A real server is under load all the time: uploads in pieces, tags that are put, changed and deleted,
 a video that is tracked over and over and a camera that is recorded.  In each round the server or
 one of its processes is killed at a random moment; then all is compared with what was acknowledged.
-`tests/app/services/test_faults.py` does ten rounds of the same.
+`tests/app/tracking/test_faults.py` does ten rounds of the same.
 """
 
 from __future__ import annotations
@@ -42,22 +42,23 @@ from steps import Server  # noqa: E402
 from app.jobs.messages import KeptCheckpoint  # noqa: E402
 
 FRAMES, PACE = 300, 8.0
-"""Of the video: one and a half seconds when nothing comes between."""
+"""Frames of the video and its pace: one and a half seconds without interruption."""
 UPLOAD_BYTES, PIECE_BYTES = 2_000_000, 150_000
 TAGS = 25
 PAUSE_S = 0.05
-"""Between two requests of the same kind."""
+"""Pause between two requests of the same kind."""
 KILL_WITHIN_S = (0.1, 2.0)
 ENDS_WITHIN_S = 120.0
 _WORKERS = {"tracker": "app.jobs.tracker", "camera": "app.jobs.camera", "media": "app.jobs.media"}
 _MOST_TRACKER_KILLS = 2
-"""In a row: the third without a checkpoint would rightly be taken for the video's fault."""
+"""Most tracker kills in a row: a third without a checkpoint would rightly count as the video's
+fault."""
 _GONE = (urllib.error.URLError, HTTPException, ConnectionError, TimeoutError)
 
 
 @dataclass
 class Tally:
-    """What happened."""
+    """Counts of the events."""
 
     rounds: int = 0
     server_kills: int = 0
@@ -81,14 +82,14 @@ class Tally:
 
     @property
     def faults(self) -> int:
-        """What must be 0."""
+        """Number of faults, which must be 0."""
         return (
             self.lost + self.tracks_that_differ + self.orphans + self.stuck + self.damaged_databases
         )
 
 
 class _Load(threading.Thread):
-    """Does one request after the other; one that was not answered is sent again."""
+    """Sends one request after the other; an unanswered one is sent again."""
 
     def __init__(self, server: Server, tally: Tally, rng: random.Random) -> None:
         super().__init__(daemon=True)
@@ -115,9 +116,9 @@ class Tagger(_Load):
         super().__init__(server, tally, rng)
         self._path = f"/api/inspections/{inspection}/observations"
         self._known: dict[str, str | None] = {}
-        """The remark that was acknowledged, by id; None: that it was deleted."""
+        """The acknowledged remark by id; None for a deleted observation."""
         self._in_hand: tuple[str, str | None] | None = None
-        """Asked for and not acknowledged: it may or may not be there."""
+        """The unacknowledged request, whose effect is unknown."""
 
     def step(self) -> None:
         if self._in_hand is None:
@@ -138,7 +139,7 @@ class Tagger(_Load):
         self.tally.acknowledged_tags += 1
 
     def check(self) -> None:
-        """Compare all that was acknowledged with what the server has."""
+        """Compare everything acknowledged with the server's state."""
         with self.lock:
             listed = json.load(self.server.ask("GET", self._path))["observations"]
             found = {each["id"]: each["remark"] for each in listed}
@@ -149,7 +150,7 @@ class Tagger(_Load):
 
 
 class Uploader(_Load):
-    """Uploads in pieces, from where the server says that it stands."""
+    """Uploads in pieces, continuing at the server's offset."""
 
     def __init__(self, server: Server, tally: Tally, rng: random.Random, data: Path) -> None:
         super().__init__(server, tally, rng)
@@ -174,7 +175,7 @@ class Uploader(_Load):
             self._compare()
 
     def offset(self) -> int:
-        """Where the server says that it stands."""
+        """Return the server's offset."""
         assert self._place is not None
         return int(self.server.ask("HEAD", self._place, headers=TUS).headers["Upload-Offset"])
 
@@ -196,7 +197,7 @@ class Uploader(_Load):
             self.server.ask("DELETE", place, headers=TUS).read()
 
     def check(self) -> None:
-        """Compare what was acknowledged of the upload under way with what the server has."""
+        """Compare the acknowledged part of the current upload with the server's state."""
         with self.lock:
             if self._place is None:
                 return
@@ -207,24 +208,24 @@ class Uploader(_Load):
 
 
 class Tracked:
-    """A video that is tracked again each time that it is done, and what has to come out."""
+    """A video that is tracked again whenever it is done, and the expected result."""
 
     def __init__(self, server: Server, tally: Tally, data: Path, inspection: str) -> None:
         self._server, self._tally, self._id = server, tally, inspection
         self._folder = data / "inspections" / inspection
         self._whole = self._left()
         self._seen = 0
-        """Frames that were tracked when it was last asked."""
+        """Frames tracked at the last check."""
         self.tracker_kills = 0
         self.retry()
 
     def retry(self) -> None:
-        """From the first frame."""
+        """Track from the first frame."""
         self._server.ask("POST", f"/api/inspections/{self._id}/retry").read()
         self.tracker_kills = 0
 
     def look(self) -> str:
-        """Its state; a track that is done is compared and made again."""
+        """Return its state; compare a finished track and track again."""
         state, self._seen = state_of(self._server, self._id)
         if state in ("done", "failed", "cancelled"):
             self._tally.tracks_compared += 1
@@ -233,7 +234,7 @@ class Tracked:
         return state
 
     def note_kill(self) -> None:
-        """It was broken off: from where will it go on?"""
+        """Note that tracking was killed, to see from where it continues."""
         with suppress(FileNotFoundError):
             content = (self._folder / "checkpoint").read_bytes()
             frames = msgspec.msgpack.decode(content, type=KeptCheckpoint).checkpoint.frames
@@ -241,7 +242,7 @@ class Tracked:
             self._tally.frames_tracked_again += max(self._seen - frames, 0)
 
     def _left(self) -> dict[str, bytes]:
-        """What tracking leaves: the track, what is seen beside it and the wall."""
+        """Return the results of tracking: the track, its side files and the wall."""
         names = ("track.csv", "health.csv", "joints.csv")
         texts = {name: (self._folder / name).read_bytes() for name in names}
         tiles = {path.name: path.read_bytes() for path in (self._folder / "wall").glob("*.jpg")}
@@ -249,7 +250,7 @@ class Tracked:
 
 
 class Storm:
-    """The server, its load, and who is killed."""
+    """The server, its load, and the processes to kill."""
 
     def __init__(self, data: Path, seed: int) -> None:
         self.tally = Tally()
@@ -267,10 +268,10 @@ class Storm:
         )
         self._camera = MjpegCamera(rate_hz=10)
         self._recorded: list[str] = []
-        """Live inspections that have not been seen to end."""
+        """Live inspections whose end has not been seen."""
 
     def run(self, rounds: int) -> Tally:
-        """All of it."""
+        """Run all rounds."""
         with self._server, self._camera, tempfile.TemporaryDirectory() as folder:
             video, rig = make_clip(Path(folder) / "clip.mp4", FRAMES), Path(folder) / "rig.json"
             rig.write_text(json.dumps(clip_rig()))
@@ -337,7 +338,7 @@ class Storm:
                 self._tracked.tracker_kills += 1
 
     def _check_database(self) -> None:
-        """Of a copy: to open the file itself would repair it."""
+        """Check a copy: opening the file itself would repair it."""
         with tempfile.TemporaryDirectory() as folder:
             for path in self._data.glob("chainage.db*"):
                 shutil.copy(path, folder)
@@ -352,7 +353,7 @@ class Storm:
         self._recorded.append(made["id"])
 
     def _look_at_recordings(self) -> None:
-        """Those that a server left behind come to an end; that of this server is ended."""
+        """Wait for the end of recordings that a server left behind; end the present one."""
         for inspection in list(self._recorded):
             path = f"/api/inspections/{inspection}"
             if state_of(self._server, inspection)[0] in ("done", "failed"):
@@ -363,7 +364,7 @@ class Storm:
                 self._server.ask("POST", f"{path}/finish", {"end_condition": "complete"}).read()
 
     def _settle(self) -> None:
-        """Without further kills all comes to its end."""
+        """Wait, without further kills, until everything has ended."""
         deadline = time.monotonic() + ENDS_WITHIN_S
         while self._recorded or self._tracked.look() not in ("done", "failed"):
             self._look_at_recordings()
@@ -374,20 +375,20 @@ class Storm:
 
 
 def state_of(server: Server, inspection: str) -> tuple[str, int]:
-    """Status of an inspection, and how many frames are tracked."""
+    """Return the status of an inspection, and the number of tracked frames."""
     found: dict[str, Any] = json.load(server.ask("GET", f"/api/inspections/{inspection}"))
     return found["status"], found["progress"]["frames_done"]
 
 
 def is_running(pid: int, module: str) -> bool:
-    """Whether this process still runs this module."""
+    """Return whether this process still runs this module."""
     with suppress(FileNotFoundError, ProcessLookupError):
         return module in Path(f"/proc/{pid}/cmdline").read_text().split("\0")
     return False
 
 
 def main() -> None:
-    """Run it and print what happened; ends with 1 if anything was lost."""
+    """Run and print the counts; exit with 1 if anything was lost."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--rounds", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)

@@ -20,11 +20,11 @@ from steps import Server, log_in
 
 SIZE = (1440, 900)
 SHOWN = (1200, 750)
-"""Of the film, in pixels."""
+"""Size of the film, in pixels."""
 QUALITY = 60
 PICTURE_MS = 125
 FRAMES_A_PICTURE = 4
-"""Of the sample's 15 a second: the drive is shown at about twice its speed."""
+"""Frames per picture, of the sample's 15 a second: the drive is shown at about twice its speed."""
 START, SETTLED, END = 122, 246, 330
 """Frames: before the roots at 1.5 m, over the silt at 2.25 m, past the leak at 3 m."""
 DRAWN_BYTES = 60_000
@@ -55,7 +55,7 @@ class Film:
         page.evaluate(POINTER)
 
     def take(self, hold_ms: int = PICTURE_MS) -> None:
-        """Add what is seen now."""
+        """Add the present view."""
         wait_for_still_3d_view(self._page)
         shot = Image.open(io.BytesIO(self._page.screenshot())).convert("RGB")
         self._pictures.append(shot.resize(SHOWN, Image.Resampling.LANCZOS))
@@ -68,7 +68,7 @@ class Film:
             self.take()
 
     def click(self, target: Locator, pictures: int = 4) -> None:
-        """Move the pointer onto something in so many pictures, then click on it."""
+        """Move the pointer onto an element over several pictures, then click it."""
         box = target.bounding_box()
         assert box is not None
         (x, y), to = self._pointer, (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)

@@ -28,13 +28,13 @@ RENDERER = (
     "vo_core/types.py",
     "vo_core/geometry/wall.py",
 )
-"""The code that decides what a picture shows."""
+"""The code that determines the pictures."""
 
 POSE = [field.name for field in fields(RenderedFrame) if field.name not in ("index", "image")]
 
 
 def film(scenario: Scenario) -> list[RenderedFrame]:
-    """All frames of a scenario, rendered by the first test that asks for them."""
+    """Return all frames of a scenario, rendered by the first test that asks for them."""
     folder = FILMS / _renderer()
     file = folder / f"{hashlib.sha256(repr(scenario).encode()).hexdigest()[:24]}.npz"
     with alone(file.with_suffix(".lock")):
@@ -61,7 +61,7 @@ def _read(file: Path) -> list[RenderedFrame]:
 
 @lru_cache(maxsize=1)
 def _renderer() -> str:
-    """Digest of the renderer; films of another one are removed."""
+    """Return the digest of the renderer; remove films of other versions."""
     digest = hashlib.sha256(f"{np.__version__} {cv2.__version__}".encode())
     for pattern in RENDERER:
         for path in sorted(ROOT.glob(pattern)):

@@ -1,4 +1,4 @@
-"""Thousands of damaged and malicious media files; prints what became of them as a table.
+"""Tries thousands of damaged and malicious media files; prints the outcomes as a table.
 
     python tests/fuzz_media.py --rounds 5000 --served 200 --seed 1
 
@@ -32,31 +32,31 @@ from ready_tracker import ReadyTracker, Verdict
 
 BAD = ("crashed", "timed out", "unforeseen")
 _REFUSALS = (422, 504)
-"""Statuses of a clear answer to a file that is no video."""
+"""Statuses that clearly refuse a file that is no video."""
 
 
 @dataclass
 class Attacks:
-    """What became of the files."""
+    """The outcomes of the files."""
 
     tally: Counter[tuple[str, str]] = field(default_factory=Counter)
-    """By seed and end."""
+    """By seed and outcome."""
     server: Counter[str] = field(default_factory=Counter)
-    """Of those that went through a server."""
+    """Outcomes of those that went through a server."""
     slowest_s: float = 0.0
 
     def count(self, *ends: str) -> int:
-        """How many files ended so."""
+        """Return the number of files with these outcomes."""
         return sum(n for (_, end), n in self.tally.items() if end in ends)
 
     @property
     def faults(self) -> int:
-        """What must be 0."""
+        """Number of faults, which must be 0."""
         return self.count("unforeseen") + self.server["server failure"]
 
 
 def main() -> int:
-    """Run; 1 if something was wrong."""
+    """Run; return 1 if something was wrong."""
     options = _options()
     found = attack(options.rounds, options.served, options.seed, options.keep)
     _print_table(found.tally)
@@ -67,7 +67,9 @@ def main() -> int:
 
 
 def attack(rounds: int, served: int, seed: int, keep: Path | None = None) -> Attacks:
-    """Try so many files, some of them through a server, too; Ctrl+C ends with what was found."""
+    """Try several files, some of them through a server too; Ctrl+C ends with the outcomes so
+    far.
+    """
     rng = random.Random(seed)  # noqa: S311  (to be repeated)
     found = Attacks()
     with (
@@ -114,7 +116,7 @@ def _column(verdict: Verdict) -> str:
 
 
 def _served(client: Client, path: Path) -> str:
-    """What a user gets who uploads the file, while somebody else is using the server."""
+    """Return the outcome for a user who uploads the file, while somebody else uses the server."""
     try:
         created = client.create(path, rig=RIG)
         if created.status_code in _REFUSALS:

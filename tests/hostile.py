@@ -1,4 +1,4 @@
-"""Media files to break: small whole clips, and what can be done to their bytes."""
+"""Media files to break: small valid clips, and ways to damage their bytes."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ CODINGS = {
     "mpeg2.ts": "mpeg2video",
     "mpeg1.mpg": "mpeg1video",
 }
-"""Every container and codec that is taken: file name and encoder."""
+"""Every accepted container and codec: file name and encoder."""
 _QUICK = {
     "libx264": {"preset": "ultrafast"},
     "libx265": {"preset": "ultrafast", "x265-params": "log-level=none"},
@@ -53,7 +53,7 @@ def write_clip(
     times: Callable[[int], int] | None = None,
     **options: str,
 ) -> Path:
-    """A floor passing by at 25 frames a second; `times` gives other time stamps, in 1/12800 s."""
+    """Write a passing floor at 25 frames a second; `times` sets other time stamps, in 1/12800 s."""
     with _ordinary_priority(), av.open(str(path), "w") as container:
         stream = container.add_stream(encoder, rate=25)
         assert isinstance(stream, av.VideoStream)
@@ -75,9 +75,9 @@ def write_clip(
 
 @contextmanager
 def _ordinary_priority() -> Iterator[None]:
-    """SVT-AV1 puts whoever calls it as root before everything else (SCHED_FIFO 99), for good.
+    """Undo the priority of SVT-AV1, which gives a root process SCHED_FIFO 99 permanently.
 
-    Browsers and servers that such a test process starts then leave no time to any other.
+    Browsers and servers started by such a test process would leave no time to others.
     """
     try:
         yield
@@ -96,7 +96,7 @@ def _retimed(
 
 
 def copy_packets(source: Path, target: Path, **options: str) -> None:
-    """Into another container, as they are; `options` are those of its writer."""
+    """Copy packets unchanged into another container; `options` are those of its writer."""
     with av.open(str(source)) as whole, av.open(str(target), "w", options=options) as sink:
         stream = whole.streams.video[0]
         copy = sink.add_stream_from_template(stream)
@@ -107,20 +107,20 @@ def copy_packets(source: Path, target: Path, **options: str) -> None:
 
 
 def write_seeds(folder: Path) -> dict[str, bytes]:
-    """One whole clip of each coding."""
+    """Write one valid clip of each coding."""
     os.environ["SVT_LOG"] = "1"  # errors only
     return {name: write_clip(folder / name, coder).read_bytes() for name, coder in CODINGS.items()}
 
 
 @dataclass(frozen=True)
 class Edit:
-    """One thing done to a file."""
+    """One change to a file."""
 
     kind: str
     at: float
-    """Where, from 0 at its beginning to 1 at its end."""
+    """Place of the change, from 0 at the beginning to 1 at the end."""
     value: int
-    """What with; its meaning depends on the kind."""
+    """Value of the change; its meaning depends on the kind."""
 
 
 EXTREMES = (
@@ -145,11 +145,11 @@ MARKS = (
     + (b"\x00\x00\x01\xba", b"\x00\x00\x01\xe0", b"\x00\x00\x01\xb3", b"\x00\x00\x01\xb5")
     + (b"\x00\x00\x01\x67", b"\x00\x00\x01\x65", b"\x47\x40", b"\x47\x01", b"\xff\xd8", b"\xff\xc0")
 )
-"""What stands before the numbers of a container's or a codec's headers."""
+"""Bytes before the numbers in headers of containers and codecs."""
 
 
 def edited(content: bytes, edits: Sequence[Edit], other: bytes) -> bytes:
-    """A file after what was done to it; pieces of `other` may be put into it."""
+    """Apply the edits to a file; pieces of `other` may be inserted."""
     data = bytearray(content)
     for edit in edits:
         if data:
@@ -174,7 +174,7 @@ def _number(data: bytearray, at: int, value: int, _other: bytes) -> None:
 
 
 def _header(data: bytearray, at: int, value: int, _other: bytes) -> None:
-    """An extreme number in one of the headers, at a place that its format may read it from."""
+    """Write an extreme number into a header, at a place where its format may read it."""
     found = [place for mark in MARKS if (place := data.find(mark)) >= 0]
     if found:
         start = found[at % len(found)]
@@ -198,7 +198,7 @@ def _zero(data: bytearray, at: int, value: int, _other: bytes) -> None:
 
 
 def _splice(data: bytearray, at: int, value: int, other: bytes) -> None:
-    """The rest of another file."""
+    """Append the rest of another file."""
     data[at:] = other[value % max(len(other), 1) :]
 
 

@@ -1,8 +1,8 @@
-"""Which of four kinds a test is: `unit`, `render`, `server` or `browser`, by what it works with.
+"""Determines the kind of a test: `unit`, `render`, `server` or `browser`, by what it works with.
 
-The most expensive thing that the file of a test imports, or that the test asks for as a fixture,
-decides.  A unit test runs no other process, no server and no browser and renders no frames; a
-process or a socket in one fails it.
+The most expensive import of the test's file, or the most expensive fixture, decides.  A unit test
+runs no other process, no server and no browser and renders no frames; a process or a socket in one
+fails it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 BROWSER = {"browser", "page", "window"}
-"""Fixtures that are Chromium."""
+"""Fixtures that use Chromium."""
 
 SERVER = {
     "server", "shared", "survey", "done", "chainage", "served", "serve",
@@ -28,18 +28,18 @@ RENDER = {
     "render", "simulate", "film", "follow", "texture", "pair", "Odometry", "time_track",
     "run_trials", "World", "Studio", "WallCaster", "make_clip",
 }  # fmt: skip
-"""Names in a test file that make pictures of a wall, or track them."""
+"""Names in a test file that render a wall, or track it."""
 
 
 _STARTS = {"subprocess.Popen", "os.posix_spawn", "os.fork", "os.exec", "socket.bind"}
-"""Events of the interpreter that no unit test may cause."""
+"""Audit events that no unit test may cause."""
 
 _LISTS_FONTS = "fc-list"
 """Matplotlib runs it, the first time that it draws on a machine."""
 
 
 def kind_of(item: pytest.Item) -> str:
-    """The kind of a test."""
+    """Return the kind of a test."""
     fixtures = set(getattr(item, "fixturenames", ()))
     names = fixtures | vars(getattr(item, "module", item)).keys()
     if fixtures & BROWSER:
@@ -50,7 +50,7 @@ def kind_of(item: pytest.Item) -> str:
 
 
 class _Guard:
-    """An audit hook, which stays for good once it is there, and whether it refuses at present."""
+    """An audit hook, which stays installed, and whether it is active."""
 
     def __init__(self) -> None:
         self.test: str | None = None
@@ -71,7 +71,7 @@ _guard = _Guard()
 
 @contextmanager
 def nothing_is_started(test: str) -> Iterator[None]:
-    """For as long as a unit test runs."""
+    """Activate the hook while a unit test runs."""
     _guard.set_up()
     _guard.test = test
     try:

@@ -1,7 +1,7 @@
-"""A survey with many defects and frames, put into a data folder as the server itself would.
+"""Writes a survey with many defects and frames into a data folder, like the server would.
 
-The film is one second of a standing picture whose packets are muxed again and again, so that two
-hours of it take seconds to make; the track is that of a robot that drives evenly.
+The film repeats the packets of one second of a still picture, so that two hours of it take seconds
+to write; the track is that of a robot at constant speed.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from vo_core.joints.finder import Sighting
 
 RATE_HZ = 25
 STEP_MM = 5.0
-"""Between two frames: 7.5 m/min, a kilometre in 200,000 frames."""
+"""Distance between two frames: 7.5 m/min, a kilometre in 200,000 frames."""
 WHO = "measured"
 
 _CODES: tuple[dict[str, object], ...] = (
@@ -46,11 +46,11 @@ _CODES: tuple[dict[str, object], ...] = (
     {"code": "BBF", "char1": "B", "severity": 2},
 )
 _STRETCH_EVERY = 10
-"""Of so many defects one starts a stretch, which the third after it finishes."""
+"""One in this many defects starts a stretch, which the third after it finishes."""
 
 
 def add_long_survey(data: Path, defects: int, frames: int) -> str:
-    """Put a tracked inspection into a data folder that no server uses; its id."""
+    """Add a tracked inspection to a data folder that no server uses; return its id."""
     folder = DataFolder(data, reserve_bytes=0)
     database = Database(folder.database)
     try:

@@ -5,7 +5,8 @@
 A rendered culvert with the number of the frame as blocks in its first rows is served as an MJPEG
 camera at 30 frames a second, the server records and tracks it, the page shows it.  At each
 animation frame, after everything has been drawn, the page reads the number off its own canvas.
-Camera, server and browser have one clock, so that the number tells when the camera had a picture.
+Camera, server and browser have one clock, so that the number identifies the time of the camera's
+picture.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ LEG_MM = 1500.0
 SPEED_MM_S = 120.0
 WARM_UP_S = 12.0
 CHECKED = 40
-"""Frames that are compared with the recording."""
+"""Number of frames compared with the recording."""
 
 # What is about to be presented: size observers run after all animation callbacks of a frame.
 WATCH = """(seconds) => import('/static/core/units.js').then((units) => new Promise((resolve) => {
@@ -95,7 +96,7 @@ INTERACTIVE = """() => new Promise((resolve) => {
 
 
 class NumberedCamera(MjpegCamera):
-    """Drives to and fro in a rendered culvert and knows when it sent which number."""
+    """Drives back and forth in a rendered culvert and knows when it sent each number."""
 
     def __init__(self, pictures: Sequence[NDArray[np.uint8]], rate_hz: float = RATE_HZ) -> None:
         self.sent_ms: dict[int, float] = {}
@@ -114,17 +115,17 @@ class NumberedCamera(MjpegCamera):
 
 @dataclass(frozen=True)
 class Measured:
-    """Of one run; times in ms."""
+    """The figures of one run; times in ms."""
 
     first_shown: list[float]
     """Age of each picture when it is first on screen."""
     on_screen: list[float]
-    """Age of what is on screen, at each animation frame."""
+    """Age of the picture on screen, at each animation frame."""
     gaps: list[float]
-    """Between two pictures on screen."""
+    """Time between two pictures on screen."""
     long_tasks: list[float]
     mixed: int
-    """Animation frames in which picture, number, pose or read-out were not of one frame."""
+    """Animation frames in which picture, number, pose or read-out came from different frames."""
     interactive: float
     tracked_hz: float
     load: float
@@ -179,7 +180,7 @@ def measure(page: Page, server: Server, camera: NumberedCamera, seconds: float) 
 
 
 def _numbers_of_frames(server: Server, path: str, frames: set[int]) -> dict[int, int]:
-    """Which number some frames of the recording show."""
+    """Return the numbers shown by some frames of the recording."""
     found = {}
     for frame in frames:
         with server.ask("GET", f"{path}/frames/{frame}.jpg") as answer:

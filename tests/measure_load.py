@@ -1,13 +1,14 @@
-"""Whether server, cameras and viewers bear the stated load on this machine; not a test.
+"""Measures whether server, cameras and viewers sustain the stated load on this machine; not a test.
 
     python tests/measure_load.py [four viewers] [--seconds 45]
 
 `four`: four cameras at 15 frames a second, one real page, programs as viewers of the others.
 `viewers`: one camera at 30, twenty viewers: a real page, seventeen programs that keep up, one that
-takes a second over each message and one that never acknowledges.  The cameras send 640 x 480 of a
+takes a second for each message and one that never acknowledges.  The cameras send 640 x 480 of a
 rendered culvert with the number of the frame in it; the number says when a picture was taken, so
 that the age of what is shown is known whatever the server claims.  Cameras, viewers and Chromium
-with its 3D view in software use the same cores as the server; the second table tells who uses what.
+with its 3D view in software use the same cores as the server; the second table shows the share of
+each.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ from app.lab.simulation.sample import SAMPLE  # noqa: E402
 
 MAX_AGE_MS = 250
 MAX_GROWTH = 0.05
-"""Of the memory, from the first third of the run to the last."""
+"""Allowed growth of the memory, from the first third of the run to the last."""
 NEVER_S = 1e6
 _LOOK_EVERY_S = 0.01
 _TICKS_HZ = os.sysconf("SC_CLK_TCK")
@@ -62,12 +63,12 @@ _PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
 
 @dataclass(frozen=True)
 class Load:
-    """What the server is to bear."""
+    """The load on the server."""
 
     cameras: int
     rate_hz: int
     pauses_s: tuple[tuple[float, ...], ...]
-    """By camera, of each viewer that is a program; the page looks at the first camera."""
+    """By camera, the pause of each viewer that is a program; the page shows the first camera."""
 
 
 LOADS = {
@@ -78,46 +79,46 @@ LOADS = {
 
 @dataclass(frozen=True)
 class Recorded:
-    """What became of one camera's frames."""
+    """The outcome of one camera's frames."""
 
     frames: int
-    """In the recording."""
+    """Frames in the recording."""
     rows: int
-    """Of the track."""
+    """Rows of the track."""
     left_out: int
-    """By the tracker while it was measured: their rows are interpolated."""
+    """Frames that the tracker skipped during the measurement: their rows are interpolated."""
     left_out_before: int
-    """While page and 3D view were starting."""
+    """Frames skipped while page and 3D view were starting."""
 
 
 @dataclass(frozen=True)
 class Held:
-    """Of one run; ages in ms."""
+    """The figures of one run; ages in ms."""
 
     recorded: list[Recorded]
     page: list[float]
-    """Age of what is on the page at each of its animation frames."""
+    """Age of the picture on the page at each of its animation frames."""
     programs: list[float]
     """p95 of each viewer that keeps up."""
     slow: list[int]
-    """Messages that the others got."""
+    """Number of messages received by the others."""
     backwards: int
-    """Poses that were older than the one before, of all viewers."""
+    """Poses older than the previous one, over all viewers."""
     rss_mb: list[float]
     cores: dict[str, float]
-    """Processor seconds a second, by who used them."""
+    """Processor seconds per second, by group."""
     load: float
 
     @property
     def growth(self) -> float:
-        """Of the memory, as a share."""
+        """Growth of the memory, as a share."""
         third = len(self.rss_mb) // 3
         first, last = map(statistics.median, (self.rss_mb[:third], self.rss_mb[-third:]))
         return last / first - 1
 
     @property
     def misses(self) -> list[str]:
-        """What falls short."""
+        """Return the missed targets."""
         found = {
             "poses lost": any(it.rows != it.frames for it in self.recorded),
             "poses interpolated": any(it.left_out for it in self.recorded),
@@ -142,7 +143,7 @@ class Census:
         self._thread.start()
 
     def end(self) -> dict[str, float]:
-        """Stop; cores by group."""
+        """Stop; return cores by group."""
         self._ended.set()
         self._thread.join()
         seconds, after = time.monotonic() - self._began_s, self._ticks()
@@ -164,7 +165,7 @@ class Census:
 
 
 def descendants(pid: int) -> list[int]:
-    """Processes that a process has started, and theirs."""
+    """Return the processes that a process has started, and theirs."""
     found: list[int] = []
     for path in Path(f"/proc/{pid}/task").glob("*/children"):
         with suppress(FileNotFoundError, ProcessLookupError):  # the thread has just ended
@@ -241,7 +242,7 @@ def measure(page: Page, server: Server, load: Load, cameras: Sequence[NumberedCa
 
 
 def ages_ms(got: Seen, sent_ms: dict[int, float], since_s: float) -> list[float]:
-    """Age of the newest pose that a viewer has, looked at every 10 ms."""
+    """Return the ages of the newest pose that a viewer has, sampled every 10 ms."""
     zero_s = statistics.median(sent_ms[number] / 1000 - t_s for t_s, number in got.numbers)
     arrived_s, time_s = np.array(got.arrived_s), np.array(got.time_s)
     looked_s = np.arange(max(since_s, arrived_s[0]), arrived_s[-1], _LOOK_EVERY_S)
@@ -262,7 +263,7 @@ def _dropped(server: Server, inspection_id: str) -> int:
 
 
 def _ended(server: Server, inspection_id: str) -> tuple[int, int]:
-    """Finish it: frames of the recording, rows of the track."""
+    """Finish it; return frames of the recording and rows of the track."""
     path = f"/api/inspections/{inspection_id}"
     server.ask("POST", f"{path}/finish", {"end_condition": "complete"}).close()
     with server.ask("GET", f"{path}/video") as answer:
@@ -309,7 +310,7 @@ COLUMNS: tuple[tuple[str, Callable[[Held], str]], ...] = (
 
 
 def holding(loads: Sequence[str], seconds: float) -> Iterator[tuple[str, Held]]:
-    """Each load on one server, with what was measured under it."""
+    """Apply each load to one server; yield the figures."""
     pictures = drive()
     with (
         tempfile.TemporaryDirectory() as folder,

@@ -1,4 +1,4 @@
-"""Whether server and page hold a long survey: many defects, many frames; not a test.
+"""Measures how server and page perform with a long survey: many defects, many frames; not a test.
 
     python tests/measure_long_survey.py [20x2000 2000x600 ...] [--only server page] [--write]
 
@@ -49,7 +49,7 @@ Figures = dict[str, float]
 
 @dataclass(frozen=True)
 class Budget:
-    """What a figure may be at most; None where only its growth with the film is bounded."""
+    """Limit of a figure; None where only its growth with the film is limited."""
 
     name: str
     limit: float | None
@@ -77,7 +77,7 @@ GROWING = (
     "CSV export, ms", "last tag, ms", "opening, warm, ms", "seeking, ms",
     "tagging on the page, ms",
 )  # fmt: skip
-"""May be so many times what it is with a hundredth of the frames."""
+"""Allowed factor from a hundredth of the frames to all of them."""
 
 LONG_TASKS = """(seconds) => new Promise((resolve) => {
   const { desk } = document.querySelector('inspection-page');
@@ -133,7 +133,7 @@ REQUESTS = "() => performance.getEntriesByType('resource').length"
 
 
 def ask_ms(server: Server, inspection_id: str, what: str, times: int = 3) -> float:
-    """How long an answer takes, the middle one of some; before each a tag is changed."""
+    """Return the median time of an answer; a tag is changed before each."""
     found = []
     for n in range(times):
         put_tag(server, inspection_id, n)
@@ -153,7 +153,7 @@ def timed_ms(act: Callable[[], object]) -> float:
 
 
 def tag_ms(server: Server, inspection_id: str, frames: int, pause_s: float = 0.0) -> float:
-    """How long one more tag takes; before each `pause_s` pass."""
+    """Return the time of one more tag, with a pause before each."""
 
     put_tag(server, inspection_id, 0)
     found = []
@@ -171,14 +171,16 @@ def put_tag(server: Server, inspection_id: str, frame: int) -> None:
 
 
 def rss_mb(server: Server) -> float:
-    """Of the server with its children."""
+    """Return the memory of the server with its children."""
     pids = [server.pid, *descendants(server.pid)]
     pages = (Path(f"/proc/{pid}/statm").read_text().split()[1] for pid in pids)
     return sum(map(int, pages)) * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
 def measure_server(server: Server, full: str, empty: str, frames: int) -> Figures:
-    """What programs ask for; a survey of the same length without defects has the first tag."""
+    """Measure the requests of programs; a survey of the same length without defects gets the first
+    tag.
+    """
     for inspection_id in (full, empty):  # read and adjusted once, as for every page
         read(server, f"/api/inspections/{inspection_id}/corrections")
     return {
@@ -192,7 +194,7 @@ def measure_server(server: Server, full: str, empty: str, frames: int) -> Figure
 
 
 def measure_page(browser: Browser, server: Server, inspection_id: str, frames: int) -> Figures:
-    """What a person sees: first with a cold cache, then with the files of the page kept."""
+    """Measure what a person sees: first with a cold cache, then with cached files of the page."""
     context = browser.new_context(viewport={"width": 1440, "height": 900})
     page = context.new_page()
     page.set_default_timeout(1000 * PATIENCE_S)
@@ -241,7 +243,7 @@ def measure_page(browser: Browser, server: Server, inspection_id: str, frames: i
 
 
 def settle(page: Page) -> None:
-    """Wait until the page asks for nothing more; of a long film it never has all."""
+    """Wait until the page sends no more requests; it never loads all of a long film."""
     before = -1
     while (now := page.evaluate(REQUESTS)) != before:
         before = now
@@ -249,7 +251,7 @@ def settle(page: Page) -> None:
 
 
 def heap_mb(page: Page) -> float:
-    """What the page's script holds after it was tidied up."""
+    """Return the memory of the page's script after a collection."""
     client = page.context.new_cdp_session(page)
     client.send("HeapProfiler.collectGarbage")
     used: dict[str, Any] = client.send("Runtime.getHeapUsage")
@@ -257,7 +259,7 @@ def heap_mb(page: Page) -> float:
 
 
 def measure(browser: Browser, defects: int, frames: int, parts: Sequence[str]) -> Figures:
-    """Of one size, on a server of its own."""
+    """Measure one size, on its own server."""
     with tempfile.TemporaryDirectory() as folder:
         data = Path(folder)
         full = add_long_survey(data, defects, frames)
@@ -272,7 +274,7 @@ def measure(browser: Browser, defects: int, frames: int, parts: Sequence[str]) -
 
 
 def table(sizes: Sequence[tuple[int, int]], found: Sequence[Figures]) -> str:
-    """As markdown: a row a budget, a column a size."""
+    """Format the table in markdown: a row for each budget, a column for each size."""
     heads = ["", "budget", *(f"{defects:,} x {frames:,}" for defects, frames in sizes)]
     rows = [heads, ["---"] + ["---:"] * (len(heads) - 1)]
     for budget in BUDGETS:
@@ -289,7 +291,7 @@ def table(sizes: Sequence[tuple[int, int]], found: Sequence[Figures]) -> str:
 
 
 def _growth(name: str, sizes: Sequence[tuple[int, int]], found: Sequence[Figures]) -> float | None:
-    """Of a figure from 2,000 frames to 200,000, with the same defects."""
+    """Return the growth of a figure from 2,000 frames to 200,000, with the same defects."""
     by_size = dict(zip(sizes, found, strict=True))
     short, long = by_size.get((2_000, 2_000), {}), by_size.get((2_000, 200_000), {})
     return long[name] / short[name] if name in short and name in long else None
@@ -303,7 +305,7 @@ def _cell(value: float | None, limit: float | None, decimals: int = 0) -> str:
 
 
 def write(text: str) -> None:
-    """Put a table between the markers of the page of the docs."""
+    """Write a table between the markers in the docs."""
     page = _TABLE.read_text("utf-8")
     parts = re.split(f"({re.escape(_BEGIN)}|{re.escape(_END)})", page)
     parts[2] = f"\n{text}"

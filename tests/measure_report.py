@@ -1,4 +1,4 @@
-"""How long the PDF of 200 defects with photos takes, and how much memory.
+"""Measures time and memory of the PDF of 200 defects with photos.
 
 Run as `python tests/measure_report.py [FILE.pdf]`. The photos have the size of full HD pictures;
 fonts are loaded within the time, as after a start.
@@ -28,7 +28,7 @@ SIZE_WH = (1920, 1080)
 
 
 def large_report(folder: Path) -> Report:
-    """Two hundred observations of all kinds along the pipe, each with a photo of its own."""
+    """Return a report with two hundred observations of all kinds, each with its own photo."""
     kinds = [
         {name: value for name, value in fields.items() if not name.startswith("cont_")}
         for fields in OBSERVATIONS
@@ -48,7 +48,7 @@ def large_report(folder: Path) -> Report:
 
 
 def large_photo(folder: Path, seq: int) -> Path:
-    """A JPEG with about as much detail as a video shows of concrete."""
+    """Write a JPEG with about as much detail as a film of concrete."""
     noise = np.random.default_rng(seq).normal(110, 20, (SIZE_WH[1] // 8, SIZE_WH[0] // 8))
     picture = cv2.resize(noise.clip(0, 255).astype(np.uint8), SIZE_WH)
     cv2.putText(picture, str(seq), (100, 700), cv2.FONT_HERSHEY_SIMPLEX, 16, 240, 40)

@@ -1,4 +1,4 @@
-"""The server as its operator runs it: `chainage serve` in a process of its own."""
+"""The server as its operator runs it: `chainage serve` in a separate process."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _COMMAND = [sys.executable, "-c", "from app.cli.main import main; main()", "serv
 
 
 class Process:
-    """It runs; the log is a file, so that it never waits for somebody to read it."""
+    """A running server process; its log is a file, so that it never waits for a reader."""
 
     def __init__(self, data: Path, log: Path, **settings: str) -> None:
         self.log = log
@@ -40,12 +40,12 @@ class Process:
         return self._process.pid
 
     def terminate(self, patience_s: float = 30) -> int:
-        """As a service manager ends it; the exit code."""
+        """Terminate it like a service manager; return the exit code."""
         self._process.send_signal(signal.SIGTERM)
         return self._process.wait(patience_s)
 
     def end(self) -> None:
-        """Whatever state it is in."""
+        """End it in whatever state it is."""
         self._process.kill()
         self._process.wait()
         assert self._process.stdout is not None
@@ -54,7 +54,7 @@ class Process:
 
 @contextmanager
 def process(data: Path, **settings: str) -> Iterator[Client]:
-    """A client of a server process over a data folder; settings without their prefix."""
+    """Yield a client of a server process over a data folder; settings without their prefix."""
     server = Process(data, data.with_name(f"{data.name}.log"), **settings)
     try:
         with Client(server, TOKEN) as client:  # type: ignore[arg-type]  # has what it needs

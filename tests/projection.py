@@ -1,4 +1,4 @@
-"""Wall points in the picture by OpenCV's own forward models, which the renderer does not use."""
+"""Projects wall points with OpenCV's own forward models, which the renderer does not use."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from vo_core import Pose, Rig
 
 
 def attitude(pose: Pose):
-    """R_z(yaw) R_y(pitch) R_x(roll) by OpenCV's rotation vectors."""
+    """Return R_z(yaw) R_y(pitch) R_x(roll), from OpenCV's rotation vectors."""
     turns = ((0, 0, pose.yaw_rad), (0, pose.pitch_rad, 0), (pose.roll_rad, 0, 0))
     about_z, about_y, about_x = (cv2.Rodrigues(np.array(turn, float))[0] for turn in turns)
     return about_z @ about_y @ about_x
 
 
 def project(rig: Rig, pose: Pose, x_mm, arc_mm):
-    """Pixels of developed wall points, by OpenCV's forward models."""
+    """Return the pixels of developed wall points, by OpenCV's forward models."""
     camera = rig.camera
     if rig.pipe.diameter_mm is None:
         y_mm, z_mm = arc_mm, np.full_like(arc_mm, rig.mount.height_mm)

@@ -1,4 +1,4 @@
-"""Reports with anything in them, for hypothesis."""
+"""Reports with random content, for hypothesis."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ HEADERS = st.dictionaries(
 
 @st.composite
 def entries(draw: st.DrawFn) -> tuple[Entry, ...]:
-    """In the order of a report."""
+    """Entries in the order of a report."""
     drawn: list[dict[str, Any]] = draw(
         st.lists(st.fixed_dictionaries({"distance_m": st.one_of(st.none(), METRES)}), max_size=6)
     )
@@ -67,7 +67,7 @@ def _entry(draw: st.DrawFn, seq: int, fields: dict[str, Any]) -> Entry:
 
 @st.composite
 def reports(draw: st.DrawFn) -> Report:
-    """Any report that may be written: empty header, no track, no observations, odd text."""
+    """Any report that can be written: empty header, no track, no observations, odd text."""
     rows = draw(st.sampled_from([0, 3]))
     track = track_of(LENGTH_M, rows)
     who = draw(TEXTS)

@@ -1,9 +1,9 @@
-"""A process that has loaded the children's code and forks: thousands of files under their limits.
+"""A process that has loaded the children's code and forks, to try thousands of files under limits.
 
-Run as a program it reads one request a line and answers each in a line, both JSON.  Every file
-goes through `app.jobs.media` (what is it, a picture of it) and `app.jobs.tracker`, unchanged, in a
-forked process of its own that has put the limits on itself; only the second in which an interpreter
-starts and loads its modules is saved.
+Run as a program it reads one request a line and answers each in a line, both JSON.  Every file goes
+through `app.jobs.media` (probe and a picture) and `app.jobs.tracker`, unchanged, in a forked
+process that has set its own limits. Only the second that an interpreter takes to start and load its
+modules is saved.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ from vo_core import Rig
 from vo_core.errors import RigVideoMismatch
 
 LIMITS = Limits(768 * 2**20, cpu_s=20)
-"""The least that an operator may set."""
+"""The smallest limits that an operator may set."""
 WALL_CLOCK_S = 20.0
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """How it ended for a file."""
+    """The outcome for a file."""
 
     end: str
     """`whole`, `partial`, `crashed`, `timed out`, or the code of a failure."""
@@ -59,7 +59,7 @@ class Verdict:
 
 
 class ReadyTracker:
-    """The process, seen from the outside; a context manager."""
+    """The forking process as a context manager."""
 
     def __init__(self, rig: dict[str, Any]) -> None:
         self._rig = rig
@@ -70,7 +70,7 @@ class ReadyTracker:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
-            process_group=0,  # a Ctrl-C is for its parent to handle
+            process_group=0,  # its parent handles a Ctrl-C
             env={"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1", "PATH": os.defpath},
         )
 
@@ -83,7 +83,7 @@ class ReadyTracker:
         self._process.wait(30)
 
     def verdict(self, video: Path) -> Verdict:
-        """Of one file."""
+        """Return the outcome for one file."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.stdin.write(json.dumps({"video": str(video), "rig": self._rig}) + "\n")
@@ -96,7 +96,7 @@ def _serve() -> None:
     import app.jobs.follow  # noqa: F401
 
     gc.collect()
-    gc.freeze()  # or every fork would copy what it collects
+    gc.freeze()  # otherwise every fork would copy the memory that it frees
     for line in sys.stdin:
         request = json.loads(line)
         sys.stdout.write(json.dumps(asdict(_tried(request["video"], request["rig"]))) + "\n")
@@ -122,7 +122,7 @@ def _tried(video: str, rig: dict[str, Any]) -> Verdict:
 
 
 def _child(video: str, connection: Connection) -> None:
-    """Never returns."""
+    """Run in the child; never return."""
     try:
         limits.apply(LIMITS)
         for request in (ProbeRequest(video), PictureRequest(video, 0.2, 80)):
@@ -135,7 +135,7 @@ def _child(video: str, connection: Connection) -> None:
 
 
 def _drained(connection: Connection, request: TrackRequest, begun_s: float) -> tuple[str, str, int]:
-    """What the parent of the children makes of what they say."""
+    """Return what a parent would conclude from the children's messages."""
     from_media = msgspec.msgpack.Decoder(FromMedia)
     from_tracker = msgspec.msgpack.Decoder(FromTracker)
     rows: list[float] = []

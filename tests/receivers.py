@@ -1,4 +1,4 @@
-"""Who is told of what must not wait: an HTTP server on loopback that answers as a test wants it."""
+"""Receiver of notifications: an HTTP server on loopback that answers as a test wants."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ class Received:
 
 
 class Receiver:
-    """What has come, and how to answer it."""
+    """Received requests, and how to answer further ones."""
 
     def __init__(self, port: int = 0, certificate: tuple[Path, Path] | None = None) -> None:
         self.received: list[Received] = []
         self.statuses: list[int] = []
-        """Of the next answers; then 204.  0 ends the connection without an answer."""
+        """Statuses of the next answers; then 204. 0 closes the connection without an answer."""
         self.location = ""
         self.hangs = threading.Event()
-        """While it is set nothing is answered."""
+        """While it is set, no request is answered."""
         self.drips = False
-        """Answer a byte now and then, without end."""
+        """Whether to answer one byte at a time, without end."""
         self.closing = threading.Event()
         self._server = ThreadingHTTPServer(("127.0.0.1", port), self._handler())
         self._server.daemon_threads = True
@@ -55,7 +55,7 @@ class Receiver:
         self._thread.start()
 
     def close(self) -> None:
-        """Nobody listens there any more."""
+        """Stop listening."""
         self.closing.set()
         self._server.shutdown()
         self._server.server_close()
@@ -86,13 +86,13 @@ class Receiver:
                 self.end_headers()
 
             def log_message(self, format: str, *args: Any) -> None:  # noqa: A002  (its name there)
-                """Not into the output of the tests."""
+                """Keep the log out of the output of the tests."""
 
         return Handler
 
 
 def certificate(folder: Path) -> tuple[Path, Path]:
-    """Signed by itself, for 127.0.0.1."""
+    """Make a self-signed certificate for 127.0.0.1."""
     cert, key = folder / "cert.pem", folder / "key.pem"
     subprocess.run(
         ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256",
@@ -105,7 +105,7 @@ def certificate(folder: Path) -> tuple[Path, Path]:
 
 @contextmanager
 def receiving(port: int = 0, certificate: tuple[Path, Path] | None = None) -> Iterator[Receiver]:
-    """Until the block ends."""
+    """Run a receiver until the block ends."""
     receiver = Receiver(port, certificate)
     try:
         yield receiver

@@ -63,21 +63,22 @@ OBSERVATIONS: Sequence[Mapping[str, Any]] = (
     {"distance_m": 20.3, "code": "BDB", "severity": 1, "remark": "scour <b>at</b> apron & wall"},
     {"distance_m": LENGTH_M, "code": "BCE", "char1": "E", "remark": "outlet headwall"},
 )  # fmt: skip
-"""Twelve of every kind: bare tag, stretch, sector, joint, any script, formula, markup."""
+"""Twelve observations of every kind: bare tag, stretch, sector, joint, any script, formula,
+markup."""
 
 
 ENTERED = (
     "code", "char1", "char2", "quant1", "quant2", "clock_from", "clock_to", "severity", "remark",
 )  # fmt: skip
-"""Fields of an entry that are PUT as they are."""
+"""Fields of an entry that are PUT unchanged."""
 
 
 def entry(seq: int, photos: Path | None = None, **fields: Any) -> Entry:
-    """An entry as the service makes it; `fields` as in Entry and in its tag.
+    """Build an entry like the service; `fields` as in Entry and in its tag.
 
     Args:
         seq: Its number.
-        photos: Folder for a picture of it; without one it has none.
+        photos: Folder for its photo; None for no photo.
     """
     distance_m = fields.get("distance_m")
     known = {name: fields.get(name) for name in ("code", "char1", "char2")}
@@ -104,12 +105,12 @@ def entry(seq: int, photos: Path | None = None, **fields: Any) -> Entry:
 
 
 def remarked(entry: Entry, remark: str) -> Entry:
-    """The same with another remark."""
+    """Return the entry with another remark."""
     return replace(entry, tag=entry.tag.model_copy(update={"remark": remark}))
 
 
 def photo(folder: Path, seq: int, asset: str = "CUL-0041") -> Photo:
-    """A JPEG of 640x480 with its number in it."""
+    """Write a JPEG of 640x480 that shows its number."""
     picture = np.full((480, 640, 3), (90, 100, 110), np.uint8)
     noise = np.random.default_rng(seq).integers(0, 60, (60, 80, 3), dtype=np.uint8)
     picture += cv2.resize(noise, (640, 480), interpolation=cv2.INTER_CUBIC)
@@ -121,7 +122,7 @@ def photo(folder: Path, seq: int, asset: str = "CUL-0041") -> Photo:
 
 
 def track_of(length_m: float, rows: int = 500) -> Track:
-    """A steady drive with a sigma that grows."""
+    """Return a steady drive with a growing sigma."""
     distance = np.linspace(0, 1000 * length_m, rows)
     zero = np.zeros(rows)
     return Track(
@@ -138,10 +139,10 @@ def report(
     observations: Sequence[Mapping[str, Any]] = OBSERVATIONS,
     **changes: Any,
 ) -> Report:
-    """The report of an inspection with these observations.
+    """Return the report of an inspection with these observations.
 
     Args:
-        photos: Folder for a picture of each observation.
+        photos: Folder for a photo of each observation.
         observations: Fields of Entry.
         changes: Fields of Report.
     """
@@ -165,9 +166,9 @@ def report(
 
 
 def full_report(folder: Path, **changes: Any) -> Report:
-    """The same inspection in a round pipe, with all that the formats for people show besides.
+    """Return a report in a round pipe, with everything that the formats for people show.
 
-    Joints, a known length, a picture of the wall, health, checks and changes.
+    It has joints, a known length, a picture of the wall, health, checks and changes.
 
     Args:
         folder: For photos and tiles of the wall.
@@ -234,7 +235,7 @@ def full_report(folder: Path, **changes: Any) -> Report:
 
 
 def _seen_and_mapped(one: Entry) -> Entry:
-    """With its place on the map and, at 3 o'clock, on the part of the wall that the camera sees."""
+    """Add a place on the map and, at 3 o'clock, a point on the wall that the camera sees."""
     if one.distance_m is None:
         return one
     lon = HEADER["start_lon"] + one.distance_m / LENGTH_M * (
@@ -264,7 +265,7 @@ MORE_HEADER: Mapping[str, Any] = {
 
 
 def wall_of(folder: Path, layout: Layout, tiles: int) -> dict[int, Path]:
-    """Tiles of concrete with a joint in each third of them."""
+    """Write tiles of concrete with a joint in every third one."""
     found = {}
     for k in range(tiles):
         rng = np.random.default_rng(k)
@@ -281,7 +282,7 @@ def wall_of(folder: Path, layout: Layout, tiles: int) -> dict[int, Path]:
 
 
 def logo_of(folder: Path) -> Path:
-    """A PNG with a transparent ground."""
+    """Write a PNG with a transparent ground."""
     picture = np.zeros((120, 360, 4), np.uint8)
     cv2.circle(picture, (60, 60), 50, (80, 59, 29, 255), 14)
     cv2.line(picture, (130, 60), (340, 60), (80, 59, 29, 255), 14)

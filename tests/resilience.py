@@ -1,4 +1,4 @@
-"""The table of docs/operating.md: attacks tried, faults survived, load held; not a test.
+"""Makes the table of docs/operating.md: attacks tried, faults survived, load sustained; not a test.
 
     python tests/resilience.py [--files 5000] [--rounds 200] [--seconds 45] [--write FILE.md]
 
@@ -24,18 +24,18 @@ from measure_load import LOADS, Held, holding, percentile
 from app.lab.markdown_figures import replace_figures, write_figures
 
 MARK = "resilience"
-"""Of the table in its file."""
+"""Name of the table's markers in its file."""
 
 
 def main() -> int:
-    """Run it all; 1 if anything was lost."""
+    """Run everything; return 1 if anything was lost."""
     arguments = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     arguments.add_argument("--files", type=int, default=5000)
     arguments.add_argument("--rounds", type=int, default=200)
     arguments.add_argument("--seconds", type=float, default=45)
     arguments.add_argument("--write", type=Path, help="put the table between its markers here")
     asked = arguments.parse_args()
-    if asked.write:  # known now, not after 40 minutes
+    if asked.write:  # fails now, not after 40 minutes
         replace_figures(asked.write.read_text("utf-8"), MARK, "")
     logging.disable()
     rows: list[str] = []

@@ -37,10 +37,10 @@ TABS = {
     "Checks": ".check",
     "History": ".event",
 }
-"""Each with what is there when it has been filled."""
+"""The tabs, each with an element that exists once it is filled."""
 
 Show = Callable[[Page, str], None]
-"""Brings a logged-in page to what is pictured; gets the path of the sample inspection."""
+"""Brings a logged-in page to the state of the picture; gets the path of the sample inspection."""
 
 
 def main() -> None:
@@ -183,7 +183,7 @@ PICTURES: dict[str, Show] = {
 
 
 def _show_a_defect(page: Page) -> None:
-    """The second one, selected, in the middle of the run; all pictures are there."""
+    """Select the second defect, in the middle of the run; wait for all pictures."""
     expect(page.locator(".defect")).not_to_have_count(0)
     page.locator(".defect__main").nth(1).click()
     expect(page.locator(".defect [aria-current=true]")).to_have_count(1)
@@ -196,7 +196,7 @@ def _show_a_defect(page: Page) -> None:
 
 
 def wait_for_still_3d_view(page: Page, drawn_bytes: int = DRAWN_BYTES) -> None:
-    """Until two pictures of it in a row are the same and show more than a background."""
+    """Wait until two consecutive pictures of the view are equal and show more than a background."""
     view = page.locator("viewer-panel iframe")
     expect(view.content_frame.locator("canvas").first).to_be_visible()
     deadline, last = monotonic() + STILL_3D_LIMIT_S, b""
@@ -206,7 +206,7 @@ def wait_for_still_3d_view(page: Page, drawn_bytes: int = DRAWN_BYTES) -> None:
 
 
 def _go(page: Page, path: str) -> None:
-    """Unless it is there."""
+    """Go to a path unless the page is there."""
     here = urlsplit(page.url)
     if here.path != path:
         page.goto(f"{here.scheme}://{here.netloc}{path}")
@@ -226,7 +226,7 @@ def chromium() -> Iterator[Browser]:
 
 
 def tracked_sample(server: Server) -> str:
-    """The sample inspection, rendered and tracked; its id."""
+    """Render and track the sample inspection; return its id."""
     server.ask("POST", "/api/samples")
     deadline = monotonic() + SAMPLE_LIMIT_S
     sample: dict[str, Any] = {}

@@ -1,4 +1,4 @@
-"""A disk of a few MiB that can be filled, for what happens then."""
+"""A disk of a few MiB that tests can fill."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _PAGE = 4096
 
 
 class SmallDisk:
-    """A file system in memory; `fill` leaves not one page of it free."""
+    """A file system in memory; `fill` leaves no free page."""
 
     def __init__(self, place: Path) -> None:
         self.place = place
@@ -30,7 +30,7 @@ class SmallDisk:
 
 @contextlib.contextmanager
 def small_disk(place: Path, megabytes: int = 24) -> Iterator[SmallDisk]:
-    """Mounted at `place` until the block ends."""
+    """Mount the disk at `place` until the block ends."""
     place.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", f"size={megabytes}m", "tmpfs", str(place)]
     made = subprocess.run(mount, capture_output=True, text=True)

@@ -39,14 +39,15 @@ LAYOUT = WallLayout(-0.47, 0.47, 500, 940)
 PICTURE_BYTES = 60_000
 ROWS = 20
 LATE_JOINERS = 40
-"""Beforehand: each gets the whole scene in one piece, and the allocator keeps the room for it."""
+"""Clients that join first: each gets the whole scene in one piece, and the allocator keeps that
+memory."""
 MAX_GROWTH_MB = 5.0
 MAX_GROWTH_MESSAGES = 4 * 40 + 120
-"""The path back is 40 chunks more to keep; of pins and labels it depends on what was touched."""
+"""Allowed growth: the path back needs 40 more chunks; the number of pins and labels varies."""
 
 
 def watch(port: int) -> None:
-    """Be a viewer until the server goes."""
+    """Be a viewer until the server stops."""
     with connect(
         f"ws://127.0.0.1:{port}/viewer/x",
         subprotocols=["viser-v1.1.1"],  # type: ignore[list-item]
@@ -64,7 +65,7 @@ def watch(port: int) -> None:
 
 
 class Drive:
-    """What the services would tell the scene, update by update."""
+    """The calls of the services to the scene, update by update."""
 
     def __init__(self, scene: CulvertScene, updates: int) -> None:
         self._scene = scene
@@ -97,7 +98,7 @@ class Drive:
         self._scene.set_wall(tiles, LAYOUT, lambda _: os.urandom(PICTURE_BYTES))
 
     def _tag(self, n: int, x_m: float) -> None:
-        """A new defect each time; of more than 60 the oldest is deleted."""
+        """Add a defect each time; of more than 60 the oldest is deleted."""
         finish_m = x_m + 0.7 if n % 480 == 0 else None
         self._pins[f"uuid-{n}"] = Pin(
             f"uuid-{n}", x_m, n % 12 + 1, 0.01, n // 120 % 6, "BAB C", finish_m=finish_m
@@ -114,7 +115,7 @@ def resident_mb() -> float:
 
 
 def soak(updates: int, speed: float) -> bool:
-    """True if nothing goes on growing."""
+    """Return whether nothing keeps growing."""
     app.viewer.scene._TICK_S /= speed
     app.viewer.scene._PREVIEW_PERIOD_S /= speed
     app.viewer.scene._PREVIEW_BYTES_PER_S = round(app.viewer.scene._PREVIEW_BYTES_PER_S * speed)
@@ -158,7 +159,7 @@ def drive(
             if any(viewer.poll() is not None for viewer in viewers):
                 print("A viewer has gone.")
                 return False
-    # Peaks are what is just being sent; a leak would raise the floor under them.
+    # Peaks are messages being sent; a leak would raise the minimum below them.
     quarter = len(rows) // 4
     floors_mb = [
         min(mb for mb, _ in part) for part in (rows[quarter : -2 * quarter], rows[-quarter:])

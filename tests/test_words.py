@@ -126,7 +126,7 @@ def in_each_source(find: Callable[[str], list[str]]) -> dict[str, list[str]]:
     return {path.relative_to(STATIC).as_posix(): texts for path, texts in found.items() if texts}
 
 
-def test_every_error_code_is_told_in_both_languages() -> None:
+def test_every_error_code_has_words_in_both_languages() -> None:
     text = (ROOT / "ARCHITECTURE.md").read_text("utf-8")
     section = text.split("## Errors of the API")[1]
     codes = set(re.findall(r"`([a-z0-9]+(?:_[a-z0-9]+)+|busy)`", section))

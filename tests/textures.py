@@ -1,4 +1,6 @@
-"""Made textures and rigs whose truth is known: shifts by the Fourier theorem, not by resampling."""
+"""Synthetic textures and rigs with known truth: shifts by the Fourier theorem, without
+resampling.
+"""
 
 from typing import Any
 
@@ -12,7 +14,7 @@ Texture = NDArray[np.float64]
 
 
 def rig_fields(**parts: dict[str, Any]) -> dict[str, Any]:
-    """The rig of the design document, that of the nominal scenario, with parts of it changed."""
+    """The rig of the design document and of the nominal scenario, with some parts changed."""
     fields = SCENARIOS["nominal"].rig.model_dump(exclude_unset=True)
     for part, changed in parts.items():
         fields[part] = fields[part] | changed
@@ -24,7 +26,7 @@ def make_rig(**parts: dict[str, Any]) -> Rig:
 
 
 def texture(shape: tuple[int, int], seed: int, finest_px: float = 1.5) -> Texture:
-    """Periodic noise of four scales, each twice the one before, zero mean, unit deviation."""
+    """Return periodic noise of four octaves, zero mean, unit deviation."""
     rng = np.random.default_rng(seed)
     fy, fx = np.fft.fftfreq(shape[0])[:, None], np.fft.fftfreq(shape[1])[None, :]
     layers = []
@@ -37,7 +39,7 @@ def texture(shape: tuple[int, int], seed: int, finest_px: float = 1.5) -> Textur
 
 
 def shifted(image: Texture, dx_px: float, dy_px: float) -> Texture:
-    """The content moved by (dx, dy), exactly, wrapping at the border."""
+    """Return the content moved by (dx, dy), exactly, wrapping at the border."""
     fy, fx = np.fft.fftfreq(image.shape[0])[:, None], np.fft.fftfreq(image.shape[1])[None, :]
     phase = np.exp(-2j * np.pi * (fx * dx_px + fy * dy_px))
     return np.asarray(np.fft.ifft2(np.fft.fft2(image) * phase).real)
@@ -52,7 +54,9 @@ def pair(
     noise_grey: float = 0.0,
     finest_px: float = 1.5,
 ) -> tuple[Texture, Texture]:
-    """Two views, grey levels about 110, of one texture moved by `shift_px`; no wrap in sight."""
+    """Return two views, grey levels about 110, of one texture moved by `shift_px`, without a
+    visible wrap.
+    """
     margin = 8 + int(max(abs(shift_px[0]), abs(shift_px[1])))
     whole = texture((shape[0] + 2 * margin, shape[1] + 2 * margin), seed, finest_px)
     inside = np.s_[margin : margin + shape[0], margin : margin + shape[1]]

@@ -1,4 +1,4 @@
-"""Tracks made by hand, and the rings that a camera sees on the way along them."""
+"""Synthetic tracks, and the rings that a camera sees along them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ TRUE_MM = np.linspace(0, 6000, 301)
 
 
 def straight_track(x_mm, sigma_mm=None):
-    """A track without errors of its own."""
+    """Return a track without errors."""
     count = len(x_mm)
     zero = np.zeros(count)
     return Track(
@@ -40,7 +40,7 @@ def make_track(distance_mm, sigma_mm, status=None):
 
 
 def look(track, at_mm):
-    """Sightings of rings at places by the track, one each time that the camera passes."""
+    """Return sightings of rings at places along the track, one for each pass of the camera."""
     found = []
     for at in at_mm:
         passes = np.flatnonzero(np.diff(np.sign(track.distance_mm - at)))

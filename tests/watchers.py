@@ -14,26 +14,26 @@ from builders import BLOCK
 from websockets.asyncio.client import connect
 
 SLOW_S = 1.0
-"""A slow reader takes so long over each message."""
+"""Time that a slow reader takes for each message."""
 _READ_NUMBER_EVERY = 60
 
 
 @dataclass
 class Seen:
-    """What one viewer got."""
+    """The messages that one viewer got."""
 
     arrived_s: list[float] = field(default_factory=list)
-    """By `time.time`."""
+    """Arrival times by `time.time`."""
     time_s: list[float] = field(default_factory=list)
-    """Of the frame on the clock of the recording."""
+    """Times of the frames on the clock of the recording."""
     frames: list[int] = field(default_factory=list)
     numbers: list[tuple[float, int]] = field(default_factory=list)
-    """Of some messages, `time_s` and the number that the picture shows."""
+    """For some messages, `time_s` and the number shown in the picture."""
 
 
 @dataclass(frozen=True)
 class Viewer:
-    """Where to look, and how long to take over a message."""
+    """What to watch, and how long to take for a message."""
 
     url: str
     origin: str
@@ -42,7 +42,9 @@ class Viewer:
 
 
 def watch(viewers: Sequence[Viewer], until_s: float) -> list[Seen]:
-    """All viewers at once until this moment by `time.time`; for a process of its own."""
+    """Run all viewers concurrently until this moment by `time.time`; call it in a separate
+    process.
+    """
 
     async def all_of_them() -> list[Seen]:
         return await asyncio.gather(*(_watch(viewer, until_s) for viewer in viewers))
@@ -70,7 +72,7 @@ async def _watch(viewer: Viewer, until_s: float) -> Seen:
 
 
 def _note(seen: Seen, message: bytes) -> int:
-    """Add a message; its number."""
+    """Add a message; return its number."""
     end = 4 + int.from_bytes(message[:4], "big")
     header = json.loads(message[4:end])
     if header["age_ms"] is not None and len(message) > end:
@@ -83,7 +85,7 @@ def _note(seen: Seen, message: bytes) -> int:
 
 
 def number_of(jpeg: bytes) -> int:
-    """The number on a picture of a numbered camera."""
+    """Return the number in the picture of a numbered camera."""
     picture = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_GRAYSCALE)
     row = picture[BLOCK // 2, BLOCK // 2 : 16 * BLOCK : BLOCK]
     return sum(1 << i for i, grey in enumerate(row) if grey > 127)

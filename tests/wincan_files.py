@@ -1,4 +1,4 @@
-"""WinCan projects as small .db3 files, made with the tables that the program is known to have."""
+"""WinCan projects as small .db3 files, with the tables known of the program."""
 
 from __future__ import annotations
 
@@ -55,13 +55,13 @@ ROWS: dict[str, list[dict[str, Any]]] = {
 def project(
     path: Path, *, without: tuple[str, ...] = (), more: tuple[str, ...] = (), wal: bool = False
 ) -> bytes:
-    """A project with two inspections, one of them empty.
+    """Write a project with two inspections, one of them empty.
 
     Args:
-        path: Where to make it.
-        without: Names of tables that are not there.
-        more: Statements that are run at last.
-        wal: With a write-ahead log.
+        path: The file to write.
+        without: Names of tables to leave out.
+        more: Statements to run at the end.
+        wal: Whether to use a write-ahead log.
     """
     with closing(sqlite3.connect(path)) as database:
         if wal:

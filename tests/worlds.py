@@ -1,4 +1,5 @@
-"""Walls of made texture, seen by any rig from any pose: truth by ray casting and by nothing else.
+"""Walls of synthetic texture, seen by any rig from any pose: the truth comes from ray casting
+alone.
 
 The rays are the renderer's (`app.lab.simulation.camera`), not those of `vo_core`. The texture is
 drawn three times finer than the picture and sampled bilinearly, which moves nothing.
@@ -22,7 +23,7 @@ FloatImage = NDArray[np.float32]
 
 FINER = 3
 WALL_SHAPE = (1024, 2048)
-"""Texels around and along; the wall repeats itself beyond."""
+"""Texels around and along; beyond that the wall repeats."""
 
 MEAN_GREY = 110.0
 FRAME_S = 1 / 30
@@ -32,13 +33,13 @@ SMALL = {"width": 320, "height": 240, "fx": 266.0, "fy": 266.0, "cx": 159.5, "cy
 
 
 def small_rig(**parts: dict[str, Any]) -> Rig:
-    """A small camera 150 mm above the invert of a pipe of 300 mm, with parts of it changed."""
+    """Return a small camera 150 mm above the invert of a 300 mm pipe, with some parts changed."""
     mount = {"height_mm": 150.0} | parts.pop("mount", {})
     return make_rig(camera=SMALL | parts.pop("camera", {}), mount=mount, **parts)
 
 
 def floor_rig(**parts: dict[str, Any]) -> Rig:
-    """The same above a flat floor: 0.56 mm a pixel everywhere."""
+    """Return the camera above a flat floor: 0.56 mm a pixel everywhere."""
     return small_rig(pipe={"shape": "flat", "diameter_mm": None}, **parts)
 
 
@@ -49,7 +50,7 @@ def speckle(seed: int) -> FloatImage:
 
 
 class World:
-    """A wall and a camera before it."""
+    """A wall and a camera in front of it."""
 
     def __init__(self, rig: Rig, wall: FloatImage, contrast_grey: float = 20.0) -> None:
         self.rig = rig
@@ -60,30 +61,30 @@ class World:
 
     @property
     def mm_per_px(self) -> float:
-        """Of the picture's centre on the wall below the camera."""
+        """Scale of the picture's centre on the wall below the camera."""
         return self.rig.mount.height_mm / self.rig.camera.fx
 
     def places_mm(
         self, x_mm: float = 0.0, y_mm: float = 0.0, yaw_deg: float = 0.0
     ) -> tuple[FloatImage, FloatImage]:
-        """Wall coordinates (along, around) under each pixel from a pose."""
+        """Return wall coordinates (along, around) under each pixel from a pose."""
         ahead, arc, _ = self._caster.cast(Pose(x_mm, y_mm, float(np.radians(yaw_deg))))
         return ahead + np.float32(x_mm), arc
 
     def light(self, places_mm: tuple[FloatImage, FloatImage]) -> FloatImage:
-        """Grey levels of those places."""
+        """Return the grey levels of those places."""
         per_mm = np.float32(FINER / self.mm_per_px)
         along, around = (place * per_mm for place in places_mm)
         seen = cv2.remap(self.wall, along, around, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
         return np.float32(MEAN_GREY) + np.float32(self.contrast_grey) * seen
 
     def view(self, x_mm: float = 0.0, y_mm: float = 0.0, yaw_deg: float = 0.0) -> FloatImage:
-        """What falls on the sensor at a pose."""
+        """Return the light on the sensor at a pose."""
         return self.light(self.places_mm(x_mm, y_mm, yaw_deg))
 
 
 def glass(rig: Rig, *, dust: int = 25, seed: int = 0) -> FloatImage:
-    """Light that a lamp's spot, the vignette and dust let through, fixed to the picture: 0 to 1."""
+    """Return the transmission of lamp spot, vignette and dust, fixed to the picture: 0 to 1."""
     height, width = rig.camera.height, rig.camera.width
     v, u = np.indices((height, width), np.float32) / np.float32(width)
     spot = 0.4 + 0.6 * np.exp(-((u - 0.55) ** 2 + (v - 0.33) ** 2) / (2 * 0.3**2))
@@ -97,13 +98,13 @@ def glass(rig: Rig, *, dust: int = 25, seed: int = 0) -> FloatImage:
 
 
 def stored(light: FloatImage, seed: int, noise_grey: float = 1.5) -> NDArray[np.uint8]:
-    """The picture that a sensor with noise makes of the light."""
+    """Return the picture that a noisy sensor makes of the light."""
     noise = np.random.default_rng(seed).standard_normal(light.shape, np.float32)
     return np.clip(np.rint(light + np.float32(noise_grey) * noise), 0, 255).astype(np.uint8)
 
 
 def follow(rig: Rig, images: Iterable[Any], times_s: Iterable[float] | None = None) -> Track:
-    """The track of a run of pictures, at even times if none are given."""
+    """Return the track of a sequence of pictures, at even times if none are given."""
     odometry = Odometry(rig)
     if times_s is None:
         return Track.from_estimates(

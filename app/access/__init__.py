@@ -1,1 +1,1 @@
-"""Who may enter, and in which role."""
+"""Access to the server: tokens, sessions and roles."""

@@ -41,7 +41,7 @@ EVENT = "observation.severity_5"
 SIGNATURE = "X-Chainage-Signature"
 
 _TRY_S = 5.0
-"""For one try, from the look-up of the name to the status of the answer."""
+"""Time limit of one try, from the name look-up to the status of the answer."""
 _BACK_OFF = BackOff(first_s=2.0, longest_s=3600.0)
 _GIVE_UP_AFTER = timedelta(days=1)
 _PAUSE_AFTER_FAULT_S = 5.0
@@ -346,6 +346,6 @@ def _seconds_until(instant: datetime) -> float:
 
 
 def next_try(alert: Alert, now: datetime) -> datetime | None:
-    """After a pause that doubles; None when a day is over."""
+    """Return the time of the next try, after doubling pauses; None after a day."""
     next_at = now + timedelta(seconds=_BACK_OFF.pause_s(alert.tries))
     return next_at if next_at < alert.created_at + _GIVE_UP_AFTER else None

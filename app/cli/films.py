@@ -37,7 +37,7 @@ def track(
     video: Annotated[Path, typer.Argument(help="MP4, MOV, MKV, WebM, AVI, MPEG-TS or MPEG.")],
     rig: Annotated[Path, typer.Option(help="Rig file: camera, mount and pipe.")],
     out: Annotated[Path, typer.Option(help="Track file to write.")],
-    format: Annotated[TrackFormat, typer.Option(help="Form of the file.")] = TrackFormat.CSV,  # noqa: A002
+    format: Annotated[TrackFormat, typer.Option(help="Format of the file.")] = TrackFormat.CSV,  # noqa: A002
     method: Annotated[Method, typer.Option(help="How motion is measured.")] = Method.CHAINAGE,
     camera: Annotated[
         Path | None,
@@ -49,7 +49,7 @@ def track(
     ] = None,
     joints: Annotated[
         Path | None,
-        typer.Option(help="Write the joints that were seen here.", show_default=False),
+        typer.Option(help="Write the detected joints to this file.", show_default=False),
     ] = None,
 ) -> None:
     """Measure the pose of the camera in every frame of a video."""
@@ -101,8 +101,7 @@ def correct(
     joints: Annotated[
         Path | None,
         typer.Option(
-            help="Joints as `chainage track --joints` wrote them; the rig says how far apart "
-            "they are.",
+            help="Joints as `chainage track --joints` wrote them; the rig states their spacing.",
             show_default=False,
         ),
     ] = None,

@@ -31,7 +31,7 @@ class BoardKind(StrEnum):
 
 
 def simulate(
-    folder: Annotated[Path, typer.Argument(help="Gets video.mp4, rig.json and truth.csv.")],
+    folder: Annotated[Path, typer.Argument(help="Folder for video.mp4, rig.json and truth.csv.")],
     scenario: Annotated[
         list[str] | None,
         typer.Option(help="Name of a scenario; several give a folder each; none gives all."),
@@ -118,7 +118,7 @@ def calibrate(
             "squares are understood too.",
         ),
     ],
-    rows: Annotated[int, typer.Option(min=4, max=40, help="The same along a column.")],
+    rows: Annotated[int, typer.Option(min=4, max=40, help="Squares or corners along a column.")],
     square_mm: Annotated[float, typer.Option(min=0.1, help="Side of a square.")],
     out: Annotated[Path, typer.Option(help="Camera part of a rig file to write.")],
     marker_mm: Annotated[

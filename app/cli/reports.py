@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 def export(
     inspection: Annotated[
-        str, typer.Argument(help="Id of the inspection, the beginning of it, or its exact name.")
+        str, typer.Argument(help="Id of the inspection, its beginning, or the exact name.")
     ],
     format: Annotated[  # noqa: A002
         str,
@@ -34,7 +34,9 @@ def export(
     lang: Annotated[
         Literal["en", "ms"], typer.Option(help="Language of the formats that people read.")
     ] = "en",
-    units: Annotated[Literal["m", "ft"], typer.Option(help="Units of the same.")] = "m",
+    units: Annotated[
+        Literal["m", "ft"], typer.Option(help="Units of the formats that people read.")
+    ] = "m",
 ) -> None:
     """Write the report of an inspection, with or without a running server.
 

@@ -27,7 +27,7 @@ from vo_core import ChainageError
 if TYPE_CHECKING:
     from app.storage.backup import Summary  # slow to import, and few commands need it
 
-Port = Annotated[int, typer.Option(min=0, max=65535, help="0 takes any free port.")]
+Port = Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0: any free port.")]
 Host = Annotated[str, typer.Option(help="Address to listen on.")]
 
 _MIB = 2**20

@@ -28,7 +28,7 @@ _NAME_LENGTH = 100
 
 @commands.command("create")
 def create_token(
-    name: Annotated[str, typer.Argument(help="Who will use it; the history shows this name.")],
+    name: Annotated[str, typer.Argument(help="User of the token, as shown in the history.")],
     role: Annotated[
         Literal["viewer", "operator", "admin"],
         typer.Option(
@@ -64,7 +64,7 @@ def list_tokens(data: Data = None) -> None:
 
 @commands.command("revoke")
 def revoke_token(
-    name: Annotated[str, typer.Argument(help="Of the token.")], data: Data = None
+    name: Annotated[str, typer.Argument(help="Name of the token.")], data: Data = None
 ) -> None:
     """Revoke a token and end all of its sessions at once."""
     file = _token_file(data)

@@ -43,8 +43,8 @@ _MOST_TRIES = 5
 """Tries of a change while other changes come first."""
 _SOLVE_EVERY_S = 5.0
 _SOLVE_SHARE = 0.1
-"""While a run goes on it is solved so often at most, and for so much of the time: some 10 ms for a
-minute of video with joints, seconds for two hours with hundreds of them."""
+"""Shortest time between solutions during a run, and largest share of time spent on them: some 10 ms
+for a minute of video with joints, seconds for two hours with hundreds of them."""
 
 
 @dataclass(frozen=True)
@@ -85,10 +85,10 @@ class Corrections:
         self._tracks = tracks
         self._live = live
         self._lock = threading.Lock()
-        """Guards what is below."""
+        """Guards the next fields."""
         self._solving: dict[str, threading.Lock] = {}
-        """Held by whoever solves an inspection: a page asks five times at once for what takes
-        seconds of a long run."""
+        """Held while an inspection is solved: a page sends five concurrent requests for a result
+        that takes seconds for a long run."""
         self._statements: LRUCache[str, _Statement] = LRUCache(_STATED_KEPT)
         self._solutions: LRUCache[str, _Solution] = LRUCache(_SOLVED_FRAMES_KEPT, _frames_of)
 
@@ -309,7 +309,7 @@ class Corrections:
             logger.warning("The corrected end of %s could not be kept: %s", inspection.id, full)
 
     def _last_solution(self, inspection_id: str) -> _Solution:
-        """Return the solution of this revision and run, of any age."""
+        """Return the last solution of this revision and run, however old."""
         known = self._known(inspection_id)
         if known is not None:
             return known
@@ -317,7 +317,7 @@ class Corrections:
             return self._known(inspection_id) or self._solve(inspection_id)
 
     def _solution(self, inspection_id: str) -> _Solution:
-        """Return a solution that is not older than some seconds while the run goes on."""
+        """Return a solution that is at most some seconds old while the run goes on."""
         known = self._last_solution(inspection_id)
         if not known.is_due:
             return known
@@ -330,7 +330,7 @@ class Corrections:
             return self._solving.setdefault(inspection_id, threading.Lock())
 
     def _known(self, inspection_id: str) -> _Solution | None:
-        """Return the kept solution, None if it is not of this revision and run."""
+        """Return the cached solution, or None if it is not of this revision and run."""
         statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
         with self._lock:
             known = self._solutions.get(inspection_id)

@@ -32,7 +32,7 @@ from app.jobs.waiting import Captured, Waiting
 from vo_core.sources import MAX_FRAMES, MAX_PIXELS, frame_of
 
 UNREACHABLE_AFTER_S = 15.0
-"""A camera that gives no picture for so long at the beginning is not there."""
+"""A camera without a picture for this long at the beginning is unreachable."""
 _BACK_OFF = BackOff(first_s=0.2, longest_s=2.0)
 _SYNC_S = 1.0
 _MILLISECOND = Fraction(1, 1000)

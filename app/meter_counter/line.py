@@ -43,7 +43,7 @@ NAME = "Meter counter"
 _SEND_EVERY_S = 0.2
 _CONNECT_S = 5.0
 _SEND_S = 5.0
-"""A peer that takes nothing for so long is left."""
+"""A peer that reads nothing for this long is disconnected."""
 _BACK_OFF = BackOff(first_s=1.0, longest_s=30.0)
 _READ_BYTES = 4096
 _NOTED_AT_MOST = 50

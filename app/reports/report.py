@@ -65,9 +65,9 @@ class Entry:
     kind: Code | None
     """The row of the code pack; None for a code that is not in it."""
     clock_from: int | None
-    """As it was entered, else as the pixel shows it, to the hour."""
+    """Clock position as entered, else from the pixel, in whole hours."""
     clock_h: float | None
-    """As the pixel shows it, exact; None without one and on a floor."""
+    """Exact clock position from the pixel; None without one and on a floor."""
     cont_id: int | None
     """Number of its stretch."""
     cont_role: Role | None

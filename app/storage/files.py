@@ -34,7 +34,7 @@ _PHOTOS = "photos"
 
 
 def photo_name(observation_id: str, frame: int) -> str:
-    """Name the file of the photo of an observation at a frame."""
+    """Return the file name of the photo of an observation at a frame."""
     return f"{observation_id}-{frame}.jpg"
 
 
@@ -90,11 +90,11 @@ class Places:
         return self.inspection(inspection_id) / "parts.csv"
 
     def photo(self, inspection_id: str, observation_id: str, frame: int) -> Path:
-        """File of the photo of an observation at a frame."""
+        """Return the photo file of an observation at a frame."""
         return self.inspection(inspection_id) / _PHOTOS / photo_name(observation_id, frame)
 
     def photos(self, inspection_id: str) -> set[str]:
-        """Names of the photos that are there."""
+        """Return the names of the existing photos."""
         try:
             return {path.name for path in (self.inspection(inspection_id) / _PHOTOS).iterdir()}
         except FileNotFoundError:

@@ -21,22 +21,22 @@ from app.survey.tag import StatedTag
 from app.survey.versions import Require
 
 _RECORDS_KEPT = 20_000
-"""Some 2 kB each."""
+"""Records held in memory, some 2 kB each."""
 
 
 class ObservationStore:
-    """Reads and writes observations; the records that it returns are apart from the database."""
+    """Reads and writes observations; returned records are independent of the database."""
 
     def __init__(self, database: Database, *, has_webhook: bool = False) -> None:
         """Use a database; with a webhook, severe observations are put into its outbox."""
         self._database = database
         self._has_webhook = has_webhook
         self._lock = threading.Lock()
-        """Guards the next."""
+        """Guards the next field."""
         self._records: LRUCache[tuple[str, str], tuple[Row[Any], Observation]] = LRUCache(
             _RECORDS_KEPT
         )
-        """The record of each row that was listed, kept as long as the row stays as it is."""
+        """The record of each listed row, cached until the row changes."""
 
     def get(self, inspection_id: str, observation_id: str) -> Observation:
         """Return an observation, deleted or not.
@@ -182,7 +182,7 @@ _COLUMNS = tuple(
     for column in ObservationRow.__table__.columns
     if column.name != "frame"  # it is in the fields
 )
-"""Of a record, with its fields as the text that is stored."""
+"""Columns of a record, with its fields as the stored text."""
 
 _WITHOUT_PHOTO = select(ObservationRow).where(
     ObservationRow.deleted_at.is_(None),

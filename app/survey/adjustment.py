@@ -771,7 +771,7 @@ def _renamed(left: Residual, joint: FittedJoint) -> Residual:
 
 
 def _segments_between(way_mm: float, segment_mm: float) -> int:
-    """Count segments; a shorter segment counts as one too, so that two joints never share a
+    """Count segments; one of odd length counts too, so that two joints never share a
     number.
     """
     segments = round(way_mm / segment_mm)

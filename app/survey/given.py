@@ -40,8 +40,8 @@ Header = Annotated[
     dict[HeaderName, HeaderText | Annotated[int, _EXACT] | Annotated[float, _EXACT] | bool | None],
     Field(
         max_length=100,
-        description="What was inspected, by whom, for whom; /api/header-fields lists the fields "
-        "that are known and what they may hold.",
+        description="What was inspected, by whom, for whom; /api/header-fields lists the known "
+        "fields and their allowed values.",
     ),
     AfterValidator(_known_fields_fit),
 ]

@@ -122,7 +122,7 @@ class Course:
 
 
 def wall_under(course: Course, frame: int, pixel: tuple[float, float]) -> WallUnder | None:
-    """Find the wall point that a pixel shows, by exact ray casting from the pose of the frame.
+    """Find the wall point under a pixel, by ray casting from the pose of the frame.
 
     Rays are cast in the raw track, which is true to the rig that it was made with; what comes out
     has its scale, and is corrected as the way is.
@@ -140,7 +140,7 @@ def wall_under(course: Course, frame: int, pixel: tuple[float, float]) -> WallUn
 def _wall_under(
     course: Course, estimates: tuple[Estimate, Estimate], seen: WallPoint | None
 ) -> WallUnder | None:
-    """Correct what a pixel shows from the pose of its raw estimate."""
+    """Find and correct the wall point under a pixel, from the pose of its raw estimate."""
     if seen is None:
         return None
     (raw, corrected), diameter_mm = estimates, course.adjusted.rig.pipe.diameter_mm
@@ -200,7 +200,9 @@ def place_of(course: Course, tag: Tag) -> Place | None:
 
 
 def places_of(course: Course, tags: Sequence[Tag]) -> list[Place | None]:
-    """Derive the places of many tags together, those anew that the course does not know yet."""
+    """Derive the places of many tags together; places that the course knows are not computed
+    again.
+    """
     anchors = [(tag.frame, tuple(tag.pixel) if tag.pixel else None) for tag in tags]
     if len(course.places) + len(anchors) > _PLACES_KEPT:
         course.places.clear()

@@ -103,7 +103,7 @@ class ZeroIn(Given):
 
     frame: Frame
     offset_m: Annotated[float, Field(ge=-10_000, le=10_000)] = Field(
-        0.0, description="From the zero point to the camera in this frame, positive ahead."
+        0.0, description="Distance from the zero to the camera in this frame, positive ahead."
     )
 
 
@@ -117,7 +117,7 @@ class LengthIn(Given):
         TAPE_SIGMA_MM, description="One sigma: a tape 5, a drawing 50 or more."
     )
     kind: Literal["tape", "known"] = Field(
-        "tape", description="known: of the whole asset, which gives the closure."
+        "tape", description="known: length of the whole asset, which gives the closure."
     )
 
 

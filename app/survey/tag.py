@@ -33,7 +33,7 @@ class Tag(Given):
         None, description="0 note, 1 as new, 2 slight, 3 watch, 4 plan repair, 5 act now."
     )
     continuous: Annotated[str, StringConstraints(pattern=r"^[ABC][1-9][0-9]{0,2}$")] | None = Field(
-        None, description="Of a stretch: A1 starts, C1 changes, B1 finishes number 1."
+        None, description="Mark of a stretch: A1 starts, C1 changes, B1 finishes number 1."
     )
     remark: Annotated[str, StringConstraints(max_length=4000, pattern=TEXT)] | None = None
 

@@ -53,7 +53,7 @@ class Photos(Worker):
         self._tracks = tracks
         self._live = live
         self._dirty: set[str] = set()
-        """Inspections that may lack photos, also because one must be replaced."""
+        """Inspections that may lack photos; the event of a new photo adds its own as well."""
 
     def start(self) -> None:
         """Start with the photos that the last run of the server left missing."""

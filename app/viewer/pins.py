@@ -77,10 +77,10 @@ class Pin:
 
 @dataclass(frozen=True, slots=True)
 class _Shape:
-    """What is drawn of a pin that is not selected, whatever the others are."""
+    """The drawing of a pin that is not selected, which is independent of other pins."""
 
     head: Vector
-    """(3,) middle of its head."""
+    """(3,) centre of its head."""
     lines: NDArray[np.float64]
     """(N, 2, 3) stem, whisker, its two caps, edges of the patch."""
     patch: Mesh | None
@@ -88,7 +88,7 @@ class _Shape:
 
 @dataclass(frozen=True, slots=True)
 class _Label:
-    """A label as it was last sent."""
+    """A label as last sent."""
 
     text: str
     scale: float
@@ -110,9 +110,9 @@ class Pins:
         self._patches: dict[Color, viser.MeshHandle] = {}
         self._shapes: dict[Pin, _Shape] = {}
         self._labels: dict[str, tuple[viser.LabelHandle, _Label]] = {}
-        """By the id of the pin."""
+        """Labels by the id of the pin."""
         self._unused: list[viser.LabelHandle] = []
-        """Hidden labels: viser keeps a node for ever, so it is used again for another pin."""
+        """Hidden labels: viser keeps a node forever, so it is reused for another pin."""
 
     def show(
         self, pins: Sequence[Pin], mode: CameraMode, selected: str | None, wording: Wording
@@ -198,7 +198,7 @@ class Pins:
         self._labels[id_] = handle, label
 
     def _new_label(self) -> viser.LabelHandle:
-        name = f"/pins/labels/{len(self._labels)}"  # none is unused: all that there are have pins
+        name = f"/pins/labels/{len(self._labels)}"  # none is unused: every label has a pin
         return self._scene.add_label(name, "", anchor="bottom-center")
 
     def _show_patches(self, pins: Sequence[Pin]) -> None:
@@ -256,7 +256,7 @@ class Pins:
         return np.concatenate([line.reshape(-1, 2, 3) for line in lines])
 
     def _ring(self, pin: Pin) -> NDArray[np.float64]:
-        """(32, 2, 3) around the foot of the selected pin."""
+        """Return (32, 2, 3) lines of a ring around the foot of the selected pin."""
         turn = np.linspace(0, 2 * np.pi, 33)
         reach = 0.3 * self._section.scale_m
         arc_m = _arc(self._section, pin)

@@ -1,4 +1,4 @@
-"""Columns of numbers as bytes: a page reads 200,000 frames without a text of each number."""
+"""Columns of numbers as bytes: a page reads 200,000 frames without parsing text."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 MEDIA_TYPE = "application/octet-stream"
 
 _ALIGNED = 8
-"""Bytes: a page looks at the columns in place, which needs them aligned."""
+"""Alignment in bytes: a page reads the columns in place."""
 
 
 def packed(columns: Mapping[str, NDArray[Any]]) -> bytes:
-    """Write columns one after another behind a line of JSON that describes them.
+    """Write columns one after another after a line of JSON that describes them.
 
     The line is `{"rows": N, "columns": [[name, type], ...]}`, filled with blanks so that it ends,
     with its newline, at a multiple of 8 bytes. The types are numpy's (`float64`, `uint8`), in

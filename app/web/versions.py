@@ -8,12 +8,12 @@ from fastapi import Depends, Header, Response
 
 
 def tag_with(response: Response, version: str) -> None:
-    """Name the version that an answer holds."""
+    """Set the version of an answer."""
     response.headers["ETag"] = etag(version)
 
 
 def etag(version: str) -> str:
-    """A version as the headers have it."""
+    """Format a version for headers."""
     return f'"{version}"'
 
 

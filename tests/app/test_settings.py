@@ -74,7 +74,7 @@ def test_all_wrong_values_are_named_at_once_and_never_the_token(environment):
         ({"METER_COUNTER": "::1:8095"}, "a port, or a host and a port"),
     ],
 )
-def test_who_is_told_is_an_address_and_no_secret_is_repeated(environment, variables, said):
+def test_who_is_notified_is_an_address_and_no_secret_is_repeated(environment, variables, said):
     environment(**variables)
     with pytest.raises(InvalidSettings) as error:
         Settings.load()

@@ -30,7 +30,9 @@ WITHOUT_WEBGL = """(() => {
 
 @pytest.fixture(scope="module")
 def window(browser: Browser) -> Iterator[BrowserContext]:
-    """One for the tests of a file: the files of the page are loaded once, as by a real user."""
+    """One window for the tests of a file: the files of the page are loaded once, like for a real
+    user.
+    """
     context = browser.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
     context.set_default_timeout(PATIENCE_MS)
     yield context
@@ -39,9 +41,9 @@ def window(browser: Browser) -> Iterator[BrowserContext]:
 
 @pytest.fixture
 def page(window: BrowserContext, request: pytest.FixtureRequest) -> Iterator[Page]:
-    """A page of a visitor who was never here; a script error or a violated policy fails the test.
+    """A page of a first-time visitor; a script error or a violated policy fails the test.
 
-    Without the mark `webgl` it is one that cannot draw in 3D: software takes a core for that.
+    Without the mark `webgl` it cannot draw in 3D, for which software takes a core.
     """
     page = window.new_page()
     if request.node.get_closest_marker("webgl") is None:
@@ -58,9 +60,9 @@ def page(window: BrowserContext, request: pytest.FixtureRequest) -> Iterator[Pag
 
 
 def _faults_in(message: ConsoleMessage) -> list[str]:
-    """Errors of our own pages; viser's client in its frame is not ours."""
+    """Return errors of our own pages; viser's client in its frame is not ours."""
     is_ours = "/viewer/" not in message.location["url"]
-    # Refused requests and a server that is away are what some tests are about.
+    # Refused requests and an unreachable server are the subject of some tests.
     is_network = "Failed to load resource" in message.text or "net::ERR_" in message.text
     is_fault = message.type == "error" and not is_network
     return [message.text] if is_ours and is_fault else []

@@ -1,4 +1,4 @@
-"""What the browser tests do again and again: run a server, log in, start an inspection."""
+"""Common steps of the browser tests: run a server, log in, start an inspection."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TOKEN = "a-token-for-browser-tests-0123456789"  # noqa: S105
 START_LIMIT_S = 60
 TRACK_LIMIT_S = 120
 ASK_AGAIN_S = 0.05
-"""Asking without a pause would take the time of the server that is asked."""
+"""Polling without a pause would take the polled server's time."""
 
 _PROGRAM = """
 import sys
@@ -41,7 +41,7 @@ class Server:
     """A server process that can be killed and started again on the same port and data."""
 
     def __init__(self, data: Path, **settings: str) -> None:
-        """Over a data folder; settings as in the environment, without their prefix."""
+        """Use a data folder; settings as in the environment, without their prefix."""
         self._data = data
         self._settings = {f"CHAINAGE_{name.upper()}": value for name, value in settings.items()}
         self._process: subprocess.Popen[bytes] | None = None
@@ -66,7 +66,7 @@ class Server:
         self.kill()
 
     def make_token(self, name: str, role: str) -> str:
-        """A named token, made by the command while the server runs."""
+        """Make a named token with the command while the server runs."""
         program = "from app.cli.main import main; main()"
         words = ["token", "create", name, "--role", role, "--data", str(self._data)]
         made = subprocess.run(
@@ -87,7 +87,7 @@ class Server:
             sleep(ASK_AGAIN_S)
 
     def kill(self) -> None:
-        """End it without a chance to tidy up."""
+        """Kill it without a chance to tidy up."""
         assert self._process is not None
         self._process.kill()
         self._process.wait()
@@ -100,7 +100,7 @@ class Server:
         headers: Mapping[str, str] | None = None,
         timeout_s: float = 30,
     ) -> HTTPResponse:
-        """A request of a program, with the token; bytes go as they are, the rest as JSON."""
+        """Send a request with the token; bytes are sent unchanged, the rest as JSON."""
         content = body if isinstance(body, bytes) or body is None else json.dumps(body).encode()
         all_headers = {"Authorization": f"Bearer {TOKEN}", "Content-Type": "application/json"}
         request = urllib.request.Request(  # noqa: S310
@@ -110,7 +110,7 @@ class Server:
         return response
 
     def track(self, video: Path, rig: Path) -> str:
-        """Upload, track and wait for the end, as a program does; answers the inspection's id."""
+        """Upload, track and wait for the end, like a program; return the inspection's id."""
         content = video.read_bytes()
         tus = {"Tus-Resumable": "1.0.0"}
         name = base64.b64encode(video.name.encode()).decode()
@@ -140,7 +140,7 @@ class Server:
 
 
 def log_in(page: Page, server: Server, path: str = "/", token: str = TOKEN) -> None:
-    """With a session, and then to a page; the log-in page has tests of its own."""
+    """Start a session and open a page; the log-in page has its own tests."""
     headers = {"Origin": server.url}
     answer = page.context.request.post(
         f"{server.url}/api/login", data={"token": token}, headers=headers
@@ -150,7 +150,7 @@ def log_in(page: Page, server: Server, path: str = "/", token: str = TOKEN) -> N
 
 
 def start_inspection(page: Page, server: Server, video: Path, rig: Path, name: str) -> str:
-    """Upload a video, load its rig file, start tracking; answers the id of the inspection."""
+    """Upload a video, load its rig file, start tracking; return the id of the inspection."""
     page.goto(server.url + "/new")
     page.locator("input[type=file]").first.set_input_files(video)
     page.get_by_label("Name", exact=True).fill(name)
@@ -161,7 +161,7 @@ def start_inspection(page: Page, server: Server, video: Path, rig: Path, name: s
 
 
 def wait_until_done(page: Page, timeout_s: float = 120) -> None:
-    """Until the page says so and has fetched the last rows of the track."""
+    """Wait until the page shows the end and has fetched the last rows of the track."""
     expect(page.locator(".chip")).to_have_text("Done", timeout=timeout_s * 1000)
     page.wait_for_function(
         """() => {
@@ -172,7 +172,7 @@ def wait_until_done(page: Page, timeout_s: float = 120) -> None:
 
 
 def export(page: Page, name: str) -> bytes:
-    """The report in a format, by the menu and its dialog."""
+    """Export the report in a format, by the menu and its dialog."""
     page.get_by_text("Export", exact=True).click()
     page.get_by_role("button", name=re.compile(f"^{name} ")).click()
     with page.expect_download() as download:
@@ -182,7 +182,7 @@ def export(page: Page, name: str) -> bytes:
 
 
 def export_track(page: Page) -> bytes:
-    """The distance of every frame, by the menu."""
+    """Export the distance of every frame, by the menu."""
     page.get_by_text("Export", exact=True).click()
     with page.expect_download() as download:
         page.get_by_role("link", name=re.compile("^Track, CSV")).click()

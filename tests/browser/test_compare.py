@@ -43,7 +43,7 @@ def runs(server: Server, tmp_path_factory: pytest.TempPathFactory) -> tuple[str,
     return a, b
 
 
-def test_defects_are_matched_and_growth_is_told(
+def test_defects_are_matched_and_growth_is_shown(
     page: Page, server: Server, runs: tuple[str, str]
 ) -> None:
     a, b = runs

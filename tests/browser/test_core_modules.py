@@ -84,7 +84,7 @@ def test_numbers_read_as_people_write_them(site: Page) -> None:
     assert _written(site, IN_METRES) == IN_METRES
 
 
-def test_distances_are_told_and_typed_in_feet_where_that_is_chosen(site: Page) -> None:
+def test_distances_are_shown_and_typed_in_feet_where_that_is_chosen(site: Page) -> None:
     site.evaluate(
         """async () => {
           const { preferences } = await import('/static/core/preferences.js');

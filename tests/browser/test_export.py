@@ -1,4 +1,4 @@
-"""Reports leave the page: losses are told before, and what must not wait is told at once."""
+"""Reports leave the page: losses are shown before, and severity 5 is reported at once."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def receiver() -> Iterator[Receiver]:
 
 @pytest.fixture(scope="module")
 def telling(tmp_path_factory: pytest.TempPathFactory, receiver: Receiver) -> Iterator[Server]:
-    """A server with a client who is told of what must not wait."""
+    """A server with a client who is notified of severity 5."""
     settings = {"webhook_url": receiver.url, "webhook_secret": "a secret of sixteen or more"}
     with Server(tmp_path_factory.mktemp("data"), **settings) as running:
         yield running
@@ -69,7 +69,7 @@ def test_the_menu_offers_every_format(page: Page, telling: Server, inspection: s
     expect_no_fault(page)
 
 
-def test_losses_and_checks_are_told_before_and_forbid_nothing(
+def test_losses_and_checks_are_shown_before_and_forbid_nothing(
     page: Page, telling: Server, inspection: str
 ) -> None:
     log_in(page, telling, f"/inspections/{inspection}")
@@ -132,7 +132,7 @@ def test_a_report_that_takes_long_can_be_stopped(
     assert len(held) == 1
 
 
-def test_a_refusal_is_told_and_the_dialog_stays(
+def test_a_refusal_is_shown_and_the_dialog_stays(
     page: Page, telling: Server, inspection: str
 ) -> None:
     log_in(page, telling, f"/inspections/{inspection}")
@@ -228,7 +228,7 @@ def test_the_table_holds_what_was_tagged_just_now(
     assert len(rows) == 3
 
 
-def test_a_severity_5_is_told_on_the_page_as_a_sheet_and_to_the_client(
+def test_a_severity_5_is_shown_on_the_page_on_a_sheet_and_to_the_client(
     page: Page, telling: Server, receiver: Receiver, inspection: str
 ) -> None:
     receiver.statuses = [500, 500]
@@ -254,7 +254,7 @@ def test_a_severity_5_is_told_on_the_page_as_a_sheet_and_to_the_client(
     expect(page.get_by_role("button", name=re.compile("^Act-now sheet"))).to_be_visible()
 
 
-def test_the_list_tells_at_once_what_others_tag(
+def test_the_list_shows_at_once_what_others_tag(
     page: Page, telling: Server, inspection: str
 ) -> None:
     for made in json.load(telling.ask("GET", "/api/inspections"))["inspections"]:

@@ -47,7 +47,7 @@ def test_an_inspection_is_found_by_its_name_or_client(
     expect(rows).to_have_count(0)
 
 
-def test_a_severity_5_is_told_plainly(
+def test_a_severity_5_is_shown_plainly(
     page: Page, server: Server, inspections: dict[str, str]
 ) -> None:
     path = f"/api/inspections/{inspections['Jalan Ampang']}/observations"

@@ -231,7 +231,7 @@ def test_a_hidden_page_asks_for_nothing_and_goes_on_when_it_is_seen(
     expect(page.locator("live-bar")).to_contain_text("Camera connected")
 
 
-def test_a_camera_that_is_not_there_is_told_at_its_address_and_nothing_is_left(
+def test_a_camera_that_is_not_there_is_shown_at_its_address_and_nothing_is_left(
     form: Page, server: Server
 ) -> None:
     before = inspections(server)
@@ -242,7 +242,7 @@ def test_a_camera_that_is_not_there_is_told_at_its_address_and_nothing_is_left(
     assert inspections(server) == before
 
 
-def test_a_camera_of_another_size_than_the_rig_is_told_at_the_rig(
+def test_a_camera_of_another_size_than_the_rig_is_shown_at_the_rig(
     form: Page, server: Server, camera: MjpegCamera
 ) -> None:
     before = inspections(server)

@@ -1,4 +1,4 @@
-"""The form of a new inspection: presets, rig files, and faults told beside the fields."""
+"""The form of a new inspection: presets, rig files, and faults shown beside the fields."""
 
 from __future__ import annotations
 
@@ -50,7 +50,9 @@ def test_a_preset_fills_a_rig_without_faults(form: Page) -> None:
         ("Distortion", "0.1, 0.2", "2 numbers; this lens takes 4, 5, 8, 12, 14, or none."),
     ],
 )
-def test_a_fault_is_told_beside_its_field(form: Page, label: str, text: str, sentence: str) -> None:
+def test_a_fault_is_shown_beside_its_field(
+    form: Page, label: str, text: str, sentence: str
+) -> None:
     form.get_by_label("Start from").select_option(index=1)
     form.get_by_text("Lens distortion and fine adjustment").click()
     field = form.get_by_label(label)
@@ -79,7 +81,7 @@ def test_a_file_that_is_no_rig_is_refused_with_its_name(form: Page, tmp_path: Pa
         expect(form.get_by_text(sentence)).to_be_visible()
 
 
-def test_a_video_of_another_size_than_the_camera_is_told(form: Page, tmp_path: Path) -> None:
+def test_a_video_of_another_size_than_the_camera_is_reported(form: Page, tmp_path: Path) -> None:
     rig = rig_for_clip(tmp_path / "rig.json")
     form.locator("rig-form input[type=file]").set_input_files(rig)
     width = form.get_by_label("Picture width")

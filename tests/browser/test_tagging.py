@@ -428,7 +428,7 @@ def test_tags_are_sent_from_memory_when_the_browser_keeps_nothing(
     assert [item["code"] for item in observations(server, empty)] == ["BAB"]
 
 
-def test_a_full_disk_of_the_browser_is_told(desk: Page, server: Server, empty: str) -> None:
+def test_a_full_disk_of_the_browser_is_reported(desk: Page, server: Server, empty: str) -> None:
     desk.evaluate(
         """() => {
           IDBObjectStore.prototype.put = () => {

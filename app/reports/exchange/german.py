@@ -1,4 +1,6 @@
-"""What ISYBAU XML and DWA-M 150 share: pipe, survey and rows as the German lists have them."""
+"""The common part of ISYBAU XML and DWA-M 150: pipe, survey and rows in terms of the German
+lists.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,7 @@ _MAX_MM, _MAX_STRETCH = 9999, 99
 
 @dataclass(frozen=True)
 class Lengths:
-    """How long a pipe and its units may be in a format, and with how many decimals."""
+    """Limits and decimals of the lengths of a pipe and its units in a format."""
 
     most_m: float
     most_unit_m: float
@@ -42,7 +44,7 @@ class Lengths:
         return self._within(value_m, self.most_m)
 
     def unit(self, value_m: float | None) -> str | None:
-        """The same of one unit."""
+        """Format the length of a unit, likewise."""
         return self._within(value_m, self.most_unit_m)
 
     def _within(self, value_m: float | None, most_m: float) -> str | None:
@@ -53,21 +55,21 @@ class Lengths:
 
 @dataclass(frozen=True)
 class Pipe:
-    """The culvert; what the header does not state, or not in the words of the lists, is None."""
+    """The culvert; values that the header does not state in the words of the lists are None."""
 
     length: str | None
     unit_length: str | None
     height: str | None
-    """In mm, as is the width."""
+    """Height in mm; the width follows in mm."""
     width: str | None
     shape: str | None
     material: str | None
-    """G102."""
+    """Code of list G102."""
     year: float | None
 
 
 def pipe_of(report: Report, fields: Fields, shapes: Mapping[str, str], lengths: Lengths) -> Pipe:
-    """The culvert of a report.
+    """Describe the culvert of a report.
 
     Args:
         report: Its report.
@@ -97,7 +99,7 @@ def pipe_of(report: Report, fields: Fields, shapes: Mapping[str, str], lengths: 
 
 @dataclass(frozen=True)
 class Survey:
-    """When, how and in what weather; None as in `Pipe`."""
+    """Time, method and weather of the survey; None as in `Pipe`."""
 
     day: str | None
     clock: str | None
@@ -114,7 +116,7 @@ class Survey:
 def survey_of(
     report: Report, fields: Fields, directions: Mapping[str, str]
 ) -> tuple[Survey, list[Loss]]:
-    """The survey of a report, and what had to be assumed.
+    """Describe the survey of a report, and what had to be assumed.
 
     Args:
         report: Its report.
@@ -152,7 +154,7 @@ def survey_of(
 
 
 def points_of(ends: Ends | None, names: Names) -> dict[str, tuple[float, float]]:
-    """Easting and northing of the nodes, the upstream one first; empty if they are not known."""
+    """Return easting and northing of the nodes, the upstream one first; empty if unknown."""
     points = utm_m(ends) if ends else None
     if points is None:
         return {}
@@ -161,7 +163,7 @@ def points_of(ends: Ends | None, names: Names) -> dict[str, tuple[float, float]]
 
 
 def fitted(row: Row) -> tuple[Row, list[Loss]]:
-    """The row as both formats can hold it.
+    """Fit a row to both formats.
 
     A start or an end is characterised as XP there, and stretches have two figures; the remark has
     what that leaves out.
@@ -177,6 +179,6 @@ def fitted(row: Row) -> tuple[Row, list[Loss]]:
 
 
 def _characters(row: Row) -> str:
-    """How a start or an end was coded; empty if it was XP."""
+    """Name the character of a start or an end; empty if it is XP."""
     chars = f"{row.char1}{row.char2}"
     return "" if chars in ("", "XP") else f"coded {row.code} {row.char1} {row.char2}".rstrip()

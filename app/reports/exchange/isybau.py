@@ -54,7 +54,7 @@ _LENGTHS = Lengths(most_m=999.99, most_unit_m=99.99, digits=2)
 _EN_2011 = "8"
 """U102: EN 13508-2 of 2011 without national rules."""
 _ZONES = (31, 32, 33)
-"""Of UTM, in which the collection of the federal states is kept."""
+"""UTM zones of the collections of the federal states."""
 
 
 def write(report: Report) -> Written:
@@ -94,7 +94,7 @@ def write(report: Report) -> Written:
 
 @dataclass(frozen=True)
 class _Culvert:
-    """The culvert as master data and survey both describe it."""
+    """The culvert as described by both master data and survey."""
 
     names: Names
     pipe: Pipe

@@ -92,7 +92,7 @@ def abandoned_in_words(report: Report, rows: Sequence[Row]) -> str:
 
 def general_remark(report: Report, fields: Fields, rows: Sequence[Row], *said: str) -> str:
     """Join the remarks of the header and, once each, what a format cannot hold elsewhere."""
-    _leave_what_is_not_said(report, fields)
+    _note_film_and_edition(report, fields)
     remark = fields.text("remarks")
     for more in (*said, abandoned_in_words(report, rows), fields.words()):
         if more not in remark:
@@ -100,10 +100,8 @@ def general_remark(report: Report, fields: Fields, rows: Sequence[Row], *said: s
     return remark
 
 
-def _leave_what_is_not_said(report: Report, fields: Fields) -> None:
-    """Treat fields as not written unless their words were: the names of the film and the
-    standard.
-    """
+def _note_film_and_edition(report: Report, fields: Fields) -> None:
+    """Mark film name and edition as written where the file states them anyway."""
     names = _film_names(str(report.header.get("video_files") or ""))
     if names in ([], [film(report)]):
         fields.note_written("video_files")

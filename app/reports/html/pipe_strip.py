@@ -29,7 +29,7 @@ _FILLS = ("#ffffff", "#e4ecef", "#f3de9b", "#ecae4b", "#b04e1e", "#8a1713")
 
 
 def pipe_strip(report: Report, t: Translator) -> Markup:
-    """The wall cut along its crown: 12 o'clock at both edges, 6 in the middle."""
+    """Draw the wall cut along its crown: 12 o'clock at both edges, 6 in the middle."""
     return Markup(_Strip(report, t).drawn())  # noqa: S704  (escaped text by text)
 
 

@@ -61,7 +61,7 @@ Rows = Sequence[tuple[str, str]]
 
 
 def _legible(value: object) -> object:
-    """Of whatever a template prints: text that any browser can show, markup as it is."""
+    """Clean text printed by a template for any browser; markup stays unchanged."""
     return value if isinstance(value, Markup) else legible(str(value))
 
 
@@ -129,18 +129,18 @@ def _asset(name: str) -> Markup:
 
 
 def _base64(content: bytes) -> Markup:
-    """Nothing in it can end the element or the attribute that it stands in."""
+    """Encode in base64, which cannot end the element or attribute that contains it."""
     return Markup(base64.b64encode(content).decode())  # noqa: S704
 
 
 def _jpeg_base64(path: Path) -> Markup | None:
-    """Of a photo; None if it is gone."""
+    """Encode a photo; None if its file is missing."""
     jpeg = jpeg_of(path, ENOUGH_PX)
     return None if jpeg is None else _base64(jpeg.content)
 
 
 def _header(report: Report, t: Translator) -> list[tuple[str, Rows]]:
-    """The groups that have a field, each with its title."""
+    """Return the groups that have a field, each with its title."""
     missing = set(required_to_issue(dict(report.header)))
     known = {field.name for field in FIELDS}
     groups = [
@@ -159,7 +159,7 @@ def _header(report: Report, t: Translator) -> list[tuple[str, Rows]]:
 
 
 def _scene(report: Report) -> tuple[Markup | None, tuple[Loss, ...]]:
-    """The page of the 3D view in base64; without one, why."""
+    """Return the page of the 3D view in base64, or the loss that says why there is none."""
     if report.draw_scene is None:
         return None, ()
     try:

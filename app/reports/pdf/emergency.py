@@ -135,7 +135,7 @@ def _others(canvas: Canvas, y: float, entries: list[Entry], t: Translator) -> No
 
 
 def _sign(canvas: Canvas, report: Report, t: Translator) -> None:
-    for name, left, right in (("told", 0.0, 52 * mm), ("at", 56 * mm, 92 * mm),
+    for name, left, right in (("reported_to", 0.0, 52 * mm), ("at", 56 * mm, 92 * mm),
                               ("done", 96 * mm, WIDTH)):  # fmt: skip
         draw(canvas, left, 17 * mm, t(f"emergency.{name}"), SMALL.soft())
         canvas.setStrokeColor(INK)

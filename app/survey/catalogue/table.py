@@ -165,7 +165,7 @@ def _rows(columns: Sequence[str], below: Iterator[Record]) -> tuple[list[Code], 
 
 
 def _row_faults(row: Mapping[str, str]) -> list[str]:
-    """What is wrong with single cells, and with a quantity and its unit."""
+    """Describe faults of single cells, and of a quantity without a unit."""
     faults = [
         f"{name} must be {wanted} (found {row[name]!r:.40})"
         for name, pattern, may_be_empty, wanted in _RULES
@@ -185,7 +185,7 @@ def _row_faults(row: Mapping[str, str]) -> list[str]:
 
 
 def _repeated(row: Mapping[str, str], line: int, line_of: dict[object, int]) -> list[str]:
-    """What an earlier row has already; notes what this one has."""
+    """Describe what an earlier row has already; note what this one has."""
     code = (row["code"], row["char1"], row["char2"])
     hotkey = row.get("hotkey")
     faults = []

@@ -19,9 +19,7 @@ router = APIRouter(prefix="/api/imports", tags=["inspections"])
 @operator
 @slow
 def add(
-    filename: Annotated[
-        str, Query(min_length=1, max_length=1000, description="What it is called.")
-    ],
+    filename: Annotated[str, Query(min_length=1, max_length=1000, description="Name of the file.")],
     content: Annotated[
         bytes,
         Body(

@@ -21,7 +21,7 @@ def frame_at(
     inspection_id: InspectionId,
     services: ServicesDep,
     distance_m: Annotated[float, Query(ge=-1e5, le=1e5, allow_inf_nan=False)],
-    clock: Annotated[float | None, Query(ge=0, le=12, description="Of a pipe.")] = None,
+    clock: Annotated[float | None, Query(ge=0, le=12, description="Clock, in a pipe.")] = None,
     y_mm: Annotated[
         float | None,
         Query(ge=-1e5, le=1e5, description="Distance to the right of the axis, on a floor."),

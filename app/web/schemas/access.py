@@ -33,7 +33,7 @@ class QuickCode(Given):
 class PreferencesIn(Given):
     """All choices of a person for the page."""
 
-    language: Literal["en", "ms"] | None = Field(description="null: that of the browser.")
+    language: Literal["en", "ms"] | None = Field(description="null: the language of the browser.")
     units: Literal["m", "ft"]
     quick_codes: Annotated[list[QuickCode], Field(max_length=9)] = Field(
         description="Codes of the keys 1 to 9, in this order."
@@ -41,7 +41,7 @@ class PreferencesIn(Given):
     single_keys: bool = Field(
         default=True, description="Whether letters, digits and signs are keys (WCAG 2.1.4)."
     )
-    pack: PackId | None = Field(description="Code pack of new inspections; null: the built-in.")
+    pack: PackId | None = Field(description="Code pack of new inspections; null: the built-in one.")
 
 
 class MeOut(BaseModel):

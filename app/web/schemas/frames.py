@@ -1,4 +1,4 @@
-"""What the page needs of every frame of a run, as columns; row i is frame i."""
+"""The columns of every frame of a run that the page needs; row i is frame i."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from vo_core.image.health import complained
 from vo_core.track import Status, Track
 
 _EXACT = ("time_s", "x_mm", "distance_mm")
-"""The others need no more than seven digits."""
+"""Columns in double precision; for the others seven digits are enough."""
 _NEARLY = ("y_mm", "z_mm", "yaw_deg", "pitch_deg", "roll_deg", "sigma_distance_mm", "quality")
 _STATUSES: tuple[Status, ...] = get_args(Status)
 
 
 def track_columns(track: Track, since: int) -> dict[str, NDArray[Any]]:
-    """Take what the page shows of a track from a frame on; `status` as 0 ok, 1 weak, 2 lost."""
+    """Return the page's columns of a track from a frame on; `status` is 0 ok, 1 weak, 2 lost."""
     exact = {name: getattr(track, name)[since:] for name in _EXACT}
     nearly = {name: getattr(track, name)[since:].astype(np.float32) for name in _NEARLY}
     status = np.zeros(len(track.status[since:]), np.uint8)
@@ -30,7 +30,7 @@ def track_columns(track: Track, since: int) -> dict[str, NDArray[Any]]:
 def health_columns(
     health: Mapping[str, NDArray[np.float32]], since: int
 ) -> dict[str, NDArray[Any]]:
-    """Take what the page shows of the picture health; bit n of `complaints` is the nth of them."""
+    """Return the page's columns of picture health; bit n of `complaints` is the nth complaint."""
     shown = {name: column[since:] for name, column in health.items()}
     found = complained(shown)
     bits = np.array([1 << n for n in range(len(found))], np.uint8)

@@ -66,7 +66,7 @@ class EmergencyBanner extends Component {
       case 'waiting':
         return html`<span>${icon('wait')}${alert.error
           ? t('emergency.not_yet', { reason: alert.error })
-          : t('emergency.telling')}</span>`;
+          : t('emergency.notifying')}</span>`;
       case 'given_up':
         return html`<span>${icon('alert')}${t('emergency.given_up', { reason: alert.error })}</span>`;
       default:

@@ -1,4 +1,4 @@
-"""The client is told of a severity 5: signed, again and again, and never in anybody's way."""
+"""The client is notified of a severity 5: signed, repeatedly, and without delaying anybody."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def test_the_client_is_told_where_what_and_by_whom(
         assert abs(datetime.now(UTC) - datetime.fromisoformat(instant)) < timedelta(minutes=1)
 
 
-def test_who_knows_the_secret_can_tell_that_it_is_genuine(
+def test_who_knows_the_secret_can_verify_that_it_is_genuine(
     telling_server: Client, receiver: Receiver, clip: Path
 ) -> None:
     telling_server.tag(telling_server.inspect(clip), severity=5)
@@ -158,7 +158,7 @@ def test_a_client_that_never_ends_its_answer_keeps_nobody_from_tagging(
     assert wait_for(telling_server, done, "told")["tries"] == 2
 
 
-def test_what_was_not_told_is_told_after_a_restart(tmp_path: Path, clip: Path) -> None:
+def test_what_was_not_sent_is_sent_after_a_restart(tmp_path: Path, clip: Path) -> None:
     with receiving() as gone:
         port, url = gone.port, gone.url
     with telling(tmp_path / "data", url) as client:
@@ -187,7 +187,7 @@ def test_the_server_stops_at_once_while_a_client_hangs(
         assert database.execute("SELECT state, tries FROM alerts").fetchall() == [("waiting", 0)]
 
 
-def test_a_mistake_that_is_taken_back_in_time_is_not_told(tmp_path: Path, clip: Path) -> None:
+def test_a_mistake_that_is_taken_back_in_time_is_not_sent(tmp_path: Path, clip: Path) -> None:
     with receiving() as gone:
         port, url = gone.port, gone.url
     with telling(tmp_path / "data", url) as client:
@@ -215,7 +215,7 @@ def test_a_certificate_that_nobody_trusts_gets_nothing(tmp_path: Path, clip: Pat
         assert receiver.received == []
 
 
-def test_neither_secret_nor_address_is_logged_or_told(
+def test_neither_secret_nor_address_is_logged_or_shown(
     telling_server: Client, receiver: Receiver, clip: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.DEBUG)
@@ -234,7 +234,9 @@ def test_neither_secret_nor_address_is_logged_or_told(
         assert "a-secret-place" not in text
 
 
-def test_metrics_count_who_was_told(telling_server: Client, receiver: Receiver, clip: Path) -> None:
+def test_metrics_count_who_was_notified(
+    telling_server: Client, receiver: Receiver, clip: Path
+) -> None:
     receiver.statuses = [204, *[500] * 50]
     inspection_id = telling_server.inspect(clip)
     telling_server.tag(inspection_id, severity=5)

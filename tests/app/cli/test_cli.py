@@ -339,7 +339,9 @@ def test_evaluate_of_something_else_ends_with_1(chainage, sample, name):
 
 
 @pytest.mark.parametrize("command", ["serve", "demo"])
-def test_a_port_in_use_is_told_before_anything_is_done(chainage, tmp_path, monkeypatch, command):
+def test_a_port_in_use_is_reported_before_anything_is_done(
+    chainage, tmp_path, monkeypatch, command
+):
     monkeypatch.setenv("CHAINAGE_DATA", str(tmp_path / "data"))
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = other.getsockname()[1]
@@ -361,7 +363,7 @@ def test_an_address_of_another_machine_cannot_be_listened_on(chainage):
 
 
 @pytest.mark.parametrize("command", ["serve", "demo"])
-def test_a_wrong_setting_is_told_before_anything_is_done(chainage, monkeypatch, command):
+def test_a_wrong_setting_is_reported_before_anything_is_done(chainage, monkeypatch, command):
     monkeypatch.setenv("CHAINAGE_MAX_JOBS", "99")
     done = chainage(command, "--port", "0")
     assert done.code == 1

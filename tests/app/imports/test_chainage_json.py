@@ -1,4 +1,4 @@
-"""A report in JSON, read back: what is derived follows from it, and what is wrong is told where."""
+"""A report in JSON, read back: derived values follow from it, and faults are reported in place."""
 
 import json
 from dataclasses import replace
@@ -144,7 +144,7 @@ def test_parts_that_a_later_writer_adds_are_passed_over(exported):
         ("schema", None, "no report of Chainage"),
     ],
 )  # fmt: skip
-def test_what_is_wrong_is_told_with_its_place(exported, path, value, sentence):
+def test_what_is_wrong_is_reported_with_its_place(exported, path, value, sentence):
     with pytest.raises(InvalidImport) as refused:
         read(edited(exported, path, value))
     assert sentence in str(refused.value)
@@ -189,7 +189,7 @@ def test_a_report_is_known_as_one(exported):
     assert is_chainage_json(write(exported).content)
 
 
-def test_many_faults_are_told_shortly(exported):
+def test_many_faults_are_reported_shortly(exported):
     with pytest.raises(InvalidImport) as refused:
         read(edited(exported, "track.columns.x_mm", ["x"] * 500))
     assert "and 490 more" in str(refused.value)
@@ -198,7 +198,7 @@ def test_many_faults_are_told_shortly(exported):
 
 @settings(max_examples=15, deadline=None)
 @given(made=reports())
-def test_any_report_is_json_that_tells_its_distances(made):
+def test_any_report_is_json_that_states_its_distances(made):
     content = json.loads(write(made).content)
     assert [row["distance_m"] for row in content["observations"]] == [
         entry.distance_m for entry in made.entries

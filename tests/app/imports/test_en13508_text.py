@@ -75,7 +75,7 @@ def test_a_file_of_another_program_is_read_field_by_field() -> None:
     assert [it.distance_m for it in last.observations] == [2.5]
 
 
-def test_what_is_odd_is_told_with_its_line() -> None:
+def test_what_is_odd_is_reported_with_its_line() -> None:
     file = read(FOREIGN.encode("latin-1"))
     assert [str(caveat) for caveat in file.surveys[0].warnings] == [
         "Line 8: The column Q is not known and left out.",

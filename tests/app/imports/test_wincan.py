@@ -1,4 +1,4 @@
-"""WinCan .db3: what is there is read, what is not is told, and what is hostile is refused."""
+"""WinCan .db3: tables are read, missing ones are reported, and hostile files are refused."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_a_project_is_read_field_by_field(tmp_path: Path) -> None:
     assert (empty.name, empty.observations) == ("CUL-8", ())
 
 
-def test_tables_that_are_not_there_are_told(tmp_path: Path) -> None:
+def test_tables_that_are_not_there_are_reported(tmp_path: Path) -> None:
     file = read(project(tmp_path / "p.db3", without=("NODE", "SECOBSMM")))
     assert [str(it) for it in file.warnings[:2]] == [
         "There is no table NODE: nodes have no names.",

@@ -35,7 +35,7 @@ AT_MM = SEGMENT_MM / TRUE_SCALE * np.arange(1, 8)
 
 @dataclass
 class Bench:
-    """The services that a run meets, and what they tell."""
+    """The services of a run, and the events that they publish."""
 
     store: InspectionStore
     tracks: Tracks

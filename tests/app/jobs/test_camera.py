@@ -40,7 +40,7 @@ LIMITS = Limits(1536 * 2**20, file_bytes=2**30)
 
 @dataclass
 class Session:
-    """One camera process and what it has said."""
+    """One camera process and its messages."""
 
     camera: CameraInput
     recording: Path
@@ -211,7 +211,7 @@ def test_a_camera_with_a_password_is_opened_by_it(tmp_path: Path) -> None:
         assert session(camera, tmp_path).frames(5).stop().end == Done(None)
 
 
-def test_a_wrong_password_is_given_up_and_not_told(tmp_path: Path) -> None:
+def test_a_wrong_password_is_given_up_and_not_shown(tmp_path: Path) -> None:
     with MjpegCamera(login="operator:right") as camera:
         wrong = camera.url.replace("right", "wr0ng")
         found = LOOPBACK.resolve(wrong, (WIDTH, HEIGHT)).camera

@@ -35,7 +35,7 @@ FRAMES = 300
 
 
 class Found:
-    """What a tracker said of a video, in the order in which it said it."""
+    """The messages of a tracker about a video, in order."""
 
     def __init__(self) -> None:
         self.rows: list[Row] = []
@@ -51,7 +51,7 @@ class Found:
 
 
 def follow(request: TrackRequest, found: Found, *, leave_at: int | None = None) -> Checkpoint:
-    """Take in all that a tracker says; with `leave_at` only until a checkpoint behind it."""
+    """Collect all messages of a tracker; with `leave_at` only up to a checkpoint after it."""
     decoder = msgspec.msgpack.Decoder(FromTracker)
     newest = Checkpoint(0, 0.0, b"")
     child = Child("app.jobs.tracker")

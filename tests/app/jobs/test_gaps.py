@@ -61,7 +61,7 @@ def test_the_oldest_waiting_frame_goes_and_the_next_one_says_so(captured: list[C
         found = waiting.take(0)
         assert found is not None
         taken += [number for number, _ in found.skipped] + [found.frame.index]
-    assert taken == list(range(1, 12)), "every frame is tracked or told as skipped, in order"
+    assert taken == list(range(1, 12)), "every frame is tracked or reported as skipped, in order"
     assert waiting.dropped == 12 - 1 - MOST
 
 

@@ -30,7 +30,7 @@ LIMITS = Limits(768 * 2**20, 600)
 
 
 def track(video: Path, limits: Limits = LIMITS) -> list[FromTracker]:
-    """Everything that a tracker says about a video, but for its checkpoints."""
+    """All messages of a tracker about a video, except checkpoints."""
     decoder = msgspec.msgpack.Decoder(FromTracker)
     child = Child("app.jobs.tracker")
     try:
@@ -135,7 +135,7 @@ def test_the_media_process_answers_one_request_after_the_other(clip: Path, tmp_p
         child.end()
 
 
-def test_exit_codes_are_told_in_words() -> None:
+def test_exit_codes_are_described_in_words() -> None:
     assert "exit code 3" in describe_exit(3)
     assert "SIGSEGV" in describe_exit(-11)
     assert "memory" in describe_exit(-9)

@@ -47,7 +47,7 @@ needs_landlock = pytest.mark.skipif(not landlock_version(), reason="the kernel h
 
 
 def ended(module: str, request: msgspec.Struct, *first: msgspec.Struct) -> object:
-    """The last thing that a child says."""
+    """The last message of a child."""
     decoder = msgspec.msgpack.Decoder(FromMedia if module == "app.jobs.media" else FromTracker)
     child = Child(module)
     try:

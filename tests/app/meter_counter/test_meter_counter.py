@@ -89,7 +89,7 @@ def test_messages_count_with_and_without_a_line_feed_and_in_any_pieces() -> None
         assert ids == [1, 2, 3]
 
 
-def test_what_needs_no_answer_is_told_apart() -> None:
+def test_what_needs_no_answer_is_distinguished() -> None:
     stream = b"\n".join(
         (change(1, "START_VIDEO_STREAMING_REQ", port=1), change(None, value=1),
          change(True, value=1), change("x" * 101, value=1), change(2, "x" * 5000))

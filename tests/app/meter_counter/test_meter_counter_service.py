@@ -129,7 +129,7 @@ def refused(other: OtherSoftware, number: int, value: object, unit: str = "m") -
             return refusal
 
 
-def test_it_tells_its_version_and_then_the_distance_as_it_changes(
+def test_it_sends_its_version_and_then_the_distance_as_it_changes(
     counting: Client, other: OtherSoftware, camera: MjpegCamera
 ) -> None:
     header, payload = other.next()

@@ -71,7 +71,7 @@ def test_a_dead_worker_makes_it_not_ready(tmp_path: Path, thread: str, part: str
         assert client.get("/healthz").status_code == 200
 
 
-def test_a_server_that_is_told_to_stop_says_so_before_it_does(server: Client) -> None:
+def test_a_server_that_is_asked_to_stop_reports_it_before_it_does(server: Client) -> None:
     server.server.app.state.services.health.stop()
     assert "shutting down" in assert_error(server.get("/readyz"), 503, "not_ready")
     assert server.get("/api/inspections").status_code == 200

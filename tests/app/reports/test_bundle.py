@@ -131,14 +131,14 @@ def test_a_bundle_signed_anew_with_another_key_is_not_of_the_key_that_was_named(
 
 
 @pytest.mark.parametrize("name", ["../evil.txt", "/evil.txt", "a\\b.txt", "photos/../../x", ".ssh"])
-def test_names_that_lead_out_are_told(file, name):
+def test_names_that_lead_out_are_reported(file, name):
     rewritten(file, lambda members: [*members, (name, b"x")])
     assert list(wrong(file)) == [name]
     assert "lead out" in wrong(file)[name]
 
 
 @pytest.mark.filterwarnings("ignore:Duplicate name")
-def test_extra_twofold_and_missing_files_are_told(file):
+def test_extra_twofold_and_missing_files_are_reported(file):
     rewritten(file, lambda members: [
         *(m for m in members if m[0] != "track.csv"), ("extra.txt", b"x"), ("defects.csv", b"y"),
     ])  # fmt: skip
@@ -163,7 +163,7 @@ def test_the_film_is_compared(evidence, tmp_path):
     ]
 
 
-def test_a_photo_that_is_gone_or_changed_is_told(tmp_path):
+def test_a_photo_that_is_gone_or_changed_is_reported(tmp_path):
     made = replace(report(tmp_path), signer=KEY)
     made.entries[0].photo.path.unlink()
     made.entries[1].photo.path.write_bytes(b"another")

@@ -75,7 +75,7 @@ def test_an_inspection_is_named_by_id_its_beginning_or_its_name(
     assert [row["frame"] for row in rows] == ["5", "20"]
 
 
-def test_what_a_format_cannot_hold_is_told(chainage, shared, tagged, tmp_path):
+def test_what_a_format_cannot_hold_is_reported(chainage, shared, tagged, tmp_path):
     made = export(chainage, shared, tmp_path / "out.txt", tagged, "en13508")
     assert made.code == 0
     told = shared.get(f"/api/inspections/{tagged}/exports/en13508/losses").json()["losses"]
@@ -92,7 +92,7 @@ def test_what_a_format_cannot_hold_is_told(chainage, shared, tagged, tmp_path):
         ("Jalan Besar", "geojson", "coordinates"),
     ],
 )
-def test_what_is_asked_wrongly_is_told_in_a_sentence(
+def test_what_is_asked_wrongly_is_refused_in_a_sentence(
     chainage, shared, tagged, tmp_path, wanted, kind, sentence
 ):
     made = export(chainage, shared, tmp_path / "out", wanted, kind)
@@ -101,7 +101,7 @@ def test_what_is_asked_wrongly_is_told_in_a_sentence(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_two_of_one_name_are_told_apart_by_id(chainage, shared, tagged, clip, tmp_path):
+def test_two_of_one_name_are_distinguished_by_id(chainage, shared, tagged, clip, tmp_path):
     twins = [shared.inspect(clip, name="Twin") for _ in range(2)]
     made = export(chainage, shared, tmp_path / "out.csv", "Twin")
     assert made.code == 2
@@ -109,7 +109,7 @@ def test_two_of_one_name_are_told_apart_by_id(chainage, shared, tagged, clip, tm
     assert all(twin in told for twin in twins)
 
 
-def test_a_folder_without_a_database_is_told(chainage, tmp_path):
+def test_a_folder_without_a_database_is_reported(chainage, tmp_path):
     made = chainage(
         "export", "x", "--format", "csv", "--out", tmp_path / "o.csv", "--data", tmp_path / "none"
     )
@@ -118,7 +118,9 @@ def test_a_folder_without_a_database_is_told(chainage, tmp_path):
     assert not (tmp_path / "none").exists()
 
 
-def test_a_run_that_goes_on_is_told_to_have_no_distances_yet(chainage, shared, long_clip, tmp_path):
+def test_a_run_that_goes_on_is_reported_to_have_no_distances_yet(
+    chainage, shared, long_clip, tmp_path
+):
     running = shared.inspect(long_clip, name="Still running")
     shared.tag(running, frame=3)
     shared.wait(running, "running", "done")
@@ -162,7 +164,7 @@ def fingerprint_of(bundle):
         return json.loads(archive.read("manifest.json"))["fingerprint"]
 
 
-def test_what_is_wrong_in_a_bundle_is_told_with_exit_code_1(
+def test_what_is_wrong_in_a_bundle_is_reported_with_exit_code_1(
     chainage, evidence, long_clip, tmp_path
 ):
     checked = chainage("verify", evidence, "--video", long_clip, "--key", "0" * 64)
@@ -171,7 +173,7 @@ def test_what_is_wrong_in_a_bundle_is_told_with_exit_code_1(
     assert "is another film" in checked.out
 
 
-def test_what_cannot_be_checked_is_told_with_exit_code_2(chainage, evidence, tmp_path):
+def test_what_cannot_be_checked_is_reported_with_exit_code_2(chainage, evidence, tmp_path):
     (tmp_path / "x.zip").write_bytes(b"no zip")
     for words in (
         [tmp_path / "x.zip"],

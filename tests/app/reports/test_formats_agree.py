@@ -1,4 +1,4 @@
-"""Every format of one report tells the same distances, as far as its own decimals go."""
+"""Every format of one report states the same distances, within its own decimals."""
 
 import contextlib
 import csv

@@ -63,7 +63,7 @@ def test_heads_are_frozen_nothing_is_merged_and_columns_can_be_read():
     assert max(widths.values()) <= 61
 
 
-def test_the_header_tells_field_value_and_unit():
+def test_the_header_states_field_value_and_unit():
     made = report(header={"height_mm": 900, "cleaned": True, "of_another": "=x", "edition": None})
     told = {row["field"]: (row["value"], row["unit"]) for row in records(book_of(made)["header"])}
     assert told["height_mm"] == (900, "mm")
@@ -74,7 +74,7 @@ def test_the_header_tells_field_value_and_unit():
     assert "edition" not in told
 
 
-def test_the_joints_are_told_with_interval_and_residual():
+def test_the_joints_are_listed_with_interval_and_residual():
     stated = Stated(
         joints=Joints(True, tuple(Mark(frame, (127.5, 79.5)) for frame in (32, 65, 97)))
     )
@@ -92,7 +92,7 @@ def test_the_joints_are_told_with_interval_and_residual():
         assert row["residual_mm"] == pytest.approx(joint.residual_mm, abs=0.06)
 
 
-def test_the_log_tells_what_moved_a_distance_by_whom_and_why():
+def test_the_log_states_what_moved_a_distance_by_whom_and_why():
     made = report()
     tag = made.entries[2]
     stated = {"lengths": [{"first_frame": 0, "last_frame": 499, "length_m": 24.6, "sigma_mm": 5.0,
@@ -131,7 +131,7 @@ def test_every_column_of_every_sheet_is_explained():
     assert all(units[c.name] == "m" for c in DICTIONARY if c.name.endswith("_m"))
 
 
-def test_a_text_longer_than_a_cell_is_cut_and_told():
+def test_a_text_longer_than_a_cell_is_cut_and_reported():
     written = write(report(observations=[{"distance_m": 1.0, "remark": "x" * 40_000}]))
     (loss,) = [loss for loss in written.losses if "cut" in loss.detail]
     assert "40000 characters in column remark" in loss.detail
@@ -145,7 +145,7 @@ def test_the_same_report_gives_the_same_bytes():
 
 @settings(max_examples=25, deadline=None)
 @given(made=reports())
-def test_any_report_is_a_workbook_that_tells_its_distances(made):
+def test_any_report_is_a_workbook_that_states_its_distances(made):
     read = records(book_of(made)["observations"])
     assert [row["distance_m"] for row in read] == [entry.distance_m for entry in made.entries]
     assert [row["seq"] for row in read] == [entry.seq for entry in made.entries]

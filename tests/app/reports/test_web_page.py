@@ -54,7 +54,7 @@ def test_everybody_can_read_it(opened, tmp_path, language, units):
     assert [url for url in page.asked if not url.startswith(("file:", "data:"))] == []
 
 
-def test_the_table_tells_what_the_report_does(opened):
+def test_the_table_states_what_the_report_does(opened):
     page = opened(report())
     rows = page.locator(".observations tbody tr")
     assert rows.count() == len(OBSERVATIONS)

@@ -115,7 +115,7 @@ def come_and_go_until(is_over: threading.Event, client: Client, clip: Path) -> N
         client.delete(f"/api/inspections/{inspection_id}")
 
 
-def test_what_was_lost_before_is_told_and_the_rest_is_backed_up(
+def test_what_was_lost_before_is_reported_and_the_rest_is_backed_up(
     tmp_path: Path, archive: Path, chainage: Command
 ) -> None:
     restore(archive, tmp_path / "data", quietly)

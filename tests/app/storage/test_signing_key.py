@@ -43,7 +43,7 @@ def test_those_who_make_it_at_the_same_time_use_the_same(tmp_path):
 
 
 @pytest.mark.parametrize("content", [b"", b"no key", b"-----BEGIN PRIVATE KEY-----\nAAAA\n"])
-def test_a_damaged_one_is_told_and_not_replaced(tmp_path, content):
+def test_a_damaged_one_is_reported_and_not_replaced(tmp_path, content):
     (tmp_path / FILE).write_bytes(content)
     with pytest.raises(UnreadableKey, match="cannot be read"):
         SigningKey(tmp_path).sign(b"text")

@@ -138,7 +138,7 @@ def test_a_known_length_gives_the_closure() -> None:
     assert found.track.distance_mm[-1] == pytest.approx(12_000, abs=4)
 
 
-def test_a_known_length_that_cannot_be_is_left_out_and_told() -> None:
+def test_a_known_length_that_cannot_be_is_left_out_and_reported() -> None:
     found = adjusted(Stated(lengths=(Length(0, 300, 13.0, 20.0, "known"),)))
     assert found.refused is not None
     said = found.refused.refusal()
@@ -341,7 +341,7 @@ def test_what_cannot_be_applied_is_refused(stated: Stated, said: str) -> None:
         (100_000, Stated(lengths=(Length(0, 300, 105.5, 20.0, "known"),), forced="x"), None),
     ],
 )
-def test_the_class_is_told_by_half_width_and_closure(
+def test_half_width_and_closure_determine_the_class(
     length_mm: float, stated: Stated, percent: float | None
 ) -> None:
     raw = make_track(np.linspace(0, length_mm, FRAMES))

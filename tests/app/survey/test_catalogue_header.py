@@ -57,7 +57,7 @@ def test_an_abandoned_survey_needs_a_reason():
         ("asset_id", 41, "asset_id must be text (found 41)"),
     ],
 )
-def test_a_value_of_another_kind_is_told(name, value, fault):
+def test_a_value_of_another_kind_is_reported(name, value, fault):
     (told,) = faults({name: value})
     assert told.startswith(fault)
 
@@ -75,7 +75,7 @@ def test_values_that_fit_and_fields_of_other_programs_pass(header):
     assert faults(header) == []
 
 
-def test_names_are_told_apart():
+def test_names_stay_distinct():
     names = [field.name for field in FIELDS]
     assert len(set(names)) == len(names)
 

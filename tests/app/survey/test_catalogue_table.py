@@ -108,7 +108,7 @@ def test_text_that_looks_like_a_formula_is_text():
         ("BAB,C,A,Crack, with comma,S,yes,yes,mm,no,,yes", "line 2: 12 cells for 11 columns"),
     ],
 )
-def test_a_fault_is_told_with_its_line(row, fault):
+def test_a_fault_is_reported_with_its_line(row, fault):
     told = faults(row)
     assert fault in told
     assert told.startswith("The table has a fault: ")
@@ -123,7 +123,7 @@ def test_a_fault_is_told_with_its_line(row, fault):
         ("icon", "../x", "icon must be empty or a name of small letters"),
     ],
 )
-def test_a_fault_in_an_optional_column_is_told(column, cell, fault):
+def test_a_fault_in_an_optional_column_is_reported(column, cell, fault):
     assert fault in faults(f"{CRACK},{cell}", header=f"{HEADER},{column}")
 
 
@@ -138,7 +138,7 @@ def test_a_hotkey_that_is_there_twice_names_both_lines():
     assert "line 3: the hotkey b is in line 2 already" in told
 
 
-def test_columns_that_miss_are_not_known_or_are_there_twice_are_told_together():
+def test_columns_that_miss_are_not_known_or_are_there_twice_are_reported_together():
     told = faults(CRACK, header=HEADER.replace("group", "grupe").replace("label", "code"))
     assert "line 1: missing columns: label, group" in told
     assert "line 1: unknown columns (allowed are" in told
@@ -146,7 +146,7 @@ def test_columns_that_miss_are_not_known_or_are_there_twice_are_told_together():
     assert "line 1: columns that are there twice: code" in told
 
 
-def test_of_many_faults_the_first_twenty_are_told_and_the_rest_is_counted():
+def test_of_many_faults_the_first_twenty_are_reported_and_the_rest_is_counted():
     told = faults(*["x"] * 50)
     assert told.startswith("The table has 50 faults: line 2: ")
     assert "line 21: " in told

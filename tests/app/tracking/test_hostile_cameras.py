@@ -151,7 +151,7 @@ GROUPS = [list(RUBBISH)[n::3] for n in range(3)]
 
 
 @pytest.mark.parametrize("names", GROUPS, ids=" and ".join)
-def test_a_camera_that_sends_rubbish_is_told_of_and_harms_nobody(
+def test_a_camera_that_sends_rubbish_is_reported_and_harms_nobody(
     field: Client, names: list[str]
 ) -> None:
     cameras = {name: Rubbish(*RUBBISH[name]) for name in names}

@@ -114,7 +114,7 @@ def test_newest_pose_wins(served: Served) -> None:
     assert len(poses) < 10
 
 
-def test_robot_tells_distance_interval_and_trouble(served: Served) -> None:
+def test_robot_shows_distance_interval_and_trouble(served: Served) -> None:
     served.scene.show_pose(make_estimate(1234.0, status="lost"))
     with served.client() as client:
         client.until_robot_says("1.234 m ± 0.01 m · lost")

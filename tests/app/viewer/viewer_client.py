@@ -123,7 +123,7 @@ def serving(scene: CulvertScene) -> Iterator[Served]:
 
 
 class Client:
-    """What a browser's viser client does, as far as the wire shows it."""
+    """A viser client like a browser's, as far as its messages show."""
 
     def __init__(self, ws: ClientConnection) -> None:
         self.ws = ws
@@ -146,7 +146,7 @@ class Client:
         )
 
     def until(self, found: Callable[[dict[str, Any]], bool]) -> list[dict[str, Any]]:
-        """All messages up to the first that `found` accepts."""
+        """Return all messages up to the first that `found` accepts."""
         seen = []
         while True:
             if not self.waiting:
@@ -159,15 +159,15 @@ class Client:
     def until_all(
         self, wanted: Callable[[dict[str, Any]], bool], count: int
     ) -> list[dict[str, Any]]:
-        """The next so many messages that `wanted` accepts."""
+        """Return the next `count` messages that `wanted` accepts."""
         return [self.until(wanted)[-1] for _ in range(count)]
 
     def replay(self) -> list[dict[str, Any]]:
-        """The whole scene as a late joiner gets it."""
+        """Return the whole scene, as a late joiner receives it."""
         return self.until(lambda m: m["type"] == "ReplayDoneMessage")
 
     def until_robot_says(self, text: str) -> list[dict[str, Any]]:
-        """All messages up to the pose whose label begins so: the barrier of most tests."""
+        """Return all messages up to the pose with this label: the barrier of most tests."""
         return self.until(
             lambda m: (
                 m.get("name") == "/robot_label"
@@ -176,7 +176,7 @@ class Client:
         )
 
     def close_code(self) -> int | None:
-        """Read on until the server closes."""
+        """Read until the server closes; return the code."""
         with suppress(ConnectionClosed):
             while True:
                 self.ws.recv(timeout=LIMIT_S)
@@ -184,7 +184,7 @@ class Client:
 
 
 def decode(frame: Any) -> list[dict[str, Any]]:
-    """Messages of one frame; arrays stay references into its binary part."""
+    """Return the messages of one frame; arrays stay references into its binary part."""
     size = int.from_bytes(frame[8:16], "little")
     packed = zstandard.ZstdDecompressor().decompress(frame[16 : 16 + size])
     return list(msgspec.msgpack.decode(packed)["messages"])
@@ -192,7 +192,7 @@ def decode(frame: Any) -> list[dict[str, Any]]:
 
 @contextmanager
 def late_joiner(scene: CulvertScene) -> Iterator[Client]:
-    """A client that connects now, past any pump."""
+    """Connect a client now, past any pump."""
     with unix_connect(
         str(scene.socket_path),
         "ws://localhost/",
@@ -204,14 +204,15 @@ def late_joiner(scene: CulvertScene) -> Iterator[Client]:
 
 
 def messages_kept(scene: CulvertScene) -> int:
-    """How many messages a late joiner of this scene gets: what its memory is made of.
+    """Return the number of messages that a late joiner receives, which determines the memory of a
+    scene.
 
-    Less those that are replaced in just this moment.
+    Messages that are being replaced at this moment are not counted.
     """
     with late_joiner(scene) as client:
         return len(client.replay())
 
 
 def is_sent(message: dict[str, Any]) -> bool:
-    """True for a command that moves this browser's camera."""
+    """Return whether a command moves this browser's camera."""
     return message["type"] == "SetCameraPositionMessage" and not message["initial"]

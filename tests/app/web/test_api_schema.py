@@ -238,7 +238,7 @@ def test_a_header_holds_no_number_that_readers_of_json_round(api: Api, value: in
     assert "header.own" in assert_error(answer, 422, "invalid_request")
 
 
-def test_what_a_client_made_up_is_told_legibly_and_in_short(api: Api) -> None:
+def test_what_a_client_made_up_is_reported_legibly_and_in_short(api: Api) -> None:
     name = "\x1b[2J" + 100_000 * "x"
     detail = assert_error(
         send(api, "PATCH", "", json.dumps({name: 1, "name": 1})), 422, "invalid_request"

@@ -35,7 +35,7 @@ def test_a_body_that_is_too_large_is_not_read(shared: Client) -> None:
     assert_error(answer, 413, "body_too_large")
 
 
-def test_an_unforeseen_fault_is_told_plainly_and_the_server_goes_on(tmp_path: Path) -> None:
+def test_an_unforeseen_fault_is_reported_plainly_and_the_server_goes_on(tmp_path: Path) -> None:
     app = create_app(Settings(data=tmp_path, token=TOKEN))
 
     @app.get("/api/fault")

@@ -1,4 +1,4 @@
-"""Labels beside what they tell of."""
+"""Labels beside the things they name."""
 
 from itertools import pairwise
 

@@ -136,7 +136,7 @@ def test_ribx_holds_every_field_of_every_observation(tmp_path: Path) -> None:
     assert "RIBX asks for what is not known here: ABJ (client_job_ref), ACM (cleaned)." in losses
 
 
-def test_ribx_tells_dutch_ends_in_the_dutch_grid() -> None:
+def test_ribx_writes_dutch_ends_in_the_dutch_grid() -> None:
     dutch = {"start_lat": 52.155, "start_lon": 5.387, "end_lat": 52.155, "end_lon": 5.3874}
     read, _ = write("ribx", report(header={**HEADER, **dutch}))
     back = Transformer.from_crs(28992, 4326, always_xy=True)
@@ -168,7 +168,7 @@ def test_isybau_holds_every_field_of_every_observation(tmp_path: Path) -> None:
     assert (read.rows[8]["PositionVon"], read.rows[8]["PositionBis"]) == ("09", "02")
 
 
-def test_m150_tells_the_exact_station_and_quantity_beside_the_rounded_ones() -> None:
+def test_m150_writes_the_exact_station_and_quantity_beside_the_rounded_ones() -> None:
     fine = {"distance_m": 9.75, "code": "BAB", "char1": "B", "char2": "A", "quant1": 0.45}
     read, _ = write("m150", report(observations=[fine]))
     (row,) = read.rows
@@ -190,7 +190,7 @@ def test_m150_holds_every_field_of_every_observation(tmp_path: Path) -> None:
     assert [row.get("HZ011") for row in read.rows].count("A") == 2
 
 
-def test_a_quantity_that_isybau_cannot_hold_as_a_number_is_told_as_text() -> None:
+def test_a_quantity_that_isybau_cannot_hold_as_a_number_is_written_as_text() -> None:
     made = report(observations=[{"distance_m": 1.0, "code": "BAA", "char1": "A", "quant1": 0.125}])
     read, _ = write("isybau", made)
     assert read.rows[0]["Quantifizierung1Text"] == "0.125"
@@ -228,7 +228,7 @@ def test_start_and_end_frame_the_survey_whatever_their_distance(kind: str) -> No
 
 
 @each
-def test_what_cannot_be_a_row_of_its_own_is_told(kind: str) -> None:
+def test_what_cannot_be_a_row_of_its_own_is_reported(kind: str) -> None:
     made = report(
         observations=[
             {"distance_m": 1.0, "code": None, "remark": "look here"},
@@ -342,7 +342,7 @@ def test_geojson_keeps_an_observation_that_is_not_tracked_without_a_place() -> N
     ("stated", "chainage_m"),
     [("12+340", 12340.0), ("1250.5", 1250.5), ("0+045.25", 45.25), ("near km 12", None)],
 )
-def test_geojson_tells_where_on_the_road_the_culvert_is(
+def test_geojson_states_where_on_the_road_the_culvert_is(
     stated: str, chainage_m: float | None
 ) -> None:
     made = report(header={**HEADER, "road_chainage": stated})

@@ -46,7 +46,7 @@ def pictures_of(content, scale=0.5):
         return [page.render(scale=scale).to_numpy() for page in pdf]
 
 
-def test_every_entry_is_told_with_code_and_distance_as_in_the_table(full, english):
+def test_every_entry_is_listed_with_code_and_distance_as_in_the_table(full, english):
     text = text_of(english)
 
     for row in rows(full):
@@ -89,7 +89,7 @@ def test_every_font_is_embedded(english):
         assert "/FontFile2" in font["/FontDescriptor"], name
 
 
-def test_every_page_tells_its_number_of_all_and_the_report(full, english):
+def test_every_page_states_its_number_of_all_and_the_report(full, english):
     pages = pages_of(english)
 
     for number, page in enumerate(pages, 1):
@@ -141,7 +141,7 @@ def test_names_in_every_script_are_drawn_and_can_be_searched(full, english):
     assert np.count_nonzero(cover < 128) > np.count_nonzero(blank < 128)
 
 
-def test_a_remark_of_ten_thousand_characters_is_told_in_full(full):
+def test_a_remark_of_ten_thousand_characters_is_printed_in_full(full):
     entries = (remarked(full.entries[0], LONG[:9996] + "END."), *full.entries[1:])
     content = document.write(replace(full, entries=entries)).content
 
@@ -232,7 +232,7 @@ def test_it_is_a_format():
     assert (form.stem, form.suffix, form.media_type) == ("report", ".pdf", "application/pdf")
 
 
-def test_an_uncertainty_is_never_told_as_zero():
+def test_an_uncertainty_is_never_shown_as_zero():
     t = Translator("en", "m")
 
     assert t.place(entry(1, distance_m=1.0, u95_m=0.001)) == "1.00 m ± 0.01 m"

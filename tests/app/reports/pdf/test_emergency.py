@@ -15,7 +15,7 @@ def pages_of(content):
         return [" ".join(page.get_textpage().get_text_range().split()) for page in pdf]
 
 
-def test_it_tells_what_where_and_who(tmp_path):
+def test_it_states_what_where_and_who(tmp_path):
     (page,) = pages_of(emergency.write(full_report(tmp_path)).content)
 
     for told in ("Act now", "CUL-0041", "FT 5 Jalan Klang–Banting", "Broken wall: fallen in",

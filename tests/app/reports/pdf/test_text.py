@@ -34,7 +34,7 @@ def test_every_font_file_is_there_and_open_in_both_weights():
         assert regular.stringWidth("A", 10) < bold.stringWidth("A", 10)
 
 
-def test_what_no_font_has_is_told_by_its_code_point():
+def test_what_no_font_has_is_written_as_its_code_point():
     assert clean("road \U0001f642 above") == "road [U+1F642] above"
 
 

@@ -113,7 +113,7 @@ def test_at_first_nothing_is_stated_and_nothing_changed(shared: Client, drive: P
     assert view["distance_m"] == view["distance_raw_m"] == pytest.approx(WRONG * TRUE_M, rel=0.002)
 
 
-def test_a_taped_length_moves_every_distance_that_is_told(shared: Client, run: str) -> None:
+def test_a_taped_length_moves_every_distance_that_is_shown(shared: Client, run: str) -> None:
     shared.tag(run, frame=100, code="BAB", continuous="A1")
     shared.tag(run, frame=150, code="BAB", continuous="B1", pixel=[200.0, 100.0])
     before = shared.get(f"/api/inspections/{run}/observations").json()["observations"]
@@ -153,7 +153,7 @@ def test_a_taped_length_moves_every_distance_that_is_told(shared: Client, run: s
     assert report["inspection"]["distance_raw_m"] == pytest.approx(WRONG * TRUE_M, rel=0.01)
 
 
-def test_the_track_is_told_corrected_and_raw(shared: Client, run: str) -> None:
+def test_the_track_is_returned_corrected_and_raw(shared: Client, run: str) -> None:
     raw = track_of(shared, run)
     correct(shared, run, TAPED | {"zero": {"frame": 20, "offset_m": 0.35}})
     text = shared.get(f"/api/inspections/{run}/track").text
@@ -264,7 +264,7 @@ def test_the_uncertainty_of_the_rig_widens_the_interval_of_a_tag(shared: Client,
     assert wider["distance_u95_m"] > 2 * tag["distance_u95_m"]
 
 
-def test_one_interval_is_told_everywhere_and_a_tape_shrinks_it(shared: Client, run: str) -> None:
+def test_one_interval_is_shown_everywhere_and_a_tape_shrinks_it(shared: Client, run: str) -> None:
     tag = shared.tag(run, frame=FRAMES - 1).json()
 
     def told() -> set[float]:
@@ -402,7 +402,7 @@ def test_a_zero_set_while_it_is_tracked_counts_at_once(tmp_path: Path, long_clip
         )
 
 
-def test_what_another_run_does_not_reach_is_told_and_the_rest_holds(
+def test_what_another_run_does_not_reach_is_reported_and_the_rest_holds(
     server: Client, drive: Path
 ) -> None:
     run = server.inspect(drive, rig=wrong_rig())

@@ -376,7 +376,7 @@ def test_guessed_bearer_tokens_are_slowed_down_and_who_is_in_stays_in(server: Cl
     log_in(server)
 
 
-def test_over_https_the_printed_address_logs_in_and_no_secret_is_told(tmp_path: Path) -> None:
+def test_over_https_the_printed_address_logs_in_and_no_secret_is_shown(tmp_path: Path) -> None:
     cert, key = certificate(tmp_path)
     log = tmp_path / "log"
     with log.open("wb") as err:

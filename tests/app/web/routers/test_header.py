@@ -7,7 +7,7 @@ from builders import Client, assert_error
 from app.survey.catalogue.header import FIELDS
 
 
-def test_the_fields_are_told_in_the_order_of_the_form(shared: Client) -> None:
+def test_the_fields_are_listed_in_the_order_of_the_form(shared: Client) -> None:
     fields = shared.get("/api/header-fields").json()["fields"]
     assert [field["name"] for field in fields] == [field.name for field in FIELDS]
     by_name = {field["name"]: field for field in fields}

@@ -137,7 +137,7 @@ def test_every_inspection_of_a_project_is_imported(shared: Client, tmp_path: Pat
             assert shared.get(f"{path}/{part}").status_code == 200
 
 
-def test_times_that_the_file_does_not_tell_are_not_made_up(shared: Client) -> None:
+def test_times_that_the_file_does_not_state_are_not_made_up(shared: Client) -> None:
     text = b"#B01=AAA;AAB;AAF;ABS\nC;N1;N2;film.mp4\n#C=I;A\n0;BCD\n4;BAC\n9;BCE\n#Z\n"
     imported = added(shared, text)
     assert b"<N>" not in shared.get(f"/api/inspections/{imported}/exports/ribx").content
@@ -169,7 +169,9 @@ def test_an_exported_inspection_comes_back_as_it_was(shared: Client, clip: Path)
     assert (newest["action"], newest["remark"]) == ("imported", "Imported from old survey.txt.")
 
 
-def test_a_code_pack_that_is_not_here_is_told_and_left_out(shared: Client, imported: str) -> None:
+def test_a_code_pack_that_is_not_here_is_reported_and_left_out(
+    shared: Client, imported: str
+) -> None:
     content = json.loads(shared.get(f"/api/inspections/{imported}/exports/json").content)
     content["inspection"]["header"]["code_pack"] = "f" * 32
     answer = send(shared, json.dumps(content).encode()).json()

@@ -104,7 +104,7 @@ def memory_bytes() -> int:
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
-def test_the_end_is_told_to_those_who_watch(server: Client, clip: Path) -> None:
+def test_the_end_is_reported_to_those_who_watch(server: Client, clip: Path) -> None:
     inspection_id = server.inspect(clip)
     with live(server, inspection_id) as socket:
         states = []
@@ -152,7 +152,7 @@ def test_a_message_that_makes_no_sense_ends_the_connection(
     assert closed.value.rcvd.code == 1011
 
 
-def test_an_unknown_inspection_is_told_and_closed(shared: Client) -> None:
+def test_an_unknown_inspection_is_reported_and_closed(shared: Client) -> None:
     with live(shared, "0" * 32) as socket:
         assert json.loads(socket.recv(PATIENCE_S))["code"] == "inspection_not_found"
         with pytest.raises(ConnectionClosedError) as closed:

@@ -209,7 +209,7 @@ def test_where_no_joint_was_seen_a_tag_is_at_none(server: Client, done: str) -> 
     assert result["expected_joints"] == [{"number": 1, "distance_m": 0.4}]
 
 
-def test_in_a_pipe_the_pixel_tells_the_clock(server: Client, clip: Path) -> None:
+def test_in_a_pipe_the_pixel_gives_the_clock(server: Client, clip: Path) -> None:
     rig = clip_rig(fx=60.0, fy=60.0)
     rig["pipe"] = {"shape": "circular", "diameter_mm": 300.0}
     rig["mount"]["height_mm"] = 150.0

@@ -31,7 +31,7 @@ def pack(server: Client) -> dict[str, Any]:
     return dict(added.json())
 
 
-def test_a_pack_is_listed_and_its_codes_are_told(server: Client, pack: dict[str, Any]) -> None:
+def test_a_pack_is_listed_and_its_codes_are_returned(server: Client, pack: dict[str, Any]) -> None:
     assert server.get("/api/packs").json() == {"packs": [pack]}
     assert (pack["name"], pack["codes"], pack["created_by"]) == ("Road agency", 2, "server")
     scour, crack = server.get("/api/codes", params={"pack": pack["id"]}).json()
@@ -45,7 +45,7 @@ def test_without_a_pack_the_codes_are_those_of_the_standard(shared: Client) -> N
     assert codes[3]["label_ms"] == "Retak: retak rambut pada permukaan, memanjang paip"
 
 
-def test_faults_are_told_and_nothing_is_kept(shared: Client) -> None:
+def test_faults_are_reported_and_nothing_is_kept(shared: Client) -> None:
     answer = add(shared, "Faulty", TABLE.replace("opt", "perhaps").replace("BAB", "bab"))
     detail = assert_error(answer, 422, "invalid_pack")
     assert "line 2: needs_q1 must be yes, no or opt (found 'perhaps')" in detail

@@ -1,4 +1,4 @@
-"""Clicks: in the 3D view, told to the page around it; on a map of the wall, led to a frame."""
+"""Clicks in the 3D view reach the page around it; clicks on a map of the wall lead to a frame."""
 
 from __future__ import annotations
 
@@ -72,9 +72,7 @@ def told(live: ClientConnection) -> dict[str, Any]:
             return dict(json.loads(message))
 
 
-def test_click_on_the_wall_is_told_to_the_page_of_the_same_browser(
-    shared: Client, done: str
-) -> None:
+def test_click_on_the_wall_reaches_the_page_of_the_same_browser(shared: Client, done: str) -> None:
     mine, other = Browser(shared), Browser(shared)  # pins of other tests lie elsewhere
     with mine.live(done) as page, other.live(done) as stranger, mine.view(done) as view:
         shift_click(view, (0.03, -0.2))
@@ -117,7 +115,7 @@ def test_place_leads_to_the_frame_that_shows_it_best(shared: Client, done: str) 
     assert tag["distance_m"] == pytest.approx(place["distance_m"], abs=1e-4)
 
 
-def test_place_that_was_not_seen_is_told_in_a_sentence(shared: Client, done: str) -> None:
+def test_place_that_was_not_seen_is_reported_in_a_sentence(shared: Client, done: str) -> None:
     place = {"distance_m": 9.5, "y_mm": RIGHT_MM}
     answer = shared.get(f"/api/inspections/{done}/frame-at", params=place)
     assert "9.500 m" in assert_error(answer, 404, "wall_not_seen")

@@ -61,7 +61,7 @@ def test_the_sample_is_rendered_once_and_comes_with_tags(tmp_path: Path) -> None
         assert children(CHILD) == []  # the video was kept
 
 
-def test_a_renderer_that_dies_is_told_and_can_be_tried_again(server: Client) -> None:
+def test_a_renderer_that_dies_is_reported_and_can_be_tried_again(server: Client) -> None:
     server.post("/api/samples")
     send_signal(CHILD, signal.SIGKILL)
     state = ended(server)
@@ -78,7 +78,7 @@ def test_a_server_that_ends_takes_its_renderer_along(tmp_path: Path) -> None:
     assert list((tmp_path / "inspections").iterdir()) == []
 
 
-def test_a_disk_without_room_is_told(tmp_path: Path) -> None:
+def test_a_disk_without_room_is_reported(tmp_path: Path) -> None:
     with serving(tmp_path, disk_reserve_bytes=2**50) as client:
         client.post("/api/samples")
         state = ended(client)

@@ -94,7 +94,7 @@ def test_health_has_a_row_for_every_frame_and_outlives_a_restart(shared: Client,
     assert [" ".join(complaints(health)) for health in read] == columns["complaints"]
 
 
-def test_the_live_header_tells_the_health_of_its_frame(server: Client, long_clip: Path) -> None:
+def test_the_live_header_states_the_health_of_its_frame(server: Client, long_clip: Path) -> None:
     inspection_id = server.inspect(long_clip)
     with server.socket(f"/api/inspections/{inspection_id}/live") as socket:
         header: dict = {"health": None}

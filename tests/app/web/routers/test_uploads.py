@@ -53,7 +53,7 @@ def test_the_server_says_what_it_can_do(shared: Client) -> None:
     assert int(headers["Tus-Max-Size"]) > 2**30
 
 
-def test_head_tells_what_was_announced(shared: Client) -> None:
+def test_head_returns_what_was_announced(shared: Client) -> None:
     metadata = "filename " + base64.b64encode("bär.mp4".encode()).decode()
     location = create(shared, 77, **{"Upload-Metadata": metadata})
     headers = shared.head(location, headers=TUS).headers
@@ -85,7 +85,7 @@ def test_more_than_the_server_takes_is_refused_at_once(tmp_path: Path) -> None:
         assert_error(answer, 413, "upload_too_large")
 
 
-def test_a_full_disk_is_told_at_creation_and_in_mid_upload(tmp_path: Path) -> None:
+def test_a_full_disk_is_reported_at_creation_and_in_mid_upload(tmp_path: Path) -> None:
     with serving(tmp_path) as client:
         location = create(client)
         client.patch_upload(location, 0, CONTENT[:1000])
