@@ -37,6 +37,9 @@ STEP_PX = 2
 HEIGHT_MM, FOCAL_PX = 200.0, 250.0
 STEP_MM = STEP_PX * HEIGHT_MM / FOCAL_PX
 
+PATIENCE_S = 120.0
+"""For what happens at once on an idle machine: it ends a test that hangs and no slow one."""
+
 T = TypeVar("T")
 
 TUS = {"Tus-Resumable": "1.0.0"}
@@ -169,7 +172,7 @@ class Client(httpx.Client):
 
     def __init__(self, server: LiveServer, token: str | None) -> None:
         headers = {"Authorization": f"Bearer {token}"} if token else {}
-        super().__init__(base_url=server.url, headers=headers, timeout=30)
+        super().__init__(base_url=server.url, headers=headers, timeout=PATIENCE_S)
         self.server = server
 
     def anonymous(self) -> Client:
@@ -281,8 +284,8 @@ class Client(httpx.Client):
         )
 
 
-def wait_until(condition: Callable[[], T], timeout_s: float = 30) -> T:
-    """Poll until the condition is true; state behind HTTP has no event to wait for."""
+def wait_until(condition: Callable[[], T], timeout_s: float = PATIENCE_S) -> T:
+    """Ask again until the answer is true; state behind HTTP has no event to wait for."""
     deadline = time.monotonic() + timeout_s
     while not (answer := condition()):
         assert time.monotonic() < deadline, "It did not happen in time."

@@ -34,8 +34,9 @@ def floor(number: int) -> Picture:
     return picture
 
 
-_TURN = 600
-"""Frames from one end of the floor to the other."""
+_TURN = 3000
+"""Frames from one end of the floor to the other: longer than a busy machine takes to start a server
+and to connect, so that the robot is on its way forward then."""
 
 
 def _made_floor() -> Picture:

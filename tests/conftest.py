@@ -15,6 +15,7 @@ from builders import Client, make_clip, serving
 from hypothesis import settings
 from kinds import kind_of, nothing_is_started
 from playwright.sync_api import Browser, sync_playwright
+from surveys import Survey, tracked_once
 
 # Two test processes share two cores; the threads of OpenCV would wait for each other busily.
 cv2.setNumThreads(1)
@@ -77,24 +78,38 @@ def long_clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return make_clip(tmp_path_factory.mktemp("clips") / "long.mp4", LONG_FRAMES)
 
 
+@pytest.fixture(scope="session")
+def survey(clip: Path, tmp_path_factory: pytest.TempPathFactory) -> Survey:
+    """`clip`, tracked and done."""
+
+    def track(data: Path) -> str:
+        with serving(data) as client:
+            return client.tracked(clip)
+
+    return tracked_once(tmp_path_factory, "clip", track)
+
+
+@pytest.fixture(scope="session")
+def done(survey: Survey) -> str:
+    """Id of the tracked inspection of `clip` that lies on every server of the fixtures below."""
+    return survey.id
+
+
 @pytest.fixture(scope="module")
-def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
-    """One server for the tests of a file that do not disturb each other."""
-    with serving(tmp_path_factory.mktemp("data")) as client:
+def shared(survey: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+    """One server for the tests of a file that do not disturb each other.
+
+    They add to what is `done`, but do not change it.
+    """
+    with serving(survey.copied_to(tmp_path_factory.mktemp("data"))) as client:
         yield client
 
 
 @pytest.fixture
-def server(tmp_path: Path) -> Iterator[Client]:
-    """A server for one test."""
-    with serving(tmp_path / "data") as client:
+def server(survey: Survey, tmp_path: Path) -> Iterator[Client]:
+    """A server of a test's own, where it may do anything to what is `done`."""
+    with serving(survey.copied_to(tmp_path / "data")) as client:
         yield client
-
-
-@pytest.fixture(scope="module")
-def done(shared: Client, clip: Path) -> str:
-    """Id of a tracked inspection on the shared server; tests add to it but do not change it."""
-    return shared.tracked(clip)
 
 
 def installed_chromium() -> str | None:

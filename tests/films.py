@@ -7,18 +7,16 @@ tests, get the same pictures to the bit without rendering them.  Tests of the re
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import os
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import fields
 from functools import lru_cache
 from pathlib import Path
 
 import cv2
 import numpy as np
+from locks import alone
 
 from app.lab.simulation import RenderedFrame, Scenario, render
 
@@ -39,7 +37,7 @@ def film(scenario: Scenario) -> list[RenderedFrame]:
     """Return all frames of a scenario, rendered by the first test that asks for them."""
     folder = FILMS / _renderer()
     file = folder / f"{hashlib.sha256(repr(scenario).encode()).hexdigest()[:24]}.npz"
-    with _alone(file.with_suffix(".lock")):
+    with alone(file.with_suffix(".lock")):
         if not file.exists():
             _keep(file, list(render(scenario)))
     return _read(file)
@@ -74,11 +72,3 @@ def _renderer() -> str:
         if other.name != name:
             shutil.rmtree(other, ignore_errors=True)
     return name
-
-
-@contextmanager
-def _alone(lock: Path) -> Iterator[None]:
-    """Wait until no other process renders the same film."""
-    with lock.open("w") as held:
-        fcntl.flock(held, fcntl.LOCK_EX)
-        yield

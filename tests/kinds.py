@@ -18,7 +18,7 @@ BROWSER = {"browser", "page", "window"}
 """Fixtures that use Chromium."""
 
 SERVER = {
-    "server", "shared", "done", "chainage", "served", "serve",
+    "server", "shared", "survey", "done", "chainage", "served", "serve",
     "subprocess", "socket", "asyncio", "serving", "LiveServer", "Client", "Process", "process",
     "Child", "ReadyTracker", "Storm", "FileReader", "listening", "create_app",
 }  # fmt: skip
@@ -33,6 +33,9 @@ RENDER = {
 
 _STARTS = {"subprocess.Popen", "os.posix_spawn", "os.fork", "os.exec", "socket.bind"}
 """Audit events that no unit test may cause."""
+
+_LISTS_FONTS = "fc-list"
+"""Matplotlib runs it, the first time that it draws on a machine."""
 
 
 def kind_of(item: pytest.Item) -> str:
@@ -58,8 +61,8 @@ class _Guard:
             sys.addaudithook(self._refuse)
             self._is_set = True
 
-    def _refuse(self, event: str, _: tuple[Any, ...]) -> None:
-        if self.test is not None and event in _STARTS:
+    def _refuse(self, event: str, arguments: tuple[Any, ...]) -> None:
+        if self.test is not None and event in _STARTS and _LISTS_FONTS not in arguments[:1]:
             raise AssertionError(f"{self.test} is a unit test, and causes {event}.")
 
 

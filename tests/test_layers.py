@@ -3,6 +3,7 @@
 import ast
 import re
 import sys
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -23,6 +24,7 @@ def modules(*folders):
     }
 
 
+@cache
 def imports(path):
     """Every dotted name that a module imports anywhere; a.b.c for `from a.b import c`."""
     found = set()
@@ -159,6 +161,18 @@ def test_a_room_does_not_bring_strangers_along(room, strangers):
 
 def test_routers_reach_the_database_and_the_children_through_services_only():
     found = importers("app.storage", "app/web/routers") | importers("app.jobs", "app/web/routers")
+    assert found == set()
+
+
+def test_no_test_imports_another():
+    """What tests share lies in modules beside them, so that each file of tests runs alone."""
+    found = {
+        (name, imported)
+        for name, path in modules("tests").items()
+        for imported in imports(path)
+        if any(part.startswith("test_") for part in imported.split(".")[:-1])
+        or imported.startswith("test_")
+    }
     assert found == set()
 
 

@@ -11,6 +11,7 @@ Element names and ids: RFC 9559 (Matroska), RFC 8794 (EBML).
 
 from __future__ import annotations
 
+import fcntl
 import os
 import struct
 from dataclasses import dataclass
@@ -64,6 +65,7 @@ class Recording:
         self._cues = _Cues()
         self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
         try:
+            fcntl.flock(self._file, fcntl.LOCK_EX)
             self._write(_head(coding), 0)
         except BaseException:
             os.close(self._file)
@@ -75,12 +77,16 @@ class Recording:
     def reopen(cls, path: Path) -> Self:
         """Continue after the last complete packet of an existing file.
 
+        It waits until nobody else writes: the camera process of a server that was killed records
+        until it notices that.
+
         Raises:
             UnreadableVideo: The file is not our recording, or its head is incomplete.
         """
         self = cls.__new__(cls)
         self._file = os.open(path, os.O_RDWR)
         try:
+            fcntl.flock(self._file, fcntl.LOCK_EX)
             self._read_back(path.name)
         except BaseException:
             os.close(self._file)

@@ -54,6 +54,15 @@ def rig_for_clip(path: Path) -> Path:
     return path
 
 
+def wide_rig(path: Path) -> Path:
+    """Of a culvert so wide that the short clip drives two metres."""
+    rig = json.loads(rig_for_clip(path).read_text())
+    rig["mount"]["height_mm"] = 8000.0
+    rig["pipe"] |= {"diameter_mm": 10000.0}
+    path.write_text(json.dumps(rig))
+    return path
+
+
 def _texture() -> NDArray[np.uint8]:
     noise = np.random.default_rng(1).normal(0, 40, (SIZE[1], SIZE[0] * 4))
     return np.clip(cv2.GaussianBlur(noise, (0, 0), 2) * 3 + 128, 0, 255).astype(np.uint8)

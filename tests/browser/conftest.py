@@ -8,8 +8,10 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, expect
 from steps import Server
 
-# Other workers of the same test run may have both cores.
-expect.set_options(timeout=20_000)
+PATIENCE_MS = 60_000
+"""Other workers of the same test run may have both cores."""
+
+expect.set_options(timeout=PATIENCE_MS)
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +34,7 @@ def window(browser: Browser) -> Iterator[BrowserContext]:
     user.
     """
     context = browser.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
-    context.set_default_timeout(20_000)
+    context.set_default_timeout(PATIENCE_MS)
     yield context
     context.close()
 

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Literal
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
 from clips import numbered_clip, rig_for_clip
+from looks import expect_no_fault
 from playwright.sync_api import Browser, Page, expect
 from steps import TOKEN, Server, log_in
 
-# viser's client in its frame is not ours to mend.
-OPTIONS = {"iframes": False}
 GLOVE_PX = 43.9
 """44, less what layout rounds away."""
 
@@ -30,15 +27,6 @@ def other(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
     folder = tmp_path_factory.mktemp("other")
     clip = numbered_clip(folder / "other.mp4", "libx264", frames=10)
     return server.track(clip, rig_for_clip(folder / "rig.json"))
-
-
-def expect_no_fault(
-    page: Page, schemes: tuple[Literal["dark", "light"], ...] = ("dark", "light")
-) -> None:
-    for scheme in schemes:
-        page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
-        results = Axe().run(page, options=OPTIONS)
-        assert results.violations_count == 0, results.generate_report()
 
 
 @pytest.fixture

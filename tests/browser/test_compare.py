@@ -9,9 +9,9 @@ from collections.abc import Mapping
 
 import pytest
 from clips import numbered_clip, rig_for_clip
+from looks import expect_no_fault
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
-from test_accessible import expect_no_fault
 
 FRAMES = 60
 

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 from builders import half_size
+from looks import expect_no_fault
 from playwright.sync_api import APIResponse, Page, Route, expect
 from steps import Server, log_in
-from test_accessible import expect_no_fault
 
 from app.lab.simulation import SCENARIOS, SimulatedRun, simulate
 from vo_core.rig import Rig

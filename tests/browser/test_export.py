@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 from clips import numbered_clip, rig_for_clip
+from looks import expect_no_fault
 from playwright.sync_api import Page, Route, expect
 from receivers import Receiver, receiving
 from steps import Server, export, log_in
-from test_accessible import expect_no_fault
 
 from app.reports.formats import FORMATS
 
@@ -264,7 +264,7 @@ def test_the_list_shows_at_once_what_others_tag(
     row = page.locator(".inspection")
     expect(row.locator(".chip")).to_have_count(1)
     tag(telling, inspection, 3, frame=12, code="BAC", char1="C", severity=5)
-    expect(row.locator(".chip")).to_have_text(["Done", "act now"], timeout=8000)
+    expect(row.locator(".chip")).to_have_text(["Done", "act now"])
     expect(page.locator("toast-stack")).to_contain_text("Act now: clip")
     expect_no_fault(page)
     page.locator("toast-stack").get_by_role("button", name="Open").click()

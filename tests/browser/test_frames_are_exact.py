@@ -2,28 +2,17 @@
 
 from __future__ import annotations
 
-import re
-
 import pytest
 from clips import numbered_clip, rig_for_clip
-from playwright.sync_api import Page, expect
+from desks import DRAWN_AND_STATED, expect_frame
+from playwright.sync_api import Page
 from steps import Server, log_in
 
 FRAMES = 60
 
-# The number that the blocks of the shown picture spell, and the one that the page states.
-READ = """() => {
-  const canvas = document.querySelector('.stage__picture');
-  const { data } = canvas.getContext('2d').getImageData(0, 8, 256, 1);
-  let drawn = 0;
-  for (let bit = 0; bit < 16; bit += 1) if (data[4 * (16 * bit + 8)] > 128) drawn |= 1 << bit;
-  const stated = document.querySelector('.transport__clock').textContent;
-  return [drawn, Number(/frame (\\d+)/.exec(stated)[1])];
-}"""
-
 # Both numbers at every animation frame from when the film begins to play until it stands still.
 WATCH = f"""() => {{
-  const read = {READ};
+  const read = {DRAWN_AND_STATED};
   const seen = [];
   globalThis.watched = new Promise((resolve) => {{
     const look = () => {{
@@ -56,22 +45,18 @@ def reviewed(page: Page, server: Server, inspection: str) -> Page:
     return page
 
 
-def expect_frame(page: Page, number: int) -> None:
-    expect(page.locator(".transport__clock")).to_have_text(re.compile(rf"frame {number}$"))
-
-
 def test_every_step_shows_the_next_frame(reviewed: Page) -> None:
     for number in range(1, FRAMES // 2):
         reviewed.keyboard.press("ArrowRight")
         expect_frame(reviewed, number)
-        assert reviewed.evaluate(READ) == [number, number]
+        assert reviewed.evaluate(DRAWN_AND_STATED) == [number, number]
 
 
 def test_every_seek_shows_the_asked_frame(reviewed: Page) -> None:
     for number in (57, 3, 58, 21, 20, 22, 0, 45, 59, 1):
         reviewed.evaluate("frame => document.querySelector('video-panel').seek(frame)", number)
         expect_frame(reviewed, number)
-        assert reviewed.evaluate(READ) == [number, number]
+        assert reviewed.evaluate(DRAWN_AND_STATED) == [number, number]
 
 
 def test_picture_and_number_agree_while_it_plays(reviewed: Page) -> None:
@@ -81,7 +66,7 @@ def test_picture_and_number_agree_while_it_plays(reviewed: Page) -> None:
     assert [pair for pair in seen if pair[0] != pair[1]] == []
     assert len({drawn for drawn, _ in seen}) > 1
     expect_frame(reviewed, FRAMES - 1)
-    assert reviewed.evaluate(READ) == [FRAMES - 1, FRAMES - 1]
+    assert reviewed.evaluate(DRAWN_AND_STATED) == [FRAMES - 1, FRAMES - 1]
 
 
 def test_picture_and_number_agree_backwards(reviewed: Page) -> None:
@@ -89,4 +74,4 @@ def test_picture_and_number_agree_backwards(reviewed: Page) -> None:
     expect_frame(reviewed, FRAMES - 1)
     reviewed.keyboard.press("j")
     expect_frame(reviewed, 0)
-    assert reviewed.evaluate(READ) == [0, 0]
+    assert reviewed.evaluate(DRAWN_AND_STATED) == [0, 0]

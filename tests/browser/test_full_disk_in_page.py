@@ -38,6 +38,6 @@ def test_tags_wait_until_there_is_room(page: Page, disk: SmallDisk, tmp_path: Pa
         page.reload()
         expect(save).to_have_text("Waiting (2)")
         disk.make_room()
-        expect(save).to_have_text("Saved", timeout=20_000)
+        expect(save).to_have_text("Saved")
         path = f"/api/inspections/{inspection}/observations"
         assert len(json.load(server.ask("GET", path))["observations"]) == 3

@@ -10,14 +10,13 @@ import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 from builders import BLOCK, blocks, frame_number, half_size
 from cameras import MjpegCamera, Picture
+from desks import DRAWN_AND_STATED, observations
 from playwright.sync_api import Locator, Page, expect
 from steps import Server, export, log_in
-from test_frames_are_exact import READ
 
 from app.lab.simulation import SCENARIOS, render
 from vo_core.rig import Rig
@@ -131,17 +130,15 @@ def test_a_live_camera_becomes_a_corrected_and_exported_inspection(
     uncorrected_m = _distances_m(live_server, inspection)
     assert max(abs(m - frames_m[frame]) for frame, m in uncorrected_m.items()) > TOLERANCE_M
     _correct(page)
-    observations = _observations(live_server, inspection)
-    for item in observations:
+    made = observations(live_server, inspection)
+    for item in made:
         true_m = frames_m[item["frame"]]
         assert item["distance_m"] == pytest.approx(true_m, abs=TOLERANCE_M), item
         assert abs(item["distance_m"] - true_m) <= item["distance_u95_m"] + 0.001, item
 
     page.get_by_role("tab", name="Defects").click()
     shown = [float(text.split()[0]) for text in page.locator(".defect__where").all_inner_texts()]
-    assert sorted(shown) == pytest.approx(
-        sorted(item["distance_m"] for item in observations), abs=0.00501
-    )
+    assert sorted(shown) == pytest.approx(sorted(item["distance_m"] for item in made), abs=0.00501)
     page.get_by_role("tab", name="Checks").click()
     expect(page.locator("checks-panel")).to_contain_text(re.compile("thing|Nothing"))
     expect(page.locator("checks-panel")).not_to_contain_text("blocks a report")
@@ -151,8 +148,8 @@ def test_a_live_camera_becomes_a_corrected_and_exported_inspection(
     # What is taken home says the same as the page, corrected and as measured.
     rows = list(csv.DictReader(io.StringIO(export(page, "CSV").decode("utf-8-sig"))))
     report = json.loads(export(page, "JSON"))
-    by_frame = {item["frame"]: item for item in observations}
-    assert len(rows) == len(report["observations"]) == len(observations) == 6
+    by_frame = {item["frame"]: item for item in made}
+    assert len(rows) == len(report["observations"]) == len(made) == 6
     for row in [*rows, *report["observations"]]:
         item = by_frame[int(row["frame"])]
         assert float(row["distance_m"]) == pytest.approx(item["distance_m"], abs=1e-3)
@@ -264,11 +261,11 @@ def _expect_every_step_to_be_the_next_frame(page: Page) -> None:
     page.keyboard.press("Enter")
     frame = page.locator(".transport__frame")
     expect(page.locator(".readout__distance")).to_contain_text(re.compile(r"0\.(29|3)"))
-    drawn, start = page.evaluate(READ)
+    drawn, start = page.evaluate(DRAWN_AND_STATED)
     for step in range(1, 6):
         page.keyboard.press("ArrowRight")
         expect(frame).to_have_text(re.compile(rf"frame {start + step}$"))
-        assert page.evaluate(READ) == [drawn + step, start + step]
+        assert page.evaluate(DRAWN_AND_STATED) == [drawn + step, start + step]
 
 
 def _complete(page: Page) -> None:
@@ -311,12 +308,5 @@ def _bar(page: Page) -> Locator:
     return page.get_by_role("region", name="Camera", exact=True)
 
 
-def _observations(server: Server, inspection: str) -> list[dict[str, Any]]:
-    found: list[dict[str, Any]] = json.load(
-        server.ask("GET", f"/api/inspections/{inspection}/observations")
-    )["observations"]
-    return found
-
-
 def _distances_m(server: Server, inspection: str) -> dict[int, float]:
-    return {item["frame"]: item["distance_raw_m"] for item in _observations(server, inspection)}
+    return {item["frame"]: item["distance_raw_m"] for item in observations(server, inspection)}

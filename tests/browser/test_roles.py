@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import uuid
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import pytest
 from builders import TOKEN, serving
 from clips import numbered_clip, rig_for_clip
+from desks import observations
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
 
@@ -34,11 +34,6 @@ def viewer(server: Server) -> str:
 @pytest.fixture(scope="module")
 def operator(server: Server) -> str:
     return server.make_token("crew", "operator")
-
-
-def observations(server: Server, inspection: str) -> list[dict]:
-    answer = server.ask("GET", f"/api/inspections/{inspection}/observations")
-    return json.load(answer)["observations"]
 
 
 def test_a_viewer_looks_and_changes_nothing(

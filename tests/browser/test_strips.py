@@ -10,6 +10,7 @@ from uuid import uuid4
 
 import numpy as np
 import pytest
+from desks import delete_observations, observations
 from numpy.typing import NDArray
 from playwright.sync_api import Locator, Page, Route, expect
 from steps import Server, log_in
@@ -49,8 +50,7 @@ def desk(page: Page, server: Server, inspection: str) -> Iterator[Page]:
     _wait_for_wall(page)
     expect(page.locator(".stage__note")).to_be_hidden()
     yield page
-    for item in _observations(server, inspection):
-        server.ask("DELETE", f"/api/inspections/{inspection}/observations/{item['id']}")
+    delete_observations(server, inspection)
 
 
 def test_both_strips_show_the_same_stretch(desk: Page) -> None:
@@ -75,7 +75,7 @@ def test_a_click_on_the_wall_tags_that_place(desk: Page, server: Server, inspect
     _click(wall, 0.55, 0.65)
     expect(desk.locator(".defect")).to_have_count(1)
     expect(desk.locator(".save")).to_have_text("Saved")
-    (item,) = _observations(server, inspection)
+    (item,) = observations(server, inspection)
     slack_mm = 1000 * item["distance_u95_m"] + unit_mm
     assert 1000 * item["distance_m"] == pytest.approx(wanted_mm, abs=slack_mm)
     # Below the middle of the strip is right of the invert: a little before 6 o'clock.
@@ -107,7 +107,7 @@ def test_the_wall_has_the_whole_circle_at_every_size(
         desk.wait_for_function(
             "n => document.querySelector('wall-strip').marks?.length === n", arg=len(hours)
         )
-        for item in _observations(server, inspection):
+        for item in observations(server, inspection):
             hour, box = item["clock_from"], _box(wall)
             across = _x_of(desk, wall, 1000 * item["distance_m"]) / box["width"]
             _click(wall, across, _share_down(hour, seen_mm, box["height"]))
@@ -383,12 +383,6 @@ def _wait_for_wall(page: Page) -> None:
           return wall?.rows && wall.pictures.count > 0;
         }"""
     )
-
-
-def _observations(server: Server, inspection: str) -> list[dict[str, Any]]:
-    path = f"/api/inspections/{inspection}/observations"
-    found: list[dict[str, Any]] = json.load(server.ask("GET", path))["observations"]
-    return found
 
 
 def _axis(page: Page) -> dict[str, float]:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import re
 
 import pytest
-from clips import numbered_clip
+from clips import numbered_clip, wide_rig
+from desks import delete_observations, expect_frame, expect_saved, observations
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
-from test_tagging import expect_frame, expect_saved, observations, wide_rig
 
 
 @pytest.fixture(scope="module")
@@ -22,11 +21,9 @@ def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
 @pytest.fixture
 def desk(page: Page, server: Server, inspection: str) -> Page:
     """The page of an inspection without any tag."""
-    path = f"/api/inspections/{inspection}/observations"
-    for item in json.load(server.ask("GET", path))["observations"]:
-        server.ask("DELETE", f"{path}/{item['id']}")
+    delete_observations(server, inspection)
     log_in(page, server, f"/inspections/{inspection}")
-    expect(page.locator(".transport__clock")).to_have_text(re.compile("frame 0$"))
+    expect_frame(page, 0)
     return page
 
 
@@ -37,7 +34,7 @@ def test_tags_made_without_a_server_are_saved_when_it_is_back(desk: Page, server
     desk.keyboard.press("2")
     expect(save).to_have_text("Waiting (2)")
     server.start()
-    expect(save).to_have_text("Saved", timeout=20_000)
+    expect(save).to_have_text("Saved")
     desk.reload()
     expect(desk.locator(".defect__what b")).to_have_text(["BAB", "BAC"])
 
@@ -51,7 +48,7 @@ def test_tags_survive_a_reload_before_they_are_saved(desk: Page, server: Server)
     expect(desk.locator(".defect__what b")).to_have_text(["BBA"])
     expect(desk.locator(".save")).to_have_text("Waiting (1)")
     desk.unroute("**/observations/*")
-    expect(desk.locator(".save")).to_have_text("Saved", timeout=20_000)
+    expect(desk.locator(".save")).to_have_text("Saved")
 
 
 def test_each_change_is_undone_in_turn(desk: Page) -> None:
@@ -117,9 +114,9 @@ def test_a_closed_form_gives_the_keys_back_to_the_film(desk: Page) -> None:
     expect(desk.get_by_label("Code", exact=True)).to_be_focused()
     desk.keyboard.press("Escape")
     desk.keyboard.press("ArrowRight")
-    expect(desk.locator(".transport__clock")).to_have_text(re.compile("frame 1$"))
+    expect_frame(desk, 1)
     desk.keyboard.press(" ")
-    expect(desk.locator(".transport__clock")).to_have_text(re.compile("frame 29$"))
+    expect_frame(desk, 29)
 
 
 def test_a_tag_does_not_scroll_the_page_away_from_the_picture(desk: Page) -> None:
@@ -153,7 +150,7 @@ def test_what_is_typed_survives_a_reload_and_a_closed_tab(
     other.goto(f"{server.url}/inspections/{inspection}")
     expect(other.locator(".defect__more")).to_contain_text("roots at the joint")
     expect_saved(other)
-    [item] = observations(server, f"/api/inspections/{inspection}/observations")
+    [item] = observations(server, inspection)
     assert (item["remark"], item["quant1"]) == ("roots at the joint", 0.4)
 
     # All letters of a visit of the field are one step, which the button names.
@@ -174,11 +171,11 @@ def test_what_is_typed_survives_a_reload_and_a_closed_tab(
 def test_a_stretch_starts_where_the_robot_is_and_says_so(
     desk: Page, server: Server, inspection: str
 ) -> None:
-    path, toast = f"/api/inspections/{inspection}/observations", desk.locator(".toast").last
+    toast = desk.locator(".toast").last
 
     def starts() -> list[tuple[int, str | None, bool]]:
         expect_saved(desk)
-        made = observations(server, path)
+        made = observations(server, inspection)
         return [(item["frame"], item["code"], item["continuous"] is not None) for item in made]
 
     desk.keyboard.press("5")
@@ -209,7 +206,7 @@ def test_a_clicked_tag_gets_the_code_of_the_next_key(
 ) -> None:
     def tags() -> list[tuple[str | None, bool]]:
         expect_saved(desk)
-        made = observations(server, f"/api/inspections/{inspection}/observations")
+        made = observations(server, inspection)
         in_middle = [item["pixel"] == [159.5, 119.5] for item in made]
         return sorted(zip((item["code"] or "" for item in made), in_middle, strict=True))
 

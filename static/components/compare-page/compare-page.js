@@ -13,7 +13,6 @@ import { errorText, t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 import { showKeys } from '../key-help/key-help.js';
 import { drawSeverity, severityMark } from '../severity-mark/severity-mark.js';
-import { toastError } from '../toast-stack/toast-stack.js';
 import { topBar } from '../top-bar/top-bar.js';
 import { BlankPlayer, FilePlayer, StillPlayer } from '../video-panel/players.js';
 import { align } from './alignment.js';

@@ -17,6 +17,7 @@ import pytest
 from builders import STEP_MM, Client, assert_error, serving, wait_until
 from prometheus_client.parser import text_string_to_metric_families
 from receivers import Receiver, certificate, receiving
+from surveys import Survey
 
 from app.alerts.webhook import next_try
 from app.storage.tables import Alert
@@ -36,9 +37,9 @@ def telling(data: Path, url: str, **settings: Any) -> Any:
 
 
 @pytest.fixture
-def telling_server(tmp_path: Path, receiver: Receiver) -> Iterator[Client]:
-    public_url = "https://culverts.example/"
-    with telling(tmp_path / "data", receiver.url, public_url=public_url) as client:
+def telling_server(survey: Survey, tmp_path: Path, receiver: Receiver) -> Iterator[Client]:
+    public_url, data = "https://culverts.example/", survey.copied_to(tmp_path / "data")
+    with telling(data, receiver.url, public_url=public_url) as client:
         yield client
 
 
@@ -62,19 +63,18 @@ def wait_for_error(client: Client, inspection_id: str) -> str:
     return str(wait_until(lambda: alerts(client, inspection_id)[-1]["error"]))
 
 
-def test_the_client_is_notified_where_what_and_by_whom(
-    telling_server: Client, receiver: Receiver, clip: Path
+def test_the_client_is_told_where_what_and_by_whom(
+    telling_server: Client, receiver: Receiver, done: str
 ) -> None:
-    inspection_id = telling_server.tracked(clip)
     tag = telling_server.tag(
-        inspection_id, code="BAC", char1="C", severity=5, clock_from=9, remark="wall fällt; =1+1"
+        done, code="BAC", char1="C", severity=5, clock_from=9, remark="wall fällt; =1+1"
     ).json()
     (first,) = wait_until(lambda: receiver.received)
     told = first.told
     assert first.path == "/hook/a-secret-place?x=1"
     assert (told["event"], uuid.UUID(told["id"]).version) == ("observation.severity_5", 4)
-    assert told["url"] == f"https://culverts.example/inspections/{inspection_id}"
-    assert told["inspection"] == {"id": inspection_id, "name": "Culvert 7", "asset": "CUL-0041"}
+    assert told["url"] == f"https://culverts.example/inspections/{done}"
+    assert told["inspection"] == {"id": done, "name": "Culvert 7", "asset": "CUL-0041"}
     label = next(
         row["label"] for row in telling_server.get("/api/codes").json()
         if (row["code"], row["char1"]) == ("BAC", "C")
@@ -102,26 +102,21 @@ def test_who_knows_the_secret_can_verify_that_it_is_genuine(
 
 
 def test_once_for_each_time_that_it_becomes_severe(
-    telling_server: Client, receiver: Receiver, clip: Path
+    telling_server: Client, receiver: Receiver, done: str
 ) -> None:
-    inspection_id = telling_server.tracked(clip)
-    name = telling_server.tag(inspection_id, severity=4).json()["id"]
+    name = telling_server.tag(done, severity=4).json()["id"]
     for severity in (5, 5, 4, 5):
-        telling_server.tag(inspection_id, name, severity=severity, remark=str(time.time_ns()))
-        wait_until(
-            lambda: all(
-                each["state"] != "waiting" for each in alerts(telling_server, inspection_id)
-            )
-        )
-    path = f"/api/inspections/{inspection_id}/observations/{name}"
+        telling_server.tag(done, name, severity=severity, remark=str(time.time_ns()))
+        wait_until(lambda: all(each["state"] != "waiting" for each in alerts(telling_server, done)))
+    path = f"/api/inspections/{done}/observations/{name}"
     telling_server.delete(path)
-    telling_server.post(f"{path}/restore")  # it was sent, and is the same
-    telling_server.tag(inspection_id, severity=5)
+    telling_server.post(f"{path}/restore")  # it was told, and is the same
+    telling_server.tag(done, severity=5)
     wait_until(lambda: len(receiver.received) == 3)
     ids = [each.told["id"] for each in receiver.received]
     assert len(set(ids)) == 3
-    assert [each["id"] for each in alerts(telling_server, inspection_id)] == ids
-    path = f"/api/inspections/{inspection_id}/events"
+    assert [each["id"] for each in alerts(telling_server, done)] == ids
+    path = f"/api/inspections/{done}/events"
     told = [
         event for event in telling_server.get(path).json()["events"] if event["action"] == "told"
     ]
@@ -148,20 +143,19 @@ def test_what_is_not_taken_is_sent_again_with_the_same_id(
 
 
 def test_a_client_that_never_ends_its_answer_keeps_nobody_from_tagging(
-    telling_server: Client, receiver: Receiver, clip: Path
+    telling_server: Client, receiver: Receiver, done: str
 ) -> None:
     receiver.drips = True
-    inspection_id = telling_server.tracked(clip)
-    telling_server.tag(inspection_id, severity=5)
+    telling_server.tag(done, severity=5)
     wait_until(lambda: receiver.received)
     began_s = time.monotonic()
-    assert telling_server.tag(inspection_id, severity=4).status_code == 200
+    assert telling_server.tag(done, severity=4).status_code == 200
     assert time.monotonic() - began_s < 4
-    assert alerts(telling_server, inspection_id)[0]["error"] is None
-    error = wait_for_error(telling_server, inspection_id)
+    assert alerts(telling_server, done)[0]["error"] is None
+    error = wait_for_error(telling_server, done)
     assert error == "It did not answer within 5 s."
     receiver.drips = False
-    assert wait_for(telling_server, inspection_id, "told")["tries"] == 2
+    assert wait_for(telling_server, done, "told")["tries"] == 2
 
 
 def test_what_was_not_sent_is_sent_after_a_restart(tmp_path: Path, clip: Path) -> None:

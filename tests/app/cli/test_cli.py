@@ -12,6 +12,7 @@ import cv2
 import httpx
 import pytest
 from boards import PINHOLE, Studio, checkerboard, poses
+from builders import PATIENCE_S
 
 from app.lab.simulation import SCENARIOS, SimulatedRun, simulate
 from vo_core import Rig, Track
@@ -398,7 +399,7 @@ def test_demo_serves_its_sample_from_a_small_folder_and_leaves_nothing(tmp_path)
         inspection = browser.get(page.url.join(f"/api{page.url.path}")).json()
     assert inspection["name"] == "Sample culvert"
     demo.send_signal(signal.SIGTERM)
-    assert demo.wait(30) == 0
+    assert demo.wait(PATIENCE_S) == 0
     assert list(tmp_path.iterdir()) == []
 
 

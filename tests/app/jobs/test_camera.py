@@ -13,7 +13,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from builders import HEIGHT, STEP_MM, WIDTH, clip_rig, make_clip
+from builders import HEIGHT, PATIENCE_S, STEP_MM, WIDTH, clip_rig, make_clip
 from cameras import Camera, MjpegCamera, RtspCamera, floor
 
 from app.jobs import parts
@@ -69,10 +69,10 @@ class Session:
 
     def until(self, condition: Callable[[], object]) -> Session:
         """Listen until it is so or the end."""
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + PATIENCE_S
         while self.end is None and not condition():
             assert time.monotonic() < deadline, self.states
-            match self._decoder.decode(self.child.receive(30)):
+            match self._decoder.decode(self.child.receive(PATIENCE_S)):
                 case Batch() as batch:
                     self.rows += batch.rows
                 case CameraState() as state:

@@ -10,7 +10,7 @@ import av
 import cv2
 import msgspec
 import numpy as np
-from builders import HEIGHT, RATE, WIDTH, clip_rig, make_clip
+from builders import HEIGHT, PATIENCE_S, RATE, WIDTH, clip_rig, make_clip
 
 from app.jobs.follow import Follower
 from app.jobs.messages import (
@@ -58,7 +58,7 @@ def follow(request: TrackRequest, found: Found, *, leave_at: int | None = None) 
     try:
         child.send(request)
         while True:
-            match decoder.decode(child.receive(30)):
+            match decoder.decode(child.receive(PATIENCE_S)):
                 case Batch() as batch:
                     found.take(batch)
                 case Checkpoint() as newest:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from builders import HEIGHT, WIDTH, clip_rig, frame_number, make_clip, wait_until
+from builders import HEIGHT, PATIENCE_S, WIDTH, clip_rig, frame_number, make_clip, wait_until
 
 from app.jobs.messages import (
     Batch,
@@ -37,7 +37,7 @@ def track(video: Path, limits: Limits = LIMITS) -> list[FromTracker]:
         child.send(TrackRequest(str(video), clip_rig(), limits))
         messages: list[FromTracker] = []
         while not messages or isinstance(messages[-1], Batch):
-            message = decoder.decode(child.receive(30))
+            message = decoder.decode(child.receive(PATIENCE_S))
             if not isinstance(message, Checkpoint):
                 messages.append(message)
         return messages
@@ -58,10 +58,10 @@ def test_every_frame_comes_once_and_each_picture_is_of_the_last_of_its_batch(cli
 def test_a_pace_keeps_tracking_at_the_speed_of_the_video(clip: Path) -> None:
     child = Child("app.jobs.tracker")
     child.send(TrackRequest(str(clip), clip_rig(), LIMITS, pace=1.0))
-    child.receive(30)
+    child.receive(PATIENCE_S)
     begun = time.monotonic()
     decoder = msgspec.msgpack.Decoder(FromTracker)
-    while not isinstance(decoder.decode(child.receive(30)), Done):
+    while not isinstance(decoder.decode(child.receive(PATIENCE_S)), Done):
         pass
     assert time.monotonic() - begun > 1.4  # 39 frames at 25 Hz, but for the first batch
     child.end()
@@ -73,7 +73,7 @@ def test_previews_are_few(long_clip: Path) -> None:
     child.send(TrackRequest(str(long_clip), clip_rig(), LIMITS))
     times: list[float] = []
     while len(times) < 10:
-        message = decoder.decode(child.receive(30))
+        message = decoder.decode(child.receive(PATIENCE_S))
         if isinstance(message, Batch):
             times.append(message.rows[-1].time_s)
     child.kill()
@@ -102,7 +102,7 @@ def test_a_child_short_of_memory_ends_without_a_hang(clip: Path) -> None:
 def test_a_child_ends_when_its_parent_does(long_clip: Path) -> None:
     child = Child("app.jobs.tracker")
     child.send(TrackRequest(str(long_clip), clip_rig(), LIMITS))
-    child.receive(30)
+    child.receive(PATIENCE_S)
     assert child.end() == 0
     idle = Child("app.jobs.media")
     idle.send(Limits(768 * 2**20))
@@ -118,19 +118,19 @@ def test_the_media_process_answers_one_request_after_the_other(clip: Path, tmp_p
     try:
         child.send(Limits(768 * 2**20))
         child.send(ProbeRequest(str(clip)))
-        probed = decoder.decode(child.receive(30))
+        probed = decoder.decode(child.receive(PATIENCE_S))
         assert isinstance(probed, Probed)
         assert (probed.width, probed.height, probed.frames) == (WIDTH, HEIGHT, 40)
         child.send(ProbeRequest(str(bad)))
-        refused = decoder.decode(child.receive(30))
+        refused = decoder.decode(child.receive(PATIENCE_S))
         assert isinstance(refused, Failed)
         assert refused.code == "unreadable_video"
         child.send(PictureRequest(str(clip), 0.6, 92))
-        picture = decoder.decode(child.receive(30))
+        picture = decoder.decode(child.receive(PATIENCE_S))
         assert isinstance(picture, Picture)
         assert frame_number(picture.jpeg) == 15
         child.send(PictureRequest(str(clip), 60.0, 92))
-        assert isinstance(decoder.decode(child.receive(30)), Failed)
+        assert isinstance(decoder.decode(child.receive(PATIENCE_S)), Failed)
     finally:
         child.end()
 

@@ -6,6 +6,7 @@ import os
 import resource
 import subprocess
 import sys
+import threading
 from fractions import Fraction
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import av
 import cv2
 import numpy as np
 import pytest
-from builders import frame_number, make_clip
+from builders import PATIENCE_S, frame_number, make_clip
 from numpy.typing import NDArray
 
 from app.jobs import nal
@@ -170,3 +171,45 @@ def test_a_killed_writer_leaves_every_packet_that_it_wrote(
     _, status = os.waitpid(child, 0)
     assert os.WTERMSIG(status) == 9
     assert len(frames_of(path)) == 37
+
+
+_WRITE_ON = """
+import sys
+sys.path.insert(0, sys.argv[2])
+from pathlib import Path
+from app.jobs.recording import Coding, Recording
+with Recording(Path(sys.argv[1]), Coding("mjpeg", 64, 64, b"")) as recording:
+    recording.append(0, True, bytes(5000))
+    print("begun", flush=True)
+    sys.stdin.readline()
+    recording.append(40, True, bytes(5000))
+"""
+
+
+def test_it_is_gone_on_with_when_the_process_of_a_killed_server_writes_no_more(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "recording.mkv"
+    packets: list[int] = []
+    is_reopened = threading.Event()
+
+    def go_on() -> None:
+        with Recording.reopen(path) as recording:
+            packets.append(recording.packets)
+        is_reopened.set()
+
+    with subprocess.Popen(
+        [sys.executable, "-c", _WRITE_ON, str(path), str(Path(__file__).parents[3])],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    ) as writer:
+        assert writer.stdin is not None
+        assert writer.stdout is not None
+        assert writer.stdout.readline() == b"begun\n"
+        thread = threading.Thread(target=go_on)
+        thread.start()
+        assert not is_reopened.wait(0.2)
+        writer.stdin.write(b"write on\n")
+        writer.stdin.flush()
+        thread.join(PATIENCE_S)
+    assert packets == [2]

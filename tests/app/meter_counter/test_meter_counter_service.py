@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from builders import Client, clip_rig, serving, wait_until
+from builders import PATIENCE_S, Client, clip_rig, serving, wait_until
 from cameras import MjpegCamera
 
 CHANGE = "CHANGE_METER_COUNTER_VALUE_REQ"
@@ -53,7 +53,7 @@ class OtherSoftware:
     def next(self, name: str | None = None) -> tuple[dict[str, Any], dict[str, Any]]:
         """Header and payload of the next message, or of the next with this name."""
         while True:
-            _, message = self.heard.get(timeout=30)
+            _, message = self.heard.get(timeout=PATIENCE_S)
             if name in (None, message["header"]["messageName"]):
                 return message["header"], message["payload"]
 
@@ -136,7 +136,7 @@ def test_it_sends_its_version_and_then_the_distance_as_it_changes(
     assert (header["messageName"], payload) == ("CHOOSE_API_VERSION", {"value": 2})
     wait_until(lambda: counting.get("/api/meter-counter").json()["is_connected"])
     inspection_id = begin(counting, camera)
-    told = [other.heard.get(timeout=30) for _ in range(8)]
+    told = [other.heard.get(timeout=PATIENCE_S) for _ in range(8)]
     assert {message["header"]["messageName"] for _, message in told} == {STATUS}
     ids = [message["header"]["messageId"] for _, message in told]
     assert ids == list(range(2, 10))

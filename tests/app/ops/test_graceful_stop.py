@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 import pytest
-from builders import Client, clip_rig, wait_until
+from builders import PATIENCE_S, Client, clip_rig, wait_until
 from cameras import MjpegCamera
 from processes import process
 from websockets.exceptions import ConnectionClosedError
@@ -33,7 +33,7 @@ def test_a_server_at_work_ends_soon_and_goes_on_at_its_next_start(
             started = descendants(pid)
             assert len(started) >= 3
             with client.socket(f"/api/inspections/{live}/live") as socket:
-                socket.recv(30)
+                socket.recv(PATIENCE_S)
                 began_s = time.monotonic()
                 code = client.server.terminate()  # type: ignore[attr-defined]
                 assert time.monotonic() - began_s < SOON_S

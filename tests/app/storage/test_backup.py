@@ -18,6 +18,7 @@ import pytest
 from builders import Client, serving, wait_until
 from processes import process
 from small_disk import small_disk
+from surveys import Survey
 
 from app.errors import DiskFull, UnusableBackup, UnusableDatabase
 from app.storage.backup import back_up, restore
@@ -28,13 +29,12 @@ def quietly(_done: int, _total: int) -> None:
 
 
 @pytest.fixture(scope="module")
-def archive(tmp_path_factory: pytest.TempPathFactory, clip: Path) -> Path:
+def archive(tmp_path_factory: pytest.TempPathFactory, survey: Survey) -> Path:
     """A backup of a tracked inspection with a photo."""
     folder = tmp_path_factory.mktemp("archive")
-    with serving(folder / "data") as client:
-        inspection_id = client.tracked(clip)
-        tag = client.tag(inspection_id).json()["id"]
-        path = f"/api/inspections/{inspection_id}/observations/{tag}/photo"
+    with serving(survey.copied_to(folder / "data")) as client:
+        tag = client.tag(survey.id).json()["id"]
+        path = f"/api/inspections/{survey.id}/observations/{tag}/photo"
         wait_until(lambda: client.get(path).status_code == 200)
         back_up(folder / "data", folder / "backup.zip", quietly)
     return folder / "backup.zip"

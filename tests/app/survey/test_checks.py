@@ -2,18 +2,35 @@
 
 from __future__ import annotations
 
-import uuid
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Mapping
+from dataclasses import replace
+from datetime import UTC, datetime
 from typing import Any
 
-import av
 import numpy as np
 import pytest
-from builders import STEP_MM, Client, make_clip
+from builders import STEP_MM, clip_rig
+from tracks import look, straight_track
+
+from app.survey.adjustment import adjust
+from app.survey.catalogue import built_in
+from app.survey.checks import Case, Issue, run
+from app.survey.corrected import Corrected
+from app.survey.place import Course, ObservationView, place_of
+from app.survey.records import Observation
+from app.survey.stated import Joints, Stated, Zero
+from app.survey.tag import StatedTag
+from vo_core import Rig, Track
+from vo_core.image.health import TOO_DARK
 
 FRAMES = 160
 END_M = (FRAMES - 1) * STEP_MM / 1000
+DRIVE = straight_track(STEP_MM * np.arange(FRAMES))
+RIG = Rig.parse(clip_rig())
+CLEAR = {
+    "overlap": np.ones(FRAMES), "brightness": np.full(FRAMES, 0.5), "overexposed": np.zeros(FRAMES),
+    "sharpness": np.ones(FRAMES), "fixed_pattern": np.zeros(FRAMES),
+}  # fmt: skip
 HEADER = {
     "asset_id": "CUL-1", "start_node": "in", "end_node": "out", "direction": "with_flow",
     "date": "2026-03-01", "time": "10:00", "operator": "A", "client": "B",
@@ -27,88 +44,82 @@ CRACK = {
     "frame": 80, "code": "BAB", "char1": "B", "char2": "A", "quant1": 2.0, "clock_from": 3,
 }  # fmt: skip
 
-
-@pytest.fixture(scope="module")
-def run(shared: Client, tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A run with everything that a report needs; tests tidy up after themselves."""
-    clip = make_clip(tmp_path_factory.mktemp("clips") / "drive.mp4", FRAMES)
-    inspection_id = shared.inspect(clip, header=HEADER)
-    shared.wait(inspection_id)
-    for tag in (START, FINISH):
-        shared.tag(inspection_id, **tag)
-    return inspection_id
+Tag = Mapping[str, Any]
 
 
-@pytest.fixture
-def tag(shared: Client, run: str) -> Any:
-    """Tags that are deleted after the test."""
-    made: list[str] = []
-
-    def put(**fields: Any) -> str:
-        name = str(uuid.uuid4())
-        answer = shared.tag(run, name, **fields)
-        assert answer.status_code == 200, answer.text
-        made.append(name)
-        return name
-
-    yield put
-    for name in made:
-        shared.delete(f"/api/inspections/{run}/observations/{name}")
-
-
-@pytest.fixture
-def header(shared: Client, run: str) -> Any:
-    """Changes that are taken back after the test."""
-    yield lambda **fields: shared.patch(
-        f"/api/inspections/{run}", json={"header": HEADER | fields}
-    ).raise_for_status()
-    shared.patch(f"/api/inspections/{run}", json={"header": HEADER})
-
-
-def checks(client: Client, run: str) -> list[dict[str, Any]]:
-    return list(client.get(f"/api/inspections/{run}/checks").raise_for_status().json()["checks"])
+def case(
+    *tags: Tag,
+    header: Mapping[str, Any] = HEADER,
+    stated: Stated = Stated(),  # noqa: B008
+    raw: Track = DRIVE,
+    joints_mm: tuple[float, ...] = (),
+    is_photographed: bool = True,
+) -> Case:
+    """A run with start and finish and everything else that a report needs, and tags."""
+    adjusted = adjust(raw, RIG, stated, look(raw, joints_mm))
+    course = Course(adjusted, raw)
+    rows = [
+        row(seq, tag, is_photographed) for seq, tag in enumerate((START, FINISH, *tags), start=1)
+    ]
+    return Case(
+        header=header,
+        views=[ObservationView(row, place_of(course, row.tag)) for row in rows],
+        table=built_in(),
+        corrected=Corrected(stated, adjusted, None),
+        track=adjusted.track,
+        health=CLEAR,
+        photo_is_there=lambda _: True,
+    )
 
 
-def told(client: Client, run: str) -> list[tuple[str, str]]:
-    return [(check["level"], check["code"]) for check in checks(client, run)]
+def row(seq: int, tag: Tag, is_photographed: bool) -> Observation:
+    return Observation(
+        inspection_id="i",
+        id=str(seq),
+        seq=seq,
+        tag=StatedTag(**tag),
+        photo_frame=tag["frame"] if is_photographed else None,
+        created_at=datetime(2026, 3, 1, tzinfo=UTC),
+        created_by="A",
+    )
 
 
-Tag = Callable[..., str]
-Header = Callable[..., None]
+def found(of: Case) -> list[tuple[str, str]]:
+    return [(issue.level, issue.code) for issue in run(of)]
 
 
-def test_a_run_in_good_order_has_no_checks(shared: Client, run: str, tag: Tag) -> None:
-    tag(**CRACK)
-    tag(**CRACK | {"frame": 85, "continuous": "A1"})
-    tag(**CRACK | {"frame": 110, "continuous": "B1"})
-    assert told(shared, run) == []
+def the_issue(of: Case) -> Issue:
+    (issue,) = run(of)
+    return issue
+
+
+def test_a_run_in_good_order_has_no_checks() -> None:
+    stretch = stretch_of(85, 110)
+    assert found(case(CRACK, *stretch)) == []
 
 
 @pytest.mark.parametrize("name", [name for name in HEADER if name != "known_length_m"])
-def test_an_empty_required_field_blocks(
-    shared: Client, run: str, header: Header, name: str
-) -> None:
-    header(**{name: None})
-    (check,) = checks(shared, run)
-    assert (check["level"], check["code"]) == ("block", "header_field_empty")
-    assert check["params"] == {"field": name}
-    assert name in check["detail"]
+def test_an_empty_required_field_blocks(name: str) -> None:
+    issue = the_issue(case(header=HEADER | {name: None}))
+    assert (issue.level, issue.code) == ("block", "header_field_empty")
+    assert issue.params == {"field": name}
+    assert name in issue.detail
 
 
-def test_an_abandoned_survey_needs_its_reason(shared: Client, run: str, header: Header) -> None:
-    header(end_condition="abandoned")
-    assert told(shared, run) == [("block", "abandoned_without_reason")]
-    header(end_condition="abandoned", abandon_reason="deep water")
-    assert told(shared, run) == []
+def test_an_abandoned_survey_needs_its_reason() -> None:
+    abandoned = HEADER | {"end_condition": "abandoned"}
+    assert found(case(header=abandoned)) == [("block", "abandoned_without_reason")]
+    assert found(case(header=abandoned | {"abandon_reason": "deep water"})) == []
 
 
-def test_start_and_finish_are_needed(shared: Client, clip: Path) -> None:
-    inspection_id = shared.inspect(clip, header=HEADER | {"known_length_m": 0.06})
-    shared.wait(inspection_id)
-    assert told(shared, inspection_id) == [("block", "no_start"), ("block", "no_finish")]
-    shared.tag(inspection_id, **START)
-    shared.tag(inspection_id, frame=30, code="BDC", char1="B")
-    assert told(shared, inspection_id) == []
+def test_start_and_finish_are_needed() -> None:
+    complete = case()
+    start, finish = complete.views
+    assert found(replace(complete, views=[])) == [("block", "no_start"), ("block", "no_finish")]
+    assert found(replace(complete, views=[finish])) == [("block", "no_start")]
+    assert found(replace(complete, views=[start])) == [("block", "no_finish")]
+    stopped = case({"frame": 30, "code": "BDC", "char1": "B"}).views[-1]
+    assert found(replace(complete, views=[start, stopped])) == []
 
 
 @pytest.mark.parametrize(
@@ -126,18 +137,17 @@ def test_start_and_finish_are_needed(shared: Client, clip: Path) -> None:
         ({"continuous": "C7"}, [("block", "stretch_without_start")]),
     ],
 )
-def test_an_observation_must_be_complete(
-    shared: Client, run: str, tag: Tag, fields: dict[str, Any], expected: list[tuple[str, str]]
-) -> None:
-    name = tag(**CRACK | fields)
-    found = checks(shared, run)
-    assert [(check["level"], check["code"]) for check in found] == expected
-    assert all(check["observation_id"] == name for check in found)
+def test_an_observation_must_be_complete(fields: Tag, expected: list[tuple[str, str]]) -> None:
+    issues = run(case(CRACK | fields))
+    assert [(issue.level, issue.code) for issue in issues] == expected
+    assert all(issue.observation_id == "3" for issue in issues)
 
 
-def stretch_of(tag: Tag, first: int, last: int, number: int = 1, **other: Any) -> None:
-    tag(**CRACK | {"frame": first, "continuous": f"A{number}"})
-    tag(**CRACK | {"frame": last, "continuous": f"B{number}"} | other)
+def stretch_of(first: int, last: int, number: int = 1, **other: Any) -> tuple[Tag, Tag]:
+    return (
+        CRACK | {"frame": first, "continuous": f"A{number}"},
+        CRACK | {"frame": last, "continuous": f"B{number}"} | other,
+    )
 
 
 @pytest.mark.parametrize(
@@ -151,49 +161,32 @@ def stretch_of(tag: Tag, first: int, last: int, number: int = 1, **other: Any) -
     ],
 )
 def test_a_stretch_has_one_code_and_a_length(
-    shared: Client,
-    run: str,
-    tag: Tag,
-    first: int,
-    last: int,
-    other: dict[str, Any],
-    expected: list[tuple[str, str]],
+    first: int, last: int, other: Tag, expected: list[tuple[str, str]]
 ) -> None:
-    stretch_of(tag, first, last, **other)
-    assert told(shared, run) == expected
+    assert found(case(*stretch_of(first, last, **other))) == expected
 
 
-def test_a_number_is_of_one_stretch(shared: Client, run: str, tag: Tag) -> None:
-    stretch_of(tag, 85, 100)
-    stretch_of(tag, 110, 120)
-    assert told(shared, run) == [("block", "stretch_number_twice")]
+def test_a_number_is_of_one_stretch() -> None:
+    twice = case(*stretch_of(85, 100), *stretch_of(110, 120))
+    assert found(twice) == [("block", "stretch_number_twice")]
 
 
-def test_the_same_defect_twice_is_reported(shared: Client, run: str, tag: Tag) -> None:
-    stretch_of(tag, 85, 110, 1)
-    stretch_of(tag, 100, 125, 2)
-    (check,) = checks(shared, run)
-    assert (check["code"], check["params"]) == ("stretches_overlap", {"stretch": 1, "other": 2})
-    tag(**CRACK | {"frame": 50})
-    tag(**CRACK | {"frame": 52})
-    tag(**CRACK | {"frame": 52, "clock_from": 9})
-    assert [code for _, code in told(shared, run)] == ["duplicate", "stretches_overlap"]
+def test_the_same_defect_twice_is_reported() -> None:
+    overlapping = (*stretch_of(85, 110, 1), *stretch_of(100, 125, 2))
+    issue = the_issue(case(*overlapping))
+    assert (issue.code, issue.params) == ("stretches_overlap", {"stretch": 1, "other": 2})
+    points = (CRACK | {"frame": 50}, CRACK | {"frame": 52})
+    elsewhere = CRACK | {"frame": 52, "clock_from": 9}
+    issues = run(case(*overlapping, *points, elsewhere))
+    assert [issue.code for issue in issues] == ["duplicate", "stretches_overlap"]
 
 
-def test_what_lies_outside_the_asset_blocks(
-    shared: Client, run: str, tag: Tag, header: Header
-) -> None:
-    header(known_length_m=0.2)
-    (check,) = checks(shared, run)
-    assert (check["code"], check["params"]["known_length_m"]) == ("beyond_end", 0.2)
-    header()
-    path = f"/api/inspections/{run}/corrections"
-    shared.put(path, json={"zero": {"frame": 40, "offset_m": 0.0}}).raise_for_status()
-    (check,) = checks(shared, run)
-    assert (check["level"], check["code"]) == ("block", "before_zero")
-    assert check["params"]["distance_m"] == pytest.approx(-0.064, abs=0.001)
-    shared.put(path, json={}).raise_for_status()
-    assert told(shared, run) == []
+def test_what_lies_outside_the_asset_blocks() -> None:
+    issue = the_issue(case(header=HEADER | {"known_length_m": 0.2}))
+    assert (issue.code, issue.params["known_length_m"]) == ("beyond_end", 0.2)
+    issue = the_issue(case(stated=Stated(zero=Zero(40, 0.0))))
+    assert (issue.level, issue.code) == ("block", "before_zero")
+    assert issue.params["distance_m"] == pytest.approx(-0.064, abs=0.001)
 
 
 @pytest.mark.parametrize(
@@ -211,77 +204,68 @@ def test_what_lies_outside_the_asset_blocks(
     ],
 )  # fmt: skip
 def test_the_end_is_where_it_is_said_to_be(
-    shared: Client,
-    run: str,
-    header: Header,
-    fields: dict[str, Any],
-    expected: list[tuple[str, str]],
+    fields: Mapping[str, Any], expected: list[tuple[str, str]]
 ) -> None:
-    header(**fields)
-    assert told(shared, run) == expected
+    assert found(case(header=HEADER | fields)) == expected
 
 
-def test_other_needs_a_remark(shared: Client, run: str, tag: Tag) -> None:
+def test_a_correction_that_cannot_be_applied_blocks() -> None:
+    error = {"code": "invalid_correction", "detail": "Frame 9999 was not tracked."}
+    complete = case()
+    issue = the_issue(replace(complete, corrected=Corrected(Stated(), None, error)))
+    assert (issue.level, issue.code) == ("block", "correction_failed")
+    assert error["detail"] in issue.detail
+
+
+def test_other_needs_a_remark() -> None:
     other = {"frame": 60, "code": "BDC", "char1": "A", "char2": "Z"}
-    name = tag(**other)
-    assert told(shared, run) == [("warn", "other_without_remark")]
-    shared.tag(run, name, **other, remark="a tree")
-    assert told(shared, run) == []
+    assert found(case(other)) == [("warn", "other_without_remark")]
+    assert found(case(other | {"remark": "a tree"})) == []
 
 
-def test_where_no_joint_was_seen_a_displaced_one_may_be_anywhere(
-    shared: Client, run: str, tag: Tag
+DISPLACED = {"frame": 20, "code": "BAJ", "char1": "B", "quant1": 5.0, "clock_from": 12}
+
+
+def test_where_no_joint_was_seen_a_displaced_one_may_be_anywhere() -> None:
+    assert found(case(DISPLACED)) == []
+
+
+@pytest.mark.parametrize(("frame", "expected"), [(31, []), (50, [("warn", "no_joint_near")])])
+def test_where_joints_were_seen_a_displaced_one_is_at_one_of_them(
+    frame: int, expected: list[tuple[str, str]]
 ) -> None:
-    tag(frame=20, code="BAJ", char1="B", quant1=5.0, clock_from=12)
-    assert told(shared, run) == []
+    """Seen every 1.2 m, of which the frames show 0.5 m and 0.8 m."""
+    long = straight_track(10 * STEP_MM * np.arange(FRAMES))
+    header = HEADER | {"known_length_m": 10 * END_M}
+    joints_mm = (505.0, 1705.0)
+    stated = Stated(joints=Joints(use=True))
+    tag = DISPLACED | {"frame": frame}
+    assert found(case(tag, header=header, stated=stated, raw=long, joints_mm=joints_mm)) == expected
 
 
-def test_a_photo_that_is_gone_blocks_and_a_severe_defect_needs_one(
-    shared: Client, run: str, tag: Tag
-) -> None:
-    name = tag(**CRACK | {"severity": 4})
-    photo = shared.data / "inspections" / run / "photos" / f"{name}-80.jpg"
-    content = photo.read_bytes()
-    photo.unlink()
-    assert told(shared, run) == [("block", "photo_missing")]
-    photo.write_bytes(content)
-    assert told(shared, run) == []
-    video = shared.data / "inspections" / run / "video.mp4"
-    video.rename(video.with_name("away.mp4"))
-    shared.tag(run, name, **CRACK | {"severity": 4, "frame": 81})
-    assert told(shared, run) == [("warn", "severe_without_photo")]
-    video.with_name("away.mp4").rename(video)
+def test_a_photo_that_is_gone_blocks_and_a_severe_defect_needs_one() -> None:
+    severe = CRACK | {"severity": 4}
+    kept = case(severe)
+    assert found(kept) == []
+    gone = replace(kept, photo_is_there=lambda view: view.row.id != "3")
+    assert found(gone) == [("block", "photo_missing")]
+    assert found(case(severe, is_photographed=False)) == [("warn", "severe_without_photo")]
 
 
-def test_lost_and_dark_frames_are_reported(server: Client, clip: Path, tmp_path: Path) -> None:
-    dark = with_dark_frames(clip, tmp_path / "dark.mp4", range(10, 20))
-    inspection_id = server.inspect(dark, header=HEADER)
-    server.wait(inspection_id)
-    found = checks(server, inspection_id)
-    (check,) = [c for c in found if c["code"] == "lost"]
-    assert check["level"] == "warn"
-    assert check["params"] == {"percent": 25.0, "frames": 10}
-    poor = [c["params"] for c in found if c["code"] == "poor_pictures"]
-    assert {"complaint": "too_dark", "percent": 25.0} in poor
+def test_lost_frames_are_reported() -> None:
+    status = np.where((DRIVE.frame >= 10) & (DRIVE.frame < 50), "lost", "ok")
+    issue = the_issue(replace(case(), track=replace(DRIVE, status=status)))
+    assert (issue.level, issue.code) == ("warn", "lost")
+    assert issue.params == {"percent": 25.0, "frames": 40}
 
 
-def with_dark_frames(clip: Path, out: Path, dark: range) -> Path:
-    """The same video with the light off for a while."""
-    with av.open(str(clip)) as source, av.open(str(out), "w") as target:
-        shape = source.streams.video[0]
-        stream = target.add_stream("libx264", rate=25)
-        stream.width, stream.height, stream.pix_fmt = shape.width, shape.height, "yuv420p"
-        for number, frame in enumerate(source.decode(video=0)):
-            picture = frame.to_ndarray(format="gray") * np.uint8(number not in dark)
-            target.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="gray")))
-        target.mux(stream.encode())
-    return out
+def test_dark_pictures_are_reported() -> None:
+    brightness = CLEAR["brightness"].copy()
+    brightness[10:50] = 0.5 * TOO_DARK
+    issue = the_issue(replace(case(), health=CLEAR | {"brightness": brightness}))
+    assert (issue.level, issue.code) == ("warn", "poor_pictures")
+    assert issue.params == {"complaint": "too_dark", "percent": 25.0}
 
 
-def test_a_tag_that_was_never_reached_is_reported(server: Client, long_clip: Path) -> None:
-    inspection_id = server.inspect(long_clip, header=HEADER)
-    server.wait(inspection_id, "running")
-    server.tag(inspection_id, **CRACK | {"frame": 1400})
-    server.post(f"/api/inspections/{inspection_id}/cancel")
-    server.wait(inspection_id)
-    assert ("block", "not_tracked") in told(server, inspection_id)
+def test_a_tag_that_was_never_reached_is_reported() -> None:
+    assert found(case(CRACK | {"frame": FRAMES})) == [("block", "not_tracked")]

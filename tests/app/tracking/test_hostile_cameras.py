@@ -170,7 +170,7 @@ def test_a_camera_that_sends_rubbish_is_reported_and_harms_nobody(
                 assert int(peak[1]) * 1024 <= MEMORY_BYTES + 2**20  # type: ignore[index]
         return all(detail(field, each) for each in begun.values())
 
-    wait_until(are_told, timeout_s=60)
+    wait_until(are_told)
     for inspection_id in begun.values():
         said = str(detail(field, inspection_id))
         assert said.endswith(".")

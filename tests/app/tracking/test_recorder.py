@@ -16,6 +16,7 @@ import httpx
 import numpy as np
 import pytest
 from builders import (
+    PATIENCE_S,
     TOKEN,
     Client,
     assert_error,
@@ -27,6 +28,7 @@ from builders import (
     wait_until,
 )
 from cameras import Camera, MjpegCamera, RtspCamera
+from surveys import Survey
 from websockets.sync.client import ClientConnection
 
 from vo_core.sources import VideoFile
@@ -36,9 +38,10 @@ LOOPBACK = ("127.0.0.0/8",)
 
 
 @pytest.fixture(scope="module")
-def field(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+def field(survey: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
     """A server that may open cameras on loopback."""
-    with serving(tmp_path_factory.mktemp("field"), camera_networks=LOOPBACK) as client:
+    data = survey.copied_to(tmp_path_factory.mktemp("field"))
+    with serving(data, camera_networks=LOOPBACK) as client:
         yield client
 
 
@@ -76,16 +79,21 @@ def assert_track_is_recording(client: Client, inspection_id: str) -> list[float]
     answer = client.get(f"/api/inspections/{inspection_id}/track?format=json&raw=true")
     columns = answer.json()["columns"]
     folder = client.data / "inspections" / inspection_id
-    (video_file,) = [*folder.glob("video.*"), *folder.glob("recording.mkv")]
-    with VideoFile(video_file) as video:
+    # What the video was made of goes as soon as nobody reads it more, after the last row.
+    wait_until(lambda: len(files_of(folder)) == 1)
+    with VideoFile(*files_of(folder)) as video:
         times = [frame.t_s for frame in video]
     assert columns["frame"] == list(range(len(times)))
     assert np.allclose(columns["time_s"], times, atol=1e-6)
     return times
 
 
+def files_of(folder: Path) -> list[Path]:
+    return [*folder.glob("video.*"), *folder.glob("recording.mkv")]
+
+
 def receive(socket: ClientConnection) -> tuple[dict[str, Any], bytes]:
-    message = socket.recv(30)
+    message = socket.recv(PATIENCE_S)
     assert isinstance(message, bytes)
     length = int.from_bytes(message[:4], "big")
     header = json.loads(message[4 : 4 + length])
@@ -167,13 +175,12 @@ def test_each_message_shows_one_frame_with_its_age_and_a_tag_has_its_photo_at_on
     assert len(assert_track_is_recording(field, inspection_id)) >= 20
 
 
-def test_a_ping_is_answered(field: Client, clip: Path) -> None:
-    inspection_id = field.tracked(clip)
-    with field.socket(f"/api/inspections/{inspection_id}/live") as socket:
+def test_a_ping_is_answered(field: Client, done: str) -> None:
+    with field.socket(f"/api/inspections/{done}/live") as socket:
         header, _ = receive(socket)
         assert (header["age_ms"], header["camera"], header["dropped"]) == (None, None, 0)
         socket.send(json.dumps({"type": "ping", "t": 12.5}))
-        assert json.loads(socket.recv(10)) == {"type": "pong", "t": 12.5}
+        assert json.loads(socket.recv(PATIENCE_S)) == {"type": "pong", "t": 12.5}
 
 
 def test_a_camera_process_that_is_killed_is_followed_by_another(field: Client) -> None:
@@ -232,7 +239,7 @@ def test_a_killed_server_leaves_a_recording_that_the_next_one_tracks(tmp_path: P
         assert server.stdout is not None
         url = server.stdout.readline().strip()
         headers = {"Authorization": f"Bearer {TOKEN}"}
-        with httpx.Client(base_url=url, headers=headers, timeout=30) as client:
+        with httpx.Client(base_url=url, headers=headers, timeout=PATIENCE_S) as client:
             inspection_id = begin(client, camera)
             path = f"/api/inspections/{inspection_id}"
             wait_until(lambda: client.get(path).json()["progress"]["frames_done"] > 20)
@@ -270,13 +277,12 @@ def test_an_open_stretch_is_named_before_the_end(field: Client) -> None:
 
 
 def test_an_end_is_stated_for_a_past_video_too_and_is_in_the_audit(
-    field: Client, clip: Path
+    field: Client, done: str
 ) -> None:
-    inspection_id = field.tracked(clip)
-    refused = finish(field, inspection_id, end_condition="abandoned")
+    refused = finish(field, done, end_condition="abandoned")
     assert "reason" in assert_error(refused, 422, "invalid_request")
-    assert finish(field, inspection_id).json()["header"]["end_condition"] == "complete"
-    events = field.get(f"/api/inspections/{inspection_id}/events").json()["events"]
+    assert finish(field, done).json()["header"]["end_condition"] == "complete"
+    events = field.get(f"/api/inspections/{done}/events").json()["events"]
     assert events[0]["action"] == "finished"
     assert events[0]["after"]["header"]["end_condition"] == "complete"
 
@@ -392,10 +398,9 @@ def test_a_stopped_recording_goes_on_as_the_next_part(
     assert tag["frame"] == 8
 
 
-def test_only_an_ended_recording_of_a_camera_goes_on(field: Client, clip: Path) -> None:
-    film = field.tracked(clip)
+def test_only_an_ended_recording_of_a_camera_goes_on(field: Client, done: str) -> None:
     stated = {"url": "http://127.0.0.1:9/", "robot": "moved"}
-    refused = field.post(f"/api/inspections/{film}/continue", json=stated)
+    refused = field.post(f"/api/inspections/{done}/continue", json=stated)
     assert_error(refused, 409, "nothing_recorded")
 
 

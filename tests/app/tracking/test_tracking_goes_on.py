@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from builders import (
+    PATIENCE_S,
     Client,
     assert_error,
     children,
@@ -83,7 +84,7 @@ def test_a_process_that_dies_is_followed_by_one_that_goes_on(
         send_signal(TRACKER, signal.SIGKILL)
         states, frames = [], []
         while not states or states[-1] in ("queued", "running"):
-            message = socket.recv(30)
+            message = socket.recv(PATIENCE_S)
             if isinstance(message, bytes):
                 header = json.loads(message[4 : 4 + int.from_bytes(message[:4], "big")])
                 socket.send(json.dumps({"type": "ack", "seq": header["seq"]}))

@@ -6,6 +6,7 @@ from threading import Event
 
 import numpy as np
 import pytest
+from builders import PATIENCE_S
 
 from app.storage.files import Places
 from app.tracking.tracks import HealthColumns, Tracks
@@ -93,13 +94,13 @@ def test_a_run_that_was_still_being_read_does_not_replace_the_one_after_it(
     def slowly(text: str) -> Track:
         track = from_csv(text)
         is_read.set()
-        may_return.wait(10)
+        may_return.wait(PATIENCE_S)
         return track
 
     monkeypatch.setattr(Track, "from_csv", slowly)
     with ThreadPoolExecutor(1) as pool:
         old = pool.submit(tracks.get, "a")
-        is_read.wait(10)
+        is_read.wait(PATIENCE_S)
         monkeypatch.setattr(Track, "from_csv", from_csv)
         tracks.begin("a")
         tracks.append("a", estimates(0, 5))

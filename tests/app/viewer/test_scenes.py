@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 import pytest
 import zstandard
-from builders import TOKEN, Client, wait_until
+from builders import PATIENCE_S, TOKEN, Client, wait_until
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
@@ -47,7 +47,7 @@ def command(live: ClientConnection, kind: str, **fields: Any) -> None:
 
 def messages(socket: ClientConnection) -> list[dict[str, Any]]:
     """The next frame: raw size, compressed size, zstd of msgpack (viser 1.1.1)."""
-    frame = socket.recv(20)
+    frame = socket.recv(PATIENCE_S)
     assert isinstance(frame, bytes)
     raw, compressed = (int.from_bytes(frame[i : i + 8], "little") for i in (0, 8))
     packed = zstandard.decompress(frame[16 : 16 + compressed], max_output_size=raw)
@@ -80,29 +80,26 @@ def robot_moves(message: dict[str, Any]) -> bool:
     return message["type"] == "SetPositionMessage" and "robot" in message["name"]
 
 
-def test_a_pin_appears_with_its_tag_and_goes_with_it(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
-    with look(server, inspection_id) as socket:
-        tag = server.tag(inspection_id, frame=20, code="BAB", severity=3).json()
+def test_a_pin_appears_with_its_tag_and_goes_with_it(server: Client, done: str) -> None:
+    with look(server, done) as socket:
+        tag = server.tag(done, frame=20, code="BAB", severity=3).json()
         until(socket, says("BAB"))
-        server.delete(f"/api/inspections/{inspection_id}/observations/{tag['id']}")
+        server.delete(f"/api/inspections/{done}/observations/{tag['id']}")
         until(socket, lambda m: m.get("name") == "/pins/heads" and m.get("visible") is False)
 
 
 def test_who_looks_at_a_deleted_inspection_is_no_fault(
-    server: Client, clip: Path, caplog: pytest.LogCaptureFixture
+    server: Client, done: str, caplog: pytest.LogCaptureFixture
 ) -> None:
-    inspection_id = server.tracked(clip)
-    with look(server, inspection_id) as socket:
+    with look(server, done) as socket:
         messages(socket)
-        assert server.delete(f"/api/inspections/{inspection_id}").status_code == 204
+        assert server.delete(f"/api/inspections/{done}").status_code == 204
     assert "failed" not in caplog.text
 
 
-def test_who_opens_the_view_later_sees_the_tags(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
-    server.tag(inspection_id, frame=20, code="BBC")
-    with look(server, inspection_id) as socket:
+def test_who_opens_the_view_later_sees_the_tags(server: Client, done: str) -> None:
+    server.tag(done, frame=20, code="BBC")
+    with look(server, done) as socket:
         until(socket, says("BBC"))
 
 
@@ -113,11 +110,10 @@ def test_the_robot_follows_the_tracking(server: Client, long_clip: Path) -> None
         until(socket, lambda m: robot_moves(m) and m["position"][0] > first["position"][0] + 0.1)
 
 
-def test_the_robot_goes_to_the_frame_that_the_player_shows(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
+def test_the_robot_goes_to_the_frame_that_the_player_shows(server: Client, done: str) -> None:
     with (
-        page(server, inspection_id) as live,
-        look(server, inspection_id) as socket,
+        page(server, done) as live,
+        look(server, done) as socket,
     ):
         command(live, "show", frame=10)
         until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.016) < 0.001)
@@ -125,12 +121,11 @@ def test_the_robot_goes_to_the_frame_that_the_player_shows(server: Client, clip:
         until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.0624) < 0.001)
 
 
-def test_the_tag_that_is_selected_in_the_list_is_marked(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
-    tag = server.tag(inspection_id, frame=20, code="BAB").json()
+def test_the_tag_that_is_selected_in_the_list_is_marked(server: Client, done: str) -> None:
+    tag = server.tag(done, frame=20, code="BAB").json()
     with (
-        page(server, inspection_id) as live,
-        look(server, inspection_id) as socket,
+        page(server, done) as live,
+        look(server, done) as socket,
     ):
         command(live, "select", observation=tag["id"])
         until(socket, says("» BAB"))
@@ -139,15 +134,14 @@ def test_the_tag_that_is_selected_in_the_list_is_marked(server: Client, clip: Pa
 
 
 @pytest.mark.parametrize("theirs", [THEIRS, OURS])
-def test_nobody_moves_the_view_of_another_page(server: Client, clip: Path, theirs: str) -> None:
+def test_nobody_moves_the_view_of_another_page(server: Client, done: str, theirs: str) -> None:
     """Robot, camera and marked tag of a page are its own, even if a viewer knew its number."""
-    inspection_id = server.tracked(clip)
-    tag = server.tag(inspection_id, frame=20, code="BAB").json()
+    tag = server.tag(done, frame=20, code="BAB").json()
     token = create_token(TokenFile(server.data), "looker", Role.VIEWER)
     with (
-        page(server, inspection_id) as ours,
-        look(server, inspection_id) as socket,
-        page(server, inspection_id, theirs, token) as viewer,
+        page(server, done) as ours,
+        look(server, done) as socket,
+        page(server, done, theirs, token) as viewer,
     ):
         command(ours, "show", frame=10)
         until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.016) < 0.001)
@@ -156,7 +150,7 @@ def test_nobody_moves_the_view_of_another_page(server: Client, clip: Path, their
         command(viewer, "select", observation=tag["id"])
         command(viewer, "words", language="ms", units="ft")
         command(viewer, "ping", t=1.0)
-        while not isinstance(viewer.recv(20), str):  # the pong: all of it has been taken
+        while not isinstance(viewer.recv(PATIENCE_S), str):  # the pong: all of it has been taken
             pass
         command(ours, "select", observation=tag["id"])
         seen = messages_until(socket, says("» BAB"))
@@ -168,42 +162,37 @@ def test_nobody_moves_the_view_of_another_page(server: Client, clip: Path, their
     assert " ft" not in str(seen)
 
 
-def test_what_a_page_wished_before_its_view_came_is_done(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
-    with page(server, inspection_id) as live:
+def test_what_a_page_wished_before_its_view_came_is_done(server: Client, done: str) -> None:
+    with page(server, done) as live:
         command(live, "show", frame=10)
         command(live, "ping", t=1.0)
-        while not isinstance(live.recv(20), str):
+        while not isinstance(live.recv(PATIENCE_S), str):
             pass
-        with look(server, inspection_id) as socket:
+        with look(server, done) as socket:
             until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.016) < 0.001)
 
 
-def test_labels_are_in_the_language_and_unit_of_the_page(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
-    server.tag(inspection_id, frame=20, code="BAB", char1="C", char2="A")
-    with page(server, inspection_id) as live, look(server, inspection_id) as socket:
+def test_labels_are_in_the_language_and_unit_of_the_page(server: Client, done: str) -> None:
+    server.tag(done, frame=20, code="BAB", char1="C", char2="A")
+    with page(server, done) as live, look(server, done) as socket:
         until(socket, says("Crack"))
         command(live, "words", language="ms", units="ft")
         until(socket, says("Retak"))
-        with look(server, inspection_id, THEIRS) as other:
+        with look(server, done, THEIRS) as other:
             until(other, says("Crack"))
-    with page(server, inspection_id) as live, look(server, inspection_id) as socket:
+    with page(server, done) as live, look(server, done) as socket:
         command(live, "words", language="ms", units="ft")
         until(socket, lambda m: "robot_label" in str(m) and " ft ± 0.1 ft" in str(m))
 
 
-def test_each_update_stands_on_the_page_and_in_its_view_at_once(server: Client, clip: Path) -> None:
+def test_each_update_stands_on_the_page_and_in_its_view_at_once(server: Client, done: str) -> None:
     """While a film is tracked: nothing of an update waits for the next."""
-    inspection_id = server.tracked(clip)
     services = server.server.app.state.services
-    track = services.corrections.track(inspection_id)
-    with page(server, inspection_id) as live, look(server, inspection_id) as socket:
+    track = services.corrections.track(done)
+    with page(server, done) as live, look(server, done) as socket:
         for frame in (12, 24, 36):
             estimate = estimate_at(track, frame)
-            services.live.publish(
-                inspection_id, "running", Progress(40, 40, None, None), (estimate,)
-            )
+            services.live.publish(done, "running", Progress(40, 40, None, None), (estimate,))
             until(socket, says(f"'text': '{metres(estimate.distance_mm):.3f} m"))
             assert distance_mm_of(live, frame) == pytest.approx(estimate.distance_mm)
 
@@ -211,7 +200,7 @@ def test_each_update_stands_on_the_page_and_in_its_view_at_once(server: Client, 
 def distance_mm_of(live: ClientConnection, frame: int) -> float:
     """What the page is sent of this frame."""
     while True:
-        message = live.recv(20)
+        message = live.recv(PATIENCE_S)
         if isinstance(message, bytes):
             header = json.loads(message[4 : 4 + int.from_bytes(message[:4], "big")])
             command(live, "ack", seq=header["seq"])
@@ -219,9 +208,8 @@ def distance_mm_of(live: ClientConnection, frame: int) -> float:
                 return float(header["distance_mm"])
 
 
-def test_a_view_that_is_drawn_seldom_shows_no_distance(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
-    with page(server, inspection_id) as live, look(server, inspection_id) as socket:
+def test_a_view_that_is_drawn_seldom_shows_no_distance(server: Client, done: str) -> None:
+    with page(server, done) as live, look(server, done) as socket:
         command(live, "words", language="en", units="m", late=True)
         until(socket, lambda m: m.get("name") == "/robot_label" and m.get("visible") is False)
         command(live, "words", language="en", units="m")
@@ -229,20 +217,24 @@ def test_a_view_that_is_drawn_seldom_shows_no_distance(server: Client, clip: Pat
 
 
 def test_a_view_that_nobody_looks_at_is_closed(
-    server: Client, clip: Path, monkeypatch: pytest.MonkeyPatch
+    server: Client, done: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(scenes, "_CLOSE_UNUSED_AFTER_S", 0.0)
     monkeypatch.setattr(scenes, "_SWEEP_S", 0.05)
-    inspection_id = server.tracked(clip)
     services = server.server.app.state.services
-    before = threading.active_count()
-    with page(server, inspection_id):
-        for number in range(6):
-            with look(server, inspection_id, f"{number:032x}") as socket:
-                messages(socket)
+
+    def look_and_leave(number: int) -> None:
+        with look(server, done, f"{number:032x}") as socket:
+            messages(socket)
         wait_until(lambda: services.scenes.count() == 0)
         wait_until(lambda: viewer_threads() == [])
-    assert threading.active_count() <= before + 2
+
+    with page(server, done):
+        look_and_leave(0)
+        before = threading.active_count()  # with those of the server that work for all views
+        for number in range(1, 7):
+            look_and_leave(number)
+        assert threading.active_count() <= before + 2
 
 
 def viewer_threads() -> list[str]:
@@ -250,28 +242,25 @@ def viewer_threads() -> list[str]:
 
 
 def test_views_are_so_many_at_the_most(
-    server: Client, clip: Path, monkeypatch: pytest.MonkeyPatch
+    server: Client, done: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(scenes, "MOST_OPEN", 1)
-    inspection_id = server.tracked(clip)
-    with look(server, inspection_id) as socket:
+    with look(server, done) as socket:
         messages(socket)
         with pytest.raises(InvalidStatus) as refused:
-            look(server, inspection_id, THEIRS)
+            look(server, done, THEIRS)
     assert refused.value.response.status_code == 503
 
 
-def test_a_stretch_is_a_band_from_its_start_to_its_finish(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
-    server.tag(inspection_id, frame=5, code="BAB", severity=2, continuous="A1")
-    server.tag(inspection_id, frame=35, code="BAB", severity=2, continuous="B1")
-    with look(server, inspection_id) as socket:
+def test_a_stretch_is_a_band_from_its_start_to_its_finish(server: Client, done: str) -> None:
+    server.tag(done, frame=5, code="BAB", severity=2, continuous="A1")
+    server.tag(done, frame=35, code="BAB", severity=2, continuous="B1")
+    with look(server, done) as socket:
         until(socket, lambda m: m.get("name") == "/pins/patches/2")
 
 
-def test_a_correction_moves_robot_path_wall_and_tags(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
-    server.tag(inspection_id, frame=0, code="BAB")
+def test_a_correction_moves_robot_path_wall_and_tags(server: Client, done: str) -> None:
+    server.tag(done, frame=0, code="BAB")
     stated = {
         "zero": {"frame": 0, "offset_m": 1.0},
         "lengths": [],
@@ -280,10 +269,10 @@ def test_a_correction_moves_robot_path_wall_and_tags(server: Client, clip: Path)
         "forced": None,
         "remark": None,
     }
-    with look(server, inspection_id) as socket:
+    with look(server, done) as socket:
         wall = until(socket, lambda m: m["type"] == "GlbMessage")["name"]
         raw_m = 0.5 * int(wall.split("/")[2])
-        answer = server.put(f"/api/inspections/{inspection_id}/corrections", json=stated)
+        answer = server.put(f"/api/inspections/{done}/corrections", json=stated)
         assert answer.status_code == 200, answer.text
         waited = {
             "robot": lambda m: robot_moves(m) and abs(m["position"][0] - 1.0624) < 0.001,
@@ -301,25 +290,24 @@ def test_a_correction_moves_robot_path_wall_and_tags(server: Client, clip: Path)
 
 
 def test_a_tag_does_not_wait_for_its_pin_and_the_newest_pins_stay(
-    server: Client, clip: Path, monkeypatch: pytest.MonkeyPatch
+    server: Client, done: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    inspection_id = server.tracked(clip)
     observations = server.server.app.state.services.observations
     read_all, is_read, may_go_on = observations.all, threading.Event(), threading.Event()
 
-    def slowly(inspection_id: str) -> list[Any]:
-        views = read_all(inspection_id)
+    def slowly(done: str) -> list[Any]:
+        views = read_all(done)
         if views:
             is_read.set()
-            may_go_on.wait(20)
+            may_go_on.wait(PATIENCE_S)
         return list(views)
 
-    with look(server, inspection_id) as socket:
+    with look(server, done) as socket:
         messages(socket)
         monkeypatch.setattr(observations, "all", slowly)
-        server.tag(inspection_id, frame=20, code="BAB")
-        assert is_read.wait(20)
-        server.tag(inspection_id, frame=30, code="BBC")  # while the pins of the first are drawn
+        server.tag(done, frame=20, code="BAB")
+        assert is_read.wait(PATIENCE_S)
+        server.tag(done, frame=30, code="BBC")  # while the pins of the first are drawn
         monkeypatch.setattr(observations, "all", read_all)
         may_go_on.set()
         until(socket, says("BBC"))

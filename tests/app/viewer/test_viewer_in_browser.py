@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import cv2
 import numpy as np
 import pytest
+from builders import PATIENCE_S
 from playwright.sync_api import Browser, Page
 from viewer_client import Served, make_estimate
 
@@ -73,7 +74,7 @@ def test_scene_is_drawn_and_clicked_in_a_browser(page: Page, served: Served) -> 
     page.keyboard.down("Shift")
     page.mouse.click(*at)
     page.keyboard.up("Shift")
-    hit = served.clicks.get(timeout=10)
+    hit = served.clicks.get(timeout=PATIENCE_S)
     assert 1.0 < hit.distance_m < 3.5
     assert hit.clock_h is not None
     assert served.clicks.empty()

@@ -2,6 +2,7 @@ import os
 
 import pytest
 import viser._viser
+from builders import PATIENCE_S
 from viewer_client import Client, Served, is_sent, make_estimate
 from websockets.sync.client import unix_connect
 
@@ -36,9 +37,9 @@ def test_operator_clicks_the_wall(served: Served) -> None:
     with served.client() as client:
         barrier(served, client)
         client.click((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-        inside = served.clicks.get(timeout=5)
+        inside = served.clicks.get(timeout=PATIENCE_S)
         client.click((1.0, 3.0, 0.0), (0.1, -3.0, 0.0))
-        outside = served.clicks.get(timeout=5)
+        outside = served.clicks.get(timeout=PATIENCE_S)
 
     assert inside == WallHit(pytest.approx(1.0), pytest.approx(3.0), pytest.approx(0.15))
     # From outside the near wall is not drawn: the far wall is what was clicked.
@@ -51,7 +52,7 @@ def test_operator_clicks_a_pin(served: Served) -> None:
         barrier(served, client)
         client.click((1.0, -0.1, 0.0), (0.0, 1.0, 0.0))
         client.click((1.0, -0.1, 0.0), (0.0, -1.0, 0.0))
-        hits = [served.clicks.get(timeout=5) for _ in range(2)]
+        hits = [served.clicks.get(timeout=PATIENCE_S) for _ in range(2)]
 
     assert hits == [PinHit("a"), WallHit(pytest.approx(1.0), pytest.approx(9.0), -0.15)]
 
@@ -61,7 +62,7 @@ def test_click_beside_the_culvert_is_nothing(served: Served) -> None:
         barrier(served, client)
         client.click((-5.0, 0.0, 0.0), (0.0, 1.0, 0.0))
         client.click((0.5, 0.0, 0.0), (0.0, 0.0, 1.0))
-        first = served.clicks.get(timeout=5)
+        first = served.clicks.get(timeout=PATIENCE_S)
 
     assert first.clock_h == pytest.approx(6.0)
     assert served.clicks.empty()

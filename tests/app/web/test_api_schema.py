@@ -21,6 +21,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from schemathesis import BaseSchema, Case, GenerationMode
 from schemathesis.specs.openapi.checks import positive_data_acceptance
+from surveys import Survey
 
 from app.main import create_app
 from app.settings import Settings
@@ -59,13 +60,14 @@ class Api:
 
 
 @pytest.fixture(scope="module")
-def api(tmp_path_factory: pytest.TempPathFactory, clip: Path) -> Iterator[Api]:
+def api(tmp_path_factory: pytest.TempPathFactory, survey: Survey) -> Iterator[Api]:
+    data = survey.copied_to(tmp_path_factory.mktemp("data"))
     with (
         MjpegCamera(rate_hz=5) as camera,
         MjpegCamera(rate_hz=5, size_wh=(320, 200)) as other,
-        serving(tmp_path_factory.mktemp("data"), camera_networks=("127.0.0.0/8",)) as client,
+        serving(data, camera_networks=("127.0.0.0/8",)) as client,
     ):
-        ids = Inspections(client.tracked(clip), live(client, camera), live(client, other))
+        ids = Inspections(survey.id, live(client, camera), live(client, other))
         client.wait(ids.running, "running")
         client.wait(ids.failed, "failed")
         for inspection_id in (ids.done, ids.running, ids.failed):

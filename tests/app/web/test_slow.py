@@ -4,43 +4,40 @@ from __future__ import annotations
 
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from typing import Any
 
 import pytest
-from builders import Client
+from builders import PATIENCE_S, Client
 
 MANY = 44
 """More than there are threads for blocking endpoints."""
 
 
 def test_a_tag_does_not_wait_for_reports_that_are_being_written(
-    server: Client, clip: Path, monkeypatch: pytest.MonkeyPatch
+    server: Client, done: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    inspection_id = server.tracked(clip)
     reports = server.server.app.state.services.reports
     write, is_begun, may_end = reports.export, threading.Event(), threading.Event()
 
     def slowly(*positional: Any, **named: Any) -> Any:
         is_begun.set()
-        may_end.wait(60)
+        may_end.wait(PATIENCE_S)
         return write(*positional, **named)
 
     monkeypatch.setattr(reports, "export", slowly)
-    path = f"/api/inspections/{inspection_id}/exports/csv"
+    path = f"/api/inspections/{done}/exports/csv"
     with ThreadPoolExecutor(MANY) as pool:
         asked = [pool.submit(server.get, path) for _ in range(MANY)]
-        assert is_begun.wait(20)
-        tagged = server.tag(inspection_id, frame=20, code="BAB")
+        assert is_begun.wait(PATIENCE_S)
+        tagged = server.tag(done, frame=20, code="BAB")
         may_end.set()
         assert tagged.status_code == 200
         assert {answer.result().status_code for answer in asked} == {200}
 
 
 def test_a_report_is_written_once_for_its_losses_and_for_itself(
-    server: Client, clip: Path, monkeypatch: pytest.MonkeyPatch
+    server: Client, done: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    inspection_id = server.tracked(clip)
     reports = server.server.app.state.services.reports
     make, made = reports.report, []
 
@@ -49,12 +46,12 @@ def test_a_report_is_written_once_for_its_losses_and_for_itself(
         return make(*positional, **named)
 
     monkeypatch.setattr(reports, "report", counted)
-    path = f"/api/inspections/{inspection_id}/exports/m150"
-    server.tag(inspection_id, frame=20, code="BAB")
+    path = f"/api/inspections/{done}/exports/m150"
+    server.tag(done, frame=20, code="BAB")
     server.get(f"{path}/losses")
     first = server.get(path).content
     assert len(made) == 1
-    server.tag(inspection_id, frame=30, code="BBC")
+    server.tag(done, frame=30, code="BBC")
     assert server.get(path).content != first
     server.get(f"{path}/losses")
     assert len(made) == 2

@@ -86,7 +86,7 @@ def test_silt_that_gets_deeper_changes_the_scale_along_the_run():
 def test_from_the_second_joint_on_there_is_a_proposal():
     track, sightings = drive(0.99)
     counts = []
-    for rows in range(1, len(track) + 1, 10):
+    for rows in range(1, len(track) + 1, 20):
         proposal = propose(begin(track, rows), sightings, RIG)
         counts.append(0 if proposal is None else proposal.joints)
     assert sorted(set(counts)) == [0, 2, 3, 4]

@@ -3,7 +3,7 @@ import stat
 from pathlib import Path
 
 import pytest
-from builders import TOKEN, Client, assert_error, serving
+from builders import PATIENCE_S, TOKEN, Client, assert_error, serving
 from doors import log_in, refusal
 
 from app.web.routers.pages import version_of
@@ -213,7 +213,7 @@ def test_a_ticket_opens_one_3d_view_and_nothing_else(shared: Client, done: str) 
     stranger = shared.anonymous()
     assert stranger.get(path).status_code == 200
     with browser.view(done) as view:
-        assert len(view.recv(10)) > 100
+        assert len(view.recv(PATIENCE_S)) > 100
     credential, _, signature = ticket.partition(".")
     for wrong in (
         f"/viewer/{'0' * 32}/{ticket}",

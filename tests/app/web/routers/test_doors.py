@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import httpx
 import pytest
-from builders import TOKEN, Client, LiveServer, assert_error, serving
+from builders import PATIENCE_S, TOKEN, Client, LiveServer, assert_error, serving
 from doors import example, log_in, refusal
 from fastapi import FastAPI, WebSocket
 from receivers import certificate
@@ -308,7 +308,7 @@ def end_of(socket: ClientConnection) -> int:
     """The code with which the server closes it, within seconds."""
     try:
         while True:
-            socket.recv(timeout=8)
+            socket.recv(PATIENCE_S)
     except ConnectionClosed as closed:
         return closed.rcvd.code if closed.rcvd else 0
 
@@ -411,14 +411,14 @@ def test_over_https_the_printed_address_logs_in_and_no_secret_is_shown(tmp_path:
             url = f"{origin.replace('https', 'wss')}/api/inspections/{'0' * 32}/live"
             cookies = {"Cookie": f"__Host-chainage_session={cookie}"}
             with connect(url, origin=origin, additional_headers=cookies, ssl=trusted) as socket:
-                assert "inspection_not_found" in str(socket.recv(timeout=10))
+                assert "inspection_not_found" in str(socket.recv(PATIENCE_S))
             for n in range(11):  # what a proxy says of the address is not believed
                 forwarded = {"X-Forwarded-For": f"10.0.0.{n}", "Origin": origin}
                 last = browser.post("/api/login", json={"token": f"{n}"}, headers=forwarded)
             assert_error(last, 429, "too_many_attempts")
     finally:
         process.terminate()
-        process.wait(20)
+        process.wait(PATIENCE_S)
     told = log.read_text() + "".join(
         f"{answer.headers.get('Location')} {answer.text}" for answer in answers
     )

@@ -125,10 +125,10 @@ def test_a_body_out_of_bounds_is_refused(shared: Client, changes: dict[str, Any]
     assert_error(answer, 422, "invalid_request")
 
 
-def test_the_list_has_the_newest_first(server: Client, clip: Path) -> None:
+def test_the_list_has_the_newest_first(server: Client, clip: Path, done: str) -> None:
     first, second = server.inspect(clip, name="first"), server.inspect(clip, name="second")
     listed = server.get("/api/inspections").json()["inspections"]
-    assert [item["id"] for item in listed] == [second, first]
+    assert [item["id"] for item in listed] == [second, first, done]
     assert listed[0]["name"] == "second"
     assert listed[0]["defects"] == 0
 
@@ -142,12 +142,14 @@ def test_name_and_header_can_be_changed(shared: Client, clip: Path) -> None:
     assert_error(shared.patch(path, json={"status": "done"}), 422, "invalid_request")
 
 
-def test_a_deleted_inspection_is_gone_with_its_files(server: Client, long_clip: Path) -> None:
+def test_a_deleted_inspection_is_gone_with_its_files(
+    server: Client, long_clip: Path, done: str
+) -> None:
     inspection_id = server.inspect(long_clip)
     server.wait(inspection_id, "running")
     assert server.delete(f"/api/inspections/{inspection_id}").status_code == 204
     assert_error(server.get(f"/api/inspections/{inspection_id}"), 404, "inspection_not_found")
-    assert list((server.data / "inspections").iterdir()) == []
+    assert [folder.name for folder in (server.data / "inspections").iterdir()] == [done]
 
 
 def test_an_unknown_inspection_is_not_found_everywhere(shared: Client) -> None:
@@ -280,13 +282,12 @@ def test_everything_is_found_again_after_a_restart(tmp_path: Path, clip: Path) -
         assert frame_number(picture) == 5
 
 
-def test_a_damaged_photo_folder_does_not_hide_the_inspection(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
-    name = server.tag(inspection_id).json()["id"]
-    shutil.rmtree(server.data / "inspections" / inspection_id / "photos")
-    answer = server.get(f"/api/inspections/{inspection_id}/observations/{name}/photo")
+def test_a_damaged_photo_folder_does_not_hide_the_inspection(server: Client, done: str) -> None:
+    name = server.tag(done).json()["id"]
+    shutil.rmtree(server.data / "inspections" / done / "photos")
+    answer = server.get(f"/api/inspections/{done}/observations/{name}/photo")
     assert_error(answer, 404, "photo_not_found")
-    assert server.inspection(inspection_id)["defects"] == 1
+    assert server.inspection(done)["defects"] == 1
 
 
 def test_presets_are_rigs(shared: Client) -> None:

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 from builders import (
+    PATIENCE_S,
     Client,
     assert_error,
     frame_number,
@@ -80,17 +81,16 @@ def test_slow_reader_gets_newest_pose(server: Client, long_clip: Path) -> None:
         assert newest["frame"] > second["frame"] + 50
 
 
-def test_who_reads_nothing_holds_up_nobody_and_takes_no_memory(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
+def test_who_reads_nothing_holds_up_nobody_and_takes_no_memory(server: Client, done: str) -> None:
     published = server.server.app.state.services.live.publish
     noise = np.random.default_rng(3).integers(0, 256, (480, 640), np.uint8)
     jpeg = cv2.imencode(".jpg", noise, [cv2.IMWRITE_JPEG_QUALITY, 95])[1].tobytes()
     pose = Estimate(39, 1.56, 62.4, 0.0, 0.0, 62.4, 0.1, 1.0, "ok", 0.1)
-    with live(server, inspection_id, max_queue=1) as deaf, live(server, inspection_id) as reader:
+    with live(server, done, max_queue=1) as deaf, live(server, done) as reader:
         acknowledge(reader, receive(reader)[0])
         before = memory_bytes()
         for n in range(PICTURES):
-            published(inspection_id, "running", Progress(n, None, 20.0, None), (pose,), jpeg)
+            published(done, "running", Progress(n, None, 20.0, None), (pose,), jpeg)
             deaf.send(json.dumps({"type": "ack", "seq": 2**53}))
             header, shown = receive(reader, 5)
             acknowledge(reader, header)
@@ -145,18 +145,18 @@ def test_a_message_that_makes_no_sense_ends_the_connection(
     with live(shared, done) as socket:
         receive(socket)
         socket.send(message)
-        body = json.loads(socket.recv(5))
+        body = json.loads(socket.recv(PATIENCE_S))
         assert body.keys() == {"code", "detail"}
         with pytest.raises(ConnectionClosedError) as closed:
-            socket.recv(5)
+            socket.recv(PATIENCE_S)
     assert closed.value.rcvd.code == 1011
 
 
 def test_an_unknown_inspection_is_reported_and_closed(shared: Client) -> None:
     with live(shared, "0" * 32) as socket:
-        assert json.loads(socket.recv(5))["code"] == "inspection_not_found"
+        assert json.loads(socket.recv(PATIENCE_S))["code"] == "inspection_not_found"
         with pytest.raises(ConnectionClosedError) as closed:
-            socket.recv(5)
+            socket.recv(PATIENCE_S)
     assert closed.value.rcvd.code == 4404
 
 
@@ -179,4 +179,4 @@ def test_the_3d_page_has_its_own_policy_and_is_not_sent_twice(shared: Client, do
 def test_the_3d_view_speaks_through_our_origin(shared: Client, done: str) -> None:
     with shared.view(done) as socket:
         assert socket.subprotocol == "viser-v1.1.1"
-        assert len(socket.recv(10)) > 100
+        assert len(socket.recv(PATIENCE_S)) > 100

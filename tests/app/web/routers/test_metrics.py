@@ -6,6 +6,7 @@ import signal
 from pathlib import Path
 
 from builders import (
+    PATIENCE_S,
     Client,
     assert_error,
     children,
@@ -59,10 +60,10 @@ def test_requests_are_counted_by_route_and_not_by_address(server: Client) -> Non
     assert found["chainage_http_request_duration_seconds_count", seconds] == 20
 
 
-def test_the_work_of_the_server_is_counted(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
-    server.tag(inspection_id)
-    assert value(server, "inspections", status="done") == 1
+def test_the_work_of_the_server_is_counted(server: Client, clip: Path, done: str) -> None:
+    assert server.tracked(clip) != done
+    server.tag(done)
+    assert value(server, "inspections", status="done") == 2
     assert value(server, "inspections", status="running") == 0
     assert value(server, "tracked_frames_total") == 40
     assert value(server, "queue_length") == 0
@@ -70,11 +71,11 @@ def test_the_work_of_the_server_is_counted(server: Client, clip: Path) -> None:
     assert value(server, "disk_free_bytes") > 0
     assert value(server, "viewer_servers") == 0
     with (
-        server.socket(f"/api/inspections/{inspection_id}/live") as socket,
-        server.view(inspection_id) as view,
+        server.socket(f"/api/inspections/{done}/live") as socket,
+        server.view(done) as view,
     ):
-        socket.recv(30)
-        view.recv(30)
+        socket.recv(PATIENCE_S)
+        view.recv(PATIENCE_S)
         assert value(server, "websocket_clients", kind="live") == 1
         assert value(server, "viewer_servers") == 1
     wait_until(lambda: value(server, "websocket_clients", kind="live") == 0)
@@ -104,8 +105,11 @@ def test_a_run_shows_while_it_lasts_and_a_replaced_process_is_counted(
         send_signal("app.jobs.media", signal.SIGKILL)
         frame = f"/api/inspections/{first}/frames/0.jpg"
         wait_until(lambda: client.get(frame) and before.isdisjoint(children("app.jobs.media")))
-        wait_until(lambda: value(client, "child_restarts_total", kind="media") == 1)
+        # Who asks next finds that it has ended; on a busy machine the new one may hang, too.
+        wait_until(
+            lambda: client.get(frame) and value(client, "child_restarts_total", kind="media") >= 1
+        )
         send_signal("app.jobs.camera", signal.SIGKILL)
-        wait_until(lambda: value(client, "child_restarts_total", kind="camera") == 1)
+        wait_until(lambda: value(client, "child_restarts_total", kind="camera") >= 1)
         for inspection_id in (first, second, live):
             client.post(f"/api/inspections/{inspection_id}/cancel")

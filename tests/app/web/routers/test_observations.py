@@ -72,21 +72,20 @@ def test_another_put_replaces_all_fields_and_keeps_the_number(shared: Client, do
     assert first["edited_at"] is None
 
 
-def test_delete_is_undone_by_restore_and_both_may_be_repeated(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
-    first = server.tag(inspection_id, code="BAB").json()
+def test_delete_is_undone_by_restore_and_both_may_be_repeated(server: Client, done: str) -> None:
+    first = server.tag(done, code="BAB").json()
     for _ in range(2):
-        assert server.delete(path(inspection_id, first["id"])).status_code == 204
-    assert listed(server, inspection_id) == []
-    assert server.inspection(inspection_id)["defects"] == 0
-    assert_error(server.get(path(inspection_id, first["id"])), 404, "observation_not_found")
-    second = server.tag(inspection_id).json()
+        assert server.delete(path(done, first["id"])).status_code == 204
+    assert listed(server, done) == []
+    assert server.inspection(done)["defects"] == 0
+    assert_error(server.get(path(done, first["id"])), 404, "observation_not_found")
+    second = server.tag(done).json()
     assert second["seq"] == 2, "a number is never used twice"
     for _ in range(2):
-        restored = server.post(path(inspection_id, first["id"]) + "/restore").json()
+        restored = server.post(path(done, first["id"]) + "/restore").json()
         assert restored["id"] == first["id"]
         assert restored["code"] == "BAB"
-    assert [tag["seq"] for tag in listed(server, inspection_id)] == [1, 2]
+    assert [tag["seq"] for tag in listed(server, done)] == [1, 2]
 
 
 def test_what_never_was_cannot_be_deleted(shared: Client, done: str) -> None:
@@ -146,30 +145,27 @@ def test_the_photo_is_of_exactly_that_frame_also_after_an_edit(shared: Client, d
         assert frame_number(photo.content) == frame
 
 
-def test_the_photo_is_on_the_disk_with_its_checksum(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
-    tag = server.tag(inspection_id, frame=9).json()
-    photos = server.data / "inspections" / inspection_id / "photos"
+def test_the_photo_is_on_the_disk_with_its_checksum(server: Client, done: str) -> None:
+    tag = server.tag(done, frame=9).json()
+    photos = server.data / "inspections" / done / "photos"
     content = (photos / f"{tag['id']}-9.jpg").read_bytes()
-    report = server.get(f"/api/inspections/{inspection_id}/exports/json").json()
+    report = server.get(f"/api/inspections/{done}/exports/json").json()
     sha256 = report["observations"][0]["photo_sha256"]
     assert sha256 == hashlib.sha256(content).hexdigest()
 
 
-def test_a_tag_is_kept_when_its_photo_cannot_be_made(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
-    (server.data / "inspections" / inspection_id / "video.mp4").write_bytes(b"damaged")
-    tag = server.tag(inspection_id, frame=3).json()
+def test_a_tag_is_kept_when_its_photo_cannot_be_made(server: Client, done: str) -> None:
+    (server.data / "inspections" / done / "video.mp4").write_bytes(b"damaged")
+    tag = server.tag(done, frame=3).json()
     assert tag["photo"] is None
     assert tag["photo_error"]
     assert tag["distance_m"] is not None
 
 
-def test_a_media_process_that_dies_is_replaced(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
+def test_a_media_process_that_dies_is_replaced(server: Client, done: str) -> None:
     send_signal("app.jobs.media", signal.SIGKILL)
-    tag = server.tag(inspection_id, frame=3).json()
-    again = server.tag(inspection_id, frame=4).json()
+    tag = server.tag(done, frame=3).json()
+    again = server.tag(done, frame=4).json()
     assert tag["photo_error"] is None or "SIGKILL" in tag["photo_error"]
     assert frame_number(server.get(again["photo"]).content) == 4
 
@@ -203,13 +199,12 @@ def test_a_tag_on_a_frame_that_was_never_reached_says_why_it_has_no_photo(
     assert tag["distance_m"] is None
 
 
-def test_where_no_joint_was_seen_a_tag_is_at_none(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
+def test_where_no_joint_was_seen_a_tag_is_at_none(server: Client, done: str) -> None:
     zero = {"zero": {"frame": 0, "offset_m": 0.39}}  # a segment has 0.4 m
-    server.put(f"/api/inspections/{inspection_id}/corrections", json=zero).raise_for_status()
-    tag = server.tag(inspection_id, frame=10).json()
+    server.put(f"/api/inspections/{done}/corrections", json=zero).raise_for_status()
+    tag = server.tag(done, frame=10).json()
     assert (tag["at_joint"], tag["joint_no"]) == (False, None)
-    result = server.get(f"/api/inspections/{inspection_id}/corrections").json()["result"]
+    result = server.get(f"/api/inspections/{done}/corrections").json()["result"]
     assert result["joints"] == []
     assert result["expected_joints"] == [{"number": 1, "distance_m": 0.4}]
 
@@ -229,10 +224,9 @@ def test_in_a_pipe_the_pixel_gives_the_clock(server: Client, clip: Path) -> None
     assert entered["clock"] == 11
 
 
-def test_counts_and_the_worst_severity_are_in_the_list(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
+def test_counts_and_the_worst_severity_are_in_the_list(server: Client, done: str) -> None:
     for severity in (2, 5, None):
-        server.tag(inspection_id, severity=severity)
+        server.tag(done, severity=severity)
     (item,) = server.get("/api/inspections").json()["inspections"]
     assert (item["defects"], item["worst_severity"]) == (3, 5)
 

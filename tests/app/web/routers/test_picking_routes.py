@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 import pytest
 import zstandard
-from builders import STEP_MM, TOKEN, WIDTH, Client, assert_error
+from builders import PATIENCE_S, STEP_MM, TOKEN, WIDTH, Client, assert_error
 from websockets.sync.client import ClientConnection, connect
 
 RIGHT_MM = 20.0
@@ -27,7 +27,7 @@ class Browser:
     def live(self, inspection_id: str) -> ClientConnection:
         """From its first message on it hears the clicks."""
         socket = self._open(f"/api/inspections/{inspection_id}/live")
-        socket.recv(20)
+        socket.recv(PATIENCE_S)
         return socket
 
     def view(self, inspection_id: str) -> ClientConnection:
@@ -47,7 +47,7 @@ def wait_for(view: ClientConnection, text: bytes) -> None:
     """Until the scene has drawn something with this text."""
     drawn = b""
     while text not in drawn:
-        frame = view.recv(20)
+        frame = view.recv(PATIENCE_S)
         assert isinstance(frame, bytes)
         raw, packed = (int.from_bytes(frame[i : i + 8], "little") for i in (0, 8))
         drawn = zstandard.decompress(frame[16 : 16 + packed], max_output_size=raw)
@@ -67,7 +67,7 @@ def shift_click(view: ClientConnection, at_m: tuple[float, float]) -> None:
 def told(live: ClientConnection) -> dict[str, Any]:
     """The next text message."""
     while True:
-        message = live.recv(20)
+        message = live.recv(PATIENCE_S)
         if isinstance(message, str):
             return dict(json.loads(message))
 
@@ -87,11 +87,10 @@ def test_click_on_the_wall_reaches_the_page_of_the_same_browser(shared: Client, 
         assert told(stranger)["distance_m"] == 0.04
 
 
-def test_click_on_a_pin_is_reported_as_its_observation(server: Client, clip: Any) -> None:
-    inspection_id = server.tracked(clip)
-    tag = server.tag(inspection_id, frame=20, code="BAB").json()
+def test_click_on_a_pin_is_told_as_its_observation(server: Client, done: str) -> None:
+    tag = server.tag(done, frame=20, code="BAB").json()
     browser = Browser(server)
-    with browser.live(inspection_id) as page, browser.view(inspection_id) as view:
+    with browser.live(done) as page, browser.view(done) as view:
         wait_for(view, b"BAB")
         shift_click(view, (tag["distance_m"], 0.0))
         assert told(page) == {"type": "pin_click", "observation": tag["id"]}

@@ -19,7 +19,7 @@ def ended(client: Client) -> dict[str, Any]:
         now = dict(client.get("/api/samples").json())
         return now if now["state"] != "rendering" else None
 
-    return wait_until(state, timeout_s=120)
+    return wait_until(state)
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from builders import Client
+from builders import PATIENCE_S, Client
 from textures import make_rig
 
 from app.lab.simulation import SCENARIOS, simulate
@@ -26,7 +26,7 @@ def test_a_tilted_mount_is_named_live_and_afterwards(server: Client, tmp_path: P
     with server.socket(f"/api/inspections/{inspection_id}/live") as socket:
         header: dict[str, Any] = {"notices": []}
         while not header["notices"]:
-            message = socket.recv(20)
+            message = socket.recv(PATIENCE_S)
             header = json.loads(message[4 : 4 + int.from_bytes(message[:4], "big")])
             socket.send(json.dumps({"type": "ack", "seq": header["seq"]}))
     assert header["notices"] == ["looks_ahead"]

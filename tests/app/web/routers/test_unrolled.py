@@ -6,7 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from builders import STEP_MM, Client, assert_error, wait_until
+from builders import PATIENCE_S, STEP_MM, Client, assert_error, wait_until
 
 from app.lab.simulation import SCENARIOS
 from app.lab.simulation.write import simulate
@@ -52,28 +52,26 @@ def test_what_was_not_seen_is_not_there(shared: Client, done: str) -> None:
         assert_error(answer, 404, "inspection_not_found")
 
 
-def test_tiles_follow_a_correction(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
-    before = unrolled(server, inspection_id)["tiles"]
+def test_tiles_follow_a_correction(server: Client, done: str) -> None:
+    before = unrolled(server, done)["tiles"]
     stated = {"zero": {"frame": 0, "offset_m": 1.25}, "remark": None}
-    answer = server.put(f"/api/inspections/{inspection_id}/corrections", json=stated)
+    answer = server.put(f"/api/inspections/{done}/corrections", json=stated)
     assert answer.status_code == 200, answer.text
-    after = unrolled(server, inspection_id)["tiles"]
+    after = unrolled(server, done)["tiles"]
     moved = [new["from_m"] - old["from_m"] for new, old in zip(after, before, strict=True)]
     assert moved == pytest.approx([1.25, 1.25], abs=1e-3)
     assert [tile["revision"] for tile in after] == [tile["revision"] for tile in before]
 
 
-def test_a_second_run_begins_the_wall_anew(server: Client, clip: Path) -> None:
-    inspection_id = server.tracked(clip)
-    before = {tile["index"]: tile["revision"] for tile in unrolled(server, inspection_id)["tiles"]}
-    stale = server.data / "inspections" / inspection_id / "wall" / "40.jpg"
+def test_a_second_run_begins_the_wall_anew(server: Client, done: str) -> None:
+    before = {tile["index"]: tile["revision"] for tile in unrolled(server, done)["tiles"]}
+    stale = server.data / "inspections" / done / "wall" / "40.jpg"
     stale.write_bytes(b"of the run before")
     heard = []
-    with server.server.app.state.services.live.listening(inspection_id, heard.append):
-        server.post(f"/api/inspections/{inspection_id}/retry")
-        server.wait(inspection_id, "done")
-    after = {tile["index"]: tile["revision"] for tile in unrolled(server, inspection_id)["tiles"]}
+    with server.server.app.state.services.live.listening(done, heard.append):
+        server.post(f"/api/inspections/{done}/retry")
+        server.wait(done, "done")
+    after = {tile["index"]: tile["revision"] for tile in unrolled(server, done)["tiles"]}
     assert after.keys() == before.keys()
     assert all(after[index] > before[index] for index in after)
     told = [event for event in heard if isinstance(event, WallChanged)]
@@ -101,7 +99,7 @@ def test_the_live_header_states_the_health_of_its_frame(server: Client, long_cli
     with server.socket(f"/api/inspections/{inspection_id}/live") as socket:
         header: dict = {"health": None}
         while header["health"] is None:
-            message = socket.recv(20)
+            message = socket.recv(PATIENCE_S)
             header = json.loads(message[4 : 4 + int.from_bytes(message[:4], "big")])
             socket.send(json.dumps({"type": "ack", "seq": header["seq"]}))
     columns = server.get(f"/api/inspections/{inspection_id}/health").json()["columns"]
@@ -117,7 +115,7 @@ def test_joints_are_found_while_tracking(server: Client, tmp_path: Path) -> None
     scenario = SCENARIOS["nominal"].shortened(900)
     video = simulate(scenario, tmp_path).video
     inspection_id = server.inspect(video, rig=scenario.rig.model_dump(mode="json"))
-    wait_until(lambda: server.inspection(inspection_id)["status"] == "done", timeout_s=120)
+    wait_until(lambda: server.inspection(inspection_id)["status"] == "done")
     tracks = server.server.app.state.services.tracks
     (sighting,) = tracks.sightings(inspection_id)
     track = tracks.get(inspection_id)

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import httpx
-import pytest
 from builders import Client
 
 ID = "0123abcd-0000-4000-8000-00000000cafe"
-
-
-@pytest.fixture(scope="module")
-def tracked(shared: Client, clip: Path) -> str:
-    return shared.tracked(clip)
 
 
 def refused(answer: httpx.Response) -> dict[str, Any]:
@@ -31,12 +24,12 @@ def if_match(answer: httpx.Response) -> dict[str, str]:
     return {"If-Match": answer.headers["ETag"]}
 
 
-def test_an_observation_is_changed_only_as_it_was_read(shared: Client, tracked: str) -> None:
-    path = f"/api/inspections/{tracked}/observations/{ID}"
+def test_an_observation_is_changed_only_as_it_was_read(shared: Client, done: str) -> None:
+    path = f"/api/inspections/{done}/observations/{ID}"
     entered = {"frame": 10, "pixel": [100, 80.5], "code": "BAB"}
     read = if_match(shared.put(path, json=entered))
     assert read == if_match(shared.get(path))
-    listed = shared.get(f"/api/inspections/{tracked}/observations").json()["observations"]
+    listed = shared.get(f"/api/inspections/{done}/observations").json()["observations"]
     assert [f'"{one["version"]}"' for one in listed if one["id"] == ID] == [read["If-Match"]]
 
     theirs = entered | {"severity": 4}
@@ -53,8 +46,8 @@ def test_an_observation_is_changed_only_as_it_was_read(shared: Client, tracked: 
     assert shared.put(path, json=mine, headers=if_match(again)).status_code == 200
 
 
-def test_an_observation_that_was_deleted_does_not_come_back(shared: Client, tracked: str) -> None:
-    path = f"/api/inspections/{tracked}/observations/{ID[:-1]}d"
+def test_an_observation_that_was_deleted_does_not_come_back(shared: Client, done: str) -> None:
+    path = f"/api/inspections/{done}/observations/{ID[:-1]}d"
     read = if_match(shared.put(path, json={"frame": 10}))
     assert shared.delete(path).status_code == 204
     body = refused(shared.put(path, json={"frame": 10, "code": "BAB"}, headers=read))
@@ -63,8 +56,8 @@ def test_an_observation_that_was_deleted_does_not_come_back(shared: Client, trac
     assert shared.put(path, json={"frame": 10, "code": "BAB"}).status_code == 200
 
 
-def test_a_header_is_changed_only_as_it_was_read(shared: Client, tracked: str) -> None:
-    path = f"/api/inspections/{tracked}"
+def test_a_header_is_changed_only_as_it_was_read(shared: Client, done: str) -> None:
+    path = f"/api/inspections/{done}"
     read = if_match(shared.get(path))
     assert shared.patch(path, json={"header": {"asset_id": "A"}}, headers=read).status_code == 200
     answer = shared.patch(path, json={"header": {"asset_id": "B"}}, headers=read)
@@ -77,8 +70,8 @@ def test_a_header_is_changed_only_as_it_was_read(shared: Client, tracked: str) -
     }
 
 
-def test_corrections_are_changed_only_as_they_were_read(shared: Client, tracked: str) -> None:
-    path = f"/api/inspections/{tracked}/corrections"
+def test_corrections_are_changed_only_as_they_were_read(shared: Client, done: str) -> None:
+    path = f"/api/inspections/{done}/corrections"
     first = shared.get(path)
     read, stated = if_match(first), first.json()["stated"]
     theirs = stated | {"zero": {"frame": 3, "offset_m": 1}}

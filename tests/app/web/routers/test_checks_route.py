@@ -1,0 +1,68 @@
+"""The checks look at an inspection as it stands: header, tags, photos, pictures, corrections."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+from builders import Client
+
+TAG = "7d444840-9dc0-4d2a-8a6a-000000000001"
+
+
+def checks(client: Client, run: str) -> list[dict[str, Any]]:
+    answer = client.get(f"/api/inspections/{run}/checks").raise_for_status()
+    return list(answer.json()["checks"])
+
+
+def test_lost_and_dark_frames_a_lost_photo_and_a_zero_are_checked(
+    server: Client, clip: Path, tmp_path: Path
+) -> None:
+    dark = with_dark_frames(clip, tmp_path / "dark.mp4", range(10, 20))
+    inspection_id = server.inspect(dark, header={"asset_id": "CUL-1"})
+    server.wait(inspection_id)
+    server.tag(inspection_id, TAG, frame=2, code="BAB").raise_for_status()
+    server.put(
+        f"/api/inspections/{inspection_id}/corrections",
+        json={"zero": {"frame": 39, "offset_m": 0.0}},
+    ).raise_for_status()
+    (server.data / "inspections" / inspection_id / "photos" / f"{TAG}-2.jpg").unlink()
+
+    found = {check["code"]: check for check in checks(server, inspection_id)}
+
+    empty = [c for c in checks(server, inspection_id) if c["code"] == "header_field_empty"]
+    assert "asset_id" not in [check["params"]["field"] for check in empty]
+    assert "operator" in [check["params"]["field"] for check in empty]
+    assert {"no_start", "no_finish", "length_unknown"} <= found.keys()
+    assert found["lost"]["level"] == "warn"
+    assert found["lost"]["params"] == {"percent": 25.0, "frames": 10}
+    poor = [c["params"] for c in checks(server, inspection_id) if c["code"] == "poor_pictures"]
+    assert {"complaint": "too_dark", "percent": 25.0} in poor
+    for code in ("photo_missing", "before_zero"):
+        assert (found[code]["level"], found[code]["observation_id"]) == ("block", TAG)
+        assert found[code]["detail"].startswith("Observation 1 at -0.0")
+
+
+def with_dark_frames(clip: Path, out: Path, dark: range) -> Path:
+    """The same video with the light off for a while."""
+    with av.open(str(clip)) as source, av.open(str(out), "w") as target:
+        shape = source.streams.video[0]
+        stream = target.add_stream("libx264", rate=25)
+        stream.width, stream.height, stream.pix_fmt = shape.width, shape.height, "yuv420p"
+        for number, frame in enumerate(source.decode(video=0)):
+            picture = frame.to_ndarray(format="gray") * np.uint8(number not in dark)
+            target.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="gray")))
+        target.mux(stream.encode())
+    return out
+
+
+def test_a_tag_that_was_never_reached_is_reported(server: Client, long_clip: Path) -> None:
+    inspection_id = server.inspect(long_clip)
+    server.wait(inspection_id, "running")
+    server.tag(inspection_id, frame=1400, code="BAB").raise_for_status()
+    server.post(f"/api/inspections/{inspection_id}/cancel")
+    server.wait(inspection_id)
+    found = [(check["level"], check["code"]) for check in checks(server, inspection_id)]
+    assert ("block", "not_tracked") in found

@@ -1,0 +1,43 @@
+"""The desk of an inspection as tests look at it: its frame, its picture, its observations."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+
+from playwright.sync_api import Page, expect
+from steps import Server
+
+# The number that the blocks of the shown picture spell, and the one that the page states.
+DRAWN_AND_STATED = """() => {
+  const canvas = document.querySelector('.stage__picture');
+  const { data } = canvas.getContext('2d').getImageData(0, 8, 256, 1);
+  let drawn = 0;
+  for (let bit = 0; bit < 16; bit += 1) if (data[4 * (16 * bit + 8)] > 128) drawn |= 1 << bit;
+  const stated = document.querySelector('.transport__clock').textContent;
+  return [drawn, Number(/frame (\\d+)/.exec(stated)[1])];
+}"""
+
+
+def expect_frame(page: Page, frame: int | str) -> None:
+    """The transport states it; a string is a regular expression."""
+    expect(page.locator(".transport__frame")).to_have_text(re.compile(rf"frame {frame}$"))
+
+
+def expect_saved(page: Page) -> None:
+    """All that was tagged and typed is on the server's disk."""
+    expect(page.locator(".save")).to_have_text("Saved")
+
+
+def observations(server: Server, inspection: str) -> list[dict[str, Any]]:
+    """As the server has them."""
+    answer = server.ask("GET", f"/api/inspections/{inspection}/observations")
+    found: list[dict[str, Any]] = json.load(answer)["observations"]
+    return found
+
+
+def delete_observations(server: Server, inspection: str) -> None:
+    """All of them."""
+    for item in observations(server, inspection):
+        server.ask("DELETE", f"/api/inspections/{inspection}/observations/{item['id']}")

@@ -1,0 +1,41 @@
+"""Surveys that are tracked once for all processes of a test run, and copied for who reads or tags.
+
+To track a film takes a server and another process; a copy of the data folder takes neither.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from locks import alone
+
+
+@dataclass(frozen=True)
+class Survey:
+    """A tracked inspection in the data folder of a server that has stopped."""
+
+    data: Path
+    id: str
+
+    def copied_to(self, data: Path) -> Path:
+        """A data folder of somebody's own."""
+        return shutil.copytree(self.data, data, dirs_exist_ok=True)
+
+
+def tracked_once(
+    temporary: pytest.TempPathFactory, name: str, track: Callable[[Path], str]
+) -> Survey:
+    """The survey that `track` makes in the data folder that it is given, answering its id."""
+    own = temporary.getbasetemp()
+    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "surveys" / name
+    folder.mkdir(parents=True, exist_ok=True)
+    named = folder / "id"
+    with alone(folder / "lock"):
+        if not named.exists():
+            named.write_text(track(folder / "data"))
+    return Survey(folder / "data", named.read_text())
