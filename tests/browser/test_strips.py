@@ -179,7 +179,7 @@ def test_the_box_says_why_a_place_is_not_there(desk: Page) -> None:
         ("#99999", "The last frame is"),
         ("j77", "no joint 77"),
         ("9:59", "The film ends"),
-        ("twelve", "none of"),
+        ("twelve", "Type a place such as"),
     ]:
         box.fill(typed)
         desk.keyboard.press("Enter")
