@@ -44,6 +44,7 @@ from vo_core import Track
 logger = logging.getLogger(__name__)
 
 _STOP_TIMEOUT_S = 10.0
+_PINS_PAUSE_S = 0.3
 
 
 @dataclass(frozen=True)
@@ -162,6 +163,10 @@ class SceneFeed(Worker):
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._due or self._stopping)
+                # The tag is answered first: drawing 2000 pins takes as long as storing one.
+                self._changed.wait_for(
+                    lambda: self._due != _Due(pins=True) or self._stopping, _PINS_PAUSE_S
+                )
                 if self._stopping:
                     return
                 due, self._due = self._due, _Due()
