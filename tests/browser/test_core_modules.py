@@ -16,10 +16,11 @@ TOLERANCE_MM = 2.0
 
 @pytest.fixture
 def site(page: Page, server: Server) -> Page:
-    # A page that finds other preferences on the server than in its browser is drawn anew.
-    usual = json.load(server.ask("GET", "/api/me"))["preferences"] | {"units": "m"}
-    server.ask("PUT", "/api/me/preferences", usual)
-    log_in(page, server)
+    """A document of the server in which nothing runs but the modules that a test imports.
+
+    The whole page has modules of its own, which would store other preferences at the same time.
+    """
+    log_in(page, server, "/healthz")
     return page
 
 
@@ -88,7 +89,7 @@ def test_distances_are_shown_and_typed_in_feet_where_that_is_chosen(site: Page) 
     site.evaluate(
         """async () => {
           const { preferences } = await import('/static/core/preferences.js');
-          await preferences.save({ units: 'ft' });
+          preferences.keep({ units: 'ft' });
         }"""
     )
     site.reload()

@@ -103,7 +103,7 @@ def _play_by_keys(desk: Desk, last: int) -> None:
     desk.expect_frame(0)
     desk.go_to("#40")
     desk.expect_frame(40)
-    desk.go_to("0.5")
+    desk.go_to("0.495")  # a frame every centimetre, at 0.485, 0.495, 0.505 m
     expect(desk.page.locator(".readout__distance")).to_contain_text(re.compile(r"0\.(49|50)"))
 
 
@@ -113,7 +113,7 @@ def _tag_in_every_view(desk: Desk) -> None:
     desk.press("1")
     desk.expect_defects(1)
 
-    desk.go_to("0.8")
+    desk.go_to("0.795")
     expect(page.locator(".readout__distance")).to_contain_text(re.compile(r"0\.(79|80)"))
     _click(page.locator(".stage__overlay"), 0.5, 0.4)
     desk.expect_defects(2)

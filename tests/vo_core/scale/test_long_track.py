@@ -45,3 +45,25 @@ def test_a_frame_between_the_knots_is_as_a_frame_of_its_own(odd, has_joints):
         end_mm = correct(track, evidence, zero_frame=frame).track.distance_mm[-1]
         way_mm = done.distance_mm[-1] - done.distance_mm[frame]
         assert way_mm == pytest.approx(end_mm, abs=0.02 * done.sigma_distance_mm.max() + 1e-3)
+
+
+@pytest.mark.parametrize("zero", [9_001, 10_000])
+def test_a_zero_within_a_stand_leaves_every_frame_an_uncertainty(zero):
+    rng = np.random.default_rng(0)
+    steps = np.full(19_999, 3.0)
+    steps[:2_000] = steps[9_000:12_000] = 0.0  # the robot stands
+    walk = np.where(steps > 0, 0.03, 0.0)
+    true_mm = np.concatenate([[0], np.cumsum(steps)])
+    scale = 1 + 0.03 * np.sin(true_mm / 7000)
+    way_mm = np.concatenate([[0], np.cumsum(steps * scale[:-1] + rng.normal(0, walk))])
+    # Each frame has an error of its own beside the common one; files have four decimals.
+    own_mm = rng.normal(0, 0.02, (2, 20_000))
+    walked_mm2 = np.concatenate([[0], np.cumsum(walk**2)])
+    sigma_mm = np.round(np.sqrt(walked_mm2 + own_mm[0] ** 2), 4)
+    track = make_track(np.round(way_mm + own_mm[1], 4), sigma_mm)
+    rings = look(track, np.interp(np.arange(700, true_mm[-1], SEGMENT_MM), true_mm, way_mm))
+    joints = joint_spacing(track, rings, SEGMENT_MM)
+
+    done = correct(track, [joints], zero_frame=zero).track
+    assert np.isfinite(done.sigma_distance_mm).all()
+    assert done.sigma_distance_mm[9_000:12_000].max() < 1.0
