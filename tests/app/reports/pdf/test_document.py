@@ -243,7 +243,7 @@ def test_the_known_length_of_the_cover_is_not_denied_on_the_page_of_the_measurem
     text = text_of(document.write(report()).content)  # its header knows 24.6 m
 
     assert "No known length was stated" not in text
-    assert "The header says 24.60 m" in text
+    assert "The header states 24.60 m" in text
     without = report(header={k: v for k, v in HEADER.items() if k != "known_length_m"})
     assert "No known length was stated" in text_of(document.write(without).content)
 
