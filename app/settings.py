@@ -121,7 +121,7 @@ class Settings(BaseSettings):
         default=512 * MIB,
         ge=0,
         le=2**50,
-        description="Free disk space that uploads leave free.",
+        description="Disk space that uploads leave free.",
     )
     child_memory_bytes: int = Field(
         default=1536 * MIB,

@@ -94,8 +94,7 @@ export class Catalogue {
 
   /**
    * Returns what an observation lacks before it can be reported: 'code', or some of 'char1', 'char2',
-   * 'clock',
-   * 'quant1', 'quant2', 'remark'. The server's checks have the same rule.
+   * 'clock', 'quant1', 'quant2', 'remark'. The server's checks have the same rule.
    */
   missing(item) {
     const { code, char1, char2, clock, clock_from: clockFrom, continuous, remark } = item;

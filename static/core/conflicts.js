@@ -1,4 +1,4 @@
-/** Changes that somebody else has overtaken. Each is kept by its browser until a person decides. */
+/** Changes overtaken by somebody else's change. The browser keeps each until a person decides. */
 
 import { Store } from './store.js';
 
@@ -13,7 +13,7 @@ import { Store } from './store.js';
  * @property {() => Promise<void>|void} takeTheirs discards mine
  */
 
-/** A store of them, the oldest first. Fires `open` (detail: a conflict) when a person wants to decide. */
+/** A store of conflicts, the oldest first. Fires `open` (detail: a conflict) when a person wants to decide. */
 export class Conflicts extends Store {
   constructor() {
     super([]);

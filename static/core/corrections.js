@@ -118,7 +118,7 @@ export class Corrections extends Store {
    * Replaces the stored statements; applying the earlier ones undoes this.
    * @param {Stated} stated
    * @param {string|null} remark why, for the history
-   * @param {string} replaced version of what was stated before; if it is another one by now, nothing is stated
+   * @param {string} replaced version of the statements to replace; if another version is stored by now, nothing changes
    */
   async apply(stated, remark, replaced) {
     const answer = await put(this.#path, { ...stated, remark }, undefined, replaced);

@@ -1,6 +1,6 @@
 /**
- * Undo and redo of one person's changes on one page. A step can do both, and knows whether somebody else
- * has changed the same thing meanwhile: then the person is warned and nothing is overwritten.
+ * Undo and redo of one person's changes on one page. Each step can undo and redo its change, and detects
+ * whether somebody else has changed the same content meanwhile: then the page warns and overwrites nothing.
  */
 
 /**
@@ -10,13 +10,13 @@
  * @property {object[]} [changes] the changes, for the name of the step
  * @property {object|null} [visit] of a text field: all letters typed in one visit are one step
  * @property {(isBack: boolean) => Promise<void>|void} run undoes or redoes it
- * @property {(isBack: boolean) => Promise<boolean>} isOvertaken whether the thing has changed since the
- *     step
+ * @property {(isBack: boolean) => Promise<boolean>} isOvertaken whether the content has changed
+ *     since the step
  *
  * @typedef {object} Outcome
  * @property {Step} step
  * @property {boolean} isBack
- * @property {boolean} isDone false when the thing had changed
+ * @property {boolean} isDone false when the content had changed
  * @property {() => Promise<Outcome>} insist undoes or redoes it nevertheless
  */
 

@@ -49,12 +49,12 @@ export class Inspection extends Store {
   }
 
   /**
-   * States one field of the header, and leaves the others as they are by then; fires `edited` with
+   * States one field of the header and leaves the other fields as they are stored; fires `edited` with
    * the step of the history.
    * @param {string} name
    * @param {string|number|boolean|null} value
-   * @param {unknown[]} own what the person has seen or stated there before
-   * @returns {Promise<{theirs: unknown}|null>} what somebody else states there, null when it is done
+   * @param {unknown[]} own values that the person has seen or stated in the field
+   * @returns {Promise<{theirs: unknown}|null>} the value that somebody else has stated, null when the change is stored
    */
   async stateField(name, value, own) {
     let theirs = null;
@@ -71,9 +71,10 @@ export class Inspection extends Store {
   }
 
   /**
-   * Changes name or header, made of what is stored: anew when somebody else was faster.
+   * Changes name or header, based on the stored state; tries again with the new state when somebody else was
+   * faster.
    * @param {(inspection: object) => object|null} changesOf null leaves it as it is
-   * @returns {Promise<object>} what it was made of
+   * @returns {Promise<object>} the stored state that the change was based on
    */
   async #put(changesOf) {
     for (;;) {

@@ -44,9 +44,9 @@ function newId() {
  */
 
 /**
- * A store of observations sorted by distance. Beside the fields of the API each has
- * `save`: 'saved' | 'waiting' | 'refused', and `refusal`, the reason of the last. `version` is of what
- * is saved, null of all else.
+ * A store of observations sorted by distance. Beside the fields of the API each has `save`:
+ * 'saved' | 'waiting' | 'refused', and `refusal`, the reason of a refusal. `version` is that of the saved
+ * fields; it is null while they are not saved.
  */
 export class Observations extends Store {
   #inspection;
@@ -179,7 +179,7 @@ export class Observations extends Store {
     this.#do('delete', [{ id, before: fieldsOf(this.find(id)), after: null }]);
   }
 
-  /** Sends again what the server refused. */
+  /** Sends the refused change of an observation again. */
   sendAgain(id) {
     const item = this.find(id);
     this.#version += 1;
@@ -195,7 +195,7 @@ export class Observations extends Store {
 
   // Steps -----------------------------------------------------------------------------------
 
-  /** @param {Change[]} changes those without effect are left out */
+  /** @param {Change[]} changes changes without effect are dropped */
   #do(what, changes) {
     const real = changes.filter(isReal);
     if (real.length === 0) return;

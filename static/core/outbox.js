@@ -2,11 +2,11 @@
  * Changes of observations on their way to the server. Each is written to IndexedDB before it is
  * sent and removed when the server has answered, so a reload, a crash or a restart of the server
  * loses none. They are sent in order, one at a time, by one tab at a time, and every one may be sent
- * twice. What the server refuses stays here until the person has changed it or taken it back.
+ * twice. A refused change stays here until the person has edited or discarded it.
  *
- * A change of an observation is made of what the page showed, `before`. It replaces that and nothing
- * else: if somebody else has stored something meanwhile it is refused, and a person decides. An own
- * change that arrived just before is what the next one was made of, whichever tab has sent it.
+ * A change of an observation is based on the fields that the page showed, `before`. It may replace only
+ * those: if somebody else has stored others meanwhile, the server refuses the change and a person decides.
+ * A change may also be based on this browser's previous change, whichever tab has sent that one.
  */
 
 import { ApiError, put, remove } from './api.js';
@@ -27,22 +27,22 @@ const TYPED_S = 0.8;
  * @property {string} observation
  * @property {'save'|'delete'} kind
  * @property {object} [fields] of a save
- * @property {object|null} [before] the fields that it was made of, null when it was not there
- * @property {string|null} [version] of those; null when an own change came before that was not answered yet
+ * @property {object|null} [before] fields that the change is based on, null when there was no observation
+ * @property {string|null} [version] of `before`; null while this browser's previous change is unanswered
  * @property {boolean} [isSent] whether it may have arrived
- * @property {Refusal} [refusal] why the server does not take it
+ * @property {Refusal} [refusal] why the server refuses it
  *
  * @typedef {object} Refusal
  * @property {string} code
  * @property {string} message
- * @property {object|null} current what is stored in place of `before`, when it was overtaken
- * @property {string|null} version of that
+ * @property {object|null} current fields stored instead of `before`, when the change was overtaken
+ * @property {string|null} version of `current`
  */
 
 /**
- * Events: `change` (count, reason, or whether it is kept), `answered` (detail {operation, answer}),
- * `refused` (detail {operation, error}), `elsewhere` (the list is to be read again: another tab has changed or
- * sent something, or a change came to nothing).
+ * Events: `change` (`count`, `reason` or `isKept` has changed), `answered` (detail {operation, answer}),
+ * `refused` (detail {operation, error}), `elsewhere` (the list must be read again: another tab has changed or
+ * sent something, or a change was dropped without effect).
  */
 export class Outbox extends EventTarget {
   /** What prevents the first operation from being sent, or null. */
@@ -129,7 +129,7 @@ export class Outbox extends EventTarget {
     const { observation } = operation;
     const last = this.#known.findLast((other) => other.observation === observation);
     const isOfLast = last?.kind === 'save' && operation.kind === 'save' && isSame(last.fields, operation.before);
-    // One that may have arrived stays: what follows is then made of what it has brought.
+    // An operation that may have arrived stays; its successor is then based on its result.
     const isUnseen = isOfLast && !last.isSent && last.id !== this.#sending;
     // A refused operation is settled by its successor. Another tab may be sending the
     // replaced one just now, so its successor has its own id.
@@ -153,7 +153,7 @@ export class Outbox extends EventTarget {
     return this.openFor(inspection).filter(({ refusal }) => refusal?.code === 'changed_meanwhile');
   }
 
-  /** Sends again what the server refused of an observation, to replace the other version. */
+  /** Sends the refused change of an observation again, to replace the other version. */
   async sendAgain(observation) {
     const refused = this.#refusedOf(observation).at(-1);
     if (!refused) return; // settled in another tab
@@ -167,7 +167,7 @@ export class Outbox extends EventTarget {
     return this.#known.filter((other) => other.observation === observation && other.refusal);
   }
 
-  /** Discards what the server refused of an observation. */
+  /** Discards the refused change of an observation. */
   async drop(observation) {
     const refused = this.#refusedOf(observation);
     this.#known = this.#known.filter((other) => !refused.includes(other));
@@ -199,7 +199,7 @@ export class Outbox extends EventTarget {
     this.#timer = setTimeout(() => this.#flush(), seconds * 1000);
   }
 
-  /** Sends what the box holds, not what this tab last saw: another tab may have sent it. */
+  /** Sends the stored operations, not those that this tab last saw: another tab may have sent some. */
   async #sendAll() {
     for (;;) {
       await this.#written;
@@ -266,7 +266,7 @@ export class Outbox extends EventTarget {
     try {
       return await put(path, fields, signal, replaced ?? '');
     } catch (error) {
-      // Only the version was not known: before a reload, or in another tab, an own change has arrived.
+      // Only the version is unknown: this browser's own change has arrived, before a reload or from another tab.
       if (!error.isOvertaken || !isSame(error.current, before)) throw error;
       return put(path, fields, signal, error.version);
     }
@@ -277,7 +277,7 @@ export class Outbox extends EventTarget {
     const kept = await this.#operations.all();
     const next = [...kept, ...this.#known].find((other) => other.observation === observation && other.id > id);
     const isPassed = next && (next.kind === 'delete' || isSame(next.before, fields));
-    // What was made of it is now made of what it was made of itself.
+    // The successor was based on the refused operation; now it is based on what that one was based on.
     if (isPassed && next.kind === 'save') await this.#change(next.id, madeOf(operation));
     const isNothing = error.isOvertaken && isSame(fields, before);
     if (isPassed || isNothing) {
@@ -309,7 +309,7 @@ export class Outbox extends EventTarget {
     if (this.count) this.#flush();
   }
 
-  /** Reads what other tabs have added or removed. */
+  /** Reads the operations again: other tabs have added or removed some. */
   async #read() {
     let seen;
     let all;
@@ -330,7 +330,7 @@ export class Outbox extends EventTarget {
 /** Runs `send` while no other tab does. Over plain http, where locks are missing, at once. */
 const alone = (send) => (navigator.locks ? navigator.locks.request(NAME, send) : send());
 
-/** Returns what an operation replaces, for its successor. */
+/** Returns what an operation is based on, for its successor. */
 const madeOf = ({ before = null, version = null }) => ({ before, version });
 
 /** Whether two sets of fields state the same; null means not stated. */

@@ -52,7 +52,7 @@ class Preferences extends Store {
   }
 
   /**
-   * Changes some of them here at once and then on the server; throws an ApiError when that refuses.
+   * Changes some preferences here at once and then on the server; throws an ApiError when that refuses.
    * @param {Partial<Chosen>} changes
    */
   async save(changes) {
@@ -60,7 +60,7 @@ class Preferences extends Store {
     await put('/api/me/preferences', this.value);
   }
 
-  /** Changes some of them in this browser only. */
+  /** Changes some preferences in this browser only. */
   keep(changes) {
     const value = { ...this.value, ...changes };
     localStorage.setItem(COPY, JSON.stringify(value));

@@ -9,7 +9,7 @@ const PRECISION = 12;
 /** Tolerance within which a number counts as whole despite its binary form. */
 const WHOLE = 1e-9;
 
-/** Rounds to so many decimals; never -0. */
+/** Rounds to a number of decimals; never returns -0. */
 export function rounded(value, digits) {
   const steps = 10 ** digits;
   const whole = Math.round(Number((Math.abs(value) * steps).toPrecision(PRECISION)));

@@ -17,7 +17,7 @@ export function onThemeChange(run, signal) {
 /**
  * Matches a canvas to the resolution of the screen and clears it.
  * @param {HTMLCanvasElement} canvas filled by CSS
- * @param {number} scale how many CSS px one unit of the drawing is
+ * @param {number} scale CSS px in one unit of the drawing
  * @returns {CanvasRenderingContext2D}
  */
 export function sharpContext(canvas, scale) {

@@ -47,9 +47,8 @@ export function plusMinus(u95M) {
 export const speed = (mPerMin) => `${signed(toShown(mPerMin), 1)} ${lengthUnit}/min`;
 
 /**
- * Returns the metres of a typed distance, or null when it is invalid: '12.40', '12,40', '40.7 ft', '−1.2
- * m'.
- * Without a unit it is in the shown one.
+ * Returns the metres of a typed distance, or null when it is invalid: '12.40', '12,40', '40.7 ft',
+ * '−1.2 m'. A distance without a unit is in the shown unit.
  */
 export function parseDistance(text) {
   const match = /^([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+))\s*(m|ft|')?$/i.exec(

@@ -27,9 +27,7 @@ export class WallGrid {
   #grid;
   /** Distance to the wall below the camera, in mm; null where a camera looks along the pipe. */
   #depth;
-  /**
-   * Strips of the grid, each with its bounds on the wall: of thousands of defects few are in the picture.
-   */
+  /** Strips of the grid, each with its bounds on the wall, to skip the many defects outside the picture fast. */
   #strips;
 
   /** Loads the wall of an inspection; null for a rig that sees no wall. */

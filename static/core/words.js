@@ -76,7 +76,7 @@ const WORDED_BY_THE_SERVER = new Set([
 ]);
 
 /**
- * Returns why something failed, in the language of the page where that is known.
+ * Returns why something failed, in the language of the page where the page has a sentence for it.
  * @param {{code: string, message?: string, detail?: string}} error an ApiError, or an error of the API
  */
 export function errorText({ code, message, detail }) {

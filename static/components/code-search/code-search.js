@@ -62,7 +62,7 @@ export function codeSearch(input, list, catalogue, onPick) {
       close();
     }
   });
-  // Not on click: before it comes, the field would lose the focus, and with it the list.
+  // Not on click: before the click arrives, the field would lose the focus and the list would close.
   list.addEventListener('mousedown', (event) => {
     event.preventDefault();
     const option = event.target.closest('[data-index]');

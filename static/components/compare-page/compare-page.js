@@ -107,7 +107,7 @@ class ComparePage extends Component {
     parts.swap.disabled = !ids.a || !ids.b;
   }
 
-  /** Stores in the address what is compared. */
+  /** Writes the compared runs into the address. */
   #go({ a, b }) {
     const query = new URLSearchParams([['a', a], ['b', b]].filter(([, id]) => id));
     location.assign(`/compare?${query}`);

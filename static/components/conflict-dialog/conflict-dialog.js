@@ -8,7 +8,7 @@ import { nameOf } from '../defect-list/names.js';
 import { openDialog } from '../dialog/dialog.js';
 import { rowsOf } from './rows.js';
 
-/** Actions of the history that change these. */
+/** Actions in the history that change each kind of content. */
 const ACTIONS = {
   observation: ['changed', 'restored', 'deleted'],
   header: ['changed', 'finished'],

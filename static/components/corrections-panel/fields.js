@@ -41,7 +41,7 @@ export function read(parts, part, allows, fault) {
   return checked(parts, part, allows, fault, (text) => Number(text.replace(',', '.').replace('−', '-')));
 }
 
-/** Returns a length in metres, likewise. */
+/** Like `read`, for a length in metres. */
 export function readMetres(parts, part, allows, fault) {
   return checked(parts, part, allows, fault, (text) => parseDistance(text) ?? NaN);
 }

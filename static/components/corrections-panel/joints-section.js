@@ -10,7 +10,7 @@ import { jointsText } from '../interval-detail/interval-detail.js';
 import { withSign } from './known-length.js';
 
 class JointsSection extends Component {
-  /** The joints seen last: when too few count there is no result, yet they must be shown to be restored. */
+  /** The joints seen last: with too few of them there is no result, but a person must see them to put them back. */
   #seen = [];
 
   mount() {
@@ -33,7 +33,7 @@ class JointsSection extends Component {
         </table>`,
     );
     const { parts, desk } = this;
-    // Switched on, they count again without a statement, where they can be counted.
+    // Null states nothing: the server then uses the joints wherever it can count them.
     this.listen(parts.use, 'change', () => this.#edit({ use: parts.use.checked ? null : false }));
     this.listen(parts.mark, 'click', () => this.#togglePicking());
     this.listen(desk.picking, 'change', () => this.#showPicking());

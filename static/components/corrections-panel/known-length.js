@@ -62,7 +62,7 @@ class KnownLength extends Component {
     this.#showClosure();
   }
 
-  /** The header. */
+  /** The header, in which a known length may be stated. */
   get #stated() {
     return this.desk.inspection.value.header;
   }

@@ -14,7 +14,7 @@ const OUTSIDE = 91;
 const HOURS = Array.from({ length: 12 }, (_, i) => i + 1);
 const STEPS = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 };
 
-/** Returns the hour so many steps clockwise of another one. */
+/** Returns the hour that is `steps` hours clockwise of `hour`. */
 const turned = (hour, steps) => ((hour - 1 + steps + 24) % 12) + 1;
 
 /** Returns the hours from one to another, clockwise; 0 from an hour to itself. */

@@ -213,7 +213,7 @@ class DefectForm extends Component {
     parts.refused.hidden = item.save !== 'refused';
     const isOvertaken = this.desk.conflicts.about(item.id) !== undefined;
     parts.compare.hidden = !isOvertaken;
-    parts.again.hidden = parts.giveUp.hidden = isOvertaken; // the one who decides sees both versions
+    parts.again.hidden = parts.giveUp.hidden = isOvertaken; // Compare replaces these two
     parts.refusal.textContent = item.save === 'refused' ? t('defects.refused', { reason: item.refusal }) : '';
     this.#put(parts.code, item.code ?? '');
     parts.label.textContent = item.code

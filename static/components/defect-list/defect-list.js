@@ -22,7 +22,7 @@ class DefectList extends Component {
   #focusBefore = document.body;
   /** Scroll position of the page when the form was opened. */
   #scrollBefore = 0;
-  /** Whether the newest come first; null until the person has chosen: then during a live run. */
+  /** Whether the newest come first. Null until the person chooses: then they do so only during a live run. */
   #isNewestFirst = null;
 
   mount() {

@@ -7,7 +7,7 @@ import { t } from '../../core/words.js';
  * @property {string} kind as the API names it
  * @property {string} name
  * @property {string} help its purpose, in one line
- * @property {boolean} [isWhole] contains everything; querying its losses would make it twice
+ * @property {boolean} [isWhole] contains everything; asking for its losses would create the file twice
  */
 
 /** @type {{title: string, formats: Format[]}[]} */

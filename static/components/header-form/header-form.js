@@ -1,9 +1,9 @@
 /**
- * The header: the fields that the server lists, in three groups: required for a report, filled in by
- * itself, and more. An empty required field blocks nothing here; it is counted and named.
+ * The header: the fields that the server lists, in three groups: required for a report, filled in
+ * automatically, and more. An empty required field blocks nothing here; it is counted and named.
  *
- * Events: `field` (detail {name, value, before}) when a field was left with another value that can be
- * used, `typing` (likewise) with every letter before that; `before` is what the field showed.
+ * Events: `field` (detail {name, value, before}) when a field is left with a new, valid value, and `typing`
+ * (same detail) at every letter before that; `before` is the value that the field showed.
  */
 
 import { ApiError, get } from '../../core/api.js';

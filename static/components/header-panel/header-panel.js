@@ -18,17 +18,17 @@ const PAUSE_S = 3;
 /**
  * @typedef {object} Entry what was entered into a field
  * @property {string|number|boolean|null} value
- * @property {unknown[]} own what the person has seen or stated there before: whatever else is there is somebody else's
+ * @property {unknown[]} own values that the person has seen or stated in the field; any other stored value is somebody else's
  */
 
 class HeaderPanel extends Component {
-  /** @type {Map<string, Entry>} by name, not on the server yet */
+  /** @type {Map<string, Entry>} entries by field name that are not on the server yet */
   #waiting = new Map();
-  /** @type {Map<string, Entry>} that the server does not take */
+  /** @type {Map<string, Entry>} entries that the server refuses */
   #refused = new Map();
-  /** @type {Map<string, Entry & {theirs: unknown}>} where somebody else has stated something meanwhile */
+  /** @type {Map<string, Entry & {theirs: unknown}>} entries of fields that somebody else has changed meanwhile */
   #overtaken = new Map();
-  /** Number of times that conflicts were found. */
+  /** Counts the conflicts that were found, so that each gets a new id. */
   #found = 0;
   #isSending = false;
   /** @type {Unsent} */
@@ -59,14 +59,14 @@ class HeaderPanel extends Component {
     if (may('operator')) this.#goOn();
   }
 
-  /** Sends what an earlier page could not. */
+  /** Sends the entries that an earlier page could not send. */
   #goOn() {
     for (const [name, entry] of this.#unsent.all) this.#waiting.set(name, entry);
     this.#refresh();
     if (this.#waiting.size) this.#send();
   }
 
-  /** A value that is being sent may arrive; it then counts as the person's own. */
+  /** Returns the person's own values of a field, including one that may just be reaching the server. */
   #ownOf(name, before) {
     const last = this.#waiting.get(name);
     if (last) return [...last.own, last.value];
@@ -87,7 +87,7 @@ class HeaderPanel extends Component {
     this.#unsent.put(name, entry);
   }
 
-  /** During a run, and without a film, there is nothing to track again. */
+  /** Hides the button during a run, and without a film: then nothing can be tracked again. */
   #showRig() {
     const { inspection } = this.desk;
     this.parts.rig.hidden = inspection.isUnfinished || !hasFilm(inspection.value);
@@ -141,7 +141,7 @@ class HeaderPanel extends Component {
     this.#unsent.drop(name, entry.value);
   }
 
-  /** Keeps what somebody else has overtaken, in this browser too, until a person decides. */
+  /** Keeps an overtaken entry, in this browser too, until a person decides. */
   #keep(name, entry, { theirs }) {
     if (this.#waiting.get(name) !== entry) return;
     this.#waiting.delete(name);
@@ -152,7 +152,7 @@ class HeaderPanel extends Component {
     this.parts.form.fault(name, text);
   }
 
-  /** Asks about all fields at once. */
+  /** Reports all overtaken fields as one conflict. */
   #stateConflict() {
     const fields = [...this.#overtaken];
     const of = (pick) => Object.fromEntries(fields.map(([name, entry]) => [name, pick(entry)]));

@@ -15,7 +15,7 @@ import { topBar } from '../top-bar/top-bar.js';
 import { askDelete, askName, showImported } from './dialogs.js';
 
 const POLL_BUSY_S = 1.5;
-/** Others may tag any inspection, and severe defects must show at once. */
+/** Pause while nothing runs: others may tag any inspection, and severe defects must show at once. */
 const POLL_IDLE_S = 3;
 const SAMPLE_POLL_S = 0.5;
 

@@ -34,13 +34,12 @@ const SHOW_EVERY_MS = 66;
  *     when it is not live, or not from a camera
  */
 
-/** A code applies to the last pointed tag until the robot has moved this far, in m. */
+/** A code applies to the last tag made by pointing until the robot has moved this far, in m. */
 const POINTED_M = 0.5;
 
 /**
- * Events: `fault` (detail: a sentence), `tagged` (detail: the observation), `done` (detail {text, action?,
- * run?}:
- * the effect of a command, and an alternative).
+ * Events: `fault` (detail: a sentence), `tagged` (detail: the observation), `done` (detail
+ * {text, action?, run?}: the effect of a command, and an alternative).
  */
 export class Desk extends EventTarget {
   /** @type {{value: Playhead}} */
@@ -72,7 +71,7 @@ export class Desk extends EventTarget {
   /** The pose of the last tag: for a live picture it is known before the track contains it. */
   #tagged = { frame: -1, row: null };
   #showTimer = 0;
-  /** Corrections of this page that were overtaken. */
+  /** Counts the overtaken corrections of this page, so that each conflict gets a new id. */
   #found = 0;
 
   /** Fetches everything needed to draw the page. */
@@ -135,8 +134,8 @@ export class Desk extends EventTarget {
    * Replaces the statements about the distances, and reads the distances again.
    * @param {import('../../core/corrections.js').Stated} stated
    * @param {string|null} remark why, for the history
-   * @param {string} [replaced] version of the statements that it was based on
-   * @returns {Promise<boolean>} false when somebody else was faster: then it waits as a draft
+   * @param {string} [replaced] version of the statements that the change is based on
+   * @returns {Promise<boolean>} false when somebody else was faster: then the change waits as a draft
    */
   async correct(stated, remark, replaced = this.corrections.value.version) {
     const before = this.corrections.value.stated;
@@ -181,7 +180,7 @@ export class Desk extends EventTarget {
     }]);
   }
 
-  /** Changes that the server refused because somebody else changed the same observation. */
+  /** Reports changes that the server refused because somebody else changed the same observation. */
   #findConflicts() {
     const { outbox, observations, inspection } = this;
     this.conflicts.state('observation', outbox.overtakenFor(inspection.id).map(
@@ -395,7 +394,7 @@ export class Desk extends EventTarget {
     this.dispatchEvent(new CustomEvent('done', { detail: { text, ...other } }));
   }
 
-  /** Shows what failed. */
+  /** Announces why a command failed. */
   fault(text) {
     this.dispatchEvent(new CustomEvent('fault', { detail: text }));
   }

@@ -206,7 +206,7 @@ class InspectionPage extends Component {
   }
 
   async #recordOn() {
-    if (await openRecordOn(this.desk.inspection)) location.reload(); // the film becomes a camera
+    if (await openRecordOn(this.desk.inspection)) location.reload(); // the page of a film becomes that of a camera
   }
 
   async #retry() {

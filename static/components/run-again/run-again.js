@@ -51,9 +51,9 @@ export async function openRecordOn(inspection) {
 }
 
 /**
- * Tracks all frames again with a corrected rig, or with the same.
+ * Tracks all frames again with a corrected rig, or with the same one.
  * @param {import('../../core/inspection.js').Inspection} inspection
- * @returns {Promise<boolean>} whether it is tracked
+ * @returns {Promise<boolean>} whether tracking has started
  */
 export async function openRig(inspection) {
   const { rig, video } = inspection.value;
@@ -74,7 +74,7 @@ export async function openRig(inspection) {
   return (await closed) === 'done';
 }
 
-/** Closes the dialog as 'done' once the server has accepted what `send` sends; else shows why not. */
+/** Closes the dialog as 'done' once the server has accepted the request of `send`; else shows the reason. */
 function answered(dialog, parts, send) {
   parts.cancel.addEventListener('click', () => dialog.close());
   parts.form.addEventListener('submit', async (event) => {

@@ -12,13 +12,13 @@ import { icon } from '../icon/icon.js';
 import { toastError } from '../toast-stack/toast-stack.js';
 import { bindKeysSection, keysMarkup } from './keys-section.js';
 
-/** Stores, for the redrawn page, the choice with which the settings are opened again. */
+/** Key in the session storage: the choice at which the redrawn page opens the settings again. */
 const REOPENED = 'chainage.settings';
 
 /**
  * Saves a choice and redraws the page with it: every word and number of it may change.
  * @param {Partial<import('../../core/preferences.js').Chosen>} changes
- * @param {'language'|'units'} [choice] of the settings, which are opened again at that place
+ * @param {'language'|'units'} [choice] the settings are opened again with the focus on it
  */
 export async function redrawWith(changes, choice) {
   try {

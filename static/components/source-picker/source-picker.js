@@ -75,7 +75,7 @@ class SourcePicker extends Component {
     return withLogin(address.value.trim(), user.value, password.value);
   }
 
-  /** Shows what is wrong, at its field; returns whether nothing is. */
+  /** Shows a fault beside its field; returns whether there is none. */
   check() {
     const isGiven = this.value !== '';
     if (!isGiven) this.fault(t('source.address_needed'));

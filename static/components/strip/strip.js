@@ -22,7 +22,7 @@ const BESIDE_PX = 3;
  * - `tapBeside(x, y)`: what a tap does where there is no mark.
  */
 export class Strip extends Component {
-  /** CSS px in a unit: type and lines grow with the type of the page. */
+  /** CSS px in one unit: type and lines grow with the type of the page. */
   scale = 1;
   /** {x, y} of the pointer in units, or null */
   hover = null;
@@ -79,7 +79,7 @@ export class Strip extends Component {
     return Math.min(Math.max(mm, low), high);
   }
 
-  /** The ground is out of date. A strip that keeps columns asks for more: whether distances lie elsewhere than before. */
+  /** Marks the ground as out of date. A strip that keeps columns also takes whether frames have moved to other columns. */
   stale() {
     this.#isStale = true;
     this.repaint();

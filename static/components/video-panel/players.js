@@ -13,7 +13,7 @@ import { blob } from '../../core/api.js';
  * Shares of a frame's interval to seek to, tried in turn while another frame is shown.
  *
  * Chromium takes the duration of a frame from the decoding order, which with a variable rate and B-frames
- * is that of another one (measured with 150): the previous frame is shown for too long. It also learns the
+ * belongs to another frame (measured with 150): it shows the previous frame for too long. It also learns the
  * true duration only at the end of a file whose header states less, and until then stops before the last
  * frame; another try reaches it. A frame that no try finds is fetched as a single picture.
  */
@@ -183,10 +183,9 @@ export class FilePlayer extends Player {
 }
 
 /**
- * Returns the picture that the video shows and its media time. When the machine is busy the video may be
- * one
+ * Returns the picture that the video shows and its media time. On a busy machine the video may be one
  * picture ahead of the callback (measured: 2 of 60 while playing); a VideoFrame carries its own time.
- * It exists only over https and on localhost, elsewhere playing may be off by that one.
+ * VideoFrame exists only over https and on localhost; elsewhere playback may be one picture off.
  */
 function snapshot(video, mediaTime) {
   if (!('VideoFrame' in globalThis)) return [video, mediaTime];

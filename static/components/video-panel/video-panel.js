@@ -32,7 +32,7 @@ class VideoPanel extends Component {
   #mode = null;
   #cursor = null;
   #busySince = 0;
-  /** By observation, which is another object whenever it has changed; cleared when the track restarts. */
+  /** Wall points by observation; a changed observation is a new object. Cleared when the track restarts. */
   #wallPoints = new WeakMap();
   #generation = 0;
 
