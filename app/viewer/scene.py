@@ -105,10 +105,11 @@ def still_page(
             if layout is not None:
                 inbox.wall = WallPictures(tuple(tiles), layout, read)
             drawing.apply(inbox)
+            drawing.follow(None)
             for _ in tiles:  # a few pictures at a time; missing ones stay due
                 if drawing.due_in_s() is None:
                     break
-                drawing.apply(_Inbox())
+                drawing.follow(None)
             return drawing.page()
         finally:
             stop_private_server(server, socket_path)
@@ -274,8 +275,10 @@ class CulvertScene:
                     return
                 with self._lock:
                     inbox, self._inbox = self._inbox, _Inbox()
-                drawing.apply(inbox)
-                self._shown = drawing.shown
+                with drawing.server.atomic():
+                    drawing.apply(inbox)
+                    self._shown = drawing.shown  # what a browser shows can be clicked
+                drawing.follow(inbox.preview)
                 self._closing.wait(_TICK_S)
         finally:
             self._closing.set()
@@ -332,34 +335,36 @@ class _Drawing:
         return max(0.0, self._preview_due_s - time.monotonic())
 
     def apply(self, inbox: _Inbox) -> None:
-        """Draw what has changed, and move the observers along."""
-        with self.server.atomic():
-            self._wording = inbox.wording or self._wording
-            is_seen_anew = inbox.mode is not None or inbox.wording is not None
-            if inbox.mode is not None:
-                self._mode = inbox.mode
-                self._observers.set_mode(inbox.mode)
-            if inbox.length_m is not None:
-                self._culvert.grow_to(inbox.length_m)
-            if inbox.joints is not None:
-                self._culvert.set_joints(inbox.joints)
-            if inbox.wall is not None:
-                self._wall.set(inbox.wall)
-            if inbox.path_is_reset:
-                self._trail.reset()
-            if inbox.path:
-                self._trail.add(tuple(inbox.path))
-            if inbox.pins is not None:
-                self._pins_shown = inbox.pins
-            if inbox.selection is not None:
-                self._selected = inbox.selection.id
-            if is_seen_anew or inbox.pins is not None or inbox.selection is not None:
-                self._pins.show(self._pins_shown, self._mode, self._selected, self._wording)
-            if is_seen_anew or inbox.pose is not None:
-                self._pose = inbox.pose or self._pose
-                self._culvert.grow_to(self._pose.distance_mm / 1000)
-                self._show_robot()
-        self._show_preview(inbox.preview)
+        """Draw what has changed."""
+        self._wording = inbox.wording or self._wording
+        is_seen_anew = inbox.mode is not None or inbox.wording is not None
+        if inbox.mode is not None:
+            self._mode = inbox.mode
+            self._observers.set_mode(inbox.mode)
+        if inbox.length_m is not None:
+            self._culvert.grow_to(inbox.length_m)
+        if inbox.joints is not None:
+            self._culvert.set_joints(inbox.joints)
+        if inbox.wall is not None:
+            self._wall.set(inbox.wall)
+        if inbox.path_is_reset:
+            self._trail.reset()
+        if inbox.path:
+            self._trail.add(tuple(inbox.path))
+        if inbox.pins is not None:
+            self._pins_shown = inbox.pins
+        if inbox.selection is not None:
+            self._selected = inbox.selection.id
+        if is_seen_anew or inbox.pins is not None or inbox.selection is not None:
+            self._pins.show(self._pins_shown, self._mode, self._selected, self._wording)
+        if is_seen_anew or inbox.pose is not None:
+            self._pose = inbox.pose or self._pose
+            self._culvert.grow_to(self._pose.distance_mm / 1000)
+            self._show_robot()
+
+    def follow(self, preview: bytes | None) -> None:
+        """Send the pictures that are due, and move labels and observers along."""
+        self._show_preview(preview)
         robot_x_m = self._pose.distance_mm / 1000
         self._wall.update(robot_x_m)
         named_m = named_stretch(self._mode, self._section, self._culvert.reach_m, robot_x_m)

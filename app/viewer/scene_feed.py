@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from app.back_off import BackOff
 from app.errors import InspectionNotFound, TileNotFound
 from app.inspections.corrections import Corrections
 from app.inspections.inspections import Inspections
@@ -45,6 +46,8 @@ logger = logging.getLogger(__name__)
 
 _STOP_TIMEOUT_S = 10.0
 _PINS_PAUSE_S = 0.3
+_AGAIN = BackOff(first_s=0.5, longest_s=30.0)
+"""Pauses after drawings that failed, such as while the database is busy."""
 
 
 @dataclass(frozen=True)
@@ -160,6 +163,7 @@ class SceneFeed(Worker):
             self._changed.notify_all()
 
     def _work(self) -> None:
+        failures = 0
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._due or self._stopping)
@@ -175,7 +179,18 @@ class SceneFeed(Worker):
             except InspectionNotFound:  # deleted while somebody looked at it
                 logger.debug("Inspection %s has been deleted.", self._inspection_id)
             except Exception:
-                logger.exception("Inspection %s could not be drawn.", self._inspection_id)
+                logger.exception(
+                    "Inspection %s could not be drawn and is drawn again.", self._inspection_id
+                )
+                self._pause(_AGAIN.pause_s(failures))
+                self._note(path_is_reset=True, track=True, robot=True, wall=True, wording=True)
+                failures += 1
+            else:
+                failures = 0
+
+    def _pause(self, seconds: float) -> None:
+        with self._changed:
+            self._changed.wait_for(lambda: self._stopping, seconds)
 
     def _draw(self, due: _Due) -> None:
         if due.path_is_reset:

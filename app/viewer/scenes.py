@@ -155,7 +155,7 @@ class Scenes:
     async def redraw(self, inspection_id: str) -> None:
         """Close the scenes of an inspection whose rig changed; their browsers open new ones."""
         async with self._opening:
-            for (shown_id, _), view in self._pages.items():
+            for (shown_id, _), view in list(self._pages.items()):
                 if shown_id == inspection_id:
                     await _close(view)
 
@@ -174,7 +174,7 @@ class Scenes:
     async def close(self) -> None:
         """Close all views."""
         async with self._opening:
-            for view in self._pages.values():
+            for view in list(self._pages.values()):
                 await _close(view)
         await asyncio.to_thread(shutil.rmtree, self._sockets)
 

@@ -16,6 +16,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 from app.access.access import create_token
+from app.errors import Busy
 from app.storage.tokens import Role, TokenFile
 from app.survey.rounding import metres
 from app.survey.track_rows import estimate_at
@@ -311,3 +312,43 @@ def test_a_tag_does_not_wait_for_its_pin_and_the_newest_pins_stay(
         monkeypatch.setattr(observations, "all", read_all)
         may_go_on.set()
         until(socket, says("BBC"))
+
+
+def test_a_drawing_that_failed_is_drawn_again(
+    server: Client, done: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    observations = server.server.app.state.services.observations
+    read_all, failed = observations.all, threading.Event()
+
+    def fail_once(inspection_id: str) -> list[Any]:
+        if failed.is_set():
+            return list(read_all(inspection_id))
+        failed.set()
+        raise Busy("The database is busy.")
+
+    with look(server, done) as socket:
+        messages(socket)
+        monkeypatch.setattr(observations, "all", fail_once)
+        server.tag(done, frame=20, code="BAB")
+        until(socket, says("BAB"))
+    assert failed.is_set()
+
+
+def test_a_page_that_comes_while_a_rig_changes_leaves_no_old_view(
+    server: Client, done: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    services, close = server.server.app.state.services, scenes.SceneFeed.close
+
+    def close_when_another_page_has_come(feed: scenes.SceneFeed) -> None:
+        monkeypatch.setattr(scenes.SceneFeed, "close", close)
+        with page(server, done, "c" * 32):
+            close(feed)
+
+    rig = server.get(f"/api/inspections/{done}").json()["rig"]
+    with look(server, done) as mine, look(server, done, THEIRS) as theirs:
+        messages(mine)
+        messages(theirs)
+        monkeypatch.setattr(scenes.SceneFeed, "close", close_when_another_page_has_come)
+        answer = server.put(f"/api/inspections/{done}/rig", json={"rig": rig})
+        assert answer.status_code == 200, answer.text
+        wait_until(lambda: services.scenes.count() == 0)  # in the background, after the answer
