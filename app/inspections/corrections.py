@@ -19,7 +19,8 @@ from cachetools import LRUCache
 from app.errors import ChangedMeanwhile, DiskFull, described
 from app.storage.inspections import InspectionStore, Rescaling
 from app.storage.tables import ENDED, Inspection
-from app.survey.adjustment import Adjusted, Refusal, adjust
+from app.survey.adjustment.adjust import adjust
+from app.survey.adjustment.adjusted_track import Adjusted, Refusal
 from app.survey.corrected import Corrected
 from app.survey.makeup import Makeup, makeup_of
 from app.survey.notices import Notice, notices_of

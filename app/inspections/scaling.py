@@ -15,7 +15,7 @@ from app.errors import Busy, DiskFull, InspectionNotFound
 from app.inspections.corrections import Corrections
 from app.storage.inspections import InspectionStore, Rescaling
 from app.storage.tables import ENDED
-from app.survey.adjustment import Adjusted
+from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.corrected import reason_of
 from app.survey.interval import LEAST_M, U95
 from app.tracking.live import Event, Update
