@@ -37,6 +37,7 @@ from app.storage.database import Database
 from app.storage.files import DataFolder
 from app.storage.imports import ImportStore
 from app.storage.preferences import PreferenceStore
+from app.storage.runs import RunStore
 from app.storage.tokens import TokenFile
 from app.tracking.cameras import Sources
 from app.tracking.live import Live
@@ -127,9 +128,11 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     )
     media = Media(Limits(settings.child_memory_bytes, reads=folder.media))
     stack.callback(media.close)
+    run_store = RunStore(database)
     runs = Runs(tracks, records.unrolled, live)
     tracking = Tracking(
         records.inspection_store,
+        run_store,
         folder,
         tracks,
         records.unrolled,
@@ -150,6 +153,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     stack.callback(tracking.stop)
     recorder = Recorder(
         records.inspection_store,
+        run_store,
         folder,
         tracks,
         runs,
@@ -161,12 +165,13 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     recorder.start()
     stack.callback(recorder.stop)
     sources = Sources(settings.camera_networks, settings.watch_folder)
-    scaling = Scaling(records.inspection_store, tracks, records.corrections)
+    scaling = Scaling(records.correction_store, tracks, records.corrections)
     stack.enter_context(live.listening(None, scaling.on_event))
     scaling.start()
     stack.callback(scaling.stop)
     inspections = Inspections(
         records.inspection_store,
+        run_store,
         folder,
         media,
         uploads,

@@ -42,6 +42,7 @@ from app.storage.files import (
 )
 from app.storage.inspections import InspectionStore, Summary
 from app.storage.observations import ObservationStore
+from app.storage.runs import RunStore
 from app.storage.tables import ENDED, Inspection
 from app.survey.stretches import open_stretches
 from app.survey.track_rows import estimate_at, since
@@ -84,7 +85,7 @@ class InspectionView:
     @property
     def version(self) -> str:
         """Version of name and header."""
-        return version_of({"name": self.row.name, "header": self.row.header})
+        return version_of(self.row.editable())
 
 
 class Inspections:
@@ -93,6 +94,7 @@ class Inspections:
     def __init__(
         self,
         store: InspectionStore,
+        run_store: RunStore,
         folder: DataFolder,
         media: Media,
         uploads: Uploads,
@@ -106,6 +108,7 @@ class Inspections:
         live: Live,
     ) -> None:
         self._store = store
+        self._run_store = run_store
         self._folder = folder
         self._media = media
         self._uploads = uploads
@@ -229,7 +232,7 @@ class Inspections:
         checked.require_picture_size(row.video["width"], row.video["height"])
         self._tracking.require_film(row)
         stated = checked.model_dump(mode="json")
-        self._store.change_rig(inspection_id, who, stated)
+        self._run_store.change_rig(inspection_id, who, stated)
         write_durably(
             self._folder.inspection(inspection_id) / "rig.json",
             json.dumps(stated, indent=2).encode(),
@@ -288,7 +291,7 @@ class Inspections:
             "video": unrecorded_columns(*size_wh),
         }
         try:
-            row = self._store.record_on(inspection_id, who, between, values)
+            row = self._run_store.record_on(inspection_id, who, between, values)
         except DiskFull:
             if video != recording:
                 recording.unlink()
