@@ -15,6 +15,7 @@ from app.data_folder import Records
 from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
 from app.inspections.file_reader import CPU_S, FileReader
+from app.inspections.films import Films
 from app.inspections.imports import Imports
 from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations
@@ -64,6 +65,7 @@ class Services:
     access: Access
     uploads: Uploads
     inspections: Inspections
+    films: Films
     imports: Imports
     tracking: Tracking
     sources: Sources
@@ -171,20 +173,29 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     stack.callback(scaling.stop)
     inspections = Inspections(
         records.inspection_store,
+        folder,
+        media,
+        tracks,
+        records.corrections,
+        runs,
+        tracking,
+        live,
+    )
+    films = Films(
+        inspections,
+        records.inspection_store,
         run_store,
         folder,
         media,
         uploads,
         tracks,
         records.corrections,
-        runs,
         tracking,
         sources,
         recorder,
         records.observation_store,
-        live,
     )
-    samples = Samples(folder, inspections, records.observations)
+    samples = Samples(folder, inspections, films, records.observations)
     stack.callback(samples.stop)
     scenes = Scenes(
         inspections,
@@ -213,6 +224,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         access=Access(AccessStore(database), TokenFile(folder.root), token),
         uploads=uploads,
         inspections=inspections,
+        films=films,
         imports=Imports(
             ImportStore(database),
             folder,
