@@ -15,6 +15,7 @@ from app.data_folder import Records
 from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
 from app.inspections.file_reader import CPU_S, FileReader
+from app.inspections.films import Films
 from app.inspections.imports import Imports
 from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations
@@ -37,6 +38,7 @@ from app.storage.database import Database
 from app.storage.files import DataFolder
 from app.storage.imports import ImportStore
 from app.storage.preferences import PreferenceStore
+from app.storage.runs import RunStore
 from app.storage.tokens import TokenFile
 from app.tracking.cameras import Sources
 from app.tracking.live import Live
@@ -63,6 +65,7 @@ class Services:
     access: Access
     uploads: Uploads
     inspections: Inspections
+    films: Films
     imports: Imports
     tracking: Tracking
     sources: Sources
@@ -127,9 +130,11 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     )
     media = Media(Limits(settings.child_memory_bytes, reads=folder.media))
     stack.callback(media.close)
+    run_store = RunStore(database)
     runs = Runs(tracks, records.unrolled, live)
     tracking = Tracking(
         records.inspection_store,
+        run_store,
         folder,
         tracks,
         records.unrolled,
@@ -150,6 +155,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     stack.callback(tracking.stop)
     recorder = Recorder(
         records.inspection_store,
+        run_store,
         folder,
         tracks,
         runs,
@@ -161,7 +167,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     recorder.start()
     stack.callback(recorder.stop)
     sources = Sources(settings.camera_networks, settings.watch_folder)
-    scaling = Scaling(records.inspection_store, tracks, records.corrections)
+    scaling = Scaling(records.correction_store, tracks, records.corrections)
     stack.enter_context(live.listening(None, scaling.on_event))
     scaling.start()
     stack.callback(scaling.stop)
@@ -169,17 +175,27 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         records.inspection_store,
         folder,
         media,
-        uploads,
         tracks,
         records.corrections,
         runs,
         tracking,
+        live,
+    )
+    films = Films(
+        inspections,
+        records.inspection_store,
+        run_store,
+        folder,
+        media,
+        uploads,
+        tracks,
+        records.corrections,
+        tracking,
         sources,
         recorder,
         records.observation_store,
-        live,
     )
-    samples = Samples(folder, inspections, records.observations)
+    samples = Samples(folder, inspections, films, records.observations)
     stack.callback(samples.stop)
     scenes = Scenes(
         inspections,
@@ -208,6 +224,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         access=Access(AccessStore(database), TokenFile(folder.root), token),
         uploads=uploads,
         inspections=inspections,
+        films=films,
         imports=Imports(
             ImportStore(database),
             folder,

@@ -14,6 +14,7 @@ from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.reports.report import Company, Report
 from app.reports.reports import Reports
+from app.storage.corrections import CorrectionStore
 from app.storage.database import Database, copy_database, revision_of
 from app.storage.files import Places
 from app.storage.inspections import InspectionStore
@@ -39,10 +40,13 @@ class Records:
         has_webhook: bool = False,
     ) -> None:
         self.inspection_store = InspectionStore(database)
+        self.correction_store = CorrectionStore(database)
         self.observation_store = ObservationStore(database, has_webhook=has_webhook)
         self.tracks = Tracks(places)
         self.unrolled = Unrolled(places, live)
-        self.corrections = Corrections(self.inspection_store, self.tracks, live)
+        self.corrections = Corrections(
+            self.inspection_store, self.correction_store, self.tracks, live
+        )
         self.observations = Observations(
             self.inspection_store, self.observation_store, self.tracks, self.corrections, live
         )

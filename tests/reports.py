@@ -14,7 +14,7 @@ import numpy as np
 from builders import clip_rig
 
 from app.reports.report import Company, Entry, Photo, Report, Source
-from app.survey.adjustment import adjust
+from app.survey.adjustment.adjust import adjust
 from app.survey.catalogue import built_in
 from app.survey.checks import Issue
 from app.survey.corrected import Corrected

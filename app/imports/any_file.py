@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from app.errors import InvalidImport
 from app.imports import chainage_json, en13508_text, wincan
-from app.imports.chainage_json import WholeInspection
 from app.imports.survey import ImportedFile
+from app.imports.whole_inspection import WholeInspection
 
 MIB = 2**20
 _MOST_TEXT_BYTES = 16 * MIB

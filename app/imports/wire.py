@@ -12,8 +12,8 @@ from typing import Any, get_args
 import msgspec
 import numpy as np
 
-from app.imports.chainage_json import WholeInspection
 from app.imports.survey import ImportedFile
+from app.imports.whole_inspection import WholeInspection
 from vo_core import Rig, Track
 from vo_core.image.health import Health
 

@@ -1,1 +1,1 @@
-"""Inspections and what people state about them: observations, corrections, imports, uploads."""
+"""Inspections, their films, and what people state about them: rules over stored data."""

@@ -17,9 +17,11 @@ from typing import Any
 from cachetools import LRUCache
 
 from app.errors import ChangedMeanwhile, DiskFull, described
-from app.storage.inspections import InspectionStore, Rescaling
+from app.storage.corrections import CorrectionStore, Rescaling
+from app.storage.inspections import InspectionStore
 from app.storage.tables import ENDED, Inspection
-from app.survey.adjustment import Adjusted, Refusal, adjust
+from app.survey.adjustment.adjust import adjust
+from app.survey.adjustment.adjusted_track import Adjusted, Refusal
 from app.survey.corrected import Corrected
 from app.survey.makeup import Makeup, makeup_of
 from app.survey.notices import Notice, notices_of
@@ -80,8 +82,11 @@ class _Solution:
 class Corrections:
     """Stores statements, previews them, and provides the corrected track."""
 
-    def __init__(self, inspections: InspectionStore, tracks: Tracks, live: Live) -> None:
+    def __init__(
+        self, inspections: InspectionStore, store: CorrectionStore, tracks: Tracks, live: Live
+    ) -> None:
         self._inspections = inspections
+        self._store = store
         self._tracks = tracks
         self._live = live
         self._lock = threading.Lock()
@@ -153,7 +158,7 @@ class Corrections:
         )
         if adjusted.refused is not None:
             raise InvalidCorrection(adjusted.refused.refusal())
-        revision = self._inspections.correct(
+        revision = self._store.correct(
             inspection_id,
             who,
             stated.to_json(),
@@ -204,7 +209,7 @@ class Corrections:
             DiskFull: The change could not be recorded.
         """
         statement, solution = self._statement(inspection_id), self._last_solution(inspection_id)
-        revision = self._inspections.rescale(inspection_id, change, statement.revision)
+        revision = self._store.rescale(inspection_id, change, statement.revision)
         if revision is None:
             return False
         self._keep(inspection_id, replace(statement, revision=revision))
@@ -302,7 +307,7 @@ class Corrections:
 
     def _keep_end(self, inspection: Inspection, distance_mm: float, sigma_mm: float) -> None:
         try:
-            self._inspections.record_corrected_end(
+            self._store.record_corrected_end(
                 inspection.id, inspection.revision, distance_mm, sigma_mm
             )
         except DiskFull as full:  # it is computed again the next time

@@ -10,8 +10,8 @@ import msgspec
 
 from app.errors import Busy, InvalidImport
 from app.imports import wire
-from app.imports.chainage_json import WholeInspection
 from app.imports.survey import ImportedFile
+from app.imports.whole_inspection import WholeInspection
 from app.jobs.importer import OUT_OF_MEMORY
 from app.jobs.messages import Failed, Limits
 from app.jobs.process import Child, describe_exit

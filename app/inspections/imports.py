@@ -21,8 +21,8 @@ from datetime import UTC, datetime
 from typing import Any
 
 from app.errors import PackNotFound
-from app.imports.chainage_json import Happening, ImportedTag, WholeInspection
 from app.imports.survey import ImportedObservation, ImportedSurvey, clean
+from app.imports.whole_inspection import Happening, ImportedTag, WholeInspection
 from app.inspections.file_reader import FileReader
 from app.inspections.packs import Packs
 from app.storage.files import DataFolder, sync_folder, write_durably

@@ -17,6 +17,7 @@ from typing import Any, Literal
 import msgspec
 
 from app.errors import InspectionNotFound, SampleBeingMade, SampleFailed
+from app.inspections.films import Films
 from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations
 from app.jobs.messages import Done, Failed, FromSample, Limits, Rendered, SampleRequest
@@ -67,10 +68,15 @@ class Samples:
     """Makes one sample at a time, in its own thread."""
 
     def __init__(
-        self, folder: DataFolder, inspections: Inspections, observations: Observations
+        self,
+        folder: DataFolder,
+        inspections: Inspections,
+        films: Films,
+        observations: Observations,
     ) -> None:
         self._folder = folder
         self._inspections = inspections
+        self._films = films
         self._observations = observations
         self._messages: msgspec.msgpack.Decoder[FromSample] = msgspec.msgpack.Decoder(FromSample)
         self._changed = threading.Condition()
@@ -167,7 +173,7 @@ class Samples:
     def _add(self, files: Path) -> None:
         """Import the video and add three tags."""
         rig = Rig.load(files / "rig.json")
-        inspection_id = self._inspections.import_video(
+        inspection_id = self._films.import_video(
             files / "video.mp4", rig, NAME, header(rig, datetime.now().astimezone())
         )
         for tag in tags(SAMPLE.shortened(LENGTH_MM)):

@@ -13,9 +13,9 @@ from typing import Any
 
 from app.errors import Busy, DiskFull, InspectionNotFound
 from app.inspections.corrections import Corrections
-from app.storage.inspections import InspectionStore, Rescaling
+from app.storage.corrections import CorrectionStore, Rescaling
 from app.storage.tables import ENDED
-from app.survey.adjustment import Adjusted
+from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.corrected import reason_of
 from app.survey.interval import LEAST_M, U95
 from app.tracking.live import Event, Update
@@ -46,11 +46,9 @@ class _Published:
 class Scaling(Worker):
     """A thread that checks inspections as their runs progress."""
 
-    def __init__(
-        self, inspections: InspectionStore, tracks: Tracks, corrections: Corrections
-    ) -> None:
+    def __init__(self, store: CorrectionStore, tracks: Tracks, corrections: Corrections) -> None:
         super().__init__("scaling", stop_timeout_s=_STOP_TIMEOUT_S)
-        self._inspections = inspections
+        self._store = store
         self._tracks = tracks
         self._corrections = corrections
         self._due: dict[str, str] = {}
@@ -114,7 +112,7 @@ class Scaling(Worker):
             del self._published[inspection_id]
 
     def _recorded(self, inspection_id: str) -> _Published:
-        last = self._inspections.last_rescaled(inspection_id)
+        last = self._store.last_rescaled(inspection_id)
         scale = None if last is None else dict(last)
         return _Published(self._corrections.revision(inspection_id), scale)
 

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import IO, Any, Literal
 
 from app.reports.bundle.signing import Signer
-from app.survey.adjustment import Adjusted, ExpectedJoint, FittedJoint
+from app.survey.adjustment.adjusted_track import Adjusted
+from app.survey.adjustment.joints import ExpectedJoint, FittedJoint
 from app.survey.catalogue.table import Code
 from app.survey.checks import Issue
 from app.survey.corrected import Corrected

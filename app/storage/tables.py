@@ -105,6 +105,10 @@ class Inspection(Base):
         """Whether this server has the film, or is recording it."""
         return self.video_file != ""
 
+    def editable(self) -> dict[str, Any]:
+        """Return what people edit; its version guards against changes of others."""
+        return {"name": self.name, "header": self.header}
+
 
 class ObservationRow(Base):
     """A row of `app.survey.records.Observation`."""
@@ -183,6 +187,27 @@ class EventRow(Base):
     before: Mapped[dict[str, Any] | None]
     after: Mapped[dict[str, Any] | None]
     remark: Mapped[str | None] = mapped_column(Text)
+
+    @classmethod
+    def now(
+        cls,
+        inspection: Inspection,
+        action: str,
+        who: str,
+        before: dict[str, Any] | None,
+        after: dict[str, Any] | None,
+        remark: str | None = None,
+    ) -> EventRow:
+        """Make the row of a present change of an inspection as a whole."""
+        return cls(
+            inspection_id=inspection.id,
+            action=action,
+            who=who,
+            at=datetime.now(UTC),
+            before=before,
+            after=after,
+            remark=remark,
+        )
 
     @classmethod
     def of(cls, event: Event) -> EventRow:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from app.survey.adjustment import Adjusted, Refusal
+from app.survey.adjustment.adjusted_track import Adjusted, Refusal
 from app.survey.interval import half_width_m
 from app.survey.notices import notices_of
 from app.survey.rounding import metres, rounded

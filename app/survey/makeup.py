@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from app.survey.adjustment import Adjusted
+from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.interval import U95, half_width_m
 from vo_core import Track
 from vo_core.errors import InvalidCorrection, InvalidRig

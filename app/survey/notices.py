@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Literal
 
-from app.survey.adjustment import Adjusted
+from app.survey.adjustment.adjusted_track import Adjusted
 from vo_core import Rig
 from vo_core.geometry.tilt import MountTilt
 

@@ -10,7 +10,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from app.survey.adjustment import Adjusted, NearJoint, Source
+from app.survey.adjustment.adjusted_track import Adjusted, Source
+from app.survey.adjustment.joints import NearJoint
 from app.survey.interval import half_width_m
 from app.survey.records import Observation
 from app.survey.tag import Tag

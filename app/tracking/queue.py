@@ -28,7 +28,8 @@ from app.jobs.messages import (
 from app.jobs.process import Child, describe_exit
 from app.logs import about
 from app.storage.files import DataFolder
-from app.storage.inspections import InspectionStore, Outcome
+from app.storage.inspections import InspectionStore
+from app.storage.runs import Outcome, RunStore
 from app.storage.tables import ENDED, Inspection
 from app.tracking.journal import Journal, Resumption
 from app.tracking.live import Live, Progress
@@ -60,6 +61,7 @@ class Tracking:
     def __init__(
         self,
         inspections: InspectionStore,
+        store: RunStore,
         folder: DataFolder,
         tracks: Tracks,
         unrolled: Unrolled,
@@ -72,6 +74,7 @@ class Tracking:
         pace: float | None,
     ) -> None:
         self._inspections = inspections
+        self._store = store
         self._folder = folder
         self._tracks = tracks
         self._unrolled = unrolled
@@ -90,7 +93,7 @@ class Tracking:
 
     def start(self) -> None:
         """Queue again what was running when the server ended, and start."""
-        interrupted = self._inspections.queue_interrupted()
+        interrupted = self._store.queue_interrupted()
         if interrupted:
             logger.info("%d interrupted inspections continue.", interrupted)
         for thread in self._threads:
@@ -124,7 +127,7 @@ class Tracking:
         if run is not None:
             run.ended.wait(run.patience_s)
             return
-        status = self._inspections.cancel_unless_ended(inspection_id)
+        status = self._store.cancel_unless_ended(inspection_id)
         if status in ENDED and status != "cancelled":
             raise NotRunning(f"The inspection is {status}; there is nothing to stop.")
         self._live.publish(inspection_id, "cancelled", Progress(0, None, None, None))
@@ -137,7 +140,7 @@ class Tracking:
             NothingRecorded: There is no video to track.
         """
         self.require_film(self._inspections.get(inspection_id))
-        self._inspections.queue_again(inspection_id)
+        self._store.queue_again(inspection_id)
         self.queued(inspection_id)
 
     def require_film(self, row: Inspection) -> None:
@@ -187,7 +190,7 @@ class Tracking:
         """Wait for the oldest queued inspection; None when the server stops."""
         with self._changed:
             while not self._stopping:
-                inspection = self._inspections.claim_oldest_queued()
+                inspection = self._store.claim_oldest_queued()
                 if inspection is not None:
                     run = Run(inspection)
                     self._runs.add(run)
@@ -213,7 +216,7 @@ class Tracking:
 
     def _keep(self, run: Run, outcome: Outcome) -> None:
         self._tracks.finish(run.inspection.id, track_metadata(run.inspection))
-        self._inspections.record_outcome(
+        self._store.record_outcome(
             run.inspection.id, outcome, frames_done=run.frames_done, fps=run.fps, last=run.last
         )
 

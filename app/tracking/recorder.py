@@ -41,7 +41,8 @@ from app.jobs.process import Child, describe_exit
 from app.logs import about
 from app.settings import MIB
 from app.storage.files import DataFolder, sha256_of, sync_folder
-from app.storage.inspections import InspectionStore, Outcome
+from app.storage.inspections import InspectionStore
+from app.storage.runs import Outcome, RunStore
 from app.storage.tables import Inspection
 from app.tracking.cameras import LiveSource
 from app.tracking.live import CameraStatus, Live, Progress
@@ -103,6 +104,7 @@ class Recorder:
     def __init__(
         self,
         inspections: InspectionStore,
+        store: RunStore,
         folder: DataFolder,
         tracks: Tracks,
         runs: Runs,
@@ -113,6 +115,7 @@ class Recorder:
         reserve_bytes: int,
     ) -> None:
         self._inspections = inspections
+        self._store = store
         self._folder = folder
         self._tracks = tracks
         self._runs = runs
@@ -131,7 +134,7 @@ class Recorder:
 
     def start(self) -> None:
         """Recover the recordings that were open when the server ended."""
-        for inspection in self._inspections.interrupted_recordings():
+        for inspection in self._store.interrupted_recordings():
             self._in_thread(self._recover, inspection, inspection.id)
 
     def stop(self) -> None:
@@ -349,7 +352,7 @@ class Recorder:
             self._queue(inspection, _UNTRACKED)
         else:
             self._tracks.finish(inspection.id, track_metadata(self._inspections.get(inspection.id)))
-            self._inspections.record_outcome(
+            self._store.record_outcome(
                 inspection.id, outcome, frames_done=run.frames_done, fps=run.fps, last=run.last
             )
             logger.info(
@@ -368,9 +371,7 @@ class Recorder:
         if not self._folder.recording(inspection.id).exists():
             detail = "The server ended before anything was recorded."
             outcome = Outcome("failed", "nothing_recorded", detail)
-            self._inspections.record_outcome(
-                inspection.id, outcome, frames_done=0, fps=None, last=None
-            )
+            self._store.record_outcome(inspection.id, outcome, frames_done=0, fps=None, last=None)
         else:
             self._queue(inspection, AFTER_A_CRASH)
         if old is not None:
@@ -378,7 +379,7 @@ class Recorder:
 
     def _queue(self, inspection: Inspection, warning: str) -> None:
         self._tracks.forget(inspection.id)
-        self._inspections.queue_recording(inspection.id, warning)
+        self._store.queue_recording(inspection.id, warning)
         self._live.publish(inspection.id, "queued", Progress(0, None, None, None))
         self._tracking.wake()
 
@@ -401,7 +402,7 @@ class Recorder:
         left_out = [m for m in self._tracks.marks(inspection.id) if m.kind == "left_out"]
         columns["frames"] += len(left_out)  # dropped frames have numbers too
         sync_folder(video.parent)
-        self._inspections.record_video(
+        self._store.record_video(
             inspection.id, video.name, columns, video.stat().st_size, sha256_of(video)
         )
         return recording if video == mp4 else None

@@ -14,7 +14,7 @@ from app.inspections.corrections import Corrections
 from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations, rig_of
 from app.inspections.packs import Packs
-from app.survey.adjustment import Adjusted
+from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.catalogue.table import Code, CodeTable
 from app.survey.place import ObservationView
 from app.survey.rounding import metres

@@ -9,7 +9,7 @@ from typing import Any
 from app.reports.content.words import words_of
 from app.reports.pdf.text import one_line
 from app.reports.report import Entry, Language, Report, Units
-from app.survey.adjustment import Refusal
+from app.survey.adjustment.adjusted_track import Refusal
 from app.survey.checks import Issue
 from app.survey.interval import half_width_text
 from app.survey.rounding import decimals

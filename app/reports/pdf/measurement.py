@@ -16,7 +16,9 @@ from app.reports.pdf.flow import Column, Figure, Grid, Heading, note, pairs
 from app.reports.pdf.styles import INK, RULE, SOFT, TINY, WASH, WIDTH
 from app.reports.pdf.text import draw
 from app.reports.report import Report
-from app.survey.adjustment import CLASS_FLOOR_MM, Adjusted, FittedJoint
+from app.survey.adjustment.adjusted_track import Adjusted
+from app.survey.adjustment.distance_class import CLASS_FLOOR_MM
+from app.survey.adjustment.joints import FittedJoint
 from app.survey.catalogue.header import number_of
 from app.survey.interval import LEAST_M, U95, half_width_m
 from app.survey.makeup import makeup_of

@@ -64,11 +64,11 @@ def create(
     """
     services.packs.require(body.header)
     if isinstance(body.source, LiveSource):
-        inspection_id = services.inspections.create_live(
+        inspection_id = services.films.create_live(
             body.name, body.source.url, body.rig, body.header, principal.name
         )
     else:
-        inspection_id = services.inspections.create_from_upload(
+        inspection_id = services.films.create_from_upload(
             body.name, body.source.upload_id, body.rig, body.header, principal.name
         )
     response.headers["Location"] = f"/api/inspections/{inspection_id}"
@@ -154,9 +154,9 @@ def track_with(
     tasks: BackgroundTasks,
 ) -> InspectionOut:
     """Track all frames again with this rig; tags, photos and corrections stay at their frames."""
-    view = services.inspections.track_with(inspection_id, body.rig, principal.name)
+    services.films.track_with(inspection_id, body.rig, principal.name)
     tasks.add_task(services.scenes.redraw, inspection_id)
-    return InspectionOut.of(view)
+    return InspectionOut.of(services.inspections.get(inspection_id))
 
 
 @router.post(
@@ -172,8 +172,8 @@ def record_on(
     inspection_id: InspectionId, body: ContinueIn, services: ServicesDep, principal: PrincipalDep
 ) -> InspectionOut:
     """Continue the recording of a camera as the next part of the same inspection."""
-    view = services.inspections.record_on(inspection_id, body.url, body.robot, principal.name)
-    return InspectionOut.of(view)
+    services.films.record_on(inspection_id, body.url, body.robot, principal.name)
+    return InspectionOut.of(services.inspections.get(inspection_id))
 
 
 @router.post("/{inspection_id}/finish", responses=failures(InspectionNotFound, OpenStretches))
@@ -183,10 +183,10 @@ def finish(
     inspection_id: InspectionId, body: FinishIn, services: ServicesDep, principal: PrincipalDep
 ) -> InspectionOut:
     """State how the run ended; a live inspection ends with it."""
-    view = services.inspections.finish(
+    services.films.finish(
         inspection_id, principal.name, body.end_condition, body.abandon_reason, body.known_length_m
     )
-    return InspectionOut.of(view)
+    return InspectionOut.of(services.inspections.get(inspection_id))
 
 
 @router.get(

@@ -14,7 +14,7 @@ from reports import AT, report, track_of
 from app.errors import InvalidImport
 from app.imports.chainage_json import is_chainage_json, read
 from app.reports.exchange.chainage_json import write
-from app.survey.adjustment import adjust
+from app.survey.adjustment.adjust import adjust
 from app.survey.corrected import Corrected
 from app.survey.records import Event
 from app.survey.stated import Joints, Length, Mark, Stated, Zero

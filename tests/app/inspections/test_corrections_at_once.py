@@ -14,9 +14,10 @@ from reports import track_of
 
 from app.errors import ChangedMeanwhile
 from app.inspections.corrections import Corrections
+from app.storage.corrections import CorrectionStore, Rescaling
 from app.storage.database import Database
 from app.storage.files import DataFolder, Places
-from app.storage.inspections import InspectionStore, Rescaling
+from app.storage.inspections import InspectionStore
 from app.storage.tables import Inspection
 from app.survey.stated import Joints, RigSigma, Stated, Zero
 from app.survey.track_rows import estimate_at
@@ -30,7 +31,7 @@ RAW = track_of(1.0, ROWS)
 
 
 @pytest.fixture
-def store(tmp_path: Path) -> Iterator[InspectionStore]:
+def database(tmp_path: Path) -> Iterator[Database]:
     folder = DataFolder(tmp_path, reserve_bytes=0)
     with closing(folder), closing(Database(folder.database)) as database:
         now = datetime.now(UTC)
@@ -39,18 +40,22 @@ def store(tmp_path: Path) -> Iterator[InspectionStore]:
             source_filename="a.mp4", source_size=1, source_sha256="0" * 64, video_file="video.mp4",
             video={}, frames_done=ROWS, created_at=now, queued_at=now,
         )  # fmt: skip
-        store = InspectionStore(database)
-        store.add(row, "Ali")
+        InspectionStore(database).add(row, "Ali")
         folder.inspection(ID).mkdir(parents=True)
-        yield store
+        yield database
 
 
 @pytest.fixture
-def corrections(store: InspectionStore, tmp_path: Path) -> Corrections:
+def store(database: Database) -> CorrectionStore:
+    return CorrectionStore(database)
+
+
+@pytest.fixture
+def corrections(database: Database, store: CorrectionStore, tmp_path: Path) -> Corrections:
     tracks = Tracks(Places(tmp_path))
     tracks.begin(ID)
     tracks.append(ID, (estimate_at(RAW, n) for n in range(ROWS)))
-    return Corrections(store, tracks, Live())
+    return Corrections(InspectionStore(database), store, tracks, Live())
 
 
 def with_zero(stated: Stated) -> Stated:
@@ -97,7 +102,7 @@ def test_a_change_of_another_version_is_refused_with_both(corrections: Correctio
 
 
 def test_a_scale_that_was_found_does_not_hide_what_is_stated_meanwhile(
-    corrections: Corrections, store: InspectionStore, monkeypatch: pytest.MonkeyPatch
+    corrections: Corrections, store: CorrectionStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     corrections.newest(ID)
     rescale, off = store.rescale, Stated(joints=Joints(use=False))

@@ -14,7 +14,7 @@ from textures import make_rig
 
 from app.errors import IncompleteWallPoint
 from app.inspections.picking import SeenAt, WallPlace, seen_best
-from app.survey.adjustment import adjust
+from app.survey.adjustment.adjust import adjust
 from app.survey.place import Course, wall_under
 from app.survey.stated import Length, Stated
 from vo_core import Rig, Track

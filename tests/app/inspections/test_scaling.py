@@ -15,9 +15,11 @@ from reports import track_of
 
 from app.inspections.corrections import Corrections
 from app.inspections.scaling import WHO, Scaling
+from app.storage.corrections import CorrectionStore
 from app.storage.database import Database
 from app.storage.files import DataFolder
-from app.storage.inspections import InspectionStore, Outcome
+from app.storage.inspections import InspectionStore
+from app.storage.runs import Outcome, RunStore
 from app.storage.tables import Inspection
 from app.survey.records import RESCALED
 from app.survey.stated import Joints, Stated
@@ -37,7 +39,9 @@ AT_MM = SEGMENT_MM / TRUE_SCALE * np.arange(1, 8)
 class Bench:
     """The services of a run, and the events that they publish."""
 
-    store: InspectionStore
+    inspections: InspectionStore
+    runs: RunStore
+    store: CorrectionStore
     tracks: Tracks
     corrections: Corrections
     live: Live
@@ -60,12 +64,12 @@ class Bench:
     def end(self) -> None:
         """It is done."""
         self.tracks.finish(ID, {})
-        self.store.record_outcome(ID, Outcome("done"), frames_done=ROWS, fps=None, last=None)
+        self.runs.record_outcome(ID, Outcome("done"), frames_done=ROWS, fps=None, last=None)
         self.live.publish(ID, "done", Progress(ROWS, ROWS, None, None))
 
     def rescaled(self) -> list[dict[str, object]]:
         """What the record has of it, the oldest first."""
-        events = self.store.events(ID)
+        events = self.inspections.events(ID)
         assert {event.who for event in events if event.action == RESCALED} <= {WHO}
         return [
             {"before": event.before, "after": event.after, "remark": event.remark}
@@ -80,8 +84,9 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
     rig["pipe"]["segment_length_mm"] = SEGMENT_MM
     folder = DataFolder(tmp_path, reserve_bytes=0)
     with closing(folder), closing(Database(folder.database)) as database:
-        store, live, tracks = InspectionStore(database), Live(), Tracks(folder)
-        corrections = Corrections(store, tracks, live)
+        inspections, store = InspectionStore(database), CorrectionStore(database)
+        live, tracks = Live(), Tracks(folder)
+        corrections = Corrections(inspections, store, tracks, live)
         scaling = Scaling(store, tracks, corrections)
         now = datetime.now(UTC)
         row = Inspection(
@@ -89,13 +94,13 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
             source_filename="a.mp4", source_size=1, source_sha256="0" * 64, video_file="video.mp4",
             video={}, frames_done=0, created_at=now, queued_at=now,
         )  # fmt: skip
-        store.add(row, "Ali")
+        inspections.add(row, "Ali")
         folder.inspection(ID).mkdir(parents=True)
         tracks.begin(ID)
         heard: list[Event] = []
         with live.listening(None, scaling.on_event), live.listening(ID, heard.append):
             scaling.start()
-            yield Bench(store, tracks, corrections, live, heard)
+            yield Bench(inspections, RunStore(database), store, tracks, corrections, live, heard)
             scaling.stop()
 
 

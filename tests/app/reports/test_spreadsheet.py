@@ -12,7 +12,7 @@ from reports import AT, OBSERVATIONS, report, track_of
 
 from app.reports.tables.spreadsheet import write
 from app.reports.tables.table import COLUMNS, DICTIONARY, rows
-from app.survey.adjustment import adjust
+from app.survey.adjustment.adjust import adjust
 from app.survey.corrected import Corrected
 from app.survey.interval import half_width_m
 from app.survey.records import Event

@@ -169,8 +169,8 @@ def test_an_operator_can_import_a_file_of_the_machine(tmp_path: Path) -> None:
 
     video = make_clip(tmp_path / "sample.mp4", 30)
     with serving(tmp_path / "data") as client:
-        inspections = client.server.app.state.services.inspections
-        name = inspections.import_video(video, Rig.parse(clip_rig()), "Sample", {"asset_id": "S"})
+        films = client.server.app.state.services.films
+        name = films.import_video(video, Rig.parse(clip_rig()), "Sample", {"asset_id": "S"})
         inspection = client.wait(name)
         assert (inspection["name"], inspection["status"]) == ("Sample", "done")
     assert video.exists()

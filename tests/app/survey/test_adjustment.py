@@ -10,7 +10,8 @@ from builders import clip_rig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.survey.adjustment import Adjusted, adjust
+from app.survey.adjustment.adjust import adjust
+from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.corrected import Corrected, result_of
 from app.survey.stated import Joints, LeftOut, Length, Mark, RigSigma, Stated, Zero
 from app.survey.track_rows import estimate_at, since

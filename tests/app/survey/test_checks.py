@@ -12,7 +12,7 @@ import pytest
 from builders import STEP_MM, clip_rig
 from tracks import look, straight_track
 
-from app.survey.adjustment import adjust
+from app.survey.adjustment.adjust import adjust
 from app.survey.catalogue import built_in
 from app.survey.checks import Case, Issue, run
 from app.survey.corrected import Corrected

@@ -7,7 +7,7 @@ import pytest
 from builders import clip_rig
 from reports import track_of
 
-from app.survey.adjustment import adjust
+from app.survey.adjustment.adjust import adjust
 from app.survey.interval import U95
 from app.survey.makeup import Makeup, makeup_of
 from app.survey.stated import Length, RigSigma, Stated, Zero

@@ -11,7 +11,8 @@ from reports import track_of
 from textures import make_rig
 
 from app.lab.simulation import SCENARIOS, Scenario, render
-from app.survey.adjustment import Adjusted, adjust
+from app.survey.adjustment.adjust import adjust
+from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.notices import notices_of
 from app.survey.stated import Stated
 from vo_core import Odometry, Rig

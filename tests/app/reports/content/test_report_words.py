@@ -10,7 +10,7 @@ from app.reports.content.translator import Translator
 from app.reports.content.words import words_of
 from app.reports.pdf.measurement import COMPLAINTS
 from app.survey import checks
-from app.survey.adjustment import Refusal
+from app.survey.adjustment.adjusted_track import Refusal
 from app.survey.catalogue.header import FIELDS
 from vo_core.image.health import Health, complaints
 

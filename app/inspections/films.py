@@ -1,0 +1,338 @@
+"""The films of inspections: uploaded, recorded, continued, ended, and tracked with another rig."""
+
+from __future__ import annotations
+
+import json
+import logging
+import secrets
+import shutil
+import threading
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from app.errors import (
+    DiskFull,
+    LiveSourceRefused,
+    NotAllTracked,
+    NothingRecorded,
+    OpenStretches,
+    StillRunning,
+)
+from app.inspections.corrections import Corrections
+from app.inspections.inspections import Inspections
+from app.inspections.uploads import Uploads
+from app.jobs import parts
+from app.jobs.parts import Between, Mark
+from app.settings import MIB
+from app.storage.files import (
+    RECORDING,
+    DataFolder,
+    copy_durably,
+    move_durably,
+    sha256_of,
+    sync_folder,
+    write_durably,
+)
+from app.storage.inspections import InspectionStore
+from app.storage.observations import ObservationStore
+from app.storage.runs import RunStore
+from app.storage.tables import ENDED, Inspection
+from app.survey.stretches import open_stretches
+from app.tracking.cameras import Sources
+from app.tracking.media import Media
+from app.tracking.queue import Tracking
+from app.tracking.recorder import Recorder
+from app.tracking.tracks import Tracks
+from app.tracking.videos import file_name, unrecorded_columns, video_columns
+from vo_core import Rig
+from vo_core.geometry.rectify import require_wall_in_view
+
+logger = logging.getLogger(__name__)
+
+_LEAST_ROOM_TO_RECORD = 64 * MIB
+
+
+class Films:
+    """Makes an inspection of each new film, and a further run of an existing one."""
+
+    def __init__(
+        self,
+        inspections: Inspections,
+        store: InspectionStore,
+        run_store: RunStore,
+        folder: DataFolder,
+        media: Media,
+        uploads: Uploads,
+        tracks: Tracks,
+        corrections: Corrections,
+        tracking: Tracking,
+        sources: Sources,
+        recorder: Recorder,
+        observations: ObservationStore,
+    ) -> None:
+        self._inspections = inspections
+        self._store = store
+        self._run_store = run_store
+        self._folder = folder
+        self._media = media
+        self._uploads = uploads
+        self._tracks = tracks
+        self._corrections = corrections
+        self._tracking = tracking
+        self._sources = sources
+        self._recorder = recorder
+        self._observations = observations
+        self._recording_on = threading.Lock()
+
+    def create_from_upload(
+        self,
+        name: str,
+        upload_id: str,
+        rig: Mapping[str, Any],
+        header: Mapping[str, Any],
+        who: str,
+    ) -> str:
+        """Make an inspection of a complete upload, queue it and return its id.
+
+        If that fails, the upload stays for another try.
+
+        Raises:
+            UploadNotFound, UploadIncomplete, UploadBusy: There is no complete file.
+            InvalidRig: The text names field, value and the allowed values.
+            UnreadableVideo: The file is not a video that can be tracked.
+            RigVideoMismatch: The rig's camera has another picture size.
+        """
+        checked = Rig.parse(dict(rig))
+        require_wall_in_view(checked)
+        with self._uploads.take(upload_id) as (path, info):
+            return self._create(name, path, info.filename, checked, header, who)
+
+    def import_video(
+        self, path: Path, rig: Rig, name: str, header: Mapping[str, Any] | None = None
+    ) -> str:
+        """Copy a video file of this machine into a new inspection, queue it and return its id.
+
+        Raises:
+            UnreadableVideo: The file is not a video that can be tracked.
+            RigVideoMismatch: The rig's camera has another picture size.
+        """
+        self._folder.require_room(path.stat().st_size)
+        copy = self._folder.inspections / f"{secrets.token_hex(16)}.import"
+        try:
+            copy_durably(path, copy)  # the media process reads nothing outside the data folder
+            return self._create(name, copy, path.name, rig, header or {}, "chainage")
+        finally:
+            copy.unlink(missing_ok=True)
+
+    def _create(
+        self,
+        name: str,
+        source: Path,
+        filename: str,
+        rig: Rig,
+        header: Mapping[str, Any],
+        who: str,
+    ) -> str:
+        probed = self._media.probe(source, filename)
+        rig.require_picture_size(probed.width, probed.height)
+        inspection = _new_inspection(
+            name,
+            rig,
+            header,
+            status="queued",
+            source_kind="upload",
+            source_filename=filename,
+            source_size=source.stat().st_size,
+            source_sha256=sha256_of(source),
+            video_file=file_name(probed),
+            video=video_columns(probed),
+        )
+        video = self._folder.inspection(inspection.id) / inspection.video_file
+        try:
+            self._make_place(inspection)
+            move_durably(source, video)
+            self._store.add(inspection, who)
+        except (OSError, DiskFull):
+            if not source.exists():
+                move_durably(video, source)
+            shutil.rmtree(video.parent, ignore_errors=True)
+            raise
+        logger.info("Inspection %s (%s) made from %s.", inspection.id, name, filename)
+        self._tracking.wake()
+        return inspection.id
+
+    def create_live(
+        self,
+        name: str,
+        url: str,
+        rig: Mapping[str, Any],
+        header: Mapping[str, Any],
+        who: str,
+    ) -> str:
+        """Make an inspection of a live source, record and track it at once, and return its id.
+
+        Raises:
+            InvalidRig: The text names field, value and the allowed values.
+            LiveSourceRefused: The server does not open this source.
+            DiskFull: There is no room for a recording.
+        """
+        checked = Rig.parse(dict(rig))
+        require_wall_in_view(checked)
+        width, height = checked.camera.width, checked.camera.height
+        source = self._sources.resolve(url, (width, height))
+        self._folder.require_room(_LEAST_ROOM_TO_RECORD)
+        inspection = _new_inspection(
+            name,
+            checked,
+            header,
+            status="running",
+            source_kind="live",
+            source_filename=source.shown,
+            source_size=0,
+            source_sha256="",
+            video_file=RECORDING,
+            video=unrecorded_columns(width, height),
+        )
+        try:
+            self._make_place(inspection)
+            self._store.add(inspection, who)
+        except (OSError, DiskFull):
+            shutil.rmtree(self._folder.inspection(inspection.id), ignore_errors=True)
+            raise
+        logger.info("Inspection %s (%s) made from %s.", inspection.id, name, source.shown)
+        self._recorder.begin(inspection, source)
+        return inspection.id
+
+    def _make_place(self, inspection: Inspection) -> None:
+        """Make the inspection's folder, with the rig."""
+        place = self._folder.inspection(inspection.id)
+        place.mkdir()
+        sync_folder(place.parent)
+        write_durably(place / "rig.json", json.dumps(inspection.rig, indent=2).encode())
+
+    def record_on(self, inspection_id: str, url: str, between: Between, who: str) -> None:
+        """Continue the recording of a camera as its next part; every frame keeps its number.
+
+        Args:
+            inspection_id: A live inspection that has ended.
+            url: The camera, possibly at a new address.
+            between: The robot's movement since then.
+            who: Name for the history.
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            StillRunning: It is queued or running.
+            NothingRecorded: The inspection never was live, or has no film.
+            NotAllTracked: The track ends before the film.
+            LiveSourceRefused: The server does not open this source, or the source has an end.
+            DiskFull: There is no room for another part.
+            MediaFailed: The film cannot be converted into a recording.
+        """
+        with self._recording_on:  # the film becomes a recording once only
+            self._record_on(self._inspections.row(inspection_id), url, between, who)
+
+    def _record_on(self, row: Inspection, url: str, between: Between, who: str) -> None:
+        inspection_id = row.id
+        if row.status not in ENDED:
+            raise StillRunning(f"The inspection is {row.status}; stop it first.")
+        if row.source_kind != "live":
+            raise NothingRecorded("Only a recording of a camera can be continued.")
+        self._tracking.require_film(row)
+        track = self._tracks.get(inspection_id)
+        if not len(track) or len(track) != row.video.get("frames"):
+            raise NotAllTracked("The film was not tracked to its end; track it again first.")
+        size_wh = row.video["width"], row.video["height"]
+        source = self._sources.resolve(url, size_wh)
+        if source.camera.kind == "file":
+            raise LiveSourceRefused(
+                "A recorder's file is a separate film and cannot be the next part."
+            )
+        self._folder.require_room(_LEAST_ROOM_TO_RECORD)
+        video, recording = self._inspections.video_path(row), self._folder.recording(inspection_id)
+        if video != recording:
+            self._recorder.reopen(video, recording)
+        parts.append(
+            self._folder.marks(inspection_id), [Mark(len(track), float(track.time_s[-1]), between)]
+        )
+        values = {
+            "source_filename": source.shown,
+            "video_file": RECORDING,
+            "video": unrecorded_columns(*size_wh),
+        }
+        try:
+            row = self._run_store.record_on(inspection_id, who, between, values)
+        except DiskFull:
+            if video != recording:
+                recording.unlink()
+            raise
+        if video != recording:
+            video.unlink()
+        logger.info("Inspection %s is continued by %s.", inspection_id, who)
+        self._recorder.begin(row, source, between)
+
+    def finish(
+        self,
+        inspection_id: str,
+        who: str,
+        end_condition: str,
+        abandon_reason: str | None,
+        known_length_m: float | None,
+    ) -> None:
+        """State how the run ended; a live inspection ends and can then be reviewed.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            OpenStretches: A stretch has no finish; the text names it.
+        """
+        self._inspections.row(inspection_id)  # raises unless it exists
+        still_open = open_stretches(self._observations.listed(inspection_id))
+        if still_open:
+            raise OpenStretches(
+                f"Started and not finished: {', '.join(still_open)}. Finish them first."
+            )
+        stated: dict[str, Any] = {"end_condition": end_condition}
+        if abandon_reason is not None:
+            stated["abandon_reason"] = abandon_reason
+        if known_length_m is not None:
+            stated["known_length_m"] = known_length_m
+        self._store.finish(inspection_id, who, stated)
+        self._recorder.finish(inspection_id)
+
+    def track_with(self, inspection_id: str, rig: Mapping[str, Any], who: str) -> None:
+        """Track all frames again, with this rig; tags stay.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            StillRunning: It is queued or running.
+            NothingRecorded: There is no film.
+            InvalidRig: The text names field, value and the allowed values.
+            RigVideoMismatch: The rig's camera has another picture size.
+        """
+        row = self._inspections.row(inspection_id)
+        checked = Rig.parse(dict(rig))
+        require_wall_in_view(checked)
+        checked.require_picture_size(row.video["width"], row.video["height"])
+        self._tracking.require_film(row)
+        stated = checked.model_dump(mode="json")
+        self._run_store.change_rig(inspection_id, who, stated)
+        write_durably(
+            self._folder.inspection(inspection_id) / "rig.json",
+            json.dumps(stated, indent=2).encode(),
+        )
+        self._corrections.forget(inspection_id)
+        self._tracking.queued(inspection_id)
+        logger.info("Inspection %s is tracked again for %s.", inspection_id, who)
+
+
+def _new_inspection(name: str, rig: Rig, header: Mapping[str, Any], **source: Any) -> Inspection:
+    return Inspection(
+        id=secrets.token_hex(16),
+        name=name,
+        rig=rig.model_dump(mode="json"),
+        header=dict(header),
+        frames_done=0,
+        created_at=datetime.now(UTC),
+        queued_at=datetime.now(UTC),
+        **source,
+    )

@@ -1,0 +1,269 @@
+"""Runs in the database: the queue of films, the recordings, and how each run ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import and_, select, update
+from sqlalchemy.orm import Session
+
+from app.errors import StillRunning
+from app.storage.database import Database
+from app.storage.inspections import existing
+from app.storage.tables import ENDED, EventRow, Inspection, ObservationRow
+from app.survey.records import RIG_CHANGED
+from vo_core.track import Estimate
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The result of tracking an inspection."""
+
+    status: str
+    """done, failed or cancelled."""
+    error_code: str | None = None
+    error_detail: str | None = None
+    warning: str | None = None
+
+
+class RunStore:
+    """Queues, claims and ends runs; it returns detached rows."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    def queue_interrupted(self) -> int:
+        """Queue again the inspections that were being tracked when the server ended; return their
+        number.
+
+        Recordings must be finalised first: see `interrupted_recordings`.
+        """
+
+        def queue(session: Session) -> int:
+            rows = session.scalars(select(Inspection).where(_IS_TRACKED)).all()
+            for row in rows:
+                row.status = "queued"
+            return len(rows)
+
+        return self._database.write(queue)
+
+    def interrupted_recordings(self) -> list[Inspection]:
+        """Return the inspections that were being recorded when the server ended."""
+        with self._database.read() as session:
+            query = select(Inspection).where(
+                Inspection.status == "running", Inspection.source_sha256 == ""
+            )
+            return list(session.scalars(query))
+
+    def claim_oldest_queued(self) -> Inspection | None:
+        """Set the oldest queued inspection to `running`; None if there is none."""
+        with self._database.read() as session:
+            if session.scalar(_OLDEST_QUEUED) is None:
+                return None  # read first, as a write costs a sync of the disk
+
+        def claim(session: Session) -> Inspection | None:
+            inspection_id = session.scalar(_OLDEST_QUEUED)
+            row = session.get(Inspection, inspection_id) if inspection_id else None
+            if row is not None:
+                row.status = "running"
+            return row
+
+        return self._database.write(claim)
+
+    def cancel_unless_ended(self, inspection_id: str) -> str:
+        """Set an inspection that is not running to `cancelled`; return its previous status.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+        """
+
+        def cancel(session: Session) -> str:
+            row = existing(session, inspection_id)
+            before = row.status
+            if before not in ENDED:
+                row.status = "cancelled"
+                row.finished_at = datetime.now(UTC)
+            return before
+
+        return self._database.write(cancel)
+
+    def queue_again(self, inspection_id: str) -> None:
+        """Queue an ended inspection as if it were new.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            StillRunning: The inspection is queued or running.
+        """
+
+        def queue(session: Session) -> None:
+            row = existing(session, inspection_id)
+            _queue_again(session, row)
+
+        self._database.write(queue)
+
+    def change_rig(self, inspection_id: str, who: str, rig: Mapping[str, Any]) -> None:
+        """Queue an ended inspection again with this rig; record the differences as event
+        "rig_changed".
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            StillRunning: The inspection is queued or running.
+        """
+
+        def apply(session: Session) -> None:
+            row = existing(session, inspection_id)
+            _queue_again(session, row)
+            before, after = _differences(_flat(row.rig), _flat(rig))
+            if after != before:
+                row.rig = dict(rig)
+                row.revision += 1
+                session.add(EventRow.now(row, RIG_CHANGED, who, before, after))
+
+        self._database.write(apply)
+
+    def queue_recording(self, inspection_id: str, warning: str) -> None:
+        """Queue a finalised recording to be tracked as a file; `warning` says why.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+        """
+
+        def queue(session: Session) -> None:
+            row = existing(session, inspection_id)
+            row.status, row.warning = "queued", warning
+            row.queued_at = datetime.now(UTC)
+
+        self._database.write(queue)
+
+    def record_on(
+        self, inspection_id: str, who: str, between: str, values: Mapping[str, Any]
+    ) -> Inspection:
+        """Continue an ended recording as the event "continued"; its end is withdrawn.
+
+        Args:
+            inspection_id: The inspection.
+            who: Name for the history.
+            between: The robot's movement between the parts.
+            values: Its columns, as for a recording that has not ended.
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            StillRunning: The inspection is queued or running.
+        """
+
+        def apply(session: Session) -> Inspection:
+            row = existing(session, inspection_id)
+            _require_ended(row)
+            before = row.editable()
+            row.header = {
+                name: value
+                for name, value in row.header.items()
+                if name not in ("end_condition", "abandon_reason")
+            }
+            for name, value in values.items():
+                setattr(row, name, value)
+            row.status = "running"
+            row.source_sha256 = ""
+            row.finished_at = None
+            row.error_code = row.error_detail = row.warning = None
+            row.corrected_mm = row.sigma_corrected_mm = None
+            after = {**row.editable(), "robot": between}
+            session.add(EventRow.now(row, "continued", who, before, after))
+            return row
+
+        return self._database.write(apply)
+
+    def record_video(
+        self, inspection_id: str, video_file: str, video: Mapping[str, Any], size: int, sha256: str
+    ) -> None:
+        """Store the video that a recording became.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+        """
+
+        def record(session: Session) -> None:
+            row = existing(session, inspection_id)
+            row.video_file, row.video = video_file, dict(video)
+            row.source_size, row.source_sha256 = size, sha256
+
+        self._database.write(record)
+
+    def record_outcome(
+        self,
+        inspection_id: str,
+        outcome: Outcome,
+        *,
+        frames_done: int,
+        fps: float | None,
+        last: Estimate | None,
+    ) -> None:
+        """Store the result of a run, its number of frames and the place of the last tracked frame.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+        """
+
+        def record(session: Session) -> None:
+            row = existing(session, inspection_id)
+            row.status = outcome.status
+            row.error_code = outcome.error_code
+            row.error_detail = outcome.error_detail
+            # A queued recording keeps the warning that says why it was queued.
+            row.warning = " ".join(filter(None, (row.warning, outcome.warning))) or None
+            row.frames_done = frames_done
+            row.fps = fps
+            row.finished_at = datetime.now(UTC)
+            if last is not None:
+                row.distance_mm = last.distance_mm
+                row.sigma_distance_mm = last.sigma_distance_mm
+
+        self._database.write(record)
+
+
+_IS_TRACKED = and_(Inspection.status == "running", Inspection.source_sha256 != "")
+_OLDEST_QUEUED = (
+    select(Inspection.id)
+    .where(Inspection.status == "queued")
+    .order_by(Inspection.queued_at, Inspection.id)
+    .limit(1)
+)
+
+
+def _require_ended(row: Inspection) -> None:
+    if row.status not in ENDED:
+        raise StillRunning(f"The inspection is {row.status}; stop it first.")
+
+
+def _queue_again(session: Session, row: Inspection) -> None:
+    _require_ended(row)
+    row.status = "queued"
+    row.queued_at = datetime.now(UTC)
+    row.finished_at = None
+    row.error_code = row.error_detail = row.warning = None
+    row.frames_done = 0
+    row.fps = row.distance_mm = row.sigma_distance_mm = None
+    row.corrected_mm = row.sigma_corrected_mm = None
+    # A photo that was missing for want of a track gets another try.
+    session.execute(
+        update(ObservationRow)
+        .where(ObservationRow.inspection_id == row.id)
+        .values(photo_error=None)
+    )
+
+
+def _flat(rig: Mapping[str, Any]) -> dict[str, Any]:
+    """Flatten a rig: `mount.height_mm` and so on."""
+    return {
+        f"{group}.{name}": value for group, fields in rig.items() for name, value in fields.items()
+    }
+
+
+def _differences(
+    before: Mapping[str, Any], after: Mapping[str, Any]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the values that differ."""
+    names = [n for n in {**before, **after} if before.get(n) != after.get(n)]
+    return {n: before.get(n) for n in names}, {n: after.get(n) for n in names}
