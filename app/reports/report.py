@@ -160,7 +160,7 @@ class Report:
     raw_distance_m: float | None
     corrected: Corrected
     issues: tuple[Issue, ...]
-    """Issues that stand against issuing the report."""
+    """Issues to resolve before the report is issued."""
     events: tuple[Event, ...]
     """Every change, the oldest first."""
     track: Track
