@@ -183,7 +183,7 @@ def test_it_refuses_in_a_sentence_and_does_not_answer_what_it_does_not_know(
     other.next(STATUS)
     for number, (value, unit) in enumerate([("1", "m"), (1, "yard"), (1e9, "m")]):
         refusal = refused(other, number, value, unit)
-        assert "no length" in refusal["error"]
+        assert "not a length" in refusal["error"]
     counting.post(f"/api/inspections/{inspection_id}/cancel")
     counting.wait(inspection_id)
     assert refused(other, 9, 0.0)["error"] == "No live inspection runs."
