@@ -108,7 +108,7 @@ def test_a_changed_file_is_found(file):
         (name, content.replace(b"BAB", b"BAC") if name == "defects.csv" else content)
         for name, content in members
     ])  # fmt: skip
-    assert wrong(file) == {"defects.csv": "is not what it was: its SHA-256 differs"}
+    assert wrong(file) == {"defects.csv": "has changed: its SHA-256 differs"}
 
 
 def test_a_changed_list_is_found(file):
@@ -171,7 +171,7 @@ def test_a_photo_that_is_gone_or_changed_is_reported(tmp_path):
     told = {loss.entry.seq: loss.detail for loss in written.losses if loss.entry}
     assert told == {
         1: "The photo CUL-0041-001.jpg is gone.",
-        2: "The photo CUL-0041-002.jpg is not what it was when it was taken.",
+        2: "The photo CUL-0041-002.jpg has changed since it was taken.",
     }
     path = tmp_path / "bundle.zip"
     path.write_bytes(b"".join(written.blocks()))

@@ -133,7 +133,10 @@ def test_ribx_holds_every_field_of_every_observation(tmp_path: Path) -> None:
     }  # fmt: skip
     assert read.rows[2]["J"] == "A1"
     assert (read.rows[8]["G"], read.rows[8]["H"]) == ("09", "02")
-    assert "RIBX asks for what is not known here: ABJ (client_job_ref), ACM (cleaned)." in losses
+    assert (
+        "RIBX requires values that are not known here: ABJ (client_job_ref), ACM (cleaned)."
+        in losses
+    )
 
 
 def test_ribx_writes_dutch_ends_in_the_dutch_grid() -> None:
