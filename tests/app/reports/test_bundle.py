@@ -168,8 +168,8 @@ def test_a_photo_that_is_gone_or_changed_is_reported(tmp_path):
     made.entries[0].photo.path.unlink()
     made.entries[1].photo.path.write_bytes(b"another")
     written = FORMATS["zip"].write(made)
-    told = {loss.entry.seq: loss.detail for loss in written.losses if loss.entry}
-    assert told == {
+    reported = {loss.entry.seq: loss.detail for loss in written.losses if loss.entry}
+    assert reported == {
         1: "The photo CUL-0041-001.jpg is gone.",
         2: "The photo CUL-0041-002.jpg has changed since it was taken.",
     }
