@@ -125,7 +125,7 @@ def refused(other: OtherSoftware, number: int, value: object, unit: str = "m") -
         other.ask(number, value, unit)
         message_id, refusal = answer(other)
         assert (message_id, refusal["status"]) == (number, False)
-        if not refusal["error"].startswith("Too fast"):
+        if not refusal["error"].startswith("Too many changes"):
             return refusal
 
 

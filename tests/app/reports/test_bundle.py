@@ -206,7 +206,7 @@ def test_a_member_of_another_method_is_in_no_bundle(file, method, name):
     damaged = bytearray(file.read_bytes())
     damaged[at : at + 40] = bytes(40)
     file.write_bytes(damaged)
-    with pytest.raises(UnusableBundle, match=f"{name} is compressed with another method"):
+    with pytest.raises(UnusableBundle, match=f"{name} is compressed with a method"):
         verify(file)
 
 
