@@ -113,7 +113,7 @@ async def running(settings: Settings) -> AsyncIterator[Services]:
 
 
 def _start(settings: Settings, stack: ExitStack) -> Services:
-    """Build and start the services; `stack` stops them, also if a later step fails."""
+    """Build and start the services; `stack` stops them, even if a later step fails."""
     folder = DataFolder(settings.data, reserve_bytes=settings.disk_reserve_bytes)
     stack.callback(folder.close)
     metrics = Metrics()
@@ -265,8 +265,9 @@ def _client(settings: Settings) -> Client | None:
 
 
 def _peer(settings: Settings) -> Peer | None:
-    """Return the software that uses Chainage as meter counter; on this machine unless it is
-    named.
+    """Return the address of the software that uses Chainage as meter counter.
+
+    A port without a host means this machine.
     """
     if settings.meter_counter is None:
         return None

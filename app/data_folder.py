@@ -1,4 +1,4 @@
-"""Stored inspections of a data folder, and their reports, without a server."""
+"""Gives access to the stored inspections of a data folder, and their reports, without a server."""
 
 from __future__ import annotations
 

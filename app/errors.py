@@ -117,7 +117,7 @@ class ChangedMeanwhile(AppError):
     """The stored version is no longer the one that the change was based on."""
 
     def __init__(self, current: Mapping[str, Any] | None, yours: Mapping[str, Any]) -> None:
-        """Store both in the form in which they are sent; `current` is None if it was deleted."""
+        """Store both versions as they are sent; `current` is None if the content was deleted."""
         super().__init__(
             "It was changed meanwhile, so nothing was stored; the answer contains both versions."
         )
@@ -182,7 +182,7 @@ class PackNotFound(AppError):
 
 
 class InvalidPack(AppError):
-    """The file is no table of codes; the text says what is wrong in which line."""
+    """The file is not a table of codes; the text says what is wrong in which line."""
 
 
 class PackNameTaken(AppError):
@@ -190,7 +190,7 @@ class PackNameTaken(AppError):
 
 
 class PackInUse(AppError):
-    """Inspections are coded with the pack."""
+    """An inspection uses the pack."""
 
 
 class SampleBeingMade(AppError):
@@ -240,7 +240,7 @@ class UnreadableKey(AppError):
 
 
 class UnusableBundle(AppError):
-    """The file is no evidence bundle, so nothing in it can be checked."""
+    """The file is not an evidence bundle, so nothing in it can be checked."""
 
 
 class InvalidSettings(AppError):
@@ -264,7 +264,7 @@ class AddressNotAvailable(AppError):
 
 
 class OpenToTheNetwork(AppError):
-    """The server would listen for other machines without encryption, which was not allowed."""
+    """Other machines could reach the server without encryption, which no setting allows."""
 
 
 class TokenNameTaken(AppError):
@@ -280,12 +280,12 @@ _LONGEST_DETAIL = 4000
 
 
 def code_of(kind: type[Exception]) -> str:
-    """Return the name of an error on which programs rely: InvalidRig gives invalid_rig."""
+    """Return the code of an error, on which programs rely: `invalid_rig` for InvalidRig."""
     return getattr(kind, "code", "") or re.sub(r"(?<!^)(?=[A-Z])", "_", kind.__name__).lower()
 
 
 def described(error: ChainageError) -> dict[str, str]:
-    """Return code and detail, as in answers and on pages."""
+    """Return code and detail of an error, as in answers and on pages."""
     return {"code": code_of(type(error)), "detail": shortened(str(error))}
 
 

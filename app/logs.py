@@ -37,7 +37,7 @@ def configure(form: LogFormat) -> None:
 
 @contextmanager
 def about(inspection_id: str | None) -> Iterator[None]:
-    """Log the lines of the block as about this inspection; None: about none."""
+    """Mark the log lines of the block with this inspection; None marks them with none."""
     before = _inspection.set(inspection_id)
     try:
         yield
@@ -46,7 +46,7 @@ def about(inspection_id: str | None) -> Iterator[None]:
 
 
 def _is_no_refusal(record: logging.LogRecord) -> bool:
-    """Drop uvicorn's error for a web socket that was refused with an answer."""
+    """Return False for uvicorn's error about a web socket that was refused with an answer."""
     return record.getMessage() != "ASGI callable returned without completing handshake."
 
 

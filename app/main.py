@@ -56,7 +56,7 @@ logger = logging.getLogger(__name__)
 _WEBSOCKET_MESSAGE_BYTES = 64 * 2**10
 """Limit of a message from a browser, which sends clicks, camera poses and acknowledgements."""
 _SHUTDOWN_S = 3
-"""Time for open sockets to close; every wait ends."""
+"""Time that open sockets get to close."""
 
 OnReady = Callable[[str, Services], None]
 
@@ -83,7 +83,7 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.state.is_insecure = settings.insecure_lan and not settings.has_tls
     answers.install(app)
-    # Before the routes, which are tried in turn.
+    # Mounted before the routes, because the first match answers.
     app.mount("/static", pages.Assets(directory=pages.static_folder()))
     for part in (
         access, me, uploads, imports, inspections, observations, picking, corrections, media,
@@ -155,7 +155,7 @@ def _require_protection(settings: Settings, address: str) -> None:
             ) from error
     elif not settings.insecure_lan and not ip_address(address).is_loopback:
         raise OpenToTheNetwork(
-            f"Other machines could reach the server on {address}, and read along. Give it a "
+            f"Other machines could reach the server on {address}, and read its traffic. Give it a "
             "certificate (--tls-cert and --tls-key, or CHAINAGE_TLS_CERT and CHAINAGE_TLS_KEY), or "
             "allow it (--insecure-lan, or CHAINAGE_INSECURE_LAN=1)."
         )
@@ -235,7 +235,7 @@ def _announce(on_ready: OnReady, url: str, services: Services) -> None:
     try:
         on_ready(url, services)
     except Exception:  # the caller's fault must not go unnoticed in a task that nobody awaits
-        logger.exception("The server runs, but what was to be done at its start has failed.")
+        logger.exception("The server runs, but the action after its start has failed.")
 
 
 def _login_url(host: str, port: int, settings: Settings, services: Services) -> str:
@@ -244,5 +244,5 @@ def _login_url(host: str, port: int, settings: Settings, services: Services) -> 
         shown = f"[{shown}]"
     base = f"{'https' if settings.has_tls else 'http'}://{shown}:{port}/login"
     if settings.token is not None:
-        return base  # who set the token knows it; it need not be on the screen
+        return base  # the operator who set the token knows it
     return f"{base}?token={services.access.server_token}"

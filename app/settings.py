@@ -16,7 +16,7 @@ from app.logs import LogFormat
 
 PREFIX = "CHAINAGE_"
 _ADDRESS = r"^https?://[A-Za-z0-9._\-\[\]:]+(/[!-~]*)?$"
-"""Without user name and password: the signature shows the receiver who posts."""
+"""Web addresses without user name and password: the signature already identifies the sender."""
 _PEER = re.compile(r"(([A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]):)?[0-9]{1,5}")
 _SECRET = ("token", "webhook_secret", "webhook_url")
 _LOGO_BYTES = 2 * 2**20

@@ -218,7 +218,7 @@ COLUMNS: tuple[tuple[str, Callable[[Measured], str]], ...] = (
 )
 
 
-def tell(line: str) -> None:
+def print_line(line: str) -> None:
     sys.stdout.write(f"{line}\n")
     sys.stdout.flush()
 
@@ -229,7 +229,7 @@ def main() -> None:
     arguments.add_argument("--runs", type=int, default=3)
     chosen = arguments.parse_args()
     pictures = drive()
-    tell("  ".join(name for name, _ in COLUMNS) + "  (ms)")
+    print_line("  ".join(name for name, _ in COLUMNS) + "  (ms)")
     with (
         tempfile.TemporaryDirectory() as folder,
         Server(Path(folder), camera_networks="127.0.0.0/8") as server,
@@ -244,7 +244,7 @@ def main() -> None:
             with NumberedCamera(pictures) as camera:
                 found = measure(page, server, camera, chosen.seconds)
             cells = [value(found).rjust(len(name)) for name, value in COLUMNS]
-            tell("  ".join(cells))
+            print_line("  ".join(cells))
         browser.close()
 
 

@@ -45,7 +45,7 @@ from measure_live import (  # noqa: E402
     ask_json,
     drive,
     percentile,
-    tell,
+    print_line,
 )
 from steps import TOKEN, Server, log_in  # noqa: E402
 from watchers import SLOW_S, Seen, Viewer, watch  # noqa: E402
@@ -343,11 +343,11 @@ def main() -> None:
     arguments.add_argument("--seconds", type=float, default=45)
     chosen = arguments.parse_args()
     headings = ["load".ljust(8), *(name for name, _ in COLUMNS)]
-    tell("  ".join(headings) + "  (ages in ms)")
+    print_line("  ".join(headings) + "  (ages in ms)")
     for name, held in holding(chosen.loads or list(LOADS), chosen.seconds):
         cells = [value(held).rjust(len(head)) for head, value in COLUMNS]
-        tell("  ".join([name.ljust(8), *cells]))
-        tell("  cores: " + ", ".join(f"{who} {n:.2f}" for who, n in held.cores.items()))
+        print_line("  ".join([name.ljust(8), *cells]))
+        print_line("  cores: " + ", ".join(f"{who} {n:.2f}" for who, n in held.cores.items()))
 
 
 if __name__ == "__main__":

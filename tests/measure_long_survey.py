@@ -29,7 +29,7 @@ sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent / "browser
 
 from conftest import CHROMIUM_FLAGS, installed_chromium  # noqa: E402
 from long_survey import add_long_survey  # noqa: E402
-from measure_live import INTERACTIVE, tell  # noqa: E402
+from measure_live import INTERACTIVE, print_line  # noqa: E402
 from measure_load import descendants  # noqa: E402
 from steps import Server, log_in  # noqa: E402
 
@@ -330,11 +330,13 @@ def main() -> None:
         )
         for defects, frames in sizes:
             found.append(measure(browser, defects, frames, chosen.only or ("server", "page")))
-            tell(json.dumps({"defects": defects, "frames": frames} | found[-1]))
+            print_line(json.dumps({"defects": defects, "frames": frames} | found[-1]))
         browser.close()
     text = table(sizes, found)
-    tell(text)
-    tell(f"Load of the machine at the end: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores.")
+    print_line(text)
+    print_line(
+        f"Load of the machine at the end: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores."
+    )
     if chosen.write:
         write(text)
 

@@ -23,7 +23,7 @@ class Received:
     body: bytes
 
     @property
-    def told(self) -> dict[str, Any]:
+    def message(self) -> dict[str, Any]:
         """The body."""
         return dict(json.loads(self.body))
 

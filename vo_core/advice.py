@@ -225,7 +225,7 @@ def advise(rig: Rig, move: Pose, frame_rate_hz: float = 30.0) -> Advice:
     Args:
         rig: The camera in its pipe.
         move: Motion between two frames, not zero.
-        frame_rate_hz: For the speeds.
+        frame_rate_hz: Frame rate, from which the speeds follow.
     Raises:
         InvalidRig: The camera sees no wall.
     """

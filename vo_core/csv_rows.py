@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 from vo_core.errors import InvalidTrack
 
 Record = tuple[int, list[str]]
-"""The number of its last line, and its cells."""
+"""A row: the number of its last line, and its cells."""
 
 
 def decoded(content: bytes, refusal: type[Exception] = InvalidTrack) -> str:
-    """The text of a file in UTF-8, with a byte order mark or without.
+    """Decode a file in UTF-8, with or without a byte order mark.
 
     Raises:
-        refusal: It is in another encoding; the message names the line.
+        refusal: The file is in another encoding; the message names the line.
     """
     try:
         return content.decode("utf-8-sig")
@@ -37,7 +37,7 @@ def decoded(content: bytes, refusal: type[Exception] = InvalidTrack) -> str:
 
 
 def records(text: str, refusal: type[Exception] = InvalidTrack) -> Iterator[Record]:
-    """Those that are neither blank nor a comment; the first one is the header.
+    """Yield the rows that are neither blank nor a comment; the first one is the header.
 
     Raises:
         refusal: Quotation marks do not fit or a cell is too long; the message names the line.
@@ -53,21 +53,21 @@ def records(text: str, refusal: type[Exception] = InvalidTrack) -> Iterator[Reco
                 yield reader.line_num, cells
     except csv.Error as error:
         raise refusal(
-            f"Line {reader.line_num} cannot be read as CSV: {error}; see to its quotation marks."
+            f"Line {reader.line_num} cannot be read as CSV: {error}; check its quotation marks."
         ) from error
 
 
 def named_rows(
     text: str, needed: Sequence[str], of: str
 ) -> tuple[list[str], Iterator[tuple[int, Mapping[str, str]]]]:
-    """The columns, and of each row the number of its line and its cells by column.
+    """Return the columns and, for each row, the number of its line and its cells by column.
 
     Args:
-        text: Of the file.
+        text: Text of the file.
         needed: Columns that must be there.
         of: What the file holds, such as "track".
     Raises:
-        InvalidTrack: A needed column is missing, or the text is no CSV.
+        InvalidTrack: A needed column is missing, or the text is not CSV.
     """
     found = records(text)
     _, header = next(found, (0, []))
@@ -82,10 +82,10 @@ def named_rows(
 def number_columns(
     text: str, needed: Sequence[str], of: str, *, further: Sequence[str] = ()
 ) -> dict[str, NDArray[np.float64]]:
-    """Columns of numbers by name, those of `further` where the file has them.
+    """Return columns of numbers by name, with those of `further` that the file has.
 
     Raises:
-        InvalidTrack: As in `named_rows`, or a value is no finite number.
+        InvalidTrack: As in `named_rows`, or a value is not a finite number.
     """
     columns, rows = named_rows(text, needed, of)
     names = [*needed, *(name for name in further if name in columns)]
@@ -100,10 +100,10 @@ def number_columns(
 
 
 def finite(text: str) -> float:
-    """A number.
+    """Parse a finite number.
 
     Raises:
-        ValueError: It is none, or not finite.
+        ValueError: The text is not a finite number.
     """
     value = float(text)
     if not math.isfinite(value):

@@ -23,7 +23,7 @@ _PARTLY = 0.1
 """A bed is partial if it deviates from an even one by this share of its largest effect."""
 
 _STEP = 5.0
-"""A doubt that grows by this many times its usual rate came in one step."""
+"""Growth of the doubt at more than this many times its usual rate is a step."""
 
 _LEAST_RATE = 0.01
 """Least growth of the doubt on a bed, per mm."""

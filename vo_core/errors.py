@@ -4,7 +4,7 @@
     ├── InvalidRig           a rig file that cannot be used: names field, value, what is allowed
     │   └── RigVideoMismatch the rig's camera has pictures of another size than the video
     ├── InvalidTrack         a track file that cannot be read: names the line
-    ├── InvalidCorrection    a known length or joints that do not go with the track
+    ├── InvalidCorrection    a known length or joints that do not fit the track
     ├── UnreadableVideo      a video that cannot be opened or that holds no decodable picture
     └── ShapeMismatch        an array whose shape or type does not fit: expected and found
 
@@ -33,7 +33,7 @@ class InvalidCorrection(ChainageError):
     """Known lengths or joints that cannot correct the track, or that contradict each other."""
 
     def __init__(self, detail: str, reason: str | None = None, **values: float | str) -> None:
-        """The sentence; where a page says it in other languages its name and what changes in it."""
+        """Store the sentence and, for other languages, the name of the reason and its values."""
         super().__init__(detail)
         self.reason = reason
         self.values = values
@@ -48,4 +48,4 @@ class ShapeMismatch(ChainageError, ValueError):
 
 
 class InvalidTime(ChainageError, ValueError):
-    """A frame's time is no finite number."""
+    """A frame's time is not a finite number."""

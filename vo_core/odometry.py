@@ -80,10 +80,11 @@ LOST_LIMIT_S = 1.0
 PATTERN_STEP = 0.1
 """The fixed pattern learns from a frame once the wall has moved by this share of the patch."""
 
-RELIABILITY_GAIN, RELIABILITY_FLOOR = 0.05, 0.05
-"""Weight of the newest frame in the mean reliability, and the least reliability of a block.
+RELIABILITY_GAIN = 0.05
+"""Weight of the newest frame in the mean reliability of a block."""
 
-The floor lets a block recover after the lens was wiped."""
+RELIABILITY_FLOOR = 0.05
+"""Least reliability of a block, so that it can recover after the lens was wiped."""
 
 LINK_ERROR = (0.0, 0.0, 0.0, 0.01, np.radians(0.003), np.radians(0.003), 0.0, 0.0)
 """Standard deviation that each keyframe adds to z, pitch and roll beyond its covariance, mm and

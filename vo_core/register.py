@@ -33,15 +33,20 @@ LONGEST_PX = 16000
 BORDER_PX = 8
 """Width of the border that is left out of the alignment."""
 
-COARSE_SIGMA_PX, FINE_SIGMA_PX = 1.0, 0.5
-"""Low-pass of the reduced pictures, which are aligned from farther away, and of the full ones,
-where the finest texture shows the motion best."""
+COARSE_SIGMA_PX = 1.0
+"""Low-pass of the reduced pictures, which are aligned from farther away."""
+
+FINE_SIGMA_PX = 0.5
+"""Low-pass of the full pictures, where the finest texture shows the motion best."""
 
 SETTLED = 2
 """See `align`: any texture determines three parameters, so extrapolation can start early."""
 
-NEAR_PX, ENOUGH_PX = 0.02, 0.004
-"""Step at which the alignment of the reduced and of the full pictures ends, in full pixels."""
+NEAR_PX = 0.02
+"""Step at which the alignment of the reduced pictures ends, in pixels of the full ones."""
+
+ENOUGH_PX = 0.004
+"""Step at which the alignment of the full pictures ends."""
 
 NEARLY_PX = 0.02
 """Passes end once the picture is shifted back to within this distance of the reference."""
@@ -52,8 +57,11 @@ MOST_PASSES = 3
 LEAST_COMMON_PX = 16
 """Shortest side of the common part of two pictures."""
 
-SINC_REACH_PX, SINC_BETA = 10, 8.0
-"""Reach and Kaiser window of the interpolation: exact to 0.0003 px up to 0.4 cycles per px."""
+SINC_REACH_PX = 10
+"""Reach of the interpolation, which is exact to 0.0003 px up to 0.4 cycles per px."""
+
+SINC_BETA = 8.0
+"""Shape of the Kaiser window of the interpolation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +100,7 @@ def register(reference: Image, moving: Image) -> Shift:
         Shift: quality is 0 if the pictures do not show the same wall (no texture, no overlap) or
             leave a direction open (straight lines).
     Raises:
-        ShapeMismatch: The arrays differ in shape, are no pictures or exceed `LONGEST_PX`.
+        ShapeMismatch: The arrays differ in shape, are not pictures or exceed `LONGEST_PX`.
     """
     if np.shape(reference) != np.shape(moving):
         raise ShapeMismatch(

@@ -219,12 +219,26 @@ class Tolerance(_Part):
     The defaults are those of a tape and a data sheet.
     """
 
-    height_mm: float = Field(2.0, ge=0, le=1000, description="Of the camera's height in mm.")
-    tilt_deg: float = Field(1.0, ge=0, le=30, description="Of pitch and of roll of the mount.")
-    focal_percent: float = Field(0.5, ge=0, le=20, description="Of the focal length in percent.")
-    diameter_mm: float = Field(3.0, ge=0, le=1000, description="Of the pipe's diameter in mm.")
+    height_mm: float = Field(
+        2.0, ge=0, le=1000, description="Uncertainty of the camera's height in mm."
+    )
+    tilt_deg: float = Field(
+        1.0,
+        ge=0,
+        le=30,
+        description="Uncertainty of the mount's pitch, and of its roll, in degrees.",
+    )
+    focal_percent: float = Field(
+        0.5, ge=0, le=20, description="Uncertainty of the focal length in percent."
+    )
+    diameter_mm: float = Field(
+        3.0, ge=0, le=1000, description="Uncertainty of the pipe's diameter in mm."
+    )
     segment_length_mm: float = Field(
-        5.0, ge=0, le=1000, description="Of the length of a pipe segment in mm, alike in all."
+        5.0,
+        ge=0,
+        le=1000,
+        description="Uncertainty of the length of a pipe segment in mm, common to all segments.",
     )
 
 

@@ -50,7 +50,7 @@ class Principal:
         """Raise Forbidden unless the role is sufficient."""
         if not self.role.may(needed):
             raise Forbidden(
-                f"The token {self.name!r} has the role {self.role}; this takes the role {needed}."
+                f"The token {self.name!r} has the role {self.role}; this needs the role {needed}."
             )
 
 
@@ -132,8 +132,9 @@ class Access:
         return f"{principal.credential}.{self._signature(principal.credential, inspection_id)}"
 
     def by_ticket(self, ticket: str, inspection_id: str) -> Principal | None:
-        """Return the holder of a ticket to the 3D view of this inspection while they are
-        admitted.
+        """Return the holder of a ticket to the 3D view of this inspection.
+
+        Return None for a false ticket, and once the session or token of the holder has ended.
         """
         credential, _, signature = ticket.partition(".")
         if not hmac.compare_digest(

@@ -138,7 +138,7 @@ class Webhook:
                 logger.warning("The outbox of the webhook waits: %s", fault)
                 pause_s = _PAUSE_AFTER_FAULT_S
             except Exception:
-                logger.exception("The outbox of the webhook could not be worked off.")
+                logger.exception("The alerts in the outbox of the webhook could not be sent.")
                 pause_s = _PAUSE_AFTER_FAULT_S
             if not self._wait(pause_s):
                 return
@@ -167,7 +167,7 @@ class Webhook:
                 logger.warning(
                     "The client could not be notified of observation %s, %s: %s",
                     alert.observation_id,
-                    "another try follows" if next_at else "and no other try follows",
+                    "another try follows" if next_at else "no other try follows",
                     failure,
                 )
                 self._store.record_failure(alert.id, str(failure), next_at)
@@ -176,7 +176,7 @@ class Webhook:
                 self._store.record_sent(alert.id)
 
     def _body(self, alert: Alert, page_root: str) -> bytes | None:
-        """Return the message as of now; None where no severe observation is left."""
+        """Return the message as of now; None if no severe observation is left."""
         try:
             inspection = self._inspections.row(alert.inspection_id)
             view = self._observations.get(alert.inspection_id, alert.observation_id)
@@ -267,7 +267,7 @@ class _Post:
         self._watch.daemon = True
 
     def give_up(self) -> None:
-        """Make everything that waits for the other side fail."""
+        """Make every wait for the other side fail."""
         with self._lock:
             self._is_over = True
             if self._socket is not None:
@@ -300,7 +300,7 @@ class _Post:
             raise Unsent(self._reason(failure)) from failure
 
     def close(self) -> None:
-        """Ignore the answer's body."""
+        """Close the connection without reading the answer's body."""
         self._watch.cancel()
         if self._socket is not None:
             self._socket.close()

@@ -97,9 +97,9 @@ def evaluate(
     for run, result in zip(runs, results, strict=True):
         if result.missing_frames or result.surplus_frames:
             err.print(
-                f"warning: {run.name}: track and truth are not of the same frames "
+                f"warning: {run.name}: track and truth do not have the same frames "
                 f"({result.missing_frames} missing, {result.surplus_frames} beyond the truth); "
-                "compared are those that both have",
+                "only the frames of both are compared",
                 style="yellow",
             )
     if plot is not None:
@@ -114,8 +114,8 @@ def calibrate(
         typer.Option(
             min=4,
             max=40,
-            help="ChArUco: squares along a row. Checkerboard: inner corners along a row; its "
-            "squares are understood too.",
+            help="ChArUco: squares along a row. Checkerboard: inner corners along a row; the "
+            "number of its squares is accepted too.",
         ),
     ],
     rows: Annotated[int, typer.Option(min=4, max=40, help="Squares or corners along a column.")],
@@ -141,7 +141,7 @@ def calibrate(
 
     if (board is BoardKind.CHARUCO) != (marker_mm is not None):
         raise typer.BadParameter(
-            "goes with --board charuco and with it alone", param_hint="--marker-mm"
+            "is required with --board charuco, and allowed with it only", param_hint="--marker-mm"
         )
     require_folder(out, "--out")
     if report is not None:
@@ -235,7 +235,7 @@ def bench(
         Path | None,
         typer.Option(
             metavar="FILE.png",
-            help="Compare the stated interval with the actual error instead, over 200 rigs that "
+            help="Instead compare the stated interval with the actual error, over 200 rigs that "
             "are wrong by their tolerance (20 with --quick), and draw it here.",
             show_default=False,
         ),
@@ -256,7 +256,9 @@ def bench(
     from app.lab.simulation import SCENARIOS
 
     if field and (quick or calibration is not None):
-        raise typer.BadParameter("goes without --quick and --calibration", param_hint="--field")
+        raise typer.BadParameter(
+            "cannot be combined with --quick or --calibration", param_hint="--field"
+        )
     if out is not None:
         require_folder(out, "--out")
     name = "bench-intervals" if calibration else "bench-field" if field else "bench"
@@ -328,5 +330,5 @@ def _motion(words: str) -> Pose:
             f"{words!r} is not two numbers such as 15,5", param_hint="--move"
         ) from error
     if not 0 < abs(x_mm) + abs(y_mm) < 1e6:
-        raise typer.BadParameter(f"{words!r} moves nothing that can be seen", param_hint="--move")
+        raise typer.BadParameter(f"{words!r} is no visible motion", param_hint="--move")
     return Pose(x_mm, y_mm)

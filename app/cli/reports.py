@@ -68,8 +68,8 @@ def export(
         raise typer.BadParameter(str(error), param_hint="--format") from error
     if row.status in ("queued", "running"):
         err.print(
-            f"warning: {row.name} is {row.status}: its track is not on the disk before it has "
-            "ended, so that distances are missing",
+            f"warning: {row.name} is {row.status}: its track is written to the disk when it "
+            "ends, so distances are missing",
             style="yellow",
         )
     _print_losses(written.losses)
@@ -87,13 +87,13 @@ def verify(
         ),
     ] = None,
     video: Annotated[
-        Path | None, typer.Option(help="The film, to see whether it is the one inspected.")
+        Path | None, typer.Option(help="The film, to check that it is the inspected one.")
     ] = None,
 ) -> None:
     """Check an evidence bundle: every file, the signature, and the film.
 
-    Exit code 0: everything is correct; 1: something is wrong; 2: the file is no bundle that can be
-    checked.
+    Exit code 0: everything is correct; 1: something is wrong; 2: the file is not a bundle that can
+    be checked.
     """
     from app.errors import UnusableBundle
     from app.reports.bundle import verify as checking
@@ -124,7 +124,7 @@ def verify(
     )
     wrong = sum(finding.is_right is False for finding in verdict.findings)
     if wrong:
-        err.print(f"{file}: {wrong} of {len(verdict.findings)} are wrong", style="red")
+        err.print(f"{file}: {wrong} of {len(verdict.findings)} checks failed", style="red")
         raise typer.Exit(1)
 
 
@@ -145,7 +145,8 @@ def _fingerprint(key: str) -> str:
     path = Path(key)
     if not path.is_file():
         raise typer.BadParameter(
-            f"{key!r} is no fingerprint (SHA256: and 64 digits) and no file", param_hint="--key"
+            f"{key!r} is neither a fingerprint (SHA256: and 64 digits) nor a file",
+            param_hint="--key",
         )
     public_key = public_key_of(path.read_bytes())
     if public_key is None:
@@ -162,7 +163,7 @@ def _the_one(found: list[Inspection], wanted: str) -> Inspection:
         listed = ", ".join(f"{row.id} ({row.name})" for row in found[:5])
         more = f" and {len(found) - 5} more" if len(found) > 5 else ""
         raise typer.BadParameter(
-            f"{wanted!r} is not clear, it may be {listed}{more}; name the id",
+            f"{wanted!r} is ambiguous, it may be {listed}{more}; give the id",
             param_hint="INSPECTION",
         )
     return found[0]

@@ -60,7 +60,10 @@ def serve(
     ] = None,
     insecure_lan: Annotated[
         bool,
-        typer.Option("--insecure-lan", help="Let other machines in without https; pages warn."),
+        typer.Option(
+            "--insecure-lan",
+            help="Let other machines connect without https; every page then warns.",
+        ),
     ] = False,
 ) -> None:
     """Serve the dashboard."""

@@ -32,7 +32,7 @@ def create_token(
     role: Annotated[
         Literal["viewer", "operator", "admin"],
         typer.Option(
-            help="viewer: looks and exports.  operator: inspects, tags and corrects, too.  "
+            help="viewer: looks and exports.  operator: also inspects, tags and corrects.  "
             "admin: also deletes inspections and changes code packs."
         ),
     ],
@@ -44,7 +44,9 @@ def create_token(
     from app.storage.tokens import Role
 
     if not (name == name.strip() and name.isprintable() and 0 < len(name) <= _NAME_LENGTH):
-        raise typer.BadParameter(f"has 1 to {_NAME_LENGTH} printable characters", param_hint="NAME")
+        raise typer.BadParameter(
+            f"must have 1 to {_NAME_LENGTH} printable characters", param_hint="NAME"
+        )
     if name == SERVER:
         raise typer.BadParameter("is the name of the server's own token", param_hint="NAME")
     file = _token_file(data)

@@ -309,7 +309,7 @@ def _observations(
             raise _BadBlock(block.columns_line, f"its observations have no column {needed}")
     for name in columns:
         if name and name not in _COLUMNS:
-            notes.add(f"The column {name:.20} is not known and left out.", block.columns_line)
+            notes.add(f"The column {name:.20} is unknown and is left out.", block.columns_line)
     nodes = {str(header.get(name)) for name in ("start_node", "end_node")}
     for count, (line, text) in enumerate(block.rows):
         if count == room:
@@ -331,7 +331,7 @@ def _observation(
 ) -> ImportedObservation | None:
     distance_m = number(row.get("I", ""))
     if distance_m is None:
-        notes.add(f"No distance can be read of {row.get('I', '')!r:.40}; it is left out.", line)
+        notes.add(f"No distance can be read from {row.get('I', '')!r:.40}; it is left out.", line)
         return None
     said = [row.get("F", "")]
     quantities: dict[str, float | None] = {"D": None, "E": None}
@@ -346,11 +346,11 @@ def _observation(
     for column, hour in zip(("G", "H"), clocks, strict=True):
         cell = row.get(column, "")
         if hour is None and cell.strip("0"):
-            notes.add(f"Clock {cell!r:.20} is no whole hour; the remark says so.", line)
+            notes.add(f"Clock {cell!r:.20} is not a whole hour; it is kept in the remark.", line)
             said.append(f"clock {cell}")
     continuous = stretch(row.get("J", ""))
     if row.get("J") and continuous is None:
-        notes.add(f"{row['J']!r:.20} is no stretch such as A1; the remark says so.", line)
+        notes.add(f"{row['J']!r:.20} is not a stretch such as A1; it is kept in the remark.", line)
         said.append(f"stretch {row['J']}")
     time_s = video_time_s(row.get("N", ""))
     if row.get("N") and time_s is None:

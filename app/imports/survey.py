@@ -95,7 +95,7 @@ class ImportedObservation:
 
 @dataclass(frozen=True)
 class ImportedSurvey:
-    """One run of a camera through one culvert."""
+    """One survey of one culvert."""
 
     name: str
     header: Mapping[str, Any]
@@ -197,7 +197,7 @@ class Notes:
         if len(self.said) < MOST_WARNINGS:
             self.said.append(Caveat(detail, line))
         elif len(self.said) == MOST_WARNINGS:
-            self.said.append(Caveat("There is more of that; the rest is not named."))
+            self.said.append(Caveat("There are more warnings; they are not listed."))
 
 
 def too_many() -> str:
@@ -214,7 +214,10 @@ def coded(observation: ImportedObservation, notes: Notes) -> ImportedObservation
     for name, pattern in (("code", _CODE), ("char1", _LETTER), ("char2", _LETTER)):
         value = clean(getattr(observation, name) or "", 40).upper() or None
         if value is not None and not pattern.fullmatch(value):
-            notes.add(f"{name} {value!r} cannot be a {name}; the remark says so.", observation.line)
+            notes.add(
+                f"{name} {value!r} is not a valid {name}; it is kept in the remark.",
+                observation.line,
+            )
             said.append(f"{name} {value}")
             value = None
         changes[name] = value

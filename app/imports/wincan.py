@@ -134,7 +134,7 @@ def read(content: bytes) -> ImportedFile:
         InvalidImport: The file is not SQLite, is damaged, or has no table of inspections.
     """
     if not looks_like(content):
-        raise InvalidImport("The file is no SQLite database, so it is no WinCan .db3 either.")
+        raise InvalidImport("The file is not an SQLite database, and so not a WinCan .db3.")
     try:
         with closing(_opened(content)) as database:
             return _file(database)
@@ -168,8 +168,8 @@ def _opened(content: bytes) -> sqlite3.Connection:
         read_bytes += len(value)
         if read_bytes > _MOST_VALUE_BYTES:
             raise InvalidImport(
-                f"The database says more than surveys do: over {_MOST_VALUE_BYTES // 2**20} MiB of "
-                "text. Export it again in WinCan, in several files."
+                f"The database holds more than surveys do: over {_MOST_VALUE_BYTES // 2**20} MiB "
+                "of text. Export it again in WinCan, in several files."
             )
         return value[:_LONGEST_TEXT_BYTES].decode("utf-8", "replace")
 
@@ -243,8 +243,8 @@ def _file(database: sqlite3.Connection) -> ImportedFile:
         if needed not in tables:
             found = ", ".join(sorted(tables)[:10]) or "none"
             raise InvalidImport(
-                f"The database has no table {needed}, so it is no WinCan project; its tables are "
-                f"{found:.300}."
+                f"The database has no table {needed}, so it is not a WinCan project; its tables "
+                f"are {found:.300}."
             )
     notes = Notes()
     for name, what in ((_NODE, "nodes have no names"), (_MEDIA, "photos are not named")):

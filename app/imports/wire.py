@@ -1,4 +1,4 @@
-"""Encodes the content of a file for the way from the reading process: msgpack with checked types.
+"""Encodes what the reading process found in a file, as msgpack with checked types.
 
 Nothing is unpickled, as the process has read an untrusted file (`app.jobs.messages`).
 """

@@ -39,7 +39,8 @@ logger = logging.getLogger(__name__)
 _SOLVED_FRAMES_KEPT = 1_000_000
 """Frames of solutions held in memory: some 100 bytes each beside the raw track."""
 _LEAST_FRAMES = 10_000
-"""Frames counted for a shorter track, since joints and other parts need memory too."""
+"""A shorter track counts as this many frames, because its joints and other parts need memory
+too."""
 _STATED_KEPT = 512
 _MOST_TRIES = 5
 """Tries of a change while other changes come first."""
@@ -373,7 +374,7 @@ class Corrections:
         return self._keep(inspection_id, statement)
 
     def _keep(self, inspection_id: str, statement: _Statement) -> _Statement:
-        """Store the newer of two threads' statements."""
+        """Store a statement unless another thread has stored a newer one; return the stored one."""
         with self._lock:
             known = self._statements.get(inspection_id)
             if known is None or known.revision <= statement.revision:

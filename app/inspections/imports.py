@@ -215,7 +215,7 @@ class Imports:
 
 @dataclass(frozen=True)
 class Run:
-    """The stored path of the camera."""
+    """The results of a run, as an import stores them."""
 
     track: Track
     health: Sequence[Health] = ()

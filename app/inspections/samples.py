@@ -147,7 +147,7 @@ class Samples:
             self._set_state(None if self._stopping else SampleState("failed", fault=str(error)))
         except Exception:
             logger.exception("The sample inspection could not be made.")
-            fault = "The sample failed because of a program fault. It is in the server's log."
+            fault = "The sample failed because of a fault in the program; it is in the log."
             self._set_state(SampleState("failed", fault=fault))
         else:
             self._set_state(None)
@@ -229,7 +229,7 @@ class Samples:
 
 
 def header(rig: Rig, now: datetime) -> dict[str, Any]:
-    """Return the header fields known of the sample; the user states how the drive ended."""
+    """Return the known header fields of the sample; the user states how the drive ended."""
     segment_mm = rig.pipe.segment_length_mm
     return {
         "asset_id": "CUL-0001",

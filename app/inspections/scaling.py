@@ -25,7 +25,7 @@ from app.tracking.worker import Worker
 logger = logging.getLogger(__name__)
 
 WHO = "Chainage"
-"""Author in the history: nobody stated it."""
+"""Author in the history, since no person stated these changes."""
 
 _STOP_TIMEOUT_S = 10.0
 

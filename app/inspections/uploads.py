@@ -88,7 +88,7 @@ class Uploads:
             announced = list(self._store.announced())
             if sum(info.owner == owner for info, _ in announced) >= MOST_OF_A_TOKEN:
                 raise TooManyUploads(
-                    f"There are {MOST_OF_A_TOKEN} uploads of this token that became no inspection; "
+                    f"This token has {MOST_OF_A_TOKEN} uploads that have not become an inspection; "
                     "discard some, or wait until they expire."
                 )
             self._folder.require_room(length + sum(rest for _, rest in announced))

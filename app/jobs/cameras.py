@@ -156,7 +156,7 @@ def _require_peer(address: str) -> None:
                 if connection.family in (socket.AF_INET, socket.AF_INET6):
                     peer = connection.getpeername()[0]
                     if peer != address:
-                        raise CameraFault("It sends one on to another address, which is refused.")
+                        raise CameraFault("It redirects to another address, which is refused.")
 
 
 def _reason(error: FFmpegError) -> str:
@@ -172,7 +172,7 @@ def _reason(error: FFmpegError) -> str:
         case ExitError() | TimeoutError():
             return "It does not answer in time."
         case PermissionError():
-            return "It may not be opened, or sends one on to somewhere that may not."
+            return "It may not be opened, or it redirects to an address that may not."
         case EndOfStream():
             return "It ended the connection."
         case FileNotFoundError():

@@ -38,9 +38,10 @@ _SYNC_S = 1.0
 _MILLISECOND = Fraction(1, 1000)
 _MOST_DAMAGED = 100
 """Most damaged packets in a row."""
-_AT_ONCE_S, _MOST_WAITED = 0.004, 200
-"""Packets that come closer together than this had been waiting, and the most that may have
-waited."""
+_AT_ONCE_S = 0.004
+"""Packets that arrive at shorter intervals than this had been waiting."""
+_MOST_WAITED = 200
+"""Most packets that may have been waiting."""
 _PAUSE_MS = 1000
 """Pause between the last picture of one part of the recording and the first of the next."""
 _TOO_LONG = f"The recording ended after {MAX_FRAMES} pictures, the most that one may have."

@@ -30,8 +30,10 @@ _REMOVE_FILE, _MAKE_FILE, _TRUNCATE = 1 << 5, 1 << 8, 1 << 14
 _FILES_OF_VERSION = {1: (1 << 13) - 1, 2: (1 << 14) - 1, 3: (1 << 15) - 1}
 """All file rights known to each version; later ones concern devices."""
 _TCP, _CONNECT, _TCP_SINCE = 0b11, 0b10, 4
-_SCOPES, _SCOPES_SINCE = 0b11, 6
+_SCOPES = 0b11
 """Restrict abstract unix sockets and signals to this process."""
+_SCOPES_SINCE = 6
+"""First version with these scopes."""
 _CODE = ("/usr", "/lib", "/lib64", "/proc/self", "/sys/devices/system/cpu")
 _ABSENT = (errno.ENOSYS, errno.EOPNOTSUPP, errno.EPERM)
 """Errors if Landlock is not built in, not enabled, or blocked in a container."""

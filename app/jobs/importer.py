@@ -15,7 +15,7 @@ from app.jobs.messages import MAX_MESSAGE_BYTES, Failed, Limits, encode
 from app.jobs.process import connection_from_arguments
 
 OUT_OF_MEMORY = (
-    "The file needs more memory to be read than any survey does, so it was given up. Export it "
+    "Reading the file needs more memory than any survey takes, so it was stopped. Export it "
     "again, in several files if it is large."
 )
 
@@ -48,7 +48,7 @@ def _answer(content: bytes) -> bytes:
         )
         return encode(Failed("import_failed", detail, traceback.format_exc()))
     if len(packed) > MAX_MESSAGE_BYTES:
-        detail = "The file says more than surveys do. Export it again, in several files."
+        detail = "The file holds more than surveys do. Export it again, in several files."
         return encode(Failed("invalid_import", detail))
     return packed
 

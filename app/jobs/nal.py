@@ -4,8 +4,12 @@ from __future__ import annotations
 
 _START_CODE = b"\0\0\1"
 _SPS, _PPS = 7, 8
-_MOST_SPS, _MOST_PPS, _LONGEST_SET = 31, 255, 0xFFFF
-"""Limits of the record's fields."""
+_MOST_SPS = 31
+"""Most sequence parameter sets of a configuration record."""
+_MOST_PPS = 255
+"""Most picture parameter sets of a configuration record."""
+_LONGEST_SET = 0xFFFF
+"""Bytes of the longest parameter set in a configuration record."""
 
 
 def is_stream_form(extradata: bytes) -> bool:

@@ -181,7 +181,7 @@ class _Cues:
         self.last_ms: int | None = None
 
     def note(self, time_ms: int, is_key: bool, position: int) -> bool:
-        """Take note of a packet; return whether it became a cue."""
+        """Count a packet; return whether it became a cue."""
         self.packets += 1
         self.last_ms = time_ms if self.last_ms is None else max(self.last_ms, time_ms)
         if not is_key or (self._points and time_ms < self._newest_ms + self._interval_ms):
@@ -273,18 +273,18 @@ def _coding_of(head: bytes, name: str) -> Coding:
             continue
         extradata_at = start + len(front) + 8
         end = extradata_at + int.from_bytes(head[extradata_at - 7 : extradata_at], "big")
-        # After it comes the element of the picture size: 9 bytes, then two numbers, each after 9.
+        # The picture size follows: 9 bytes, a number of 8 bytes, 9 bytes, another number.
         width, height = (int.from_bytes(head[end + at : end + at + 8], "big") for at in (18, 35))
         coding = Coding(codec, width, height, head[extradata_at:end])
         track = slice(start, end + 43)
         if len(head) >= len(_head(coding)) and head[track] == _head(coding)[track]:
             return coding
-    raise UnreadableVideo(f"{name} is not a recording that can be gone on with.")
+    raise UnreadableVideo(f"{name} is not a recording that can be continued.")
 
 
 def _cluster(time_ms: int, is_key: bool, packet: bytes) -> bytes:
     flags = 0x80 if is_key else 0
-    # Of track 1, at its cluster's time.
+    # The block is of track 1 and has the time of its cluster.
     block = _element("A3", b"\x81\x00\x00", bytes((flags,)), packet)
     return _element(_CLUSTER, _number("E7", time_ms), block)
 

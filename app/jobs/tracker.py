@@ -38,8 +38,10 @@ _LONGEST_PAUSE_S = 1.0
 _PASSING_S = 1.0
 _CHECKPOINT_S = (0.5, 30.0)
 """Shortest and longest time between two checkpoints; their cost may make it longer."""
-_REDONE, _CHECKPOINT_COST = 1 / 20, 1 / 100
-"""Share of the work that a crash may lose, and largest share of time spent on checkpoints."""
+_REDONE = 1 / 20
+"""Share of the work that a crash may lose."""
+_CHECKPOINT_COST = 1 / 100
+"""Largest share of time spent on checkpoints."""
 _MOST_STATE_BYTES = MAX_MESSAGE_BYTES - 1024
 
 

@@ -15,9 +15,9 @@ def rows(advice: Advice) -> Iterator[tuple[str, str]]:
     move, rate = advice.move, advice.frame_rate_hz
     yield "motion between two frames", f"{move.x_mm:g} mm forward, {move.y_mm:g} mm to the right"
     yield "displacement in the picture", _spread(advice.raw_px, "px")
-    yield "paper's method, raw picture", "fit" if advice.is_even else "not fit: one shift for all"
+    yield "paper's method, raw picture", "fit" if advice.is_even else "not fit: shifts differ"
     yield "displacement on the wall", _spread(advice.developed_mm, "mm")
-    yield "- of driving along alone", _spread(advice.developed_drive_mm, "mm")
+    yield "- by the motion along the pipe", _spread(advice.developed_drive_mm, "mm")
     yield (
         "wall under a pixel",
         f"{advice.finest_mm_per_px:.3g} to {advice.coarsest_mm_per_px:.3g} mm, "
@@ -35,7 +35,7 @@ def rows(advice: Advice) -> Iterator[tuple[str, str]]:
     yield "common wall after the motion", f"{advice.overlap:.0%}"
     yield f"good speed, {rate:g} frames/s", f"up to {advice.good_speed_mm_s:.0f} mm/s"
     yield f"limit, {rate:g} frames/s", f"{advice.speed_limit_mm_s:.0f} mm/s"
-    yield "camera 1 mm higher than said", f"{advice.height_error_percent:+.2f} % of distance"
+    yield "camera 1 mm higher than stated", f"{advice.height_error_percent:+.2f} % of distance"
 
 
 def _spread(spread: Spread, unit: str) -> str:

@@ -54,7 +54,7 @@ class Truth:
         """Read truth.csv as `simulate` writes it; lines that start with # are skipped.
 
         Raises:
-            InvalidTrack: A column is missing, a value is no finite number, or there are no rows.
+            InvalidTrack: A column is missing, a value is not a finite number, or there are no rows.
         """
         needed = [one.name for one in fields(cls) if one.default is MISSING]
         further = [one.name for one in fields(cls) if one.default is not MISSING]

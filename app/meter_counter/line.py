@@ -140,7 +140,7 @@ class MeterCounter:
             except Exception:
                 logger.exception("The connection of the meter counter has failed.")
                 self._lost("The connection has failed; the server's log says why.")
-            if time.monotonic() > began_s + _BACK_OFF.longest_s:  # it did hold
+            if time.monotonic() > began_s + _BACK_OFF.longest_s:  # the connection had lasted
                 failures = 0
             self._stopping.wait(_BACK_OFF.pause_s(failures))
             failures += 1
@@ -188,7 +188,7 @@ class MeterCounter:
     def set_distance(self, value_m: float | None) -> str | None:
         """Set the distance of the current camera position; return a sentence if that is refused."""
         if value_m is None or abs(value_m) > _FARTHEST_M:
-            return "The value is no length in m or ft within 10 km."
+            return "The value is not a length in m or ft within 10 km."
         newest = self._newest()
         if newest is None:
             return "No live inspection runs."
@@ -256,7 +256,7 @@ class _Conversation:
         """Set the distance; endless requests of a peer do not fill the history."""
         now = time.monotonic()
         if now < self._change_from_s:
-            return "Too fast: one change a moment."
+            return "Too many changes at once; try again in a moment."
         self._change_from_s = now + _SEND_EVERY_S
         return self._counter.set_distance(value_m)
 

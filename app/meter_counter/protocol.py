@@ -32,7 +32,7 @@ class ChangeRequest:
     message_id: MessageId
     """Id that the answer repeats."""
     value_m: float | None
-    """None if the value is no length."""
+    """None if the value is not a length."""
 
 
 @dataclass(frozen=True)

@@ -82,12 +82,12 @@ class Health:
         except (ChainageError, OSError) as error:
             return Check("database", False, str(error))
         except Exception as error:  # the driver's errors share no base class with ours
-            return Check("database", False, f"It takes no writes ({type(error).__name__}).")
-        return Check("database", True, "It takes writes.")
+            return Check("database", False, f"It accepts no writes ({type(error).__name__}).")
+        return Check("database", True, "It accepts writes.")
 
     def _room(self) -> Check:
         free = self._folder.free_bytes()
-        detail = f"{free / 2**30:.1f} GiB may still be filled."
+        detail = f"{free / 2**30:.1f} GiB can still be used."
         return Check("disk", free > 0, detail if free > 0 else "The disk is nearly full.")
 
     def _workers(self) -> Check:

@@ -50,7 +50,7 @@ class Metrics:
         )
         self._requests = Counter(
             "chainage_http_requests",
-            "Requests that were answered; 499 where the client went away before.",
+            "Answered requests; status 499 if the client disconnected before the answer.",
             ("method", "route", "status"),
             registry=self._registry,
         )
@@ -159,13 +159,17 @@ class WatchedServices(Collector):
         yield by_status
         yield _gauge("queue_length", "Videos that wait to be tracked.", counts.get("queued", 0))
         speeds = self._runs.speeds_fps()
-        yield _gauge("tracked_frames_per_second", "Of all runs together.", sum(speeds))
+        yield _gauge(
+            "tracked_frames_per_second",
+            "Frames tracked per second in all runs together.",
+            sum(speeds),
+        )
         yield _gauge("live_recordings", "Cameras that are recorded.", self._runs.cameras())
         yield _gauge("viewer_servers", "3D views that are open.", self._scenes.count())
         yield _gauge("child_processes", "Processes that the server has started.", _children())
         yield _gauge(
             "disk_free_bytes",
-            "Room on the disk of the data folder, with the reserve.",
+            "Free space on the disk of the data folder, including the reserve.",
             self._folder.disk_free_bytes(),
         )
         restarts = CounterMetricFamily(
@@ -178,7 +182,7 @@ class WatchedServices(Collector):
         yield restarts
         alerts = GaugeMetricFamily(
             "chainage_webhook_alerts",
-            "Severe observations that the client is notified of, by what has become of it.",
+            "Notifications of severe observations, by state.",
             labels=["state"],
         )
         for state, number in self._alerts.counts().items():

@@ -51,7 +51,7 @@ class Entry:
     tag: StatedTag
     """What a person stated; everything else is derived from it, the track and the rig."""
     time_s: float | None
-    """Time of the frame in the video; None, like its whole place, before the frame is tracked."""
+    """Time of the frame in the video; None, like all of its place, until the frame is tracked."""
     distance_m: float | None
     """Corrected distance, to the millimetre."""
     u95_m: float | None
@@ -161,7 +161,7 @@ class Report:
     raw_distance_m: float | None
     corrected: Corrected
     issues: tuple[Issue, ...]
-    """Issues that stand against issuing the report."""
+    """Issues to resolve before the report is issued."""
     events: tuple[Event, ...]
     """Every change, the oldest first."""
     track: Track

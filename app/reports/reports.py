@@ -38,9 +38,10 @@ from vo_core import Rig
 from vo_core.errors import InvalidRig
 
 _ROLES: Mapping[str, Role] = {"A": "start", "C": "change", "B": "finish"}
-_KEPT_S, _KEPT_BYTES = 60.0, 64 * 2**20
-"""How long written reports are cached: a page asks for the losses of one and then for the
-report."""
+_KEPT_S = 60.0
+"""How long a written report is cached: a page requests its losses and then the report itself."""
+_KEPT_BYTES = 64 * 2**20
+"""Bytes of cached reports, together."""
 _LONGEST_PHOTO_STEM = 100
 """Longest asset in the name of a photo: file systems and exchange formats allow 255 characters."""
 
@@ -91,8 +92,7 @@ class Reports:
     def export(
         self, inspection_id: str, kind: str, *, language: Language = "en", units: Units = "m"
     ) -> Export:
-        """Return the report as a file; repeated soon, as after its losses, it returns the same
-        file.
+        """Return the report as a file; a second call within a minute returns the same file.
 
         Args:
             inspection_id: An inspection in any state.

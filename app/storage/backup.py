@@ -300,7 +300,7 @@ def _manifest_of(source: zipfile.ZipFile, archive: Path) -> Manifest:
     for name, info in infos.items():
         _require_plain(info, archive)
         if not _NAME.fullmatch(name) or info.file_size != manifest.files[name].size:
-            raise UnusableBackup(f"{archive} holds {name!r}, which is not of a backup.")
+            raise UnusableBackup(f"{archive} holds {name!r}, which does not belong to a backup.")
     if _DATABASE not in infos or sum(map(_size, infos.values())) > archive.stat().st_size:
         raise UnusableBackup(
             f"{archive} is damaged: its files overlap, or the database is missing."
@@ -339,7 +339,7 @@ def _extract(
             raise_if_full(error)
             raise
         if not secrets.compare_digest(digest, entry.sha256):
-            raise UnusableBackup(f"The backup is damaged: {name} is not what it was.")
+            raise UnusableBackup(f"The backup is damaged: {name} has changed since it was made.")
         done += entry.size
         on_progress(done, total)
 

@@ -139,8 +139,8 @@ def _engine(path: Path, *pragmas: str, pool_size: int) -> Engine:
 def _is_of_full_disk(error: BaseException, path: Path) -> bool:
     """Return whether a transaction failed because the disk is full.
 
-    SQLite reports a write refused with ENOSPC as such, but an exceeded quota or a failed sync as an
-    I/O error, which another write must confirm.
+    SQLite reports ENOSPC as a full disk, but an exceeded quota or a failed sync as an I/O error;
+    then a test write shows whether the disk is full.
     """
     cause = getattr(error, "orig", error)  # SQLAlchemy's errors hold the driver's
     if not isinstance(cause, sqlite3.OperationalError):

@@ -142,7 +142,9 @@ class DataFolder(Places):
     def require_room(self, size: int) -> None:
         """Raise DiskFull unless `size` bytes fit."""
         if size > self.free_bytes():
-            raise DiskFull("There is not enough room on the server's disk. Free some, then go on.")
+            raise DiskFull(
+                "There is not enough room on the server's disk. Free some space, then continue."
+            )
 
     def kept_token(self) -> str:
         """Return the server's own token, made at the first start and readable by its owner only."""

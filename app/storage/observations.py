@@ -28,7 +28,7 @@ class ObservationStore:
     """Reads and writes observations; returned records are independent of the database."""
 
     def __init__(self, database: Database, *, has_webhook: bool = False) -> None:
-        """Use a database; with a webhook, severe observations are put into its outbox."""
+        """Store the database; with a webhook, severe observations are put into its outbox."""
         self._database = database
         self._has_webhook = has_webhook
         self._lock = threading.Lock()

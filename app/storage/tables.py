@@ -58,7 +58,7 @@ class LoginSession(Base):
 
 
 class Inspection(Base):
-    """One run of a camera through a culvert."""
+    """One survey of one culvert."""
 
     __tablename__ = "inspections"
 

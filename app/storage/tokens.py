@@ -56,7 +56,7 @@ class TokenFile:
     """The tokens of a data folder; the next call sees the changes of other processes."""
 
     def __init__(self, folder: Path) -> None:
-        """Read and make nothing yet."""
+        """Remember the folder; nothing is read or made yet."""
         self.folder = folder
         self._path = folder / "tokens.json"
         self._lock = threading.Lock()

@@ -24,7 +24,7 @@ _ID = re.compile(r"[0-9a-f]{32}")
 
 @dataclass(frozen=True)
 class UploadInfo:
-    """The client's announcement."""
+    """The client's announcement of an upload."""
 
     length: int
     filename: str

@@ -31,12 +31,18 @@ Param = str | int | float
 SAME_PLACE_MM = 10.0
 """Distances this close count as equal: they are shown to a centimetre."""
 SEVERE = 4
-LOST_PERCENT, POOR_PERCENT = 1.0, 5.0
-"""Share of frames that may be lost or poor."""
-SHORT_PERCENT, SHORT_FLOOR_MM = 1.0, 300.0
-"""An end that falls short by more than this was not reached."""
-START_CODE, END_CODES = "BCD", ("BCE", "BDC")
-"""Codes of EN 13508-2 for the start, and for the end or a survey that was stopped."""
+LOST_PERCENT = 1.0
+"""Largest share of frames that may be lost, in percent."""
+POOR_PERCENT = 5.0
+"""Largest share of frames that may have the same complaint of picture health, in percent."""
+SHORT_PERCENT = 1.0
+"""An end that falls short by a larger share of the known length, in percent, was not reached."""
+SHORT_FLOOR_MM = 300.0
+"""An end that falls short by no more than this was reached, however short the culvert is."""
+START_CODE = "BCD"
+"""Code of EN 13508-2 for the start."""
+END_CODES = ("BCE", "BDC")
+"""Codes of EN 13508-2 for the end, and for a survey that was stopped."""
 JOINT_CODES = ("BAI", "BAJ")
 """Codes of EN 13508-2 that occur only at joints: intruding sealing material, displaced joint."""
 

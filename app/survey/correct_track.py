@@ -150,7 +150,7 @@ def _proposed(
     proposal = propose(raw, sightings, rig, lengths)
     if proposal is None:
         raise InvalidCorrection(
-            f"{'One joint was' if sightings else 'No joints were'} seen, two at least are needed; "
+            f"{'One joint was' if sightings else 'No joints were'} seen, at least two are needed; "
             "correct the track by a taped length instead."
         )
     return proposal

@@ -20,12 +20,14 @@ class Corrected:
 
     stated: Stated
     adjusted: Adjusted | None
-    """None if it cannot be applied; made from part of what was stated if it could be applied
-    before."""
+    """The corrected track; None for a preview of statements that cannot be applied.
+
+    Stored statements that no longer apply are left out of it.
+    """
     error: dict[str, str] | None
-    """Code and detail of the error."""
+    """Code and detail of the error; None if the statements can be applied."""
     refusal: Refusal | None = None
-    """The same error for pages in other languages, where it has a name."""
+    """The same error for pages in other languages, if it has a name."""
     tilt: MountTilt | None = None
     """Tilt of the mount against the rig, over the run so far; None if it was not measured."""
 
@@ -36,7 +38,7 @@ class Corrected:
 
 
 def reason_of(refusal: Refusal) -> dict[str, Any] | None:
-    """Return name and values of a refusal, for other languages; None where it has no name."""
+    """Return name and values of a refusal, for other languages; None if it has no name."""
     if refusal.reason is None:
         return None
     return {"code": refusal.reason, "params": dict(refusal.values)}

@@ -10,7 +10,7 @@ from app.survey.catalogue.header import LONGEST_TEXT, faults
 
 
 class Given(BaseModel):
-    """Base of strict models: JSON false is no number, NaN and unknown fields are refused."""
+    """Base of strict models: JSON false is not a number, NaN and unknown fields are refused."""
 
     model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
 

@@ -27,7 +27,7 @@ UNEXPLAINED = ("unexplained_scale", "undecided_scale")
 """Reasons to refuse joints: they need a scale that the rig does not explain."""
 
 MANY_RINGS = 4
-"""Rings needed before they can be judged not to lie where joints are."""
+"""Least number of rings from which it can be judged that they do not lie where joints are."""
 
 
 CERTAIN = 2.0

@@ -125,8 +125,8 @@ class Course:
 def wall_under(course: Course, frame: int, pixel: tuple[float, float]) -> WallUnder | None:
     """Find the wall point under a pixel, by ray casting from the pose of the frame.
 
-    Rays are cast in the raw track, which is true to the rig that it was made with; what comes out
-    has its scale, and is corrected as the way is.
+    Rays are cast from the poses of the raw track, which agree with the rig. The wall points have
+    the scale of the raw track, so they are corrected like its distances.
 
     Returns:
         None if the frame is not tracked or no wall is seen.

@@ -38,7 +38,7 @@ class Mark(msgspec.Struct, frozen=True):
 
 
 class LeftOut(msgspec.Struct, frozen=True):
-    """The frame of sightings that are no joints."""
+    """The frame of sightings that are not joints."""
 
     frame: int
 
@@ -129,7 +129,7 @@ class MarkIn(Given):
 
 
 class LeftOutIn(Given):
-    """Request to leave out a ring that is no joint."""
+    """Request to leave out a ring that is not a joint."""
 
     frame: Frame
 

@@ -172,7 +172,7 @@ class Tracking:
             except Exception:
                 # For example the database accepts no writes: the row still says `running`, so the
                 # next start tracks it again; meanwhile the slot serves others.
-                logger.exception("A tracking slot met a fault of the server.")
+                logger.exception("A fault of the server interrupted a tracking slot.")
                 self._pause()
 
     def _pause(self) -> None:
@@ -303,7 +303,9 @@ class Tracking:
                 case Checkpoint():
                     journal.keep(message)
                 case Passing():
-                    logger.debug("Tracking %s passes %d.", inspection.id, message.frames)
+                    logger.debug(
+                        "Tracking %s: decoding frame %d again.", inspection.id, message.frames
+                    )
                 case Done():
                     return Outcome("done", warning=message.problem)
                 case Failed():

@@ -199,7 +199,7 @@ class Recorder:
             except Exception:
                 # For example the database accepts no writes: the row still says `running`, so that
                 # the next start recovers it.
-                logger.exception("A live inspection met a fault of the server.")
+                logger.exception("A fault of the server interrupted a live inspection.")
             finally:
                 with self._lock:
                     self._threads.discard(thread)
@@ -426,7 +426,7 @@ class Recorder:
 
 
 def _shown(camera: CameraStatus) -> tuple[bool, bool, str | None]:
-    """Return what a page must show at once."""
+    """Return the part of the state that a page must show at once when it changes."""
     return camera.connected, camera.is_recording, camera.detail
 
 

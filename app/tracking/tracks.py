@@ -29,7 +29,7 @@ Kept = TypeVar("Kept", bound=Sized)
 FRAMES_KEPT = 1_000_000
 """Frames of finished tracks held in memory: 116 bytes each, and 20 of their health."""
 _LEAST_FRAMES = 1_000
-"""Frames counted for a shorter track, so that the number of tracks is bounded too."""
+"""A shorter track counts as this many frames, so that the number of tracks is bounded too."""
 
 
 class HealthColumns:
@@ -223,8 +223,9 @@ class Tracks:
             self._reading.pop(inspection_id, None)
 
     def run(self, inspection_id: str) -> tuple[int, bool]:
-        """Return the number of the run that made the track, and whether it is running; it only adds
-        rows.
+        """Return the number of the run that made the track, and whether it is running.
+
+        A run only adds rows.
         """
         with self._lock:
             return self._runs.get(inspection_id, 0), inspection_id in self._growing
@@ -260,7 +261,7 @@ class Tracks:
     def _kept(
         self, cache: LRUCache[str, Kept], inspection_id: str, read: Callable[[], Kept | None]
     ) -> Kept | None:
-        """Return what a cache holds of an inspection, else what is read; None if there is no file.
+        """Return the cached value of an inspection, else read it; None if there is no file.
 
         The file is read outside the lock that tracking needs, once for concurrent callers, and
         cached unless another run has begun since.

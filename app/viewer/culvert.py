@@ -27,8 +27,8 @@ _NO_TURN = (1.0, 0.0, 0.0, 0.0)
 _SIDES = 96
 
 _BEHIND = 0.008
-"""Distance in scales of the plain wall behind the true one, which shows the pictures; joints lie at
-half of it. So what was seen hides what is only drawn."""
+"""Distance, in scales, of the plain wall behind the true wall, which shows the pictures; joints are
+drawn at half this distance. So pictures hide what is only drawn."""
 
 
 Colors = NDArray[np.uint8] | tuple[int, int, int]
@@ -78,8 +78,8 @@ class Culvert:
     def label(self, stretch_m: Reach, mode: CameraMode, wording: Wording) -> None:
         """Label the joints, or the metres where there are none, in this part of the culvert.
 
-        Of very many only every n-th is labelled. Labels are at the tape, or at the crown for an
-        observer inside.
+        If there are very many, only every n-th is labelled. Labels are at the tape, or at the crown
+        for an observer inside.
         """
         start, end = stretch_m
         named = [

@@ -208,7 +208,7 @@ def strip(
 
 
 def dashed(mesh: Mesh, sides: int, *, dashes: int, share: float) -> Mesh:
-    """Cut gaps into a strip, tube or torus of so many sides; `share` of it stays."""
+    """Cut gaps into a strip, tube or torus with this number of sides; `share` of it stays."""
     side = np.arange(len(mesh.faces)) % sides
     return Mesh(mesh.vertices, mesh.faces[side * dashes / sides % 1.0 < share])
 

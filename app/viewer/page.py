@@ -30,8 +30,8 @@ div:has(> canvas) {
 
 # hasFocus: the client reconnects only while the frame has the focus, which it loses as soon as the
 # operator works elsewhere on the page.
-# shaderSource: labels are black on white without a choice; their two fragment shaders end in
-# these colours (viser 1.1.1, LabelRenderer.tsx).
+# shaderSource: viser draws labels black on white and has no option for it; the two fragment shaders
+# of labels end in these colours (viser 1.1.1, LabelRenderer.tsx).
 _SCRIPT = """
 Document.prototype.hasFocus = () => true;
 const shaderSource = WebGL2RenderingContext.prototype.shaderSource;
@@ -43,9 +43,9 @@ WebGL2RenderingContext.prototype.shaderSource = function (shader, source) {
 """
 
 
-# createImageBitmap: where the wall was not seen its pictures have one grey, and a JPEG knows no
-# transparency.  Blocks of 8 x 8 pixels of nothing else, and what is like them beside them, are made
-# transparent here.  Where the client decodes in another way (Safari) that grey is shown.
+# createImageBitmap: the unseen wall has one grey in the pictures, as a JPEG has no transparency.
+# This script makes it transparent: blocks of 8 x 8 pixels of that grey alone, and similar pixels
+# beside them.  A client that decodes in another way (Safari) shows the grey.
 _UNSEEN_SCRIPT = """
 const decode = window.createImageBitmap;
 window.createImageBitmap = async function (source, ...rest) {

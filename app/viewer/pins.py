@@ -96,10 +96,10 @@ class _Label:
 
 
 class Pins:
-    """Draws all pins in a few nodes and a label each.
+    """Draws all pins in a few nodes, and a label for each.
 
-    What a pin looks like is worked out once, and a label is sent where it has changed: with one
-    more of 2000 pins neither server nor browsers do all the others again.
+    The shape of a pin is computed once, and a label is sent only when it changes, so that one pin
+    more does not make server and browsers repeat the work for 2000 others.
     """
 
     def __init__(self, scene: viser.SceneApi, section: Section) -> None:

@@ -355,18 +355,18 @@ def defect_pin(
     clock_h: float | None,
     lateral_m: float,
 ) -> Pin:
-    """The pin of an observation.
+    """Return the pin of an observation.
 
     Args:
-        observation_id: Its id.
+        observation_id: Id of the observation.
         tag: What was stated.
-        kind: What the code pack calls it; None for a code that is not in it.
-        language: Of the label.
-        distance_m: Corrected.
-        finish_m: The same of the finish of its stretch.
-        u95_m: Half of the 95 % interval of the distance; None where nobody knows it.
-        clock_h: Exact, as the pixel shows it; it counts where no clock position was stated.
-        lateral_m: To the right of the axis.
+        kind: Row of the code pack; None for a code that is not in it.
+        language: Language of the label.
+        distance_m: Corrected distance.
+        finish_m: Corrected distance of the finish, if the observation starts a stretch.
+        u95_m: Half of the 95 % interval of the distance; None where it is unknown.
+        clock_h: Exact clock position from the pixel, used if none was stated.
+        lateral_m: Distance to the right of the axis.
     """
     code = " ".join(filter(None, (tag.code, tag.char1, tag.char2)))
     label = None if kind is None else kind.label_ms if language == "ms" else kind.label

@@ -31,7 +31,7 @@ class View:
     """Vertical field of view."""
 
     def is_near(self, other: View) -> bool:
-        """Return whether a move from one to the other would be invisible."""
+        """Return whether a move from this view to the other would be invisible."""
         scale = np.linalg.norm(self.look_at - self.position)
         moved = np.abs([self.position - other.position, self.look_at - other.look_at]).max()
         return bool(moved < 1e-3 * scale)

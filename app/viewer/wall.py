@@ -24,7 +24,7 @@ _MAX_PER_TICK = 4
 """Most pictures sent per tick, so that pose and live picture are not delayed when a culvert is
 opened."""
 _PERIOD_S = 2.0
-"""How often a growing picture is sent at most, s."""
+"""Shortest time between two versions of a growing picture, s."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 In the tree every module and every style sheet is a separate file. Loading them one by one would
 take two hundred requests at the first visit, so the server joins them: the modules in the order in
 which a browser would run them, each in its own function, so that their names do not clash. The
-modules use two forms of import and one of export, and none imports in a circle;
+modules use two forms of import and one of export, and no imports form a circle;
 tests/app/web/test_bundles.py checks that.
 """
 

@@ -54,7 +54,7 @@ def _principal(request: Request) -> Principal:
 def browser_of(connection: HTTPConnection) -> str:
     """Return what identifies the user's browser: its session, or a program's token.
 
-    Several people may share a token, and the clicks of one are not for the others.
+    Several people may share a token, but each of them gets only their own clicks.
     """
     principal: Principal = connection.state.principal
     return principal.credential

@@ -37,7 +37,7 @@ class PromptProtocol(H11Protocol):
             self._make_room()
 
     def data_received(self, data: bytes) -> None:
-        """Note that a request may begin, grow or end with this."""
+        """Restart or stop waiting: the bytes may begin, continue or complete a request."""
         super().data_received(data)
         state = self.conn.their_state
         is_answered = self.cycle is not None and self.cycle.response_complete

@@ -100,10 +100,10 @@ def test_words_count_and_are_put_together(site: Page) -> None:
     said = site.evaluate(
         """async () => {
           const { errorText, t, wordFor } = await import('/static/core/words.js');
-          const tell = (run) => { try { return run(); } catch (error) { return error.message; } };
+          const result = (run) => { try { return run(); } catch (error) { return error.message; } };
           return [
             t('progress.frames', { n: 1 }), t('progress.frames', { n: 7 }),
-            tell(() => t('progress.nothing')), tell(() => t('progress.speed')),
+            result(() => t('progress.nothing')), result(() => t('progress.speed')),
             wordFor('status', 'done'), wordFor('status', 'other'),
             errorText({ code: 'busy', message: 'as the server says' }),
             errorText({ code: 'invalid_rig', message: 'as the server says' }),

@@ -28,7 +28,7 @@ def receiver() -> Iterator[Receiver]:
 
 
 @pytest.fixture(scope="module")
-def telling(tmp_path_factory: pytest.TempPathFactory, receiver: Receiver) -> Iterator[Server]:
+def notifying(tmp_path_factory: pytest.TempPathFactory, receiver: Receiver) -> Iterator[Server]:
     """A server with a client who is notified of severity 5."""
     settings = {"webhook_url": receiver.url, "webhook_secret": "a secret of sixteen or more"}
     with Server(tmp_path_factory.mktemp("data"), **settings) as running:
@@ -36,12 +36,12 @@ def telling(tmp_path_factory: pytest.TempPathFactory, receiver: Receiver) -> Ite
 
 
 @pytest.fixture
-def inspection(telling: Server, tmp_path: Path) -> str:
+def inspection(notifying: Server, tmp_path: Path) -> str:
     """With a plain tag, a crack and one without a code."""
     clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=20)
-    made = telling.track(clip, rig_for_clip(tmp_path / "rig.json"))
-    tag(telling, made, 0, frame=3, code="BAB", char1="B", char2="A", severity=3)
-    tag(telling, made, 1, frame=9)
+    made = notifying.track(clip, rig_for_clip(tmp_path / "rig.json"))
+    tag(notifying, made, 0, frame=3, code="BAB", char1="B", char2="A", severity=3)
+    tag(notifying, made, 1, frame=9)
     return made
 
 
@@ -59,8 +59,8 @@ def open_format(page: Page, name: str) -> None:
     expect(page.get_by_role("dialog", name=f"Export: {name}")).to_be_visible()
 
 
-def test_the_menu_offers_every_format(page: Page, telling: Server, inspection: str) -> None:
-    log_in(page, telling, f"/inspections/{inspection}")
+def test_the_menu_offers_every_format(page: Page, notifying: Server, inspection: str) -> None:
+    log_in(page, notifying, f"/inspections/{inspection}")
     open_menu(page)
     offered = page.locator("[data-export]").evaluate_all("all => all.map(e => e.dataset.export)")
     assert FORMATS.keys() <= set(offered)
@@ -70,9 +70,9 @@ def test_the_menu_offers_every_format(page: Page, telling: Server, inspection: s
 
 
 def test_losses_and_checks_are_shown_before_and_forbid_nothing(
-    page: Page, telling: Server, inspection: str
+    page: Page, notifying: Server, inspection: str
 ) -> None:
-    log_in(page, telling, f"/inspections/{inspection}")
+    log_in(page, notifying, f"/inspections/{inspection}")
     open_format(page, "EN 13508-2")
     dialog = page.get_by_role("dialog")
     expect(dialog).to_contain_text(re.compile(r"This format cannot hold \d+ things"))
@@ -88,8 +88,8 @@ def test_losses_and_checks_are_shown_before_and_forbid_nothing(
     expect(page.locator("toast-stack")).to_contain_text("clip-en13508.txt is saved")
 
 
-def test_a_loss_leads_to_its_defect(page: Page, telling: Server, inspection: str) -> None:
-    log_in(page, telling, f"/inspections/{inspection}")
+def test_a_loss_leads_to_its_defect(page: Page, notifying: Server, inspection: str) -> None:
+    log_in(page, notifying, f"/inspections/{inspection}")
     open_format(page, "EN 13508-2")
     page.get_by_role("dialog").get_by_role("button", name="Go there").first.click()
     expect(page.get_by_role("dialog")).to_have_count(0)
@@ -97,9 +97,9 @@ def test_a_loss_leads_to_its_defect(page: Page, telling: Server, inspection: str
 
 
 def test_a_map_without_coordinates_is_refused_in_a_sentence_that_leads_on(
-    page: Page, telling: Server, inspection: str
+    page: Page, notifying: Server, inspection: str
 ) -> None:
-    log_in(page, telling, f"/inspections/{inspection}")
+    log_in(page, notifying, f"/inspections/{inspection}")
     open_format(page, "GeoJSON")
     dialog = page.get_by_role("dialog")
     expect(dialog.get_by_role("alert")).to_contain_text("latitude and longitude of both ends")
@@ -109,9 +109,9 @@ def test_a_map_without_coordinates_is_refused_in_a_sentence_that_leads_on(
 
 
 def test_a_report_that_takes_long_can_be_stopped(
-    page: Page, telling: Server, inspection: str
+    page: Page, notifying: Server, inspection: str
 ) -> None:
-    log_in(page, telling, f"/inspections/{inspection}")
+    log_in(page, notifying, f"/inspections/{inspection}")
     held: list[Route] = []
     # As a server that takes its time.
     page.route("**/exports/pdf?*", lambda route: held.append(route))
@@ -133,9 +133,9 @@ def test_a_report_that_takes_long_can_be_stopped(
 
 
 def test_a_refusal_is_shown_and_the_dialog_stays(
-    page: Page, telling: Server, inspection: str
+    page: Page, notifying: Server, inspection: str
 ) -> None:
-    log_in(page, telling, f"/inspections/{inspection}")
+    log_in(page, notifying, f"/inspections/{inspection}")
     open_format(page, "CSV")
     page.route("**/exports/csv?*", lambda route: route.abort())
     dialog = page.get_by_role("dialog")
@@ -146,8 +146,8 @@ def test_a_refusal_is_shown_and_the_dialog_stays(
         dialog.get_by_role("button", name="Download").click()
 
 
-def test_by_keys_alone(page: Page, telling: Server, inspection: str) -> None:
-    log_in(page, telling, f"/inspections/{inspection}")
+def test_by_keys_alone(page: Page, notifying: Server, inspection: str) -> None:
+    log_in(page, notifying, f"/inspections/{inspection}")
     menu = page.locator("[data-part=menu] summary").first
     menu.focus()
     page.keyboard.press("Enter")
@@ -162,10 +162,10 @@ def test_by_keys_alone(page: Page, telling: Server, inspection: str) -> None:
 
 
 def test_language_and_units_are_those_of_the_person(
-    page: Page, telling: Server, inspection: str
+    page: Page, notifying: Server, inspection: str
 ) -> None:
-    usual = json.load(telling.ask("GET", "/api/me"))["preferences"]
-    log_in(page, telling)
+    usual = json.load(notifying.ask("GET", "/api/me"))["preferences"]
+    log_in(page, notifying)
     page.get_by_label("Menu").click()
     page.get_by_role("button", name="Settings").click()
     with page.expect_navigation():
@@ -179,7 +179,7 @@ def test_language_and_units_are_those_of_the_person(
     expect(page.get_by_role("heading", name="Pemeriksaan", level=1)).to_be_visible()
     expect(page.get_by_role("combobox", name="Bahasa")).to_have_value("ms")
     page.keyboard.press("Escape")
-    page.goto(f"{telling.url}/inspections/{inspection}")
+    page.goto(f"{notifying.url}/inspections/{inspection}")
     page.get_by_text("Eksport", exact=True).click()
     page.get_by_role("button", name=re.compile("^CSV ")).click()
     dialog = page.get_by_role("dialog", name="Eksport: CSV")
@@ -187,16 +187,16 @@ def test_language_and_units_are_those_of_the_person(
     with page.expect_request("**/exports/csv?*") as request, page.expect_download():
         dialog.get_by_role("button", name="Muat turun").click()
     assert request.value.url.endswith("/exports/csv?lang=ms&units=ft")
-    telling.ask("PUT", "/api/me/preferences", usual)
+    notifying.ask("PUT", "/api/me/preferences", usual)
 
 
 @pytest.mark.parametrize("width", [360, 1280])
 def test_menu_and_dialog_fit_the_window(
-    page: Page, telling: Server, inspection: str, width: int
+    page: Page, notifying: Server, inspection: str, width: int
 ) -> None:
     page.set_viewport_size({"width": width, "height": 700})
-    tag(telling, inspection, 2, frame=12, code="BAC", char1="C", severity=5)
-    log_in(page, telling, f"/inspections/{inspection}")
+    tag(notifying, inspection, 2, frame=12, code="BAC", char1="C", severity=5)
+    log_in(page, notifying, f"/inspections/{inspection}")
     open_menu(page)
     _expect_inside(page, ".menu__list--exports")
     page.get_by_role("button", name=re.compile("^ISYBAU ")).click()
@@ -217,9 +217,9 @@ def _expect_inside(page: Page, selector: str) -> None:
 
 
 def test_the_table_holds_what_was_tagged_just_now(
-    page: Page, telling: Server, inspection: str
+    page: Page, notifying: Server, inspection: str
 ) -> None:
-    log_in(page, telling, f"/inspections/{inspection}")
+    log_in(page, notifying, f"/inspections/{inspection}")
     expect(page.locator(".defect")).to_have_count(2)
     expect(page.locator(".readout__distance")).to_contain_text("0.00")
     page.keyboard.press("1")
@@ -229,10 +229,10 @@ def test_the_table_holds_what_was_tagged_just_now(
 
 
 def test_a_severity_5_is_shown_on_the_page_on_a_sheet_and_to_the_client(
-    page: Page, telling: Server, receiver: Receiver, inspection: str
+    page: Page, notifying: Server, receiver: Receiver, inspection: str
 ) -> None:
     receiver.statuses = [500, 500]
-    log_in(page, telling, f"/inspections/{inspection}")
+    log_in(page, notifying, f"/inspections/{inspection}")
     banner = page.get_by_role("region", name="Act now")
     expect(page.locator(".defect")).to_have_count(2)
     expect(banner).to_be_hidden()
@@ -246,7 +246,7 @@ def test_a_severity_5_is_shown_on_the_page_on_a_sheet_and_to_the_client(
     assert download.value.suggested_filename == "clip-act-now.pdf"
     assert Path(download.value.path()).read_bytes().startswith(b"%PDF-")
     expect(banner).to_contain_text("Client notified, ")
-    assert receiver.received[-1].told["observation"]["code"] == "BAB"
+    assert receiver.received[-1].message["observation"]["code"] == "BAB"
     page.get_by_role("tab", name="History").click()
     expect(page.locator("history-panel")).to_contain_text("The client was notified of BAB")
     expect_no_fault(page)
@@ -255,15 +255,15 @@ def test_a_severity_5_is_shown_on_the_page_on_a_sheet_and_to_the_client(
 
 
 def test_the_list_shows_at_once_what_others_tag(
-    page: Page, telling: Server, inspection: str
+    page: Page, notifying: Server, inspection: str
 ) -> None:
-    for made in json.load(telling.ask("GET", "/api/inspections"))["inspections"]:
+    for made in json.load(notifying.ask("GET", "/api/inspections"))["inspections"]:
         if made["id"] != inspection:
-            telling.ask("DELETE", f"/api/inspections/{made['id']}")
-    log_in(page, telling)
+            notifying.ask("DELETE", f"/api/inspections/{made['id']}")
+    log_in(page, notifying)
     row = page.locator(".inspection")
     expect(row.locator(".chip")).to_have_count(1)
-    tag(telling, inspection, 3, frame=12, code="BAC", char1="C", severity=5)
+    tag(notifying, inspection, 3, frame=12, code="BAC", char1="C", severity=5)
     expect(row.locator(".chip")).to_have_text(["Done", "act now"])
     expect(page.locator("toast-stack")).to_contain_text("Act now: clip")
     expect_no_fault(page)

@@ -34,7 +34,7 @@ def test_an_old_survey_is_imported_and_works_without_a_film(
     dialog = page.get_by_role("dialog")
     expect(dialog).to_contain_text("1 inspection was made")
     expect(dialog).to_contain_text("12 observations")
-    expect(dialog).to_contain_text("Line 22: No distance can be read of 'not a number'")
+    expect(dialog).to_contain_text("Line 22: No distance can be read from 'not a number'")
     dialog.get_by_role("link", name="CUL-0041 2026-09-14").click()
 
     stage = page.locator("video-panel")

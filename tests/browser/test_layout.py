@@ -108,9 +108,9 @@ def test_a_failed_run_does_not_deny_the_picture_that_is_seen(
     page: Page, server: Server, inspection: str
 ) -> None:
     def failed(route: Route) -> None:
-        told = json.load(server.ask("GET", f"/api/inspections/{inspection}"))
+        shown = json.load(server.ask("GET", f"/api/inspections/{inspection}"))
         error = {"code": "tracking_failed", "detail": "It has failed."}
-        route.fulfill(json=told | {"status": "failed", "error": error})
+        route.fulfill(json=shown | {"status": "failed", "error": error})
 
     page.route(f"**/api/inspections/{inspection}", failed)
     path = f"/api/inspections/{inspection}/track?format=columns"

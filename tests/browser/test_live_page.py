@@ -166,8 +166,8 @@ def test_a_live_inspection_from_its_start_through_two_drop_outs_to_its_review(
     page.keyboard.press("Home")
     expect(page.locator(".transport__clock")).to_have_text(re.compile(r"frame 0$"))
     assert page.evaluate(RECORDED, 0) >= 0
-    told = page.content() + json.dumps(inspection(page, server))
-    assert PASSWORD.split("/")[0] not in told
+    shown = page.content() + json.dumps(inspection(page, server))
+    assert PASSWORD.split("/")[0] not in shown
 
 
 def test_picture_number_pose_and_read_out_are_of_one_frame(

@@ -474,14 +474,14 @@ def test_a_pedal_tags_while_a_form_is_filled_in(desk: Page) -> None:
 def test_a_click_in_the_3d_view_tags_the_wall_or_selects_the_pin(
     desk: Page, server: Server, empty: str
 ) -> None:
-    tell = """([type, detail]) => document.querySelector('inspection-page').desk.live
+    dispatch = """([type, detail]) => document.querySelector('inspection-page').desk.live
         .dispatchEvent(new CustomEvent(type, { detail }))"""
-    desk.evaluate(tell, ["wall_click", {"distance_m": 0.8, "clock_h": 6.0, "lateral_m": 0.0}])
+    desk.evaluate(dispatch, ["wall_click", {"distance_m": 0.8, "clock_h": 6.0, "lateral_m": 0.0}])
     expect(desk.locator(".defect__where")).to_have_text(re.compile(r"0\.(79|80) m"))
     expect_saved(desk)
     [item] = observations(server, empty)
     assert item["distance_m"] == pytest.approx(0.8, abs=0.02)
     desk.keyboard.press("Escape")
-    desk.evaluate(tell, ["pin_click", {"observation": item["id"]}])
+    desk.evaluate(dispatch, ["pin_click", {"observation": item["id"]}])
     expect(desk.locator(".defect__main")).to_have_attribute("aria-current", "true")
     expect_frame(desk, item["frame"])

@@ -57,12 +57,18 @@ class Bed:
         self._height_mm = rig.mount.height_mm
         self._least = float(np.clip(NOTICED * flat_misfit(rig, patch_mm), *MISFITS))
         self._count, self._seen_mm = 0, 0.0
-        self._pitch, self._way = 0.0, 0.0
-        """Weighted means of the pitch times the distance, and of the distance squared."""
-        self._is_here, self._highest = False, 0.0
-        """Whether the wall is a bed now, and the highest misfit of that bed."""
-        self._way_mm = self._left_mm = 0.0
-        """Distance driven on beds, signed like the distance, and where the last one ended."""
+        self._pitch = 0.0
+        """Weighted mean of the pitch times the distance."""
+        self._way = 0.0
+        """Weighted mean of the squared distance."""
+        self._is_here = False
+        """Whether the wall is a bed now."""
+        self._highest = 0.0
+        """Highest misfit of that bed."""
+        self._way_mm = 0.0
+        """Distance driven on beds, signed like the distance."""
+        self._left_mm = 0.0
+        """Distance at which the last bed ended."""
 
     def take(self, change: Matrix, last_mm: float, x_mm: float) -> None:
         """Add the change of a pose since its reference, and the distances of the last two fixes.

@@ -62,8 +62,10 @@ class Rows:
 
 
 WHOLE = Rows(0, 1)
-TOP, BOTTOM = Rows(0, 2), Rows(1, 2)
-"""The two fields of an interlaced picture."""
+TOP = Rows(0, 2)
+"""The top field of an interlaced picture."""
+BOTTOM = Rows(1, 2)
+"""The bottom field of an interlaced picture."""
 
 
 @dataclass(frozen=True)

@@ -57,15 +57,21 @@ _MEMORY = 40
 _WORTH = 5
 """Weight of `USUAL` in that average, in frames."""
 
-_WORTH_MM, _MEMORY_MM = 300.0, 3000.0
-"""Weight of `STEERED` in the mean steering, as a distance, and the distance of the average."""
+_WORTH_MM = 300.0
+"""Weight of `STEERED` in the mean steering, as a distance."""
 
-_BIASED, _BIASED_AFTER = 0.5, 6
-"""Share of the squared changes in proportion to the distance from which they count as an error of
-the wall's shape instead of sway, and the number of frames after which that is certain.
+_MEMORY_MM = 3000.0
+"""Distance over which the steering is averaged."""
+
+_BIASED = 0.5
+"""Changes count as an error of the wall's shape, and not as sway, if at least this share of their
+squares is proportional to the distance.
 
 A flat bed of silt raises the camera by the same amount in each step, up to 45 mm in 6 m; a robot
 goes up and down. Climbs are long waves and are not tested."""
+
+_BIASED_AFTER = 6
+"""Number of frames after which that is certain."""
 
 _MOST_BIAS = np.array([0.03, np.radians(0.02), 0.0, 0.0])
 """Height in mm and pitch in rad per mm of distance: smaller slopes may be an error of the wall's
@@ -100,8 +106,12 @@ class Sway:
             self.own[3, 5] = -rig.mount.lateral_mm
         self._variance = np.square(USUAL)
         self._count = _WORTH
-        self._square, self._with_way, self._way = np.zeros(4), np.zeros(4), 0.0
-        """Means of the squared changes, of their products with the distance, and of its square."""
+        self._square = np.zeros(4)
+        """Means of the squared changes."""
+        self._with_way = np.zeros(4)
+        """Means of the changes times the distance."""
+        self._way = 0.0
+        """Mean of the squared distance."""
 
         self._steering = np.square(UNSTEADY if self._arm_mm is None else STEERED)
         """Mean squares of the offset from the axis and of the heading."""

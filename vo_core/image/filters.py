@@ -13,8 +13,11 @@ FLOOR = 0.003
 BLACK_GREY = 2.0
 """Grey levels added to the light, so that black areas get no contrast."""
 
-LIGHT_PX, NEIGHBOURHOOD_PX = 24.0, 8.0
-"""Sigmas of the light, and of the neighbourhood in which contrast is normalised."""
+LIGHT_PX = 24.0
+"""Sigma of the Gaussian that separates the light from the texture."""
+
+NEIGHBOURHOOD_PX = 8.0
+"""Sigma of the neighbourhood in which contrast is normalised."""
 
 _REDUCTION = 4
 

@@ -45,9 +45,11 @@ _BLOCK_PX = 32
 _LEAST_SHARP = 0.35
 """Detail of any wall in a sharp picture, so that a lens out of focus from the start is detected."""
 
-_RISE, _FALL = 0.2, 1 / 1000
-"""Weight of a measurement in the recent best detail, when it is higher and when it is lower: a
-minute at 30 Hz forgets most of it."""
+_RISE = 0.2
+"""Weight of a measurement above the recent best detail."""
+
+_FALL = 1 / 1000
+"""Weight of a measurement below the recent best detail: a minute at 30 Hz forgets most of it."""
 
 _STEADY = 0.2
 """Weight of a measurement in the current detail, so that one joint or stain is no blur."""

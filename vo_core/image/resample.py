@@ -46,7 +46,7 @@ def grey_frame(camera: Camera, image: Image) -> Image:
     """Convert a frame of this camera to grey, see `to_grey`.
 
     Raises:
-        ShapeMismatch: The frame has another size than the camera, or is no picture.
+        ShapeMismatch: The frame has another size than the camera, or is not a picture.
     """
     grey = to_grey(image)
     height, width = grey.shape

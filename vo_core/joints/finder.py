@@ -289,7 +289,7 @@ def from_csv(text: str) -> list[Sighting]:
     """Read joints.csv.
 
     Raises:
-        InvalidTrack: A column is missing or a value is no finite number.
+        InvalidTrack: A column is missing or a value is not a finite number.
     """
     columns = number_columns(text, _COLUMNS, "file of joints")
     rows = zip(*(columns[name].tolist() for name in _COLUMNS), strict=True)

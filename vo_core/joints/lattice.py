@@ -40,11 +40,14 @@ _STEP = 0.001
 """Step between the scales that are tried; it moves a joint by one or two millimetres against the
 joint before."""
 
-_LOWEST, _HIGHEST = 0.75, 1.10
-"""Range of the scales that are tried, relative to the known scale.
+_LOWEST = 0.75
+"""Lowest scale that is tried, relative to the known scale.
 
 Silt is nearer than the wall, so the track reads up to a third too long; water makes the wall seem
 nearer by a quarter of the water's depth."""
+
+_HIGHEST = 1.10
+"""Highest scale that is tried, relative to the known scale."""
 
 _UNUSUAL = 0.1
 """Share of the runs whose scale is unrelated to the known one and may be any in that range."""
@@ -58,19 +61,27 @@ _RING = 2.0
 _UNLIKE = 3.0
 """Log odds against a dark and a bright ring both being joints of one pipe."""
 
-_MISSED, _MISSED_TOO, _MOST_MISSED = 1.6, 0.5, 8
-"""Log odds against one missed joint between two, against each further one, and the number from
-which more cost nothing: joints are missed in stretches, under water or after a loss.
+_MISSED = 1.6
+"""Log odds against one missed joint between two; this cost separates a lattice from a finer one
+that contains it."""
 
-This cost separates a lattice from a finer one that contains it."""
+_MISSED_TOO = 0.5
+"""Log odds against each further joint that is missed: joints are missed in stretches, under water
+or after a loss."""
+
+_MOST_MISSED = 8
+"""Number of missed joints from which more cost nothing."""
 
 _CHANGE = 0.02
 """Typical change of the scale between two joints, where it changes."""
 
-_LEAVES_USUAL, _LEAVES_UNUSUAL = 2.5, 1.25
-"""Log odds against a change from or to a usual and an unusual scale; half counts for each end.
+_LEAVES_USUAL = 2.5
+"""Log odds against a change from or to a usual scale; half counts for each end.
 
 A run whose rig is right has no change; over silt changes are the rule."""
+
+_LEAVES_UNUSUAL = 1.25
+"""The same for an unusual scale."""
 
 _FINER = 4
 """This many joints do not lie on every second place of a lattice by chance."""
@@ -84,11 +95,17 @@ _BREAK = 7.0
 _LEAST_BED = 0.01
 """A bed lies between two rings if it may change the way between them by more than this share."""
 
-_BREAK_ON_BED, _LEAVES_ON_BED, _CHANGE_ON_BED = 14.0, 0.5, 0.1
-"""`_BREAK`, `_LEAVES_UNUSUAL` and `_CHANGE` beside such a bed.
+_BREAK_ON_BED = 14.0
+"""`_BREAK` beside such a bed.
 
 There a change of the scale is more likely than a restart of the count after a segment of odd
 length."""
+
+_LEAVES_ON_BED = 0.5
+"""`_LEAVES_UNUSUAL` beside such a bed."""
+
+_CHANGE_ON_BED = 0.1
+"""`_CHANGE` beside such a bed."""
 
 _SURE = 3.0
 """Least log odds of the best count against every other one."""
@@ -120,7 +137,7 @@ def count_joints(
 
     Args:
         track: The track of the sightings.
-        sightings: Of rings that may be joints.
+        sightings: Sightings of rings that may be joints.
         segment_mm: Distance from joint to joint.
         scale: True length over that of the track, as known without joints.
         scale_sigma: Its standard uncertainty.

@@ -30,13 +30,17 @@ Warp = Callable[[Matrix], Points]
 CONVERGED_PX = 0.02
 """A step that moves no block by more ends the iteration: the remaining error is far smaller."""
 
-SHORT_PX, LONGEST_LAST_PX = 0.001, 0.1
-"""In a clear picture a longer step, up to `LONGEST_LAST_PX`, ends the iteration too.
+SHORT_PX = 0.001
+"""Error that a longer last step may leave in a clear picture.
 
 Noise in the reference's gradients makes each step too short by a share that grows with 1 -
-fidelity; the last step is so long that this share of it is `SHORT_PX`. Measured on coded film: up
-to 0.1 px distance and heading do not change, at 0.2 px a keyframe's link has a systematic error of
-0.01 px."""
+fidelity. A step ends the iteration if that share of it is at most this."""
+
+LONGEST_LAST_PX = 0.1
+"""Longest step that may end the iteration in a clear picture.
+
+Measured on coded film: up to 0.1 px distance and heading do not change, at 0.2 px a keyframe's link
+has a systematic error of 0.01 px."""
 
 LAST_STEP = 60
 """Most steps of any alignment, even one that still converges."""

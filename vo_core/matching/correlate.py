@@ -16,8 +16,11 @@ import numpy as np
 from vo_core.image.filters import smooth
 from vo_core.types import GrayImage
 
-LOW_PASS, HIGH_PASS = 0.16, 0.02
-"""Band of W = exp(-(r/low)^2/2) (1 - exp(-(r/high)^2/2)), r in cycles per px."""
+LOW_PASS = 0.16
+"""`low` of the band-pass W = exp(-(r/low)^2/2) (1 - exp(-(r/high)^2/2)), r in cycles per px."""
+
+HIGH_PASS = 0.02
+"""`high` of the same band-pass, cycles per px."""
 
 ROTATION_LIMIT_RAD = float(np.radians(12))
 """Largest rotation that is searched for: the paper's 10 degrees plus a margin."""

@@ -29,9 +29,14 @@ those of every second row.  The ratio is 1 for noise and less for texture."""
 SHARE = 0.25
 """Share of the blocks that must comb; text, dirt and distant wall do not."""
 
-COLUMNS, ROWS, BLOCKS = 80, 100, 6
-"""Approximate numbers of columns and rows, spread over the picture, that are tested for combing,
-and blocks along each side in which the result is averaged."""
+COLUMNS = 80
+"""Approximate number of columns, spread over the picture, that are tested for combing."""
+
+ROWS = 100
+"""Approximate number of rows, spread over the picture, that are tested for combing."""
+
+BLOCKS = 6
+"""Number of blocks along each side in which the result is averaged."""
 
 BLANK = 0.01
 """A block whose rows differ by less, in grey levels squared, shows nothing."""

@@ -29,8 +29,11 @@ TILE_MM = 500.0
 FINEST_MM = 0.5
 """Finest pixel of the mosaic, if the camera resolves as much; it shows a hair crack."""
 
-MOST_PX, LONGEST_PX = 600_000, 1000
-"""Most pixels of a tile in all, and along one side."""
+MOST_PX = 600_000
+"""Most pixels of a tile."""
+
+LONGEST_PX = 1000
+"""Most pixels along one side of a tile."""
 
 SWAY = 0.15
 """Margin on either side, as a share of the visible arc, for the wall that a climb shows."""

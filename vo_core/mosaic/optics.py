@@ -27,8 +27,11 @@ LEAST_PX = 8
 COARSER = 2.0
 """A place is painted if its mm per px is at most this many times the finest of its lane."""
 
-LANES, SHORTEST = 64, 0.3
-"""Number of lanes of the arc, and the least view of the pipe in a lane, relative to the longest.
+LANES = 64
+"""Number of lanes into which the arc is divided."""
+
+SHORTEST = 0.3
+"""Least view of the pipe in a lane that is painted, relative to the longest.
 
 A lane with a shorter view, as in the corners of a turned camera, passes too quickly and would be
 painted with gaps."""

@@ -68,7 +68,7 @@ class Stretch:
     """A part of the way with its own scale."""
 
     from_mm: float
-    """Corrected distance at the begin; `to_mm` is larger."""
+    """Corrected distance at the beginning; `to_mm` is larger."""
     to_mm: float
     scale: float
     sigma: float
@@ -120,7 +120,7 @@ def joint_spacing(
 
     Args:
         track: The track of the sightings.
-        sightings: Of rings that may be joints.
+        sightings: Sightings of rings that may be joints.
         segment_mm: Distance from joint to joint.
         others: The rig's own scale, taped lengths.
         segment_sigma_mm: Standard uncertainty of `segment_mm`.

@@ -58,8 +58,8 @@ def interval_parts(
 
     Args:
         track: As it was measured.
-        effects: Of the tolerances of its rig, see `height.scale_effects`; they take some 20 ms to
-            compute and do not change during the run.
+        effects: Effects of the tolerances of its rig, see `height.scale_effects`; they take some
+            20 ms to compute and do not change during the run.
         evidence: Tapes and joints that correct the track; the scale of the rig is added.
         frame: The frame of the distance.
         zero_frame: The frame from which the distance is counted; by default the track's zero.

@@ -88,7 +88,7 @@ def propose(
 
     Args:
         track: As it was measured so far.
-        sightings: Of joints, made with `track`; those of frames beyond its end are left out.
+        sightings: Sightings of joints, made with `track`; those beyond its end are left out.
         rig: The rig of the track; its tolerances help to count the segments.
         others: Further evidence, such as taped lengths.
     Returns:

@@ -41,12 +41,12 @@ LENGTH_MM = 2000.0
 QUICK_LENGTH_MM = 250.0
 QUICK_NAMES = ("nominal", "dirty_lens", "drop_outs", "large_sway", "wide_lens")
 FIELD_LENGTH_MM = 6000.0
-"""What the targets are for."""
+"""Path for which the targets are stated."""
 FIELD_NAMES = (
     "nominal", "low_texture", "dirty_lens", "drop_outs", "network_jitter", "stop_dead", "bounce",
     "climb", "rolling_shutter", "low_bit_rate",
 )  # fmt: skip
-"""What the field does to a film, one scenario of each kind."""
+"""One scenario for each way in which the field spoils a film."""
 
 WARM_UP_FRAMES = 10
 """Frames left out of the times, as caches fill and the robot does not move yet."""

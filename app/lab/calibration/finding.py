@@ -35,9 +35,8 @@ _NOTHING: tuple[Points, Points] = (np.empty((0, 2)), np.empty((0, 3)))
 
 
 def read_grey(path: Path) -> ByteImage | None:
-    """Read a grey picture as the sensor recorded it; None for a file that is no picture.
-
-    EXIF does not rotate it, as it does not rotate a video of the same camera either.
+    """Read a grey picture as the sensor recorded it; None for a file that is not a picture. EXIF
+    does not rotate it, as it does not rotate a video of the same camera either.
     """
     data = np.frombuffer(path.read_bytes(), np.uint8)
     if len(data) == 0:
@@ -50,7 +49,7 @@ def find_boards(pictures: Iterable[tuple[str, ByteImage | None]], board: Board) 
     """Detect the boards in named grey pictures, and reject pictures with none or a blurred one.
 
     Args:
-        pictures: Name and picture, None for a file that is no picture; read one after the other.
+        pictures: Name and picture, None for a file that is not a picture; read one after the other.
         board: The printed board.
     Raises:
         UnusableBoards: The pictures differ in size, or there are none.

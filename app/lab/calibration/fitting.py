@@ -19,13 +19,19 @@ from vo_core.types import ByteImage
 GOOD_IMAGES = 10
 """Number of pictures for a good calibration."""
 
-OUTLIER_RATIO, OUTLIER_PX = 3.0, 0.5
-"""A picture is rejected if its median residual is this many times that of the median picture and at
-least this many px: it does not show the same flat board through the same lens."""
+OUTLIER_RATIO = 3.0
+"""A picture is rejected if its median residual exceeds this many times that of the median picture:
+it does not show the same flat board through the same lens."""
 
-STRAY_RATIO, STRAY_PX = 4.0, 0.3
-"""A corner is rejected if its residual is this many times the median and at least this many px:
-detectors guess corners where squares are small."""
+OUTLIER_PX = 0.5
+"""A picture is kept up to this median residual, whatever the others have."""
+
+STRAY_RATIO = 4.0
+"""A corner is rejected if its residual exceeds this many times the median: detectors guess corners
+where squares are small."""
+
+STRAY_PX = 0.3
+"""A corner is kept up to this residual, whatever the others have."""
 
 GOOD_RMS_PX = 0.5
 """Largest residual of a good calibration."""
@@ -185,8 +191,8 @@ def calibrate(boards: Boards, model: Model) -> Calibration:
     camera, fx_sigma_px = lens.camera(boards.size_wh), lens.fx_sigma_px()
     if fx_sigma_px > WORST_FX_SIGMA * camera.fx:
         raise UnusableBoards(
-            f"The pictures do not determine the focal length: {camera.fx:.0f} px, give or take "
-            f"{fx_sigma_px:.0f}; tilt the board by 20 to 45 degrees to all sides."
+            f"The pictures do not determine the focal length: {camera.fx:.0f} ± "
+            f"{fx_sigma_px:.0f} px; tilt the board by 20 to 45 degrees to all sides."
         )
     return Calibration(
         camera=camera,

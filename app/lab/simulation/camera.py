@@ -1,7 +1,7 @@
 """The exact geometry of the renderer, from pixels to points on the wall.
 
-Of `vo_core` only the numbers of rigs and poses are used here and no function, so that the odometry
-is measured against a truth in which it had no part.
+This module uses the classes of rigs and poses of `vo_core` but none of its functions, so that the
+odometry is measured against an independent truth.
 
 Frames: camera x to the right of the picture, y down, z along the optical axis; robot x forward,
 y right, z down; world X along the pipe, Y right, Z down, with the pipe's axis (for a floor: the

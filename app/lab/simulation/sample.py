@@ -28,13 +28,13 @@ SAMPLE = replace(
     length_mm=4500.0,
     speed_mm_s=140.0,  # 8.4 m/min; crews are asked to stay below 9
     acceleration_mm_s2=280.0,
-    frames_per_s=15,  # 9 mm a frame, as in the other scenarios, so no more of them to render
+    frames_per_s=15,  # 9 mm a frame, as in the other scenarios
     first_joint_mm=0.0,  # the zero is where the first pipe begins, so joints can be counted
     brightness=1.5,
     lamp_width=2.5,
     defects=(_CRACK, _ROOTS, _SILT, _LEAK, _SECOND_CRACK),
 )
-"""Long enough for three joints, short enough to be rendered while a person waits."""
+"""The sample: long enough for three joints, and rendered while a person waits."""
 
 _TAGGED: tuple[tuple[Defect, Mapping[str, Any]], ...] = (
     (_CRACK, {"code": "BAB", "char1": "C", "char2": "A", "quant1": 2.0, "severity": 3}),
@@ -44,7 +44,7 @@ _TAGGED: tuple[tuple[Defect, Mapping[str, Any]], ...] = (
 
 
 def tags(scenario: Scenario) -> list[Tag]:
-    """Tags of the defects that the camera of a sample, perhaps a shortened one, reaches."""
+    """Return tags of the defects that the camera reaches in a sample, which may be shortened."""
     return [
         _tag(scenario, defect, fields)
         for defect, fields in _TAGGED
@@ -53,7 +53,7 @@ def tags(scenario: Scenario) -> list[Tag]:
 
 
 def _tag(scenario: Scenario, defect: Defect, fields: Mapping[str, Any]) -> Tag:
-    """In the frame whose camera is nearest."""
+    """Tag a defect in the frame whose camera is nearest."""
     trajectory = Trajectory(scenario)
     poses = [trajectory.pose(n / scenario.frames_per_s) for n in range(trajectory.frames)]
     frame = min(range(len(poses)), key=lambda n: abs(poses[n].x_mm - defect.x_mm))

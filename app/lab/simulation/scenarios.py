@@ -214,7 +214,7 @@ _ALL = (
     replace(
         _DIRTY,
         name="late_start",
-        description="A dirty lens in a film that begins when the robot is on its way already.",
+        description="A dirty lens in a film that begins when the robot is already moving.",
         seed=2,
         cut_frames=10,
     ),
@@ -231,7 +231,7 @@ _ALL = (
     replace(
         _NOMINAL,
         name="stop_dead",
-        description="Runs into a joint five times: stands at once for a second, goes on at once.",
+        description="The robot hits a joint five times: it stops dead for a second each time.",
         length_mm=3000.0,
         legs=(0.13, 0.19, 0.16, 0.2, 0.15, 0.17),
         rest_s=1.0,
@@ -252,27 +252,27 @@ _ALL = (
     replace(
         _NOMINAL,
         name="pitched_mount",
-        description="The camera is mounted with its nose up by 3 degrees; the rig says 0.",
+        description="The camera is mounted with its nose up by 3 degrees; the rig states 0.",
         true_rig=_rig(mount={"pitch_deg": 3.0}),
     ),
     replace(
         _NOMINAL,
         name="tape_height",
-        description="A height by the tape: the rig says 2 mm more than there are.",
+        description="A height measured by tape: the rig states 2 mm too much.",
         rig=_rig(mount={"height_mm": 232.0}),
         true_rig=_rig(),
     ),
     replace(
         _NOMINAL,
         name="data_sheet_lens",
-        description="A focal length from a data sheet: the rig says 1 % more than it is.",
+        description="A focal length from a data sheet: the rig states 1 % too much.",
         rig=_rig(camera={"fx": 1205.94, "fy": 1205.94}),
         true_rig=_rig(),
     ),
     replace(
         _NOMINAL,
         name="silt",
-        description="25 mm of silt lie flat on the invert, and the rig knows nothing of it.",
+        description="25 mm of silt lie flat on the invert, and the rig does not state it.",
         silt=Silt(start_mm=25.0),
     ),
     replace(
@@ -290,7 +290,7 @@ _ALL = (
     replace(
         _WIDE,
         name="tape_height_wide_lens",
-        description="A fisheye lens 2 mm below the height that the rig says.",
+        description="A fisheye lens 2 mm below the height that the rig states.",
         rig=_rig(camera=_FISHEYE, mount={"height_mm": 152.0}),
         true_rig=_WIDE.rig,
     ),

@@ -160,7 +160,7 @@ class _Bundle:
             self._files[name] = Listed(size, sha256)
             if photo.sha256 is not None and sha256 != photo.sha256:
                 self.losses.append(
-                    Loss(f"The photo {photo.name} is not what it was when it was taken.", entry)
+                    Loss(f"The photo {photo.name} has changed since it was taken.", entry)
                 )
 
     def manifest(self) -> Manifest:

@@ -40,7 +40,7 @@ def read_fingerprint(words: str) -> str | None:
 
 
 def public_key_of(pem: bytes) -> bytes | None:
-    """Return the 32 bytes of a key file, private or public; None if it is no Ed25519 key."""
+    """Return the 32 bytes of a key file, private or public; None if it is not an Ed25519 key."""
     for load in (load_pem_public_key, _public_of_private):
         try:
             key = load(pem)
@@ -55,7 +55,7 @@ def is_signed_by(public_key: bytes, signature: bytes, content: bytes) -> bool:
     """Return whether the holder of the private key signed exactly this content."""
     try:
         Ed25519PublicKey.from_public_bytes(public_key).verify(signature, content)
-    except (InvalidSignature, ValueError):  # ValueError: the bytes are no key
+    except (InvalidSignature, ValueError):  # ValueError: the bytes are not a key
         return False
     return True
 

@@ -37,7 +37,7 @@ class Finding:
 
     what: str
     is_right: bool | None
-    """None if it could not be checked, or was not to be."""
+    """None if it was not checked."""
     detail: str
 
 
@@ -63,12 +63,12 @@ def verify(bundle: Path, *, key: str | None = None, video: Path | None = None) -
         video: The film to compare with the one named in the manifest.
 
     Raises:
-        UnusableBundle: The file is no bundle, so nothing can be checked.
+        UnusableBundle: The file is not a bundle, so nothing can be checked.
     """
     try:
         with zipfile.ZipFile(bundle) as archive:
             if sum(info.compress_size for info in archive.infolist()) > bundle.stat().st_size:
-                raise UnusableBundle(f"{bundle} is no evidence bundle: its files overlap.")
+                raise UnusableBundle(f"{bundle} is not an evidence bundle: its files overlap.")
             _require_own_methods(archive)
             content = _manifest_content(archive)
             manifest = _manifest_of(content)
@@ -80,7 +80,7 @@ def verify(bundle: Path, *, key: str | None = None, video: Path | None = None) -
                 _video(manifest, video),
             )
     except _MALFORMED as error:
-        raise UnusableBundle(f"{bundle} is damaged or no evidence bundle: {error}.") from error
+        raise UnusableBundle(f"{bundle} is damaged or not an evidence bundle: {error}.") from error
     return Verdict(manifest, findings)
 
 
@@ -97,15 +97,15 @@ def _require_own_methods(archive: zipfile.ZipFile) -> None:
     for info in archive.infolist():
         if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
             raise UnusableBundle(
-                f"It is no evidence bundle: {_shown(info.filename)} is compressed with another "
-                "method than those of bundles."
+                f"It is not an evidence bundle: {_shown(info.filename)} is compressed with a "
+                "method that bundles do not use."
             )
 
 
 def _manifest_content(archive: zipfile.ZipFile) -> bytes:
     infos = [info for info in archive.infolist() if info.filename == MANIFEST]
     if len(infos) != 1 or infos[0].file_size > _MOST_MANIFEST_BYTES:
-        raise UnusableBundle(f"It is no evidence bundle: it has not one {MANIFEST}.")
+        raise UnusableBundle(f"It is not an evidence bundle: it must have one {MANIFEST}.")
     return archive.read(infos[0])
 
 
@@ -116,8 +116,8 @@ def _manifest_of(content: bytes) -> Manifest:
         raise UnusableBundle(f"Its {MANIFEST} cannot be read: {error}.") from error
     if manifest.schema != SCHEMA:
         raise UnusableBundle(
-            f"It is a {manifest.schema!r:.60}, and this Chainage knows {SCHEMA}. Check it with a "
-            "newer version."
+            f"Its schema is {manifest.schema!r:.60}, and this Chainage knows {SCHEMA}. Check it "
+            "with a newer version."
         )
     if len(manifest.files) > _MOST_FILES:
         raise UnusableBundle(f"Its {MANIFEST} names more than {_MOST_FILES} files.")
@@ -131,13 +131,13 @@ def _signature(
     signature = _decoded(_small(archive, SIGNATURE))
     own = fingerprint(public_key)
     if not is_signed_by(public_key, signature, content):
-        yield Finding("signature", False, f"{MANIFEST} is not what its key has signed")
+        yield Finding("signature", False, f"{MANIFEST} is not the file that its key has signed")
         return
-    yield Finding("signature", True, f"{MANIFEST} is as it was signed")
+    yield Finding("signature", True, f"{MANIFEST} is unchanged since it was signed")
     if manifest.fingerprint != own:
         yield Finding("key", False, f"{MANIFEST} names another fingerprint than its key has")
     if wanted is None:
-        yield Finding("key", None, "whose it is was not checked: compare it, or name it (--key)")
+        yield Finding("key", None, "its owner was not checked: compare it, or name it (--key)")
     else:
         words = "it is the key that was named" if own == wanted else f"it is not {wanted}"
         yield Finding("key", own == wanted, words)
@@ -196,7 +196,7 @@ def _read(archive: zipfile.ZipFile, info: zipfile.ZipInfo, sha256: str) -> Findi
     except _MALFORMED as error:
         return Finding(info.filename, False, f"is damaged: {error}")
     if digest.hexdigest() != sha256 or size != info.file_size:
-        return Finding(info.filename, False, "is not what it was: its SHA-256 differs")
+        return Finding(info.filename, False, "has changed: its SHA-256 differs")
     return Finding(info.filename, True, f"{size} bytes, as listed")
 
 

@@ -177,7 +177,7 @@ class Translator:
                 values[name] = self.length(length)
         try:
             return self(key, **values)
-        except KeyError:  # numbers that the check no longer has
+        except KeyError:  # an older issue lacks a number of the sentence
             return issue.detail
 
     def _name(self, entry: Entry) -> str:

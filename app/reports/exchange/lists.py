@@ -42,8 +42,10 @@ GRAVITY_EN = "A"
 """ACJ: all uses that the header knows run by gravity."""
 FLOW_CONTROL_EN: Mapping[str, str] = {"1": "A", "2": "B", "3": "C"}
 """ADC from U107: no measures, blocked upstream, partly blocked."""
-WARM_EN, FROST_EN = "A", "B"
-"""ADB: above freezing or not; it cannot hold the degrees."""
+WARM_EN = "A"
+"""ADB: above freezing; the list cannot hold the degrees."""
+FROST_EN = "B"
+"""ADB: at or below freezing."""
 
 PURPOSES_ISYBAU: Mapping[str, str] = {
     "first_survey": "1", "routine": "2", "acceptance": "3", "end_of_warranty": "4",

@@ -30,7 +30,7 @@ def left_out(report: Report, *, is_named: bool = False) -> Loss:
         "its name": not is_named and report.name != report.asset,
         "the size and the checksum of the film": report.source.sha256,
         "the numbers and frames of the observations, who tagged them and when": entries,
-        "what their distances rest on": any(entry.source for entry in entries),
+        "the basis of their distances": any(entry.source for entry in entries),
         "distances before corrections": any(entry.raw_m is not None for entry in entries),
         "distances to the far end": any(entry.to_go_m is not None for entry in entries),
         "points on the wall": any(entry.x_m is not None for entry in entries),

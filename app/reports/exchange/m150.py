@@ -45,8 +45,10 @@ _LENGTHS = Lengths(most_m=9999.999, most_unit_m=999.999, digits=3)
 _MAX_STATION_M = 9999.9
 _CAMERA = "2"
 """Camera of list U109: self-propelled."""
-_MAX_QUANTITY, _MIN_QUANTITY = 99999.9, -9999.9
-"""Limits of seven characters with one decimal."""
+_MAX_QUANTITY = 99999.9
+"""Largest number of seven characters with one decimal."""
+_MIN_QUANTITY = -9999.9
+"""Smallest number of seven characters with one decimal."""
 
 
 def write(report: Report) -> Written:

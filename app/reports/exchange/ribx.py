@@ -64,7 +64,7 @@ def _header(
             child(pipe, code, values[code], **attributes)
     missing = [f"{code} ({what})" for code, what in _NEEDED.items() if not values.get(code)]
     if missing:
-        losses.append(Loss(f"RIBX asks for what is not known here: {', '.join(missing)}."))
+        losses.append(Loss(f"RIBX requires values that are not known here: {', '.join(missing)}."))
     return [*losses, *lost]
 
 

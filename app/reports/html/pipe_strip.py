@@ -17,8 +17,10 @@ _PIPE_LEFT, _PIPE_RIGHT = 90, 290
 _LABELS = 400
 _LINE = 22
 """Distance between labels."""
-_LEAST, _MOST = 420.0, 6000.0
-"""Bounds of the height of the pipe; px."""
+_LEAST = 420.0
+"""Least height of the drawn pipe, px."""
+_MOST = 6000.0
+"""Largest height of the drawn pipe, px."""
 _PX_PER_M = 36.0
 _LANE = 12
 _LANES = 4

@@ -1,8 +1,7 @@
 """The report as one HTML file that opens from the disk, without a network.
 
-Photos stand in it as data URIs, the 3D view as a page within the page that is drawn when somebody
-asks for it.  The policy in its head forbids every request; the templates escape whatever came in as
-text.
+Photos are data URIs in the file; the 3D view is a nested page, drawn on demand.  The policy in its
+head forbids every request, and the templates escape all text.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ from app.survey.catalogue.header import FIELDS, is_empty, required_to_issue
 from vo_core.errors import ChainageError
 
 ENOUGH_PX = 1280
-"""Longer side of a photo; one that is twice as large is reduced."""
+"""Sufficient length of the longer side of a photo; a photo twice as large is reduced."""
 
 _POLICY = (
     "default-src 'none'",
@@ -165,4 +164,4 @@ def _scene(report: Report) -> tuple[Markup | None, tuple[Loss, ...]]:
     try:
         return _base64(report.draw_scene(report).encode()), ()
     except ChainageError as error:
-        return None, (Loss(f"The 3D view is not in it: {error}"),)
+        return None, (Loss(f"The 3D view is missing: {error}"),)

@@ -29,7 +29,7 @@ from app.reports.pdf.text import draw, lines_of, shortened
 from app.reports.report import Entry, Report, Written
 
 _HEIGHT = HEIGHT - 1
-"""Rounding must not start a second page."""
+"""Height of the sheet, a point less than the page, so that rounding starts no second page."""
 _PHOTO = (92 * mm, 69 * mm)
 _LIST = 4
 _REMARK_LINES = 5

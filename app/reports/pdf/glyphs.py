@@ -19,7 +19,7 @@ def missing_glyphs(report: Report) -> tuple[Loss, ...]:
     named = ", ".join(found[:_NAMED])
     return (
         Loss(
-            f"No installed font shows {named}{more}; they stand as these numbers. "
+            f"No installed font shows {named}{more}; these numbers replace them. "
             "The fonts of most scripts come with `pip install 'chainage[fonts]'`."
         ),
     )

@@ -11,8 +11,10 @@ from app.reports.pdf.styles import CELL
 from app.reports.pdf.text import one_line
 from app.reports.report import Entry, Report
 
-_LONG, _SHOWN = 500, 250
-"""Remarks with more characters are printed in full after the table, which shows this many."""
+_LONG = 500
+"""A remark with more characters is printed in full after the table."""
+_SHOWN = 250
+"""Characters of such a remark that the table shows."""
 
 
 def observations(report: Report, t: Translator) -> list[Flowable]:

@@ -92,7 +92,7 @@ def _canvas(made_at: datetime, *args: Any, **options: Any) -> Canvas:
     """Make a canvas whose file states the time of the report, so that equal reports give equal
     files.
 
-    It begins with an embedded font; else every page would name one that is not.
+    It begins with an embedded font; otherwise every page would name a font that is not embedded.
     """
     canvas = Canvas(*args, **options | {"initialFontName": font_of(LATIN, 400).fontName})
     date = f"{made_at.astimezone(UTC):D:%Y%m%d%H%M%SZ}"

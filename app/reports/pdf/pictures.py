@@ -23,7 +23,7 @@ class Jpeg(ImageReader):
         """Bytes of the file."""
 
     def getRGBData(self) -> bytes:  # noqa: N802
-        """Return what identifies the picture: ReportLab would decode each picture for that."""
+        """Return bytes that identify the picture; ReportLab itself would decode it for them."""
         return self.content
 
 

@@ -28,8 +28,10 @@ from app.survey.stated import Joints, Stated
 
 _LONGEST_TEXT = 32_767
 """Characters that a cell can hold in the programs that read it."""
-_NARROWEST, _WIDEST = 8, 60
-"""Bounds of the width of a column, in characters."""
+_NARROWEST = 8
+"""Least width of a column, in characters."""
+_WIDEST = 60
+"""Largest width of a column, in characters."""
 
 JOINTS = (
     Column("joint_no", "Number of the joint from the zero point; the first after it is 1"),
@@ -46,7 +48,7 @@ CORRECTIONS = (
     Column("seq", "Number of the observation that was moved"),
     Column("before", "What was stated before"),
     Column("after", "What has been stated since"),
-    Column("why", "In the words of who did it"),
+    Column("why", "In the words of the person who did it"),
 )
 _HEADER = (
     Column("field", "Name of a fact about the report or of a field of the header"),

@@ -138,14 +138,14 @@ def _column_faults(columns: Sequence[str]) -> list[str]:
         for fault, names in (
             ("missing columns:", missing),
             (f"unknown columns (allowed are {', '.join(known)}):", unknown),
-            ("columns that are there twice:", twice),
+            ("repeated columns:", twice),
         )
         if names
     ]
 
 
 def _rows(columns: Sequence[str], below: Iterator[Record]) -> tuple[list[Code], list[str]]:
-    """The rows without a fault, and the faults of the others."""
+    """Return the rows without a fault, and the faults of the others."""
     rows: list[Code] = []
     faults: list[str] = []
     line_of: dict[object, int] = {}
@@ -185,13 +185,13 @@ def _row_faults(row: Mapping[str, str]) -> list[str]:
 
 
 def _repeated(row: Mapping[str, str], line: int, line_of: dict[object, int]) -> list[str]:
-    """Describe what an earlier row has already; note what this one has."""
+    """Describe what this row repeats from an earlier one, and remember its code and hotkey."""
     code = (row["code"], row["char1"], row["char2"])
     hotkey = row.get("hotkey")
     faults = []
     for thing, shown in ((code, " ".join(code).strip()), (hotkey, f"the hotkey {hotkey}")):
         if thing and line_of.setdefault(thing, line) != line:
-            faults.append(f"{shown} is in line {line_of[thing]} already")
+            faults.append(f"{shown} is already in line {line_of[thing]}")
     return faults
 
 
@@ -218,7 +218,7 @@ def _code(row: Mapping[str, str]) -> Code:
 
 
 def _grade(text: str) -> float | None:
-    """Return None for text that is no number from 0 to MAX_GRADE."""
+    """Return None for text that is not a number from 0 to MAX_GRADE."""
     if not re.fullmatch(r"[0-9]{1,3}([.][0-9]{1,3})?", text, re.ASCII):
         return None
     return float(text) if float(text) <= MAX_GRADE else None

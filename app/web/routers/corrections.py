@@ -69,7 +69,7 @@ def interval(
 @router.get("/checks", responses=failures(InspectionNotFound))
 @viewer
 def checks(inspection_id: InspectionId, services: ServicesDep) -> IssuesOut:
-    """Return the issues that stand against a report."""
+    """Return the issues to resolve before a report is issued."""
     return IssuesOut(checks=[IssueOut.of(issue) for issue in services.checks.run(inspection_id)])
 
 

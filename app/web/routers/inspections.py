@@ -59,7 +59,7 @@ router = APIRouter(prefix="/api/inspections", tags=["inspections"])
 def create(
     body: InspectionIn, response: Response, services: ServicesDep, principal: PrincipalDep
 ) -> InspectionOut:
-    """Make an inspection of a complete upload, which is tracked in its turn, or of a live source,
+    """Make an inspection of a complete upload, which is queued for tracking, or of a live source,
     which is recorded and tracked at once.
     """
     services.packs.require(body.header)
@@ -182,7 +182,7 @@ def record_on(
 def finish(
     inspection_id: InspectionId, body: FinishIn, services: ServicesDep, principal: PrincipalDep
 ) -> InspectionOut:
-    """State how the run ended; a live inspection ends with it."""
+    """State how the survey ended; a live inspection ends with this request."""
     services.films.finish(
         inspection_id, principal.name, body.end_condition, body.abandon_reason, body.known_length_m
     )
@@ -204,7 +204,7 @@ def track(
     since: Annotated[int, Query(ge=0, description="Only rows from this frame on.")] = 0,
     raw: Annotated[bool, Query(description="The raw track, without corrections.")] = False,
 ) -> Response:
-    """Return the corrected track, as far as it is; `app.web.columns` describes `columns`."""
+    """Return the corrected track of the frames so far; `app.web.columns` describes `columns`."""
     if format == "columns":
         services.inspections.row(inspection_id)
         tracks = services.tracks.get if raw else services.corrections.track

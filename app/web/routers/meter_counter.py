@@ -11,5 +11,5 @@ router = APIRouter(prefix="/api/meter-counter", tags=["sources"])
 @router.get("")
 @viewer
 def connection(services: ServicesDep) -> MeterCounterOut:
-    """Return whether it is connected."""
+    """Return the state of the connection."""
     return MeterCounterOut.of(services.meter_counter.connection())

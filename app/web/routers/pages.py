@@ -32,11 +32,11 @@ _ASKED = {"Cache-Control": "no-cache"}
 _SHELL = "index.html"
 _FIRST_MODULE = "main.js"
 _SCRIPT, _STYLE = "page.js", "page.css"
-"""Names of the bundles, beside the files from which they are made."""
+"""Names of the two bundles in the folder of static files."""
 
 
 def static_folder() -> Path:
-    """Return the folder: inside the package when it was built, beside it in a checkout."""
+    """Return the folder of static files: inside an installed package, beside it in a checkout."""
     package = Path(app.__file__).parent
     built = package / "_static"
     return built if built.is_dir() else package.parent / "static"
@@ -86,13 +86,13 @@ def _answer(content: bytes, tag: str, kind: str | None, asked: Headers) -> Respo
 
 @lru_cache(maxsize=512)
 def _content(path: str, _changed_ns: int, _size: int) -> tuple[bytes, str, str | None]:
-    """Return bytes, tag and media type of a file as of that time."""
+    """Return bytes, tag and media type of a file; time and size make a changed file another key."""
     return _tagged(Path(path).read_bytes(), path)
 
 
 @lru_cache(maxsize=4)
 def _bundle(folder: Path, name: str, _version: str) -> tuple[bytes, str, str | None]:
-    """Return the same of a bundle of the files of that version."""
+    """Return bytes, tag and media type of a bundle; the version makes changed files another key."""
     if name == _SCRIPT:
         return _tagged(script_of(folder, _FIRST_MODULE).encode(), name)
     return _tagged(style_of(folder, (folder / _SHELL).read_text("utf-8")).encode(), name)
@@ -123,7 +123,7 @@ def shell(request: Request, principal: PrincipalDep) -> Response:
 
 
 def _with_facts(page: str, request: Request, **facts: str) -> str:
-    """Add what a page needs before its first paint, as `data-` of its root."""
+    """Add what a page needs before its first paint, as `data-` attributes of its root element."""
     if request.app.state.is_insecure:
         facts["insecure"] = "yes"
     named = "".join(f' data-{name}="{value}"' for name, value in facts.items())

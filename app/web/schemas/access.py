@@ -39,7 +39,7 @@ class PreferencesIn(Given):
         description="Codes of the keys 1 to 9, in this order."
     )
     single_keys: bool = Field(
-        default=True, description="Whether letters, digits and signs are keys (WCAG 2.1.4)."
+        default=True, description="Whether letters, digits and signs are shortcuts (WCAG 2.1.4)."
     )
     pack: PackId | None = Field(description="Code pack of new inspections; null: the built-in one.")
 

@@ -11,5 +11,5 @@ def metres(mm: float | None) -> float | None:
 
 
 def rounded(value: float | None, digits: int) -> float | None:
-    """Round to so many decimals."""
+    """Round to a number of decimals."""
     return None if value is None else rounding.rounded(value, digits)

@@ -66,7 +66,7 @@ class ImportedOut(BaseModel):
 
 
 class FinishIn(Given):
-    """How a run ended."""
+    """How a survey ended."""
 
     end_condition: Literal["complete", "abandoned"]
     abandon_reason: (

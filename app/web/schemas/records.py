@@ -35,7 +35,7 @@ class IssueOut(BaseModel):
 
 
 class IssuesOut(BaseModel):
-    """The issues that stand against a report; empty if there are none."""
+    """The issues to resolve before a report is issued; empty if there are none."""
 
     checks: list[IssueOut]
 
@@ -99,7 +99,7 @@ class AlertsOut(BaseModel):
 
 
 class EventOut(BaseModel):
-    """A change."""
+    """A change in the history."""
 
     at: datetime
     who: str

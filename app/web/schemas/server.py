@@ -14,7 +14,7 @@ class MeterCounterOut(BaseModel):
     """The connection to the software that uses Chainage as its meter counter."""
 
     peer: str | None
-    """Its address; None where none is configured."""
+    """Address of the software; None if none is configured."""
     is_connected: bool
     detail: str | None
     """A sentence that says why there is no connection."""

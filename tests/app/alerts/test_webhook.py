@@ -32,14 +32,14 @@ def receiver() -> Iterator[Receiver]:
         yield running
 
 
-def telling(data: Path, url: str, **settings: Any) -> Any:
+def notifying(data: Path, url: str, **settings: Any) -> Any:
     return serving(data, webhook_url=url, webhook_secret=SECRET, **settings)
 
 
 @pytest.fixture
-def telling_server(survey: Survey, tmp_path: Path, receiver: Receiver) -> Iterator[Client]:
+def notifying_server(survey: Survey, tmp_path: Path, receiver: Receiver) -> Iterator[Client]:
     public_url, data = "https://culverts.example/", survey.copied_to(tmp_path / "data")
-    with telling(data, receiver.url, public_url=public_url) as client:
+    with notifying(data, receiver.url, public_url=public_url) as client:
         yield client
 
 
@@ -63,36 +63,36 @@ def wait_for_error(client: Client, inspection_id: str) -> str:
     return str(wait_until(lambda: alerts(client, inspection_id)[-1]["error"]))
 
 
-def test_the_client_is_told_where_what_and_by_whom(
-    telling_server: Client, receiver: Receiver, done: str
+def test_the_client_is_notified_where_what_and_by_whom(
+    notifying_server: Client, receiver: Receiver, done: str
 ) -> None:
-    tag = telling_server.tag(
+    tag = notifying_server.tag(
         done, code="BAC", char1="C", severity=5, clock_from=9, remark="wall fällt; =1+1"
     ).json()
     (first,) = wait_until(lambda: receiver.received)
-    told = first.told
+    message = first.message
     assert first.path == "/hook/a-secret-place?x=1"
-    assert (told["event"], uuid.UUID(told["id"]).version) == ("observation.severity_5", 4)
-    assert told["url"] == f"https://culverts.example/inspections/{done}"
-    assert told["inspection"] == {"id": done, "name": "Culvert 7", "asset": "CUL-0041"}
+    assert (message["event"], uuid.UUID(message["id"]).version) == ("observation.severity_5", 4)
+    assert message["url"] == f"https://culverts.example/inspections/{done}"
+    assert message["inspection"] == {"id": done, "name": "Culvert 7", "asset": "CUL-0041"}
     label = next(
-        row["label"] for row in telling_server.get("/api/codes").json()
+        row["label"] for row in notifying_server.get("/api/codes").json()
         if (row["code"], row["char1"]) == ("BAC", "C")
     )  # fmt: skip
-    assert told["observation"] == {
+    assert message["observation"] == {
         "id": tag["id"], "distance_m": pytest.approx(10 * STEP_MM / 1000, abs=0.002),
         "distance_u95_m": pytest.approx(tag["distance_u95_m"], abs=1e-3), "code": "BAC",
         "label": label, "clock": 9, "remark": "wall fällt; =1+1", "severity": 5,
-        "tagged_by": "server", "tagged_at": told["observation"]["tagged_at"],
+        "tagged_by": "server", "tagged_at": message["observation"]["tagged_at"],
     }  # fmt: skip
-    for instant in (told["sent_at"], told["observation"]["tagged_at"]):
+    for instant in (message["sent_at"], message["observation"]["tagged_at"]):
         assert abs(datetime.now(UTC) - datetime.fromisoformat(instant)) < timedelta(minutes=1)
 
 
 def test_who_knows_the_secret_can_verify_that_it_is_genuine(
-    telling_server: Client, receiver: Receiver, clip: Path
+    notifying_server: Client, receiver: Receiver, clip: Path
 ) -> None:
-    telling_server.tag(telling_server.inspect(clip), severity=5)
+    notifying_server.tag(notifying_server.inspect(clip), severity=5)
     (first,) = wait_until(lambda: receiver.received)
     at, found = first.headers["X-Chainage-Signature"].split(",")
     signed = f"{at.removeprefix('t=')}.".encode() + first.body
@@ -102,26 +102,28 @@ def test_who_knows_the_secret_can_verify_that_it_is_genuine(
 
 
 def test_once_for_each_time_that_it_becomes_severe(
-    telling_server: Client, receiver: Receiver, done: str
+    notifying_server: Client, receiver: Receiver, done: str
 ) -> None:
-    name = telling_server.tag(done, severity=4).json()["id"]
+    name = notifying_server.tag(done, severity=4).json()["id"]
     for severity in (5, 5, 4, 5):
-        telling_server.tag(done, name, severity=severity, remark=str(time.time_ns()))
-        wait_until(lambda: all(each["state"] != "waiting" for each in alerts(telling_server, done)))
+        notifying_server.tag(done, name, severity=severity, remark=str(time.time_ns()))
+        wait_until(
+            lambda: all(each["state"] != "waiting" for each in alerts(notifying_server, done))
+        )
     path = f"/api/inspections/{done}/observations/{name}"
-    telling_server.delete(path)
-    telling_server.post(f"{path}/restore")  # it was told, and is the same
-    telling_server.tag(done, severity=5)
+    notifying_server.delete(path)
+    notifying_server.post(f"{path}/restore")  # the client was notified of it, and it is the same
+    notifying_server.tag(done, severity=5)
     wait_until(lambda: len(receiver.received) == 3)
-    ids = [each.told["id"] for each in receiver.received]
+    ids = [each.message["id"] for each in receiver.received]
     assert len(set(ids)) == 3
-    assert [each["id"] for each in alerts(telling_server, done)] == ids
+    assert [each["id"] for each in alerts(notifying_server, done)] == ids
     path = f"/api/inspections/{done}/events"
-    told = [
-        event for event in telling_server.get(path).json()["events"] if event["action"] == "told"
+    notified = [
+        event for event in notifying_server.get(path).json()["events"] if event["action"] == "told"
     ]
-    assert {event["who"] for event in told} == {"Chainage"}
-    assert len(told) == 3
+    assert {event["who"] for event in notified} == {"Chainage"}
+    assert len(notified) == 3
 
 
 @pytest.mark.parametrize(
@@ -130,53 +132,55 @@ def test_once_for_each_time_that_it_becomes_severe(
      (307, "It answered 307, and redirects are not followed.")],
 )  # fmt: skip
 def test_what_is_not_taken_is_sent_again_with_the_same_id(
-    telling_server: Client, receiver: Receiver, clip: Path, status: int, said: str
+    notifying_server: Client, receiver: Receiver, clip: Path, status: int, said: str
 ) -> None:
     receiver.statuses, receiver.location = [status], f"http://127.0.0.1:{receiver.port}/elsewhere"
-    inspection_id = telling_server.inspect(clip)
-    telling_server.tag(inspection_id, severity=5)
-    assert wait_for_error(telling_server, inspection_id) == said
-    assert wait_for(telling_server, inspection_id, "told")["tries"] == 2
+    inspection_id = notifying_server.inspect(clip)
+    notifying_server.tag(inspection_id, severity=5)
+    assert wait_for_error(notifying_server, inspection_id) == said
+    assert wait_for(notifying_server, inspection_id, "told")["tries"] == 2
     first, second = receiver.received
-    assert first.told["id"] == second.told["id"]
+    assert first.message["id"] == second.message["id"]
     assert first.path == second.path
 
 
 def test_a_client_that_never_ends_its_answer_keeps_nobody_from_tagging(
-    telling_server: Client, receiver: Receiver, done: str
+    notifying_server: Client, receiver: Receiver, done: str
 ) -> None:
     receiver.drips = True
-    telling_server.tag(done, severity=5)
+    notifying_server.tag(done, severity=5)
     wait_until(lambda: receiver.received)
     began_s = time.monotonic()
-    assert telling_server.tag(done, severity=4).status_code == 200
+    assert notifying_server.tag(done, severity=4).status_code == 200
     assert time.monotonic() - began_s < 4
-    assert alerts(telling_server, done)[0]["error"] is None
-    error = wait_for_error(telling_server, done)
+    assert alerts(notifying_server, done)[0]["error"] is None
+    error = wait_for_error(notifying_server, done)
     assert error == "It did not answer within 5 s."
     receiver.drips = False
-    assert wait_for(telling_server, done, "told")["tries"] == 2
+    assert wait_for(notifying_server, done, "told")["tries"] == 2
 
 
 def test_what_was_not_sent_is_sent_after_a_restart(tmp_path: Path, clip: Path) -> None:
     with receiving() as gone:
         port, url = gone.port, gone.url
-    with telling(tmp_path / "data", url) as client:
+    with notifying(tmp_path / "data", url) as client:
         inspection_id = client.inspect(clip)
         client.tag(inspection_id, severity=5)
         assert "refused" in wait_for_error(client, inspection_id)
         waiting = alerts(client, inspection_id)[0]
-    with receiving(port) as receiver, telling(tmp_path / "data", url) as client:
-        told = wait_for(client, inspection_id, "told")
-        assert [each.told["id"] for each in receiver.received] == [waiting["id"]] == [told["id"]]
-        assert (told["error"], told["next_at"]) == (None, None)
+    with receiving(port) as receiver, notifying(tmp_path / "data", url) as client:
+        alert = wait_for(client, inspection_id, "told")
+        assert (
+            [each.message["id"] for each in receiver.received] == [waiting["id"]] == [alert["id"]]
+        )
+        assert (alert["error"], alert["next_at"]) == (None, None)
 
 
 def test_the_server_stops_at_once_while_a_client_hangs(
     tmp_path: Path, receiver: Receiver, clip: Path
 ) -> None:
     receiver.hangs.set()
-    with telling(tmp_path / "data", receiver.url) as client:
+    with notifying(tmp_path / "data", receiver.url) as client:
         inspection_id = client.inspect(clip)
         client.wait(inspection_id)
         client.tag(inspection_id, severity=5)
@@ -190,7 +194,7 @@ def test_the_server_stops_at_once_while_a_client_hangs(
 def test_a_mistake_that_is_taken_back_in_time_is_not_sent(tmp_path: Path, clip: Path) -> None:
     with receiving() as gone:
         port, url = gone.port, gone.url
-    with telling(tmp_path / "data", url) as client:
+    with notifying(tmp_path / "data", url) as client:
         inspection_id = client.inspect(clip)
         lowered, deleted = (client.tag(inspection_id, severity=5).json()["id"] for _ in range(2))
         client.tag(inspection_id, lowered, severity=2)
@@ -200,13 +204,13 @@ def test_a_mistake_that_is_taken_back_in_time_is_not_sent(tmp_path: Path, clip: 
         with receiving(port) as receiver:
             client.post(f"{path}/restore")
             (only,) = wait_until(lambda: receiver.received)
-            assert only.told["observation"]["id"] == deleted
+            assert only.message["observation"]["id"] == deleted
 
 
 def test_a_certificate_that_nobody_trusts_gets_nothing(tmp_path: Path, clip: Path) -> None:
     with (
         receiving(certificate=certificate(tmp_path)) as receiver,
-        telling(tmp_path / "data", receiver.url) as client,
+        notifying(tmp_path / "data", receiver.url) as client,
     ):
         inspection_id = client.inspect(clip)
         client.tag(inspection_id, severity=5)
@@ -216,35 +220,35 @@ def test_a_certificate_that_nobody_trusts_gets_nothing(tmp_path: Path, clip: Pat
 
 
 def test_neither_secret_nor_address_is_logged_or_shown(
-    telling_server: Client, receiver: Receiver, clip: Path, caplog: pytest.LogCaptureFixture
+    notifying_server: Client, receiver: Receiver, clip: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.DEBUG)
     receiver.statuses = [500, 302]
-    inspection_id = telling_server.inspect(clip)
-    telling_server.tag(inspection_id, severity=5)
-    wait_for(telling_server, inspection_id, "told")
+    inspection_id = notifying_server.inspect(clip)
+    notifying_server.tag(inspection_id, severity=5)
+    wait_for(notifying_server, inspection_id, "told")
     path = f"/api/inspections/{inspection_id}"
-    told = [
+    texts = [
         caplog.text,
-        *(telling_server.get(f"{path}/{part}").text for part in ("alerts", "events")),
+        *(notifying_server.get(f"{path}/{part}").text for part in ("alerts", "events")),
     ]
     assert "could not be notified" in caplog.text
-    for text in told:
+    for text in texts:
         assert SECRET not in text
         assert "a-secret-place" not in text
 
 
 def test_metrics_count_who_was_notified(
-    telling_server: Client, receiver: Receiver, clip: Path
+    notifying_server: Client, receiver: Receiver, clip: Path
 ) -> None:
     receiver.statuses = [204, *[500] * 50]
-    inspection_id = telling_server.inspect(clip)
-    telling_server.tag(inspection_id, severity=5)
-    wait_for(telling_server, inspection_id, "told")
-    telling_server.tag(inspection_id, severity=5)
+    inspection_id = notifying_server.inspect(clip)
+    notifying_server.tag(inspection_id, severity=5)
+    wait_for(notifying_server, inspection_id, "told")
+    notifying_server.tag(inspection_id, severity=5)
     found = {
         sample.labels["state"]: sample.value
-        for family in text_string_to_metric_families(telling_server.get("/metrics").text)
+        for family in text_string_to_metric_families(notifying_server.get("/metrics").text)
         if family.name == "chainage_webhook_alerts"
         for sample in family.samples
     }

@@ -326,7 +326,7 @@ def test_evaluate_of_several_runs_gives_a_line_each_and_one_picture(
     assert lines[1][:3] == ["track", "0", "0"]
     assert lines[2][:3] == ["monday", "1", "0"]
     assert "all runs together" in done.out
-    assert "warning: monday: track and truth are not of the same frames (1 missing" in done.err
+    assert "warning: monday: track and truth do not have the same frames (1 missing" in done.err
     assert (tmp_path / "a.svg").read_text().startswith("<?xml")
 
 

@@ -78,10 +78,10 @@ def test_a_file_of_another_program_is_read_field_by_field() -> None:
 def test_what_is_odd_is_reported_with_its_line() -> None:
     file = read(FOREIGN.encode("latin-1"))
     assert [str(caveat) for caveat in file.surveys[0].warnings] == [
-        "Line 8: The column Q is not known and left out.",
-        "Line 11: Clock '6.5' is no whole hour; the remark says so.",
-        "Line 11: '0' is no stretch such as A1; the remark says so.",
-        "Line 13: No distance can be read of 'not a number'; it is left out.",
+        "Line 8: The column Q is unknown and is left out.",
+        "Line 11: Clock '6.5' is not a whole hour; it is kept in the remark.",
+        "Line 11: '0' is not a stretch such as A1; it is kept in the remark.",
+        "Line 13: No distance can be read from 'not a number'; it is left out.",
     ]
 
 

@@ -114,8 +114,10 @@ def test_joints_that_come_into_sight_scale_the_run_once_and_it_is_recorded(bench
     assert str(found["remark"]).startswith("3 joints: scale 0.99")
     assert bench.corrections.revision(ID) == 1
     wait_until(lambda: any(isinstance(event, DistancesCorrected) for event in bench.heard))
-    told = bench.corrections.estimate(ID, estimate_at(RAW, ROWS // 2 - 1))
-    assert told.distance_mm == pytest.approx(TRUE_SCALE * RAW.distance_mm[ROWS // 2 - 1], abs=20)
+    reported = bench.corrections.estimate(ID, estimate_at(RAW, ROWS // 2 - 1))
+    assert reported.distance_mm == pytest.approx(
+        TRUE_SCALE * RAW.distance_mm[ROWS // 2 - 1], abs=20
+    )
 
     bench.drive_to(ROWS)
     bench.end()

@@ -250,7 +250,7 @@ def test_a_camera_that_sends_one_on_to_another_port_is_not_followed(tmp_path: Pa
         live.until(lambda: any(state.detail for state in live.states)).stop()
         assert camera.connections > 0
         assert other.connections == 0
-    assert "sends one on" in str([state.detail for state in live.states])
+    assert "redirects to a" in str([state.detail for state in live.states])
 
 
 def test_a_growing_file_is_read_on_to_its_end_and_nothing_is_left_out(tmp_path: Path) -> None:

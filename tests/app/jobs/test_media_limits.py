@@ -186,12 +186,12 @@ def test_a_confined_process_reaches_what_it_was_given_and_nothing_else(tmp_path:
             check=True,
             env={"PYTHONPATH": str(Path(media.__file__).parents[2])},
         )
-    told = dict(line.split() for line in ran.stdout.splitlines())
+    printed = dict(line.split() for line in ran.stdout.splitlines())
     expected = dict.fromkeys(("film", "recording", "rewrite", "camera"), "allowed")
     expected |= dict.fromkeys(("token", "change", "new", "list", "passwords"), "refused")
     if landlock_version() >= TCP_SINCE:
         expected["elsewhere"] = "refused"
-    assert {name: told[name] for name in expected} == expected
+    assert {name: printed[name] for name in expected} == expected
 
 
 def test_a_child_is_there_at_once_again(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The recording: whole at every byte, gone on with after a crash, quick to seek in."""
+"""The recording: whole at every byte, continued after a crash, quick to seek in."""
 
 from __future__ import annotations
 

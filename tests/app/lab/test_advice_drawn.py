@@ -16,9 +16,9 @@ def test_every_figure_is_reported_with_its_unit(rig):
     shown = dict(rows(advise(rig, Pose(15.0, 5.0), 25.0)))
     assert shown["motion between two frames"] == "15 mm forward, 5 mm to the right"
     assert " px, mean " in shown["displacement in the picture"]
-    assert shown["- of driving along alone"] == "15.0 to 15.0 mm, mean 15.0, spread 0.0%"
+    assert shown["- by the motion along the pipe"] == "15.0 to 15.0 mm, mean 15.0, spread 0.0%"
     assert shown["good speed, 25 frames/s"].endswith(" mm/s")
-    assert shown["camera 1 mm higher than said"].endswith(" % of distance")
+    assert shown["camera 1 mm higher than stated"].endswith(" % of distance")
     assert not any("nan" in value for value in shown.values())
 
 

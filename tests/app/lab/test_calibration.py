@@ -171,10 +171,10 @@ def test_boards_that_are_all_parallel_do_not_give_a_focal_length(model):
 
 def test_weak_set_reports_what_is_missing():
     views = [view(str(n), PINHOLE, *pose, 0.05) for n, pose in enumerate(poses(6, 500, 0.05))]
-    told = "; ".join(calibrate(seen(views), "pinhole").weaknesses())
-    assert "only 6 pictures" in told
-    assert "of the picture: bring the board into its corners" in told
-    assert "0.05 px" not in told
+    reported = "; ".join(calibrate(seen(views), "pinhole").weaknesses())
+    assert "only 6 pictures" in reported
+    assert "of the picture: bring the board into its corners" in reported
+    assert "0.05 px" not in reported
 
 
 def test_stated_uncertainty_of_fx_is_that_of_repeated_calibrations():

@@ -42,7 +42,7 @@ def test_a_full_disk_is_a_database_that_takes_no_writes(tmp_path: Path) -> None:
 def test_a_database_that_another_program_holds_makes_it_not_ready(server: Client) -> None:
     with closing(sqlite3.connect(server.data / "chainage.db")) as other:
         other.execute("BEGIN IMMEDIATE")
-        assert "database: It takes no writes" in wait_until(lambda: not_ready(server))
+        assert "database: It accepts no writes" in wait_until(lambda: not_ready(server))
         assert server.get("/api/inspections").status_code == 200
         other.rollback()
     wait_until(lambda: server.get("/readyz").status_code == 200)

@@ -108,7 +108,7 @@ def test_a_changed_file_is_found(file):
         (name, content.replace(b"BAB", b"BAC") if name == "defects.csv" else content)
         for name, content in members
     ])  # fmt: skip
-    assert wrong(file) == {"defects.csv": "is not what it was: its SHA-256 differs"}
+    assert wrong(file) == {"defects.csv": "has changed: its SHA-256 differs"}
 
 
 def test_a_changed_list_is_found(file):
@@ -168,10 +168,10 @@ def test_a_photo_that_is_gone_or_changed_is_reported(tmp_path):
     made.entries[0].photo.path.unlink()
     made.entries[1].photo.path.write_bytes(b"another")
     written = FORMATS["zip"].write(made)
-    told = {loss.entry.seq: loss.detail for loss in written.losses if loss.entry}
-    assert told == {
+    reported = {loss.entry.seq: loss.detail for loss in written.losses if loss.entry}
+    assert reported == {
         1: "The photo CUL-0041-001.jpg is gone.",
-        2: "The photo CUL-0041-002.jpg is not what it was when it was taken.",
+        2: "The photo CUL-0041-002.jpg has changed since it was taken.",
     }
     path = tmp_path / "bundle.zip"
     path.write_bytes(b"".join(written.blocks()))
@@ -206,7 +206,7 @@ def test_a_member_of_another_method_is_in_no_bundle(file, method, name):
     damaged = bytearray(file.read_bytes())
     damaged[at : at + 40] = bytes(40)
     file.write_bytes(damaged)
-    with pytest.raises(UnusableBundle, match=f"{name} is compressed with another method"):
+    with pytest.raises(UnusableBundle, match=f"{name} is compressed with a method"):
         verify(file)
 
 

@@ -33,9 +33,9 @@ def test_every_cell_of_the_observations_is_what_it_was():
     made = report()
     sheet = book_of(made)["observations"]
     assert [cell.value for cell in sheet[1]] == list(COLUMNS)
-    for read, told in zip(records(sheet), rows(made), strict=True):
+    for read, found in zip(records(sheet), rows(made), strict=True):
         for name in COLUMNS:
-            assert read[name] == told[name], name
+            assert read[name] == found[name], name
     assert [record["distance_m"] for record in records(sheet)] == [
         fields["distance_m"] for fields in OBSERVATIONS
     ]
@@ -65,13 +65,13 @@ def test_heads_are_frozen_nothing_is_merged_and_columns_can_be_read():
 
 def test_the_header_states_field_value_and_unit():
     made = report(header={"height_mm": 900, "cleaned": True, "of_another": "=x", "edition": None})
-    told = {row["field"]: (row["value"], row["unit"]) for row in records(book_of(made)["header"])}
-    assert told["height_mm"] == (900, "mm")
-    assert told["cleaned"] == (1, None)
-    assert told["of_another"] == ("=x", None)
-    assert told["distance_m"] == (24.6, "m")
-    assert told["video_sha256"] == ("ab" * 32, None)
-    assert "edition" not in told
+    found = {row["field"]: (row["value"], row["unit"]) for row in records(book_of(made)["header"])}
+    assert found["height_mm"] == (900, "mm")
+    assert found["cleaned"] == (1, None)
+    assert found["of_another"] == ("=x", None)
+    assert found["distance_m"] == (24.6, "m")
+    assert found["video_sha256"] == ("ab" * 32, None)
+    assert "edition" not in found
 
 
 def test_the_joints_are_listed_with_interval_and_residual():
@@ -110,14 +110,14 @@ def test_the_log_states_what_moved_a_distance_by_whom_and_why():
               at=AT + timedelta(minutes=n), before=before, after=after, remark=f"why {n}")
         for n, (action, about, before, after) in enumerate(events)
     )  # fmt: skip
-    told = records(book_of(report(events=log))["corrections"])
-    assert [(row["what"], row["seq"], row["who"], row["why"]) for row in told] == [
+    found = records(book_of(report(events=log))["corrections"])
+    assert [(row["what"], row["seq"], row["who"], row["why"]) for row in found] == [
         ("corrected", None, "Ali", "why 1"), ("moved", tag.seq, "Ali", "why 4"),
     ]  # fmt: skip
-    assert told[0]["before"] == "nothing"
-    assert "frames 0 to 499 are 24.600 m apart" in told[0]["after"]
-    assert (told[1]["before"], told[1]["after"]) == ("frame 7", "frame 9, pixel 4 5.5")
-    assert told[1]["at"] == "2026-09-14T09:46:00+00:00"
+    assert found[0]["before"] == "nothing"
+    assert "frames 0 to 499 are 24.600 m apart" in found[0]["after"]
+    assert (found[1]["before"], found[1]["after"]) == ("frame 7", "frame 9, pixel 4 5.5")
+    assert found[1]["at"] == "2026-09-14T09:46:00+00:00"
 
 
 def test_every_column_of_every_sheet_is_explained():

@@ -137,7 +137,7 @@ def test_without_a_3d_view_there_is_no_script():
         assert b"<script" not in written.content
         assert b"script-src" not in written.content
     assert [loss.detail for loss in written.losses] == [
-        "The 3D view is not in it: The viewer could not be started."
+        "The 3D view is missing: The viewer could not be started."
     ]
 
 

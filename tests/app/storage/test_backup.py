@@ -56,7 +56,7 @@ def test_a_backup_of_a_server_at_work_restores_to_a_whole_one(
         is_over.set()
         writer.join()
         assert (made.code, "2 inspections" in made.out) == (0, True), made.err
-        told = everything_of(client, done)
+        answers = everything_of(client, done)
     back = chainage("restore", tmp_path / "backup.zip", "--data", tmp_path / "restored")
     assert (back.code, "2 inspections" in back.out) == (0, True), back.err
     with sqlite3.connect(tmp_path / "restored" / "chainage.db") as database:
@@ -65,7 +65,7 @@ def test_a_backup_of_a_server_at_work_restores_to_a_whole_one(
     with serving(tmp_path / "restored", pace=4.0) as client:
         listed = client.get(f"/api/inspections/{done}/observations").json()["observations"]
         assert set(before) <= {tag["id"] for tag in listed}
-        assert everything_of(client, done) == told
+        assert everything_of(client, done) == answers
         photo = f"/api/inspections/{done}/observations/{before[0]}/photo"
         assert wait_until(lambda: client.get(photo).content)[:2] == b"\xff\xd8"
         assert client.inspection(running)["status"] in ("queued", "running")

@@ -268,9 +268,9 @@ def test_damaged_pages_are_named_in_a_sentence_by_every_command(
         export,
     ):
         refused = chainage(*command)
-        told = " ".join(refused.err.split())
-        assert refused.code in (1, 2), told
-        assert "Traceback" not in told
-        assert "damaged" in told
-        assert "chainage restore" in told
+        printed = " ".join(refused.err.split())
+        assert refused.code in (1, 2), printed
+        assert "Traceback" not in printed
+        assert "damaged" in printed
+        assert "chainage restore" in printed
         assert "chainage.db" in re.sub(r"[\s│]", "", refused.err)  # a box may break the path

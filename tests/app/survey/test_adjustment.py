@@ -84,13 +84,13 @@ def test_the_interval_has_the_tolerance_of_the_rig_in_it_from_the_zero_on() -> N
 
 
 def test_a_rig_has_nothing_to_do_with_what_another_program_has_measured() -> None:
-    told = replace(
+    imported = replace(
         RAW,
         sigma_distance_mm=np.zeros(FRAMES),
         sigma_registration_mm=np.zeros(FRAMES),
         quality=np.zeros(FRAMES),
     )
-    found = adjusted(Stated(zero=Zero(0, 1.0)), raw=told)
+    found = adjusted(Stated(zero=Zero(0, 1.0)), raw=imported)
     assert not found.track.sigma_distance_mm.any()
     assert (found.scale_sigma, found.distance_class()) == (None, None)
 
@@ -437,12 +437,12 @@ def test_the_3d_view_and_the_report_show_the_same_joints(zero_at: int) -> None:
     stated = Stated(zero=Zero(zero_at, 0.0), joints=Joints(use=True, marked=marks))
     found = adjusted(stated, SEEN)
     drawn = [(mark.number, mark.x_m) for mark in joint_marks(found) if mark.is_seen]
-    told = [
+    reported = [
         (joint["number"], joint["distance_m"])
         for joint in result_of(Corrected(stated, found, None))["joints"]
         if joint["number"] >= 1  # a seam at the zero is where the pipe begins
     ]
-    assert drawn == told
+    assert drawn == reported
     assert all(number >= 1 for number, _ in drawn)
     assert len({number for number, _ in drawn}) == len(drawn)
 

@@ -58,8 +58,8 @@ def test_an_abandoned_survey_needs_a_reason():
     ],
 )
 def test_a_value_of_another_kind_is_reported(name, value, fault):
-    (told,) = faults({name: value})
-    assert told.startswith(fault)
+    (reported,) = faults({name: value})
+    assert reported.startswith(fault)
 
 
 @pytest.mark.parametrize(

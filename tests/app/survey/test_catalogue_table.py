@@ -109,9 +109,9 @@ def test_text_that_looks_like_a_formula_is_text():
     ],
 )
 def test_a_fault_is_reported_with_its_line(row, fault):
-    told = faults(row)
-    assert fault in told
-    assert told.startswith("The table has a fault: ")
+    reported = faults(row)
+    assert fault in reported
+    assert reported.startswith("The table has a fault: ")
 
 
 @pytest.mark.parametrize(
@@ -129,29 +129,29 @@ def test_a_fault_in_an_optional_column_is_reported(column, cell, fault):
 
 def test_a_code_that_is_there_twice_names_both_lines():
     assert faults(CRACK, "BAC,A,,Broken,S,no,no,,no,,no", CRACK) == (
-        "The table has a fault: line 4: BAB C A is in line 2 already."
+        "The table has a fault: line 4: BAB C A is already in line 2."
     )
 
 
 def test_a_hotkey_that_is_there_twice_names_both_lines():
-    told = faults(f"{CRACK},b", "BAC,A,,Broken,S,no,no,,no,,no,b", header=f"{HEADER},hotkey")
-    assert "line 3: the hotkey b is in line 2 already" in told
+    reported = faults(f"{CRACK},b", "BAC,A,,Broken,S,no,no,,no,,no,b", header=f"{HEADER},hotkey")
+    assert "line 3: the hotkey b is already in line 2" in reported
 
 
 def test_columns_that_miss_are_not_known_or_are_there_twice_are_reported_together():
-    told = faults(CRACK, header=HEADER.replace("group", "grupe").replace("label", "code"))
-    assert "line 1: missing columns: label, group" in told
-    assert "line 1: unknown columns (allowed are" in told
-    assert "'grupe'" in told
-    assert "line 1: columns that are there twice: code" in told
+    reported = faults(CRACK, header=HEADER.replace("group", "grupe").replace("label", "code"))
+    assert "line 1: missing columns: label, group" in reported
+    assert "line 1: unknown columns (allowed are" in reported
+    assert "'grupe'" in reported
+    assert "line 1: repeated columns: code" in reported
 
 
 def test_of_many_faults_the_first_twenty_are_reported_and_the_rest_is_counted():
-    told = faults(*["x"] * 50)
-    assert told.startswith("The table has 50 faults: line 2: ")
-    assert "line 21: " in told
-    assert "line 22: " not in told
-    assert told.endswith("; and 30 more.")
+    reported = faults(*["x"] * 50)
+    assert reported.startswith("The table has 50 faults: line 2: ")
+    assert "line 21: " in reported
+    assert "line 22: " not in reported
+    assert reported.endswith("; and 30 more.")
 
 
 @pytest.mark.parametrize("file", [b"", b"\n\n", content(), content("", "")])
@@ -197,6 +197,6 @@ def test_a_code_of_another_table_has_no_name():
 
 def test_very_many_columns_are_refused_shortly_in_work_that_grows_with_them():
     """Counting each name among all would be 10^11 comparisons."""
-    told = faults(header=",".join([*(f"x{n}" for n in range(100_000)), *["code"] * 60_000]))
-    assert "columns that are there twice: code" in told
-    assert len(told) < 2000
+    reported = faults(header=",".join([*(f"x{n}" for n in range(100_000)), *["code"] * 60_000]))
+    assert "repeated columns: code" in reported
+    assert len(reported) < 2000

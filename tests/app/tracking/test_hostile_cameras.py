@@ -143,8 +143,8 @@ def begin(client: Client, url: str) -> str:
 def detail(client: Client, inspection_id: str) -> str | None:
     """Why there is no picture."""
     now = client.inspection(inspection_id)
-    told = now["live"]["detail"] if now["live"] else now["error"] and now["error"]["detail"]
-    return str(told) if told else None
+    reason = now["live"]["detail"] if now["live"] else now["error"] and now["error"]["detail"]
+    return str(reason) if reason else None
 
 
 GROUPS = [list(RUBBISH)[n::3] for n in range(3)]
@@ -158,7 +158,7 @@ def test_a_camera_that_sends_rubbish_is_reported_and_harms_nobody(
     begun = {name: begin(field, camera.url) for name, camera in cameras.items()}
     slowest_s = 0.0
 
-    def are_told() -> bool:
+    def are_reported() -> bool:
         nonlocal slowest_s
         begun_s = time.monotonic()
         assert field.get("/healthz").status_code == 200
@@ -170,7 +170,7 @@ def test_a_camera_that_sends_rubbish_is_reported_and_harms_nobody(
                 assert int(peak[1]) * 1024 <= MEMORY_BYTES + 2**20  # type: ignore[index]
         return all(detail(field, each) for each in begun.values())
 
-    wait_until(are_told)
+    wait_until(are_reported)
     for inspection_id in begun.values():
         said = str(detail(field, inspection_id))
         assert said.endswith(".")

@@ -526,8 +526,8 @@ def test_writing_from_a_thread_leaves_the_waiters_to_the_loop() -> None:
 
     # In a thread of its own: Playwright keeps a loop running in the one of the tests.
     with ThreadPoolExecutor(1) as thread:
-        told = thread.submit(asyncio.run, wait_and_write()).result()
-    assert told == [False, True, True]
+        states = thread.submit(asyncio.run, wait_and_write()).result()
+    assert states == [False, True, True]
 
 
 def test_socket_left_by_a_crash_is_replaced(socket_path: Path) -> None:

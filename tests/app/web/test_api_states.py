@@ -33,8 +33,8 @@ STEPS_BETWEEN_KILLS = 8
 LONGEST_WRITE_S = 0.03
 
 Fields = dict[str, Any]
-Told = tuple[str, str, Fields | None, Fields | None]
-"""Of an event: action, observation, before, after."""
+Recorded = tuple[str, str, Fields | None, Fields | None]
+"""Action, observation, before and after of an event."""
 
 ids = st.sampled_from(IDS)
 fields = st.fixed_dictionaries(
@@ -74,7 +74,7 @@ class Tagging(RuleBasedStateMachine):
         self.kept: dict[str, Fields] = {}
         self.deleted: dict[str, Fields] = {}
         self.seqs: dict[str, int] = {}
-        self.history: list[Told] = []
+        self.history: list[Recorded] = []
         self.zeros: list[int] = []
         self.steps = 0
 
@@ -160,12 +160,12 @@ class Tagging(RuleBasedStateMachine):
     @invariant()
     def the_history_is_complete_and_in_order(self) -> None:
         events = self.site.client.get(f"{self._path()}/events").json()["events"][::-1]
-        told = [
+        recorded = [
             (it["action"], it["observation_id"], it["before"], it["after"])
             for it in events
             if it["observation_id"]
         ]
-        assert told == self.history
+        assert recorded == self.history
         times = [it["at"] for it in events]
         assert times == sorted(times)
 

@@ -139,20 +139,20 @@ def test_a_body_may_be_slow_but_not_for_ever(
 
 def test_a_proxy_is_believed_only_where_it_is_named(tmp_path: Path, clip: Path) -> None:
     def guess(client: httpx.Client, address: str) -> int:
-        told = {"X-Forwarded-For": f"203.0.113.9, {address}", "X-Forwarded-Proto": "https"}
-        return client.post("/api/login", json={"token": "wrong"}, headers=told).status_code
+        forwarded = {"X-Forwarded-For": f"203.0.113.9, {address}", "X-Forwarded-Proto": "https"}
+        return client.post("/api/login", json={"token": "wrong"}, headers=forwarded).status_code
 
     with process(tmp_path / "named", TRUSTED_PROXIES="10.0.0.0/8, 127.0.0.1") as client:
         stranger = httpx.Client(base_url=client.server.url, headers={"Host": "localhost"})
         assert [guess(stranger, "192.0.2.1") for _ in range(11)] == [401] * 10 + [429]
         assert guess(stranger, "192.0.2.2") == 401
-        told = {"X-Forwarded-For": "192.0.2.3", "X-Forwarded-Proto": "https"}
+        forwarded = {"X-Forwarded-For": "192.0.2.3", "X-Forwarded-Proto": "https"}
         body = {"token": TOKEN}
-        secure = told | {"Origin": "https://localhost"}
+        secure = forwarded | {"Origin": "https://localhost"}
         answer = stranger.post("/api/login", json=body, headers=secure)
         assert answer.status_code == 204
         assert answer.headers["Set-Cookie"].startswith("__Host-")
-        plain = told | {"Origin": "http://localhost"}
+        plain = forwarded | {"Origin": "http://localhost"}
         refused = stranger.post("/api/login", json=body, headers=plain)
         assert_error(refused, 403, "cross_origin")
         _message_and_refusal(client, clip)

@@ -133,7 +133,10 @@ def test_ribx_holds_every_field_of_every_observation(tmp_path: Path) -> None:
     }  # fmt: skip
     assert read.rows[2]["J"] == "A1"
     assert (read.rows[8]["G"], read.rows[8]["H"]) == ("09", "02")
-    assert "RIBX asks for what is not known here: ABJ (client_job_ref), ACM (cleaned)." in losses
+    assert (
+        "RIBX requires values that are not known here: ABJ (client_job_ref), ACM (cleaned)."
+        in losses
+    )
 
 
 def test_ribx_writes_dutch_ends_in_the_dutch_grid() -> None:
@@ -244,14 +247,14 @@ def test_what_cannot_be_a_row_of_its_own_is_reported(kind: str) -> None:
     assert (tag[CODE[kind]], foreign[CODE[kind]]) == ("BDB", "BDB")
     assert tag[REMARK[kind]].startswith("look here, tag without a code, ")
     assert foreign[REMARK[kind]].startswith("coded CRK7 Q, 3, ")
-    told = " ".join(losses)
+    reported = " ".join(losses)
     for sentence in (
         "Observation 1 has no code", "Observation 2 is coded CRK7",
         "Observation 3 lies before the zero point", "Observation 4 is not tracked",
         "no observation of its start (BCD)", "no observation of its end (BCE",
         "calibration_id",
     ):  # fmt: skip
-        assert sentence in told
+        assert sentence in reported
 
 
 @pytest.mark.parametrize(("kind", "longest"), [("isybau", 30), ("m150", 16)])
@@ -320,11 +323,11 @@ def test_geojson_lies_on_the_line_between_the_ends() -> None:
     assert run["properties"]["distance_class"] == "5 %"
     geod = Geod(ellps="WGS84")
     for feature in others:
-        told = feature["properties"]
-        if told["kind"] == "observation":
+        stated = feature["properties"]
+        if stated["kind"] == "observation":
             lon, lat = feature["geometry"]["coordinates"]
             *_, along_m = geod.inv(9.0, 51.4525, lon, lat)
-            assert along_m == pytest.approx(told["distance_m"], abs=0.03)
+            assert along_m == pytest.approx(stated["distance_m"], abs=0.03)
     kinds = [feature["properties"]["kind"] for feature in others]
     assert (kinds.count("observation"), kinds.count("stretch")) == (12, 1)
     stretch = others[-1]
@@ -406,7 +409,7 @@ EVERY_FIELD: Mapping[str, Any] = {
     "end_lat": 51.4525, "end_lon": 9.0003541, "tether": True, "remarks": "mind the dog",
 }  # fmt: skip
 """A value of its own for every field, outside the lists of the formats where there is one."""
-TELLS = {
+WRITTEN_AS = {
     "direction": {"B", "U", "G"}, "shape": {"B", "3", "shape: rectangular"},
     "cleaned": {"A", "1", "J"}, "tether": {"tether: yes"}, "road_chainage": {"12+340"},
     "purpose": {"1", "purpose: first_survey"}, "method": {"A", "1", "method: walk_through"},
@@ -415,7 +418,7 @@ TELLS = {
     "standard": {"EN 13508-2", "EN13508", "8"}, "end_condition": {"BDC", "survey abandoned"},
     "temperature_c": {"12.5", "13"}, "water_level_pct": {"17", "water level: 17 %"},
 }  # fmt: skip
-TELLS |= {"start_lon": TELLS["start_lat"], "end_lat": TELLS["end_lon"]}
+WRITTEN_AS |= {"start_lon": WRITTEN_AS["start_lat"], "end_lat": WRITTEN_AS["end_lon"]}
 """What stands for a field whose value is not written as it is."""
 
 
@@ -425,7 +428,7 @@ def test_a_header_field_is_in_the_file_or_among_the_losses(kind: str, field: str
     read, losses = write(kind, report(header=EVERY_FIELD, observations=[]))
     more = (read.more.get(name, []) for name in ("easting", "nodes"))
     texts = [*map(str, read.header.values()), *(str(one) for some in more for one in some)]
-    wanted = TELLS.get(field, {str(EVERY_FIELD[field])})
+    wanted = WRITTEN_AS.get(field, {str(EVERY_FIELD[field])})
     is_written = any(
         text == one or (len(one) > 2 and one in text) for one in wanted for text in texts
     )

@@ -70,7 +70,7 @@ SHOWN: Mapping[str, tuple[str, ...]] = {
 }  # fmt: skip
 """How exchange formats write a field, if not as it is."""
 LOST: Mapping[str, str] = {
-    "raw_m": "distances before corrections", "source": "what their distances rest on",
+    "raw_m": "distances before corrections", "source": "the basis of their distances",
     "to_go_m": "distances to the far end", "frame": "frames of the observations",
     "x_m": "points on the wall", "y_m": "points on the wall", "z_m": "points on the wall",
     "lon": "places on the map", "lat": "places on the map", "tagged_by": "who tagged them",
@@ -114,7 +114,7 @@ def test_what_is_not_there_is_not_said_to_be_lost(kind: str) -> None:
     empty = replace(report(None, [bare]), name=HEADER["asset_id"])
     _, losses = written(kind, empty)
     for phrase in (
-        "distances before", "rest on", "far end", "on the wall", "on the map", "checksums of",
+        "distances before", "basis of", "far end", "on the wall", "on the map", "checksums of",
         "10 mm", "down to seconds", "ASCII", "one line", "its name", "the corrections",
         "the history", "the joints",
     ):  # fmt: skip

@@ -18,10 +18,10 @@ def pages_of(content):
 def test_it_states_what_where_and_who(tmp_path):
     (page,) = pages_of(emergency.write(full_report(tmp_path)).content)
 
-    for told in ("Act now", "CUL-0041", "FT 5 Jalan Klang–Banting", "Broken wall: fallen in",
+    for words in ("Act now", "CUL-0041", "FT 5 Jalan Klang–Banting", "Broken wall: fallen in",
                  "12.40 m ± 0.06 m", "9–2 o’clock", "51.452500, 9.000179", "Operator 1",
                  "wall fallen in; road above: act now", "Page 1 / 1"):  # fmt: skip
-        assert told in page
+        assert words in page
 
 
 def test_in_malay():

@@ -267,7 +267,7 @@ def test_the_uncertainty_of_the_rig_widens_the_interval_of_a_tag(shared: Client,
 def test_one_interval_is_shown_everywhere_and_a_tape_shrinks_it(shared: Client, run: str) -> None:
     tag = shared.tag(run, frame=FRAMES - 1).json()
 
-    def told() -> set[float]:
+    def shown_intervals() -> set[float]:
         path = f"/api/inspections/{run}"
         rows = list(csv.DictReader(io.StringIO(shared.get(f"{path}/exports/csv").text)))
         columns = shared.get(f"{path}/track?format=json").json()["columns"]
@@ -286,9 +286,9 @@ def test_one_interval_is_shown_everywhere_and_a_tape_shrinks_it(shared: Client, 
             *(i["distance_u95_m"] for i in listed if i["id"] == run),
         }
 
-    (before,) = told()
+    (before,) = shown_intervals()
     correct(shared, run, TAPED)
-    (after,) = told()
+    (after,) = shown_intervals()
     assert after == 0.01 < before
 
 

@@ -419,9 +419,9 @@ def test_over_https_the_printed_address_logs_in_and_no_secret_is_shown(tmp_path:
     finally:
         process.terminate()
         process.wait(PATIENCE_S)
-    told = log.read_text() + "".join(
+    written = log.read_text() + "".join(
         f"{answer.headers.get('Location')} {answer.text}" for answer in answers
     )
     assert "POST" in log.read_text()
-    assert token not in told
-    assert cookie not in told
+    assert token not in written
+    assert cookie not in written

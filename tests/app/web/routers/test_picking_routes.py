@@ -64,7 +64,7 @@ def shift_click(view: ClientConnection, at_m: tuple[float, float]) -> None:
     view.send(msgspec.msgpack.encode(message))
 
 
-def told(live: ClientConnection) -> dict[str, Any]:
+def next_message(live: ClientConnection) -> dict[str, Any]:
     """The next text message."""
     while True:
         message = live.recv(PATIENCE_S)
@@ -76,7 +76,7 @@ def test_click_on_the_wall_reaches_the_page_of_the_same_browser(shared: Client, 
     mine, other = Browser(shared), Browser(shared)  # pins of other tests lie elsewhere
     with mine.live(done) as page, other.live(done) as stranger, mine.view(done) as view:
         shift_click(view, (0.03, -0.2))
-        assert told(page) == {
+        assert next_message(page) == {
             "type": "wall_click",
             "distance_m": 0.03,
             "clock_h": None,
@@ -84,16 +84,16 @@ def test_click_on_the_wall_reaches_the_page_of_the_same_browser(shared: Client, 
         }
         with other.view(done) as their_view:
             shift_click(their_view, (0.04, -0.2))
-        assert told(stranger)["distance_m"] == 0.04
+        assert next_message(stranger)["distance_m"] == 0.04
 
 
-def test_click_on_a_pin_is_told_as_its_observation(server: Client, done: str) -> None:
+def test_click_on_a_pin_is_reported_as_its_observation(server: Client, done: str) -> None:
     tag = server.tag(done, frame=20, code="BAB").json()
     browser = Browser(server)
     with browser.live(done) as page, browser.view(done) as view:
         wait_for(view, b"BAB")
         shift_click(view, (tag["distance_m"], 0.0))
-        assert told(page) == {"type": "pin_click", "observation": tag["id"]}
+        assert next_message(page) == {"type": "pin_click", "observation": tag["id"]}
 
 
 def test_click_that_no_page_waits_for_is_dropped(shared: Client, done: str) -> None:
@@ -102,7 +102,7 @@ def test_click_that_no_page_waits_for_is_dropped(shared: Client, done: str) -> N
         shift_click(view, (0.03, -0.2))
         with browser.live(done) as page:
             shift_click(view, (0.04, -0.2))
-            assert told(page)["distance_m"] == 0.04
+            assert next_message(page)["distance_m"] == 0.04
 
 
 def test_place_leads_to_the_frame_that_shows_it_best(shared: Client, done: str) -> None:

@@ -74,8 +74,8 @@ def test_a_second_run_begins_the_wall_anew(server: Client, done: str) -> None:
     after = {tile["index"]: tile["revision"] for tile in unrolled(server, done)["tiles"]}
     assert after.keys() == before.keys()
     assert all(after[index] > before[index] for index in after)
-    told = [event for event in heard if isinstance(event, WallChanged)]
-    assert {index for event in told for index in event.indices} == set(after)
+    published = [event for event in heard if isinstance(event, WallChanged)]
+    assert {index for event in published for index in event.indices} == set(after)
 
 
 def test_health_has_a_row_for_every_frame_and_outlives_a_restart(shared: Client, done: str) -> None:
@@ -104,11 +104,11 @@ def test_the_live_header_states_the_health_of_its_frame(server: Client, long_cli
             socket.send(json.dumps({"type": "ack", "seq": header["seq"]}))
     columns = server.get(f"/api/inspections/{inspection_id}/health").json()["columns"]
     for name, values in columns.items():
-        told, kept = header["health"][name], values[header["frame"]]
+        published, kept = header["health"][name], values[header["frame"]]
         if name == "complaints":
-            assert " ".join(told) == kept
+            assert " ".join(published) == kept
         else:  # what was kept in a file has been rounded once more
-            assert told == pytest.approx(kept, abs=0.0011)
+            assert published == pytest.approx(kept, abs=0.0011)
 
 
 def test_joints_are_found_while_tracking(server: Client, tmp_path: Path) -> None:
