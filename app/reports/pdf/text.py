@@ -24,8 +24,10 @@ from app.reports.pdf.styles import Style
 
 ELLIPSIS = "…"
 
-_PRIVATE = 0xF0000
-"""Plane 15 of Unicode: no font has characters there."""
+_PRIVATE = 0x100000
+"""Plane 16 of Unicode: no font has characters there. ReportLab writes their six digits into the
+file; the five of plane 15 are not a whole number of bytes, about which readers complain.
+"""
 _JOINERS = "\u200c\u200d"
 _RIGHT_TO_LEFT = ("R", "AL", "AN")
 _WORD = re.compile(r"\S+\s*|\s+")
