@@ -16,7 +16,6 @@ from itertools import groupby
 from typing import Any
 
 import uharfbuzz as hb
-from bidi import algorithm as bidi
 from reportlab.pdfbase.ttfonts import TTFont
 from reportlab.pdfgen.canvas import Canvas
 
@@ -25,8 +24,10 @@ from app.reports.pdf.styles import Style
 
 ELLIPSIS = "…"
 
-_PRIVATE = 0xF0000
-"""Plane 15 of Unicode: no font has characters there."""
+_PRIVATE = 0x100000
+"""Plane 16 of Unicode: no font has characters there. ReportLab writes their six digits into the
+file; the five of plane 15 are not a whole number of bytes, about which readers complain.
+"""
 _JOINERS = "\u200c\u200d"
 _RIGHT_TO_LEFT = ("R", "AL", "AN")
 _WORD = re.compile(r"\S+\s*|\s+")
@@ -334,16 +335,12 @@ def _is_right_to_left(char: str) -> bool:
 
 def _levels(text: str) -> list[int]:
     """Return the embedding level of each character (UAX 9); odd levels run from right to left."""
-    storage = bidi.get_empty_storage()
-    level = bidi.get_base_level(text)
-    storage["base_level"], storage["base_dir"] = level, "LR"[level]
+    # Here, as it takes 13 MB and half a second, and most reports have no such text.
+    from fpdf.bidi import BidiParagraph
+
     # The algorithm drops joiners; a mark in their place gets the level of its neighbour.
-    bidi.get_embedding_levels(re.sub(f"[{_JOINERS}]", "\u0300", text), storage)
-    bidi.explicit_embed_and_overrides(storage)
-    bidi.resolve_weak_types(storage)
-    bidi.resolve_neutral_types(storage, False)
-    bidi.resolve_implicit_levels(storage, False)
-    return [int(char["level"]) for char in storage["chars"]]
+    paragraph = BidiParagraph(re.sub(f"[{_JOINERS}]", "\u0300", text))
+    return [char.embedding_level for char in paragraph.get_characters()]
 
 
 def _reordered(pieces: Sequence[tuple[int, Run]]) -> list[tuple[int, Run]]:

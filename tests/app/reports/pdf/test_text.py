@@ -79,6 +79,26 @@ def test_arabic_runs_from_right_to_left_and_its_numbers_from_left_to_right():
     assert [word for run in runs if (word := run.text.strip())] == ["هنا", "12.40", "شق"]
 
 
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("شق 12.40 m (BAB B A) هنا", ["هنا", "m(BABBA)", "12.40", "شق"]),
+        ("Remark: شق 12.40 (3 mm)", ["Remark:", "12.40", "شق", "(3mm)"]),
+    ],
+)
+def test_brackets_stay_around_what_is_within_them(text, shown):
+    drawn = "".join(run.text for run in visual_runs(clean(text), 400))
+
+    assert "".join(drawn.split()) == "".join(shown)
+
+
+def test_joiners_and_letters_newer_than_unicodedata_stand_in_text_from_right_to_left():
+    for text in ("می\u200cخواهم", "ש \U00011b00 12"):  # Devanagari of Unicode 15
+        runs = visual_runs(clean(text), 400)
+
+        assert sorted("".join(run.text for run in runs)) == sorted(clean(text))
+
+
 def test_arabic_letters_join():
     alone, joined = (visual_runs(text, 400)[0] for text in ("ب", "بب"))
 
