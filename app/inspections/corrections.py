@@ -96,6 +96,8 @@ class Corrections:
         """Held while an inspection is solved: a page sends five concurrent requests for a result
         that takes seconds for a long run."""
         self._statements: LRUCache[str, _Statement] = LRUCache(_STATED_KEPT)
+        self._forgotten = 0
+        """Number of calls of `forget`: what was read before one of them is not kept after it."""
         self._solutions: LRUCache[str, _Solution] = LRUCache(_SOLVED_FRAMES_KEPT, _frames_of)
 
     def get(self, inspection_id: str) -> Corrected:
@@ -149,6 +151,7 @@ class Corrections:
         def require(stored: Mapping[str, Any]) -> None:
             require_version(Stated.from_json(stored).to_json(), stated.to_json(), replaced)
 
+        forgotten = self._forgotten
         statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
         began_s = time.monotonic()
         adjusted = adjust(
@@ -168,12 +171,9 @@ class Corrections:
             require=require,
         )
         corrected = Corrected(stated, adjusted, None)
-        self._keep(inspection_id, _Statement(revision, stated, statement.rig))
         now_s = time.monotonic()
-        self._keep_solution(
-            inspection_id,
-            _Solution(revision, run, now_s, now_s - began_s, corrected, adjusted),
-        )
+        solution = _Solution(revision, run, now_s, now_s - began_s, corrected, adjusted)
+        self._keep(inspection_id, _Statement(revision, stated, statement.rig), forgotten, solution)
         if revision != statement.revision:
             logger.info("Inspection %s corrected by %s.", inspection_id, who)
             self._live.corrected(inspection_id)
@@ -209,12 +209,16 @@ class Corrections:
             InspectionNotFound: No inspection has this id.
             DiskFull: The change could not be recorded.
         """
+        forgotten = self._forgotten
         statement, solution = self._statement(inspection_id), self._last_solution(inspection_id)
         revision = self._store.rescale(inspection_id, change, statement.revision)
         if revision is None:
             return False
-        self._keep(inspection_id, replace(statement, revision=revision))
-        self._keep_solution(inspection_id, replace(solution, revision=revision))
+        statement, solution = (
+            replace(statement, revision=revision),
+            replace(solution, revision=revision),
+        )
+        self._keep(inspection_id, statement, forgotten, solution)
         self._live.corrected(inspection_id)
         return True
 
@@ -245,8 +249,9 @@ class Corrections:
         return makeup_of(adjusted, raw, far if frame is None else frame)
 
     def forget(self, inspection_id: str) -> None:
-        """Drop what is held in memory."""
+        """Drop what is held in memory: the rig or the run is another one."""
         with self._lock:
+            self._forgotten += 1
             self._statements.pop(inspection_id, None)
             self._solutions.pop(inspection_id, None)
             self._solving.pop(inspection_id, None)
@@ -365,21 +370,38 @@ class Corrections:
 
     def _statement(self, inspection_id: str) -> _Statement:
         with self._lock:
-            known = self._statements.get(inspection_id)
+            known, forgotten = self._statements.get(inspection_id), self._forgotten
         if known is not None:
             return known
         row = self._inspections.get(inspection_id)
         stated = Stated.from_json(row.corrections)
         statement = _Statement(row.revision, stated, Rig.model_validate(row.rig))
-        return self._keep(inspection_id, statement)
+        self._keep(inspection_id, statement, forgotten)
+        return statement
 
-    def _keep(self, inspection_id: str, statement: _Statement) -> _Statement:
-        """Store a statement unless another thread has stored a newer one; return the stored one."""
+    def _keep(
+        self,
+        inspection_id: str,
+        statement: _Statement,
+        forgotten: int,
+        solution: _Solution | None = None,
+    ) -> None:
+        """Keep a statement and its solution unless another thread has kept a newer one.
+
+        Args:
+            inspection_id: The inspection.
+            statement: The statement; its rig may be the former one if `forget` came meanwhile.
+            forgotten: `_forgotten` from before the statement was read.
+            solution: The solution of the statement.
+        """
         with self._lock:
+            if forgotten != self._forgotten:
+                return
             known = self._statements.get(inspection_id)
             if known is None or known.revision <= statement.revision:
-                known = self._statements[inspection_id] = statement
-            return known
+                self._statements[inspection_id] = statement
+        if solution is not None:
+            self._keep_solution(inspection_id, solution)
 
     def _keep_solution(self, inspection_id: str, solution: _Solution) -> None:
         with self._lock:

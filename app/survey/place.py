@@ -205,10 +205,14 @@ def places_of(course: Course, tags: Sequence[Tag]) -> list[Place | None]:
     again.
     """
     anchors = [(tag.frame, tuple(tag.pixel) if tag.pixel else None) for tag in tags]
-    if len(course.places) + len(anchors) > _PLACES_KEPT:
+    # Other requests may clear the shared places at any time.
+    known = {anchor: place for anchor in anchors if (place := course.places.get(anchor))}
+    new = dict(_derived(course, [anchor for anchor in anchors if anchor not in known]))
+    if len(course.places) + len(new) > _PLACES_KEPT:
         course.places.clear()
-    course.places.update(_derived(course, [a for a in anchors if a not in course.places]))
-    return [course.places.get(anchor) for anchor in anchors]
+    course.places.update(new)
+    found = known | new
+    return [found.get(anchor) for anchor in anchors]
 
 
 def _derived(course: Course, anchors: Iterable[Anchor]) -> Iterator[tuple[Anchor, Place]]:

@@ -26,7 +26,7 @@ from app.web.deps import PrincipalDep, viewer
 
 router = APIRouter(include_in_schema=False)
 
-_VERSION = re.compile(r"v[0-9a-f]{16}/")
+_VERSION = re.compile(r"(v[0-9a-f]{16})/")
 _KEPT = {"Cache-Control": "private, max-age=31536000, immutable"}
 _ASKED = {"Cache-Control": "no-cache"}
 _SHELL = "index.html"
@@ -72,9 +72,15 @@ class Assets(StaticFiles):
             response = _answer(*content, Headers(scope=scope))
         else:
             response = await super().get_response(path, scope)
-        is_versioned = _VERSION.match(super().get_path(scope)) is not None
-        response.headers.update(_KEPT if is_versioned else _ASKED)
+        response.headers.update(_KEPT if self._is_of_its_version(scope) else _ASKED)
         return response
+
+    def _is_of_its_version(self, scope: Scope) -> bool:
+        """Return whether the path names the present version: an upgrade may lie between a shell
+        and its files.
+        """
+        asked = _VERSION.match(super().get_path(scope))
+        return asked is not None and asked[1] == version_of(static_folder())
 
 
 def _answer(content: bytes, tag: str, kind: str | None, asked: Headers) -> Response:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import closing
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -18,6 +19,7 @@ from app.storage.corrections import CorrectionStore, Rescaling
 from app.storage.database import Database
 from app.storage.files import DataFolder, Places
 from app.storage.inspections import InspectionStore
+from app.storage.runs import RunStore
 from app.storage.tables import Inspection
 from app.survey.stated import Joints, RigSigma, Stated, Zero
 from app.survey.track_rows import estimate_at
@@ -116,3 +118,24 @@ def test_a_scale_that_was_found_does_not_hide_what_is_stated_meanwhile(
     assert not corrections.rescaled(ID, change)
     assert corrections.get(ID).stated == off
     assert store.last_rescaled(ID) is None
+
+
+def test_a_rig_that_is_changed_while_somebody_corrects_is_the_one_that_counts(
+    corrections: Corrections,
+    database: Database,
+    store: CorrectionStore,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    correct, rig = store.correct, clip_rig()
+    rig["mount"]["height_mm"] += 10
+
+    def late(*given: Any, **options: Any) -> int:
+        RunStore(database).change_rig(ID, "Siti", rig)
+        corrections.forget(ID)
+        return correct(*given, **options)
+
+    corrections.get(ID)
+    monkeypatch.setattr(store, "correct", late)
+    corrections.put(ID, BY_ALI, None, "Ali")
+    assert corrections.adjusted(ID).rig.mount.height_mm == rig["mount"]["height_mm"]
+    assert corrections.get(ID).stated == BY_ALI

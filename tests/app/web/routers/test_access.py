@@ -42,6 +42,8 @@ def test_the_files_of_a_page_are_kept_until_one_of_them_changes(
     assert kept.text == asked.text
     assert "immutable" in kept.headers["Cache-Control"]
     assert asked.headers["Cache-Control"] == "no-cache"
+    of_another_version = shared.get(f"/static/v{'0' * 16}/page.js")  # its shell is older
+    assert of_another_version.headers["Cache-Control"] == "no-cache"
     tag = asked.headers["ETag"]
     assert tag.startswith('"')  # a strong one: the very bytes
     assert shared.get("/static/page.js", headers={"If-None-Match": tag}).status_code == 304

@@ -1,0 +1,50 @@
+"""Places of observations, derived together and kept for a course."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from builders import clip_rig
+from reports import track_of
+
+from app.survey.adjustment.adjust import adjust
+from app.survey.place import Anchor, Course, Place, place_of, places_of
+from app.survey.stated import Stated
+from app.survey.tag import StatedTag
+from vo_core import Rig
+
+RAW = track_of(12.0)
+ADJUSTED = adjust(RAW, Rig.parse(clip_rig()), Stated(), [])
+
+
+class Cleared(dict[Anchor, Place]):
+    """Places that another request clears as soon as they are kept."""
+
+    def update(self, *given: object, **named: Place) -> None:
+        super().update(*given, **named)  # type: ignore[call-overload]
+        self.clear()
+
+
+def tags(count: int) -> Iterator[StatedTag]:
+    return (StatedTag.kept({"frame": n % len(RAW), "pixel": (n / 200, 80.0)}) for n in range(count))
+
+
+def test_places_come_whatever_other_requests_do_to_the_kept_ones() -> None:
+    asked = list(tags(20))
+    expected = [place_of(Course(ADJUSTED, RAW), tag) for tag in asked]
+    assert None not in expected
+    assert places_of(Course(ADJUSTED, RAW, Cleared()), asked) == expected
+
+
+def test_a_survey_of_very_many_tags_is_derived_once() -> None:
+    course, asked = Course(ADJUSTED, RAW), list(tags(12_000))
+    first = places_of(course, asked)
+    again = places_of(course, asked)
+    assert all(one is other for one, other in zip(first, again, strict=True))
+
+
+def test_a_course_keeps_a_limited_number_of_places() -> None:
+    course, asked = Course(ADJUSTED, RAW), list(tags(25_000))
+    for begin in range(0, len(asked), 5_000):
+        places_of(course, asked[begin : begin + 5_000])
+    assert 0 < len(course.places) <= 20_000
