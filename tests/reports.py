@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from typing import Any
 import cv2
 import numpy as np
 from builders import clip_rig
+from numpy.typing import NDArray
 
 from app.reports.report import Company, Entry, Photo, Report, Source
 from app.survey.adjustment.adjust import adjust
@@ -134,6 +135,15 @@ def track_of(length_m: float, rows: int = 500) -> Track:
     )  # fmt: skip
 
 
+def health_columns(frames: Iterable[Health]) -> dict[str, NDArray[np.float64]]:
+    """Return the columns of the picture health of some frames."""
+    rows = list(frames)
+    return {
+        field.name: np.array([getattr(health, field.name) for health in rows], np.float64)
+        for field in fields(Health)
+    }
+
+
 def report(
     photos: Path | None = None,
     observations: Sequence[Mapping[str, Any]] = OBSERVATIONS,
@@ -160,7 +170,7 @@ def report(
         distance_m=LENGTH_M, u95_m=0.082, raw_distance_m=24.649,
         corrected=Corrected(stated, adjust(track, rig, stated, []), None),
         issues=(), events=(), track=track, raw_track=track,
-        health=tuple[Health, ...](), sightings=(), wall={}, layout=None,
+        health=health_columns([]), sightings=(), wall={}, layout=None,
     )  # fmt: skip
     return replace(made, **changes)
 
@@ -208,7 +218,7 @@ def full_report(folder: Path, **changes: Any) -> Report:
         u95_m=half_width_m(float(end.sigma_distance_mm[-1])),
         corrected=Corrected(stated, adjusted, None),
         sightings=sightings,
-        health=tuple(
+        health=health_columns(
             Health(0.9, 0.3, 0.0, 0.4 if 600 < row < 760 else 0.9, 0.02) for row in range(rows)
         ),
         layout=layout,

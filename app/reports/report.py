@@ -9,6 +9,9 @@ from datetime import datetime
 from pathlib import Path
 from typing import IO, Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from app.reports.bundle.signing import Signer
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.adjustment.joints import ExpectedJoint, FittedJoint
@@ -19,7 +22,6 @@ from app.survey.records import Event
 from app.survey.tag import StatedTag
 from app.survey.track_rows import is_unmeasured
 from vo_core import Rig, Track
-from vo_core.image.health import Health
 from vo_core.joints.finder import Sighting
 from vo_core.mosaic.mosaic import Layout
 
@@ -167,8 +169,8 @@ class Report:
     track: Track
     """The corrected track, one row for each frame."""
     raw_track: Track
-    health: tuple[Health, ...]
-    """Health of each frame, possibly empty."""
+    health: Mapping[str, NDArray[np.floating]]
+    """Columns of the picture health by the fields of `Health`, one value for each frame so far."""
     sightings: tuple[Sighting, ...]
     """Joints that were seen while tracking, in the order of their frames."""
     wall: Mapping[int, Path]

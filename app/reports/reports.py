@@ -174,7 +174,7 @@ class Reports:
             events=tuple(self._observations.events(inspection_id)),
             track=track,
             raw_track=raw,
-            health=tuple(self._tracks.health(inspection_id).since(0)),
+            health=self._tracks.health(inspection_id).columns(),
             sightings=tuple(self._tracks.sightings(inspection_id)),
             wall={
                 tile.index: folder / f"{tile.index}.jpg"

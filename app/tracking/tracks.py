@@ -61,11 +61,6 @@ class HealthColumns:
         same._columns = self._columns.copy()
         return same
 
-    def since(self, frame: int) -> list[Health]:
-        """Return the health of every frame from this one on."""
-        columns = [column[frame:].tolist() for column in self.columns().values()]
-        return [Health(*values) for values in zip(*columns, strict=True)]
-
     def to_csv(self) -> str:
         """Return health.csv: a header, then one row for each frame."""
         rows = zip(*(column.tolist() for column in self.columns().values()), strict=True)

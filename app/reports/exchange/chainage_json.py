@@ -13,7 +13,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from typing import Any
 
 from app.reports.report import Report, Written
@@ -22,7 +22,6 @@ from app.reports.tables.table import iso
 from app.survey.corrected import result_of
 from app.survey.records import BROUGHT_IN
 from vo_core import Track
-from vo_core.image.health import Health
 
 SCHEMA = "chainage-report/2"
 """Version 2 added `tags`, `track`, `health` and `sightings` to version 1."""
@@ -49,8 +48,8 @@ def write(report: Report) -> Written:
         "track": {"columns": _columns(report.raw_track)},
         "health": {
             "columns": {
-                name: [round(getattr(health, name), _HEALTH_DECIMALS) for health in report.health]
-                for name in (field.name for field in fields(Health))
+                name: [round(value, _HEALTH_DECIMALS) for value in column.tolist()]
+                for name, column in report.health.items()
             }
         },
         "sightings": [asdict(sighting) for sighting in report.sightings],

@@ -23,9 +23,7 @@ from app.survey.catalogue.header import number_of
 from app.survey.interval import LEAST_M, U95, half_width_m
 from app.survey.makeup import makeup_of
 from app.survey.rounding import metres, signed
-from vo_core.image.health import complaints
-
-COMPLAINTS = ("too_fast", "too_dark", "too_bright", "blurred", "lens_dirty")
+from vo_core.image.health import complained
 
 _BINS = 300
 _LEFT = 26 * mm
@@ -345,10 +343,10 @@ def _along(report: Report, t: Translator) -> list[Flowable]:
 def _complained(report: Report) -> dict[str, NDArray[np.bool_]]:
     """Return the frames of each complaint that occurs."""
     rows = len(report.track)
-    found = {name: np.zeros(rows, bool) for name in COMPLAINTS}
-    for frame, health in enumerate(report.health[:rows]):
-        for name in complaints(health):
-            found[name][frame] = True
+    found = {}
+    for name, frames in complained(report.health).items():
+        found[name] = np.zeros(rows, bool)
+        found[name][: len(frames)] = frames[:rows]
     return {name: frames for name, frames in found.items() if frames.any()}
 
 

@@ -14,7 +14,7 @@ from app.storage.files import DataFolder
 from app.tracking.live import Live, WallChanged
 from app.tracking.tracks import HealthColumns
 from app.tracking.unrolled import Unrolled
-from vo_core.image.health import complaints
+from vo_core.image.health import Health, complaints
 from vo_core.mosaic.mosaic import Layout
 
 
@@ -90,8 +90,9 @@ def test_health_has_a_row_for_every_frame_and_outlives_a_restart(shared: Client,
     assert later["brightness"] == columns["brightness"][30:]
     file = shared.data / "inspections" / done / "health.csv"
     assert file.read_text().splitlines()[0] == "frame," + ",".join(numbers)
-    read = HealthColumns.from_csv(file.read_text()).since(0)
-    assert [" ".join(complaints(health)) for health in read] == columns["complaints"]
+    read = HealthColumns.from_csv(file.read_text()).columns()
+    rows = zip(*(column.tolist() for column in read.values()), strict=True)
+    assert [" ".join(complaints(Health(*row))) for row in rows] == columns["complaints"]
 
 
 def test_the_live_header_states_the_health_of_its_frame(server: Client, long_clip: Path) -> None:
