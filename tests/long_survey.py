@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import secrets
 import uuid
 from collections.abc import Iterator
@@ -32,6 +33,7 @@ from app.tracking.queue import track_metadata
 from app.tracking.tracks import Tracks
 from app.tracking.videos import file_name, video_columns
 from vo_core import Estimate
+from vo_core.geometry.height import scale_sigma
 from vo_core.image.health import Health
 from vo_core.joints.finder import Sighting
 
@@ -39,6 +41,7 @@ RATE_HZ = 25
 STEP_MM = 5.0
 """Distance between two frames: 7.5 m/min, a kilometre in 200,000 frames."""
 WHO = "measured"
+_SCALE_SIGMA = scale_sigma(SAMPLE.rig)
 
 _CODES: tuple[dict[str, object], ...] = (
     {"code": "BAB", "char1": "C", "char2": "A", "quant1": 2.0, "severity": 3},
@@ -133,10 +136,11 @@ def _make_film(path: Path, picture: np.ndarray[Any, Any], frames: int) -> None:
 
 def _estimate(frame: int) -> Estimate:
     mm = STEP_MM * frame
+    registration_mm = 1.0 + 0.0005 * mm
     return Estimate(
         frame=frame, time_s=frame / RATE_HZ, x_mm=mm, y_mm=3.0 * np.sin(mm / 900), yaw_deg=0.0,
-        distance_mm=mm, sigma_distance_mm=1.0 + 0.003 * mm, quality=0.9, status="ok",
-        sigma_registration_mm=1.0 + 0.0005 * mm,
+        distance_mm=mm, sigma_distance_mm=math.hypot(registration_mm, _SCALE_SIGMA * mm),
+        quality=0.9, status="ok", sigma_registration_mm=registration_mm,
     )  # fmt: skip
 
 

@@ -91,9 +91,9 @@ def _notices(adjusted: Adjusted) -> Iterator[Notice]:
         )
     elif refusal is not None and adjusted.rings >= MANY_RINGS:
         yield Notice("rings_uncounted", {"n": adjusted.rings, "segment_mm": segment_mm or 0.0})
-    if done is not None and done.stretches:
-        scales = [stretch.scale for stretch in done.stretches]
-        yield Notice("scale_changes", {"first": round(scales[0], 3), "last": round(scales[-1], 3)})
+    scales = [round(stretch.scale, 3) for stretch in done.stretches] if done else []
+    if done is not None and len(set(scales)) > 1:
+        yield Notice("scale_changes", {"least": min(scales), "greatest": max(scales)})
     elif done is not None and done.doubts_rig:
         height = adjusted.height
         scale = {"scale": round(done.scale, 3)}

@@ -15,7 +15,7 @@ from app.survey.adjustment.adjust import adjust
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.notices import notices_of
 from app.survey.stated import Stated
-from vo_core import Odometry, Rig
+from vo_core import Odometry, Rig, Track
 from vo_core.geometry.tilt import MountTilt
 from vo_core.joints.finder import Sighting
 
@@ -25,14 +25,14 @@ FIELDS = clip_rig()
 RIG = Rig.parse(FIELDS | {"pipe": {"shape": "flat", "segment_length_mm": SEGMENT_MM}})
 
 
-def adjusted(at_mm: np.ndarray) -> Adjusted:
+def adjusted(at_mm: np.ndarray, raw: Track = RAW) -> Adjusted:
     """By joints that were seen there, in the raw track."""
     frames = np.searchsorted(RAW.distance_mm, at_mm) - 1
     seen = [
         Sighting(int(frame), float(at - RAW.distance_mm[frame]), 0.3, 0.5)
         for frame, at in zip(frames, at_mm, strict=True)
     ]
-    return adjust(RAW, RIG, Stated(), seen)
+    return adjust(raw, RIG, Stated(), seen)
 
 
 @pytest.mark.parametrize("scale", [0.99, 1.0, 1.015])
@@ -75,7 +75,20 @@ def test_a_scale_that_changes_along_the_run_is_named() -> None:
     scales = np.linspace(1.0, 0.88, 8)  # a bed of silt that rises
     (notice,) = notices_of(adjusted(np.cumsum(SEGMENT_MM / scales)[:7]))
     assert notice.code == "scale_changes"
-    assert notice.params["first"] > notice.params["last"]
+    assert notice.params["least"] == pytest.approx(0.88, abs=0.02)
+    assert notice.params["greatest"] == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_bed_that_joints_find_to_change_nothing_is_not_named() -> None:
+    """The wall of this run shows a bed in parts, but every segment is as long as stated."""
+    at_mm = RAW.distance_mm
+    own_mm, doubt_mm = 1 + 0.0005 * at_mm, 1 + 0.003 * at_mm
+    shown = replace(RAW, sigma_registration_mm=own_mm, sigma_distance_mm=doubt_mm)
+    joints = SEGMENT_MM * np.arange(1, 7)
+    corrected = adjusted(joints, raw=shown)
+    assert corrected.correction is not None
+    assert len(corrected.correction.stretches) > 1
+    assert notices_of(corrected) == []
 
 
 FORWARD = make_rig(mount={"view": "forward", "height_mm": 150.0, "roll_deg": 1.0})
