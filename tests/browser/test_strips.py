@@ -313,7 +313,8 @@ def _answer(route: Route, body: Any) -> None:
 
 
 def _answer_columns(route: Route, columns: dict[str, NDArray[Any]]) -> None:
-    route.fulfill(body=packed(columns), content_type=MEDIA_TYPE)
+    total = len(next(iter(columns.values())))
+    route.fulfill(body=packed(columns, run="long", total=total), content_type=MEDIA_TYPE)
 
 
 def _long_track() -> dict[str, NDArray[Any]]:
