@@ -35,6 +35,9 @@ export class RunColumns extends EventTarget {
   #columns;
   /** Id of the run that made the rows, null before any answer. */
   run = null;
+  /** Number of the newest request for all rows, and of the newest one whose answer is shown. */
+  #asked = 0;
+  #shown = 0;
   /** Rises when the rows are replaced: everything computed from earlier ones is void. */
   generation = 0;
 
@@ -71,8 +74,12 @@ export class RunColumns extends EventTarget {
 
   /** Fetches all rows again, as their distances have been corrected. */
   async reload(signal) {
+    this.#asked += 1;
+    const asked = this.#asked;
     const { run, total, rows, columns } = await getColumns(`${this.#path}&since=0`, signal);
+    if (asked < this.#shown) return; // a newer answer is shown, or the rows were cleared
     const { length } = this;
+    this.#shown = asked;
     this.run = run;
     this.#columns.replace(columns, rows);
     this.#begin();
@@ -80,6 +87,8 @@ export class RunColumns extends EventTarget {
   }
 
   clear() {
+    this.#asked += 1;
+    this.#shown = this.#asked;
     this.run = null;
     this.#columns = new GrowingColumns(this.#types);
     this.#begin();
