@@ -132,7 +132,7 @@ class InspectionPage extends Component {
     const { parts } = this;
     this.listen(desk.inspection, 'change', () => this.#showState());
     this.listen(desk.inspection, 'change', () => desk.inspection.isUnfinished && this.#follow());
-    this.listen(desk.live, 'message', ({ detail }) => this.#lookFor(detail.header.state));
+    this.listen(desk.live, 'message', ({ detail }) => orToast(() => this.#lookFor(detail.header.state)));
     this.listen(desk.outbox, 'change', () => this.#showSaving());
     this.listen(desk.conflicts, 'change', () => this.#showSaving());
     // <conflict-notice> asks about overtaken changes of this inspection.
@@ -180,8 +180,10 @@ class InspectionPage extends Component {
   }
 
   /** Follows another run that somebody has started; a short one may have ended before the page asks. */
-  #lookFor(state) {
-    if (isUnfinished({ status: state }) && !this.desk.inspection.isUnfinished) this.#follow();
+  async #lookFor(state) {
+    if (!isUnfinished({ status: state }) || this.desk.inspection.isUnfinished) return;
+    await this.desk.inspection.load();
+    this.#follow();
   }
 
   /** Fetches the growing track until tracking has ended, then what may have changed with it. */
@@ -195,7 +197,7 @@ class InspectionPage extends Component {
     };
     await poll(
       async () => {
-        await desk.inspection.load();
+        if (desk.inspection.isUnfinished) await desk.inspection.load();
         // Read after the state: a track fetched after the end is complete.
         await desk.track.extend(this.signal);
         await desk.health.extend(this.signal);
