@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sized
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, TypeVar, get_args
+from uuid import uuid4
 
 import numpy as np
 from cachetools import LRUCache
@@ -114,6 +115,8 @@ class Tracks:
         self._lock = threading.Lock()
         self._growing: dict[str, _Growing] = {}
         self._runs: dict[str, int] = {}
+        self._start = uuid4().hex
+        """Tells the runs of this start of the server from those of another."""
         self._read: LRUCache[str, Track] = _cache()
         self._health: LRUCache[str, HealthColumns] = _cache()
         self._reading: dict[str, threading.Lock] = {}
@@ -224,6 +227,13 @@ class Tracks:
         """
         with self._lock:
             return self._runs.get(inspection_id, 0), inspection_id in self._growing
+
+    def run_id(self, inspection_id: str) -> str:
+        """Return an id of the run that made the track; no other run has it, nor has the same run
+        after a restart of the server.
+        """
+        number, _ = self.run(inspection_id)
+        return f"{self._start}-{number}"
 
     def get(self, inspection_id: str) -> Track:
         """Return the track so far, possibly empty; that of a running inspection is not copied."""

@@ -12,22 +12,107 @@ const NEWLINE = 10;
  * Fetches columns in the format of `app/web/columns.py`.
  * @param {string} path
  * @param {AbortSignal} [signal]
- * @returns {Promise<Object<string, Float64Array|Float32Array|Uint8Array>>} by name, of one length
+ * @returns {Promise<{run: string, total: number, rows: number, columns:
+ *     Object<string, Float64Array|Float32Array|Uint8Array>}>} id of the run, number of rows that exist and
+ *     that were fetched, and these by name
  */
-export async function getColumns(path, signal) {
+async function getColumns(path, signal) {
   const bytes = await (await send('GET', path, { signal })).arrayBuffer();
   let begin = new Uint8Array(bytes).indexOf(NEWLINE) + 1;
-  const { rows, columns } = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 0, begin)));
+  const { run, total, rows, columns } = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 0, begin)));
   const found = {};
   for (const [name, type] of columns) {
     found[name] = new TYPES[type](bytes, begin, rows);
     begin += found[name].byteLength;
   }
-  return found;
+  return { run, total, rows, columns: found };
+}
+
+/** The columns of a run, as far as they were fetched. Fires `change` when rows were added or replaced. */
+export class RunColumns extends EventTarget {
+  #path;
+  #types;
+  #columns;
+  /** Id of the run that made the rows, null before any answer. */
+  run = null;
+  /** Number of the newest request for all rows, and of the newest one whose answer is shown. */
+  #asked = 0;
+  #shown = 0;
+  /** Rises when the rows are replaced: everything computed from earlier ones is void. */
+  generation = 0;
+
+  /**
+   * @param {string} path with a query
+   * @param {Object<string, Function>} types array type of each column, by name
+   */
+  constructor(path, types) {
+    super();
+    this.#path = path;
+    this.#types = types;
+    this.#columns = new GrowingColumns(types);
+  }
+
+  get length() {
+    return this.#columns.length;
+  }
+
+  /** Returns one column, for drawing: an array of numbers. */
+  column(name) {
+    return this.#columns.column(name);
+  }
+
+  /** Fetches the rows that are new since the last call, or all rows if another run has begun. */
+  async extend(signal) {
+    const { length, generation } = this;
+    const { run, total, rows, columns } = await getColumns(`${this.#path}&since=${length}`, signal);
+    const isOvertaken = generation !== this.generation || length !== this.length;
+    const isOfAnotherRun = length > 0 && (run !== this.run || total < length);
+    if (isOvertaken) await this.extend(signal);
+    else if (isOfAnotherRun) await this.reload(signal);
+    else this.#add(run, columns, rows);
+  }
+
+  /** Fetches all rows again, as their distances have been corrected. */
+  async reload(signal) {
+    this.#asked += 1;
+    const asked = this.#asked;
+    const { run, total, rows, columns } = await getColumns(`${this.#path}&since=0`, signal);
+    if (asked < this.#shown) return; // a newer answer is shown, or the rows were cleared
+    const { length } = this;
+    this.#shown = asked;
+    this.run = run;
+    this.#columns.replace(columns, rows);
+    this.#begin();
+    if (total < length) await this.extend(signal); // rows were added after this request
+  }
+
+  clear() {
+    this.#asked += 1;
+    this.#shown = this.#asked;
+    this.run = null;
+    this.#columns = new GrowingColumns(this.#types);
+    this.#begin();
+  }
+
+  /** Forgets what was computed from the earlier rows. */
+  began() {}
+
+  #add(run, columns, rows) {
+    this.run = run;
+    if (rows === 0) return;
+    this.#columns.extend(columns, rows);
+    this.dispatchEvent(new Event('change'));
+  }
+
+  #begin() {
+    this.generation += 1;
+    this.began();
+    this.dispatchEvent(new Event('change'));
+  }
 }
 
 /** Columns of one length that grow at their end. */
-export class GrowingColumns {
+class GrowingColumns {
   length = 0;
   #room = {};
   #columns = {};

@@ -1,68 +1,46 @@
 /** Complaints about the picture of every tracked frame; grows with the track. */
 
-import { ApiError } from './api.js';
-import { GrowingColumns, getColumns } from './columns.js';
+import { RunColumns } from './columns.js';
 
 /** All complaints, in the order of their bits. */
 export const COMPLAINTS = ['too_fast', 'too_dark', 'too_bright', 'blurred', 'lens_dirty'];
 
 const TYPES = { complaints: Uint8Array, overlap: Float32Array, fixed_pattern: Float32Array };
 
-/** Fires `change` when frames were added or the run was restarted. */
-export class Health extends EventTarget {
-  #path;
-  #columns = new GrowingColumns(TYPES);
-  /** All bits that have occurred. */
-  occurred = 0;
-  /** Rises when the run is restarted. */
-  generation = 0;
+export class Health extends RunColumns {
+  /** Bits that have occurred in the first `#looked` frames. */
+  #occurred = 0;
+  #looked = 0;
 
   /** @param {string} inspection */
   constructor(inspection) {
-    super();
-    this.#path = `/api/inspections/${inspection}/health`;
+    super(`/api/inspections/${inspection}/health?format=columns`, TYPES);
   }
 
   /** For each frame, one bit for each complaint. */
   get complaints() {
-    return this.#columns.column('complaints');
+    return this.column('complaints');
   }
 
-  /** Fetches the frames that are new since the last call. */
-  async extend(signal) {
-    const { generation } = this;
-    const columns = await this.#ask(signal);
-    if (generation !== this.generation || !columns?.complaints.length) return;
-    this.#columns.extend(columns, columns.complaints.length);
-    for (const bits of columns.complaints) this.occurred |= bits;
-    this.dispatchEvent(new Event('change'));
+  /** All bits that have occurred. */
+  get occurred() {
+    const { complaints } = this;
+    for (; this.#looked < complaints.length; this.#looked += 1) this.#occurred |= complaints[this.#looked];
+    return this.#occurred;
   }
 
   /** Returns the health of one frame, in the form of the live socket; null where it is unknown. */
   at(frame) {
     if (!(frame in this.complaints)) return null;
     return {
-      overlap: this.#columns.column('overlap')[frame],
-      fixed_pattern: this.#columns.column('fixed_pattern')[frame],
+      overlap: this.column('overlap')[frame],
+      fixed_pattern: this.column('fixed_pattern')[frame],
       complaints: namesOf(this.complaints[frame]),
     };
   }
 
-  clear() {
-    this.#columns = new GrowingColumns(TYPES);
-    this.occurred = 0;
-    this.generation += 1;
-    this.dispatchEvent(new Event('change'));
-  }
-
-  /** Fetches health; an inspection tracked before the server stored it has none, which is no fault. */
-  async #ask(signal) {
-    try {
-      return await getColumns(`${this.#path}?format=columns&since=${this.#columns.length}`, signal);
-    } catch (error) {
-      if (error instanceof ApiError && error.status === 404) return null;
-      throw error;
-    }
+  began() {
+    [this.#occurred, this.#looked] = [0, 0];
   }
 }
 

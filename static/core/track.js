@@ -3,7 +3,7 @@
  * the video: a picture is found by its time, never by time * fps.
  */
 
-import { GrowingColumns, getColumns } from './columns.js';
+import { RunColumns } from './columns.js';
 
 /** How a frame was tracked, by its value in the column `status`. */
 export const STATUSES = ['ok', 'weak', 'lost'];
@@ -35,29 +35,15 @@ const SAME_PLACE_MM = 5;
  * @property {number} roll_deg
  */
 
-/** Fires `change` when rows were added or the track was restarted. */
-export class Track extends EventTarget {
-  #path;
-  #columns = new GrowingColumns(TYPES);
+export class Track extends RunColumns {
   /** Least distance of the first `#ranged` rows. */
   #low = Infinity;
   #high = -Infinity;
   #ranged = 0;
-  /** Rises when the track is restarted: everything computed from an earlier one is void. */
-  generation = 0;
 
-  constructor(inspectionId) {
-    super();
-    this.#path = `/api/inspections/${inspectionId}/track?format=columns`;
-  }
-
-  get length() {
-    return this.#columns.length;
-  }
-
-  /** Returns one column, for drawing: an array of numbers. */
-  column(name) {
-    return this.#columns.column(name);
+  /** @param {string} inspection */
+  constructor(inspection) {
+    super(`/api/inspections/${inspection}/track?format=columns`, TYPES);
   }
 
   /** The least and the greatest distance in mm, 0 without a track. */
@@ -80,33 +66,8 @@ export class Track extends EventTarget {
     return row;
   }
 
-  /** Fetches the rows that are new since the last call. */
-  async extend(signal) {
-    const { length, generation } = this;
-    const columns = await getColumns(`${this.#path}&since=${length}`, signal);
-    const isOvertaken = generation !== this.generation || length !== this.length;
-    const rows = columns.time_s.length;
-    if (isOvertaken || rows === 0) return;
-    this.#columns.extend(columns, rows);
-    this.dispatchEvent(new Event('change'));
-  }
-
-  /** Fetches all rows again, as their distances have been corrected. */
-  async reload(signal) {
-    const columns = await getColumns(`${this.#path}&since=0`, signal);
-    this.#columns.replace(columns, columns.time_s.length);
-    this.#begin();
-  }
-
-  clear() {
-    this.#columns = new GrowingColumns(TYPES);
-    this.#begin();
-  }
-
-  #begin() {
+  began() {
     [this.#low, this.#high, this.#ranged] = [Infinity, -Infinity, 0];
-    this.generation += 1;
-    this.dispatchEvent(new Event('change'));
   }
 
   /** Returns the frame on screen at this media time; -1 without a track. */

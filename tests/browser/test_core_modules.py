@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from clips import SIZE, numbered_clip, rig_for_clip
-from playwright.sync_api import Page
+from playwright.sync_api import APIResponse, Page, Route
 from steps import Server, log_in
+
+from app.web.columns import packed
 
 TOLERANCE_MM = 2.0
 """The table is interpolated for a read-out in whole centimetres."""
@@ -188,3 +191,102 @@ def test_the_wall_under_the_cursor_is_the_one_that_the_server_states(
             )
             assert point["clock_h"] == pytest.approx(exact["clock"], abs=0.1)
             assert pixel == pytest.approx([u, v], abs=1.0)
+
+
+class SlowLine:
+    """Holds the answers with a whole track until they are let through, in any order."""
+
+    def __init__(self, site: Page) -> None:
+        self._site = site
+        self._held: list[tuple[Route, APIResponse]] = []
+        site.route("**/track?format=columns&since=0", self._hold)
+
+    def _hold(self, route: Route) -> None:
+        self._held.append((route, route.fetch()))
+
+    def expect_held(self, count: int) -> None:
+        """The server has answered so many requests."""
+        while len(self._held) < count:
+            self._site.wait_for_timeout(10)
+
+    def let_through(self, number: int) -> None:
+        route, answer = self._held[number]
+        route.fulfill(response=answer)
+
+
+@pytest.fixture
+def tracked(site: Page, server: Server, tmp_path: Path) -> str:
+    """The address of an inspection in the API, whose track is `track` in the page."""
+    clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=20)
+    inspection = server.track(clip, rig_for_clip(tmp_path / "rig.json"))
+    site.evaluate(
+        """async (id) => {
+          const { Track } = await import('/static/core/track.js');
+          globalThis.track = new Track(id);
+          globalThis.asked = [];
+          await track.extend();
+        }""",
+        inspection,
+    )
+    return f"/api/inspections/{inspection}"
+
+
+def ask_for_all_rows(site: Page, server: Server, path: str, line: SlowLine, zero_m: float) -> None:
+    """Correct the zero and read the track again."""
+    zero = {"zero": {"frame": 0, "offset_m": zero_m}}
+    server.ask("PUT", f"{path}/corrections", zero)
+    count = site.evaluate("() => asked.push(track.reload())")
+    line.expect_held(count)
+
+
+FIRST_MM = "async () => { await Promise.race(asked); return track.row(0).distance_mm; }"
+
+
+def test_of_two_corrections_the_newer_one_is_shown_however_late_the_older_one_comes(
+    site: Page, server: Server, tracked: str
+) -> None:
+    line = SlowLine(site)
+    ask_for_all_rows(site, server, tracked, line, 1)
+    ask_for_all_rows(site, server, tracked, line, 2)
+    line.let_through(1)
+    assert site.evaluate(FIRST_MM) == pytest.approx(2000)
+    line.let_through(0)
+    site.evaluate("() => Promise.all(asked)")
+    assert site.evaluate(FIRST_MM) == pytest.approx(2000)
+
+
+def test_of_two_corrections_the_older_one_is_shown_until_the_newer_one_comes(
+    site: Page, server: Server, tracked: str
+) -> None:
+    line = SlowLine(site)
+    ask_for_all_rows(site, server, tracked, line, 1)
+    ask_for_all_rows(site, server, tracked, line, 2)
+    line.let_through(0)
+    assert site.evaluate(FIRST_MM) == pytest.approx(1000)
+    line.let_through(1)
+    site.evaluate("() => Promise.all(asked)")
+    assert site.evaluate(FIRST_MM) == pytest.approx(2000)
+
+
+def test_a_track_that_was_cleared_does_not_come_back(
+    site: Page, server: Server, tracked: str
+) -> None:
+    line = SlowLine(site)
+    ask_for_all_rows(site, server, tracked, line, 1)
+    site.evaluate("() => track.clear()")
+    line.let_through(0)
+    assert site.evaluate("async () => { await asked[0]; return track.length; }") == 0
+
+
+def test_rows_that_came_after_the_request_for_all_are_read_again(
+    site: Page, server: Server, tracked: str
+) -> None:
+    """The server answers with the five rows that there were when it was asked."""
+    every = site.evaluate("() => track.length")
+    answer = server.ask("GET", f"{tracked}/track?format=columns").read()
+    head = json.loads(answer.partition(b"\n")[0])
+    rows = {name: np.zeros(5, kind) for name, kind in head["columns"]}
+    early = packed(rows, run=head["run"], total=5)
+    site.route("**/track?format=columns&since=0", lambda route: route.fulfill(body=early))
+    site.evaluate("() => track.reload()")
+    assert site.evaluate("() => track.length") == every

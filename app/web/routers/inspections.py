@@ -208,8 +208,11 @@ def track(
     if format == "columns":
         services.inspections.row(inspection_id)
         tracks = services.tracks.get if raw else services.corrections.track
-        shown = track_columns(tracks(inspection_id), since)
-        return Response(columns.packed(shown), media_type=columns.MEDIA_TYPE)
+        # Read before the rows: if another run begins in between, the next answer shows it.
+        run = services.tracks.run_id(inspection_id)
+        found = tracks(inspection_id)
+        packed = columns.packed(track_columns(found, since), run=run, total=len(found))
+        return Response(packed, media_type=columns.MEDIA_TYPE)
     written = services.inspections.raw_track_as if raw else services.inspections.track_as
     content, media_type = written(inspection_id, format, since)
     return Response(content, media_type=media_type)

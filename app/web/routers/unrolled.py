@@ -68,8 +68,10 @@ def health(
 ) -> HealthOut | Response:
     """How good each picture was to measure on; row i is frame i, from `since` on."""
     services.inspections.row(inspection_id)
+    run = services.tracks.run_id(inspection_id)  # before the rows, as for the track
     found = services.tracks.health(inspection_id)
     if format == "columns":
-        packed = columns.packed(health_columns(found.columns(), since))
+        shown = health_columns(found.columns(), since)
+        packed = columns.packed(shown, run=run, total=len(found))
         return Response(packed, media_type=columns.MEDIA_TYPE)
     return HealthOut.of(found, since)

@@ -61,6 +61,8 @@ export class Desk extends EventTarget {
   #signal;
   /** Revision of the distances on the page. */
   #revision;
+  /** Generation of the track that the row of the shown frame belongs to. */
+  #generation = 0;
   /** Number of joints known to the server at its last picture. */
   #joints = null;
   /** Notices about picture and rig at that time. */
@@ -110,6 +112,7 @@ export class Desk extends EventTarget {
     this.#findConflicts();
     this.live = new LiveFeed(`/api/inspections/${inspection.id}/live?page=${pageId}`, signal);
     this.playhead.addEventListener('change', () => this.#showIn3d(), { signal });
+    this.track.addEventListener('change', () => this.#findRow(), { signal });
     this.observations.addEventListener('change', () => this.#dropLostSelection(), { signal });
     this.live.addEventListener('state', () => this.#showIn3d(true), { signal });
     this.selection.addEventListener('change', () => this.#selectIn3d(), { signal });
@@ -126,8 +129,14 @@ export class Desk extends EventTarget {
   /** Reads again everything that contains distances, as they have been corrected. */
   async reload() {
     await Promise.all([this.track.reload(this.#signal), this.observations.load(), this.corrections.load()]);
-    const { frame, isLive } = this.playhead.value;
-    if (!isLive) this.playhead.set({ frame, row: this.track.row(frame), isLive, capturedMs: null });
+  }
+
+  /** Looks up the row of the shown frame again: it is another one after a correction or in another run. */
+  #findRow() {
+    const { frame, row, isLive } = this.playhead.value;
+    if (isLive || (row && this.#generation === this.track.generation)) return;
+    this.#generation = this.track.generation;
+    this.playhead.set({ frame, row: this.track.row(frame), isLive, capturedMs: null });
   }
 
   /**
@@ -377,8 +386,10 @@ export class Desk extends EventTarget {
     if (!isOther && !hasMoreJoints && !hasOtherNotices) return;
     this.#revision = Math.max(this.#revision, revision ?? 0);
     try {
-      if (isOther) await Promise.all([this.inspection.load(), this.reload()]);
-      else await this.corrections.load();
+      if (isOther) {
+        await this.inspection.load(); // first, as a track that is read after the end is complete
+        await this.reload();
+      } else await this.corrections.load();
     } catch (error) {
       if (error.name !== 'AbortError') this.fault(errorText(error));
     }

@@ -2,7 +2,7 @@
 
 import { ApiError, poll } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
-import { mayGoOn } from '../../core/inspection.js';
+import { isUnfinished, mayGoOn } from '../../core/inspection.js';
 import { bindKeys, withKey } from '../../core/keys.js';
 import { Component } from '../../core/store.js';
 import { chainage } from '../../core/units.js';
@@ -47,6 +47,7 @@ class InspectionPage extends Component {
 
   #keys;
   #isKept = true;
+  #isFollowing = false;
 
   async mount() {
     document.title = 'Chainage';
@@ -130,6 +131,8 @@ class InspectionPage extends Component {
 
     const { parts } = this;
     this.listen(desk.inspection, 'change', () => this.#showState());
+    this.listen(desk.inspection, 'change', () => desk.inspection.isUnfinished && this.#follow());
+    this.listen(desk.live, 'message', ({ detail }) => orToast(() => this.#lookFor(detail.header.state)));
     this.listen(desk.outbox, 'change', () => this.#showSaving());
     this.listen(desk.conflicts, 'change', () => this.#showSaving());
     // <conflict-notice> asks about overtaken changes of this inspection.
@@ -176,8 +179,17 @@ class InspectionPage extends Component {
     this.#follow();
   }
 
+  /** Follows another run that somebody has started; a short one may have ended before the page asks. */
+  async #lookFor(state) {
+    if (!isUnfinished({ status: state }) || this.desk.inspection.isUnfinished) return;
+    await this.desk.inspection.load();
+    this.#follow();
+  }
+
   /** Fetches the growing track until tracking has ended, then what may have changed with it. */
   async #follow() {
+    if (this.#isFollowing) return;
+    this.#isFollowing = true;
     const { desk } = this;
     const onError = (error) => {
       const reason = errorText(error);
@@ -191,12 +203,16 @@ class InspectionPage extends Component {
         await desk.health.extend(this.signal);
         if (desk.inspection.isUnfinished) return TRACK_POLL_S;
         await desk.observations.load();
-        return null;
+        return desk.inspection.isUnfinished ? TRACK_POLL_S : null;
       },
       this.signal,
       onError,
     );
-    if (!this.signal.aborted) this.#showMessages();
+    this.#isFollowing = false;
+    if (this.signal.aborted) return;
+    // The server waits for the acknowledgement of pictures that came during a review.
+    desk.live.acknowledge(desk.live.seq);
+    this.#showMessages();
   }
 
   /** A recording that has ended cannot be repeated, so this asks first. */

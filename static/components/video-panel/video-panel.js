@@ -35,6 +35,8 @@ class VideoPanel extends Component {
   /** Wall points by observation; a changed observation is a new object. Cleared when the track restarts. */
   #wallPoints = new WeakMap();
   #generation = 0;
+  /** Id of the run whose track is shown. */
+  #run = null;
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
@@ -210,9 +212,18 @@ class VideoPanel extends Component {
     this.#showTime();
   }
 
-  /** Handles the first rows of a finished track, or of one that is reviewed before it has any picture. */
+  /**
+   * Handles the first rows of a finished track, or of one that is reviewed before it has any picture; and
+   * another run, which has not reached the shown frame.
+   */
   #tracked() {
-    if (this.#mode === 'REVIEW' && this.#player.asked < 0 && this.desk.track.length) this.#ask(0);
+    const { track, inspection } = this.desk;
+    const isOfAnotherRun = track.run !== this.#run;
+    this.#run = track.run;
+    if (isOfAnotherRun && this.#mode === 'REVIEW' && this.#player.asked >= track.length) {
+      this.#enter(inspection.isUnfinished ? 'LIVE' : 'REVIEW');
+    }
+    if (this.#mode === 'REVIEW' && this.#player.asked < 0 && track.length) this.#ask(0);
     this.#showTime();
     this.repaint();
   }

@@ -110,6 +110,19 @@ def test_a_run_that_was_still_being_read_does_not_replace_the_one_after_it(
     assert len(tracks.get("a")) == 5
 
 
+def test_every_run_has_an_id_of_its_own_also_after_a_restart(tmp_path: Path) -> None:
+    ids = []
+    for _ in range(2):
+        tracks = Tracks(Places(tmp_path))
+        ids.append(tracks.run_id("a"))
+        for _ in range(2):
+            tracks.begin("a")
+            ids.append(tracks.run_id("a"))
+            tracks.append("a", estimates(0, 3))
+            assert tracks.run_id("a") == ids[-1]
+    assert len(set(ids)) == len(ids)
+
+
 def test_tracks_that_are_kept_in_memory_are_bounded_by_their_frames(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

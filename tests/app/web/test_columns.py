@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,10 +17,14 @@ from vo_core.image.health import Health, complained
 _COMPLAINTS = tuple(complained(dict.fromkeys(Health.__dataclass_fields__, np.float32(0))))
 
 
+def head_of(content: bytes) -> dict[str, Any]:
+    """The line that describes the columns."""
+    return dict(json.loads(content.partition(b"\n")[0]))
+
+
 def unpacked(content: bytes) -> dict[str, np.ndarray]:
     """Read the bytes as a page does."""
-    line, _, _ = content.partition(b"\n")
-    head, begin = json.loads(line), len(line) + 1
+    head, begin = head_of(content), content.index(b"\n") + 1
     assert begin % 8 == 0
     found = {}
     for name, kind in head["columns"]:
@@ -35,7 +40,9 @@ def unpacked(content: bytes) -> dict[str, np.ndarray]:
        st.integers(0, 9))  # fmt: skip
 def test_columns_come_back_as_they_were(kinds: list[str], rows: int) -> None:
     columns = {f"c{n}": np.arange(n, n + rows).astype(kind) for n, kind in enumerate(kinds)}
-    found = unpacked(packed(columns))
+    content = packed(columns, run="a", total=12)
+    assert {"run": "a", "total": 12, "rows": rows}.items() <= head_of(content).items()
+    found = unpacked(content)
     assert found.keys() == columns.keys()
     for name, column in columns.items():
         assert found[name].dtype == column.dtype
@@ -44,7 +51,7 @@ def test_columns_come_back_as_they_were(kinds: list[str], rows: int) -> None:
 
 def test_columns_of_different_lengths_are_refused() -> None:
     with pytest.raises(ValueError, match="one length"):
-        packed({"a": np.zeros(2), "b": np.zeros(3)})
+        packed({"a": np.zeros(2), "b": np.zeros(3)}, run="a", total=3)
 
 
 def test_the_track_as_columns_is_the_track_as_json(shared: Client, done: str) -> None:
@@ -77,3 +84,23 @@ def test_the_health_as_columns_is_the_health_as_json(shared: Client, done: str) 
     assert said == same["complaints"]
     for name, column in found.items():
         assert column.tolist() == pytest.approx(same[name], abs=1e-3)
+
+
+@pytest.mark.parametrize("name", ["track", "health"])
+def test_columns_name_their_run_and_all_of_its_rows(server: Client, done: str, name: str) -> None:
+    path = f"/api/inspections/{done}"
+
+    def head(since: int) -> dict[str, Any]:
+        answer = server.get(f"{path}/{name}", params={"format": "columns", "since": since})
+        return head_of(answer.content)
+
+    frames = server.inspection(done)["progress"]["frames_done"]
+    first, later, beyond = head(0), head(frames - 3), head(frames + 5)
+    assert [each["rows"] for each in (first, later, beyond)] == [frames, 3, 0]
+    assert {each["total"] for each in (first, later, beyond)} == {frames}
+    assert first["run"] == later["run"] == beyond["run"]
+    server.post(f"{path}/retry")
+    server.wait(done)
+    again = head(0)
+    assert again["run"] != first["run"]
+    assert again["total"] == frames

@@ -1,0 +1,127 @@
+"""An inspection is tracked again while somebody has its page open, which follows the new run."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from builders import clip_rig, make_clip, wait_until
+from cameras import MjpegCamera
+from desks import expect_frame
+from playwright.sync_api import Page, expect
+from steps import Server, log_in, wait_until_done
+
+FRAMES, PACE = 150, 4.0
+"""Six seconds of film, tracked in one and a half: the page sees a run grow."""
+
+# How the track and the picture health of the page differ from what the server has now.
+DIFFERENCES = """async () => {
+  const ROUNDING = 0.001; // of the file of a track that has ended
+  const { Track } = await import('/static/core/track.js');
+  const { Health } = await import('/static/core/health.js');
+  const { track, health, inspection } = document.querySelector('inspection-page').desk;
+  const stored = { track: new Track(inspection.id), health: new Health(inspection.id) };
+  await Promise.all([stored.track.extend(), stored.health.extend()]);
+  const isSame = (mine, theirs) => mine.length === theirs.length
+    && mine.every((value, frame) => Math.abs(value - theirs[frame]) < ROUNDING);
+  return ['time_s', 'distance_mm', 'y_mm', 'sigma_distance_mm', 'status']
+    .filter((name) => !isSame(track.column(name), stored.track.column(name)))
+    .concat(isSame(health.complaints, stored.health.complaints) ? [] : ['complaints']);
+}"""
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """One that tracks slowly and may open cameras on loopback."""
+    folder = tmp_path_factory.mktemp("data")
+    with Server(folder, pace=str(PACE), camera_networks="127.0.0.0/8") as running:
+        yield running
+
+
+@pytest.fixture
+def path(server: Server, tmp_path: Path) -> str:
+    """The address of a tracked inspection in the API."""
+    rig = tmp_path / "rig.json"
+    rig.write_text(json.dumps(clip_rig()))
+    return f"/api/inspections/{server.track(make_clip(tmp_path / 'clip.mp4', FRAMES), rig)}"
+
+
+@pytest.fixture
+def desk(page: Page, server: Server, path: str) -> Page:
+    """Its page with the whole track."""
+    log_in(page, server, path.removeprefix("/api"))
+    wait_until_done(page)
+    return page
+
+
+def now(server: Server, path: str) -> dict[str, Any]:
+    return dict(json.load(server.ask("GET", path)))
+
+
+def wait_for_rows(page: Page, rows: int) -> None:
+    page.wait_for_function(
+        "n => document.querySelector('inspection-page')?.desk?.track.length >= n", arg=rows
+    )
+
+
+def expect_the_tracks_end(page: Page, server: Server, path: str) -> None:
+    """The page has all rows of the newest run and no others, and tags its last frame."""
+    wait_until(lambda: now(server, path)["status"] == "done")
+    page.wait_for_function(
+        "n => document.querySelector('inspection-page').desk.track.length === n",
+        arg=now(server, path)["progress"]["frames_done"],
+    )
+    wait_until_done(page)
+    wait_until(lambda: page.evaluate(DIFFERENCES) == [])
+    page.keyboard.press("End")
+    page.keyboard.press("4")
+    expect(page.locator(".defect")).to_have_count(1)
+
+
+def test_another_rig_gives_another_track(desk: Page, server: Server, path: str) -> None:
+    desk.keyboard.press("End")
+    expect_frame(desk, FRAMES - 1)
+    rig = clip_rig()
+    rig["mount"]["height_mm"] *= 2
+    server.ask("PUT", f"{path}/rig", {"rig": rig})
+    expect_the_tracks_end(desk, server, path)
+
+
+def test_who_looks_elsewhere_sees_every_run_that_is_begun_again(
+    page: Page, server: Server, path: str
+) -> None:
+    server.ask("POST", f"{path}/retry")
+    log_in(page, server, path.removeprefix("/api"))
+    for _ in range(2):
+        wait_for_rows(page, 10)
+        page.keyboard.press("Home")  # the server then waits for acknowledgements of its pictures
+        server.ask("POST", f"{path}/cancel")
+        expect(page.locator(".chip")).to_have_text("Cancelled")
+        assert now(server, path)["progress"]["frames_done"] < FRAMES
+        server.ask("POST", f"{path}/retry")
+        expect(page.locator(".chip")).not_to_have_text("Cancelled")
+    expect_the_tracks_end(page, server, path)
+
+
+def test_rows_of_a_run_that_died_with_the_server_are_not_mixed_with_those_of_the_next(
+    page: Page, server: Server
+) -> None:
+    with MjpegCamera() as camera:
+        source = {"kind": "live", "url": camera.url}
+        body = {"name": "Culvert 9", "source": source, "rig": clip_rig(), "header": {}}
+        path = f"/api/inspections/{json.load(server.ask('POST', '/api/inspections', body))['id']}"
+        log_in(page, server, path.removeprefix("/api"))
+        wait_for_rows(page, 60)
+        # Both runs see the same pictures, so the first row of this one is marked.
+        page.evaluate(
+            """() => {
+              const { track } = document.querySelector('inspection-page').desk;
+              track.column('y_mm')[0] = 1e6;
+            }"""
+        )
+        server.kill()
+        server.start()
+    expect_the_tracks_end(page, server, path)
