@@ -126,9 +126,14 @@ export class Observations extends Store {
     return this.find(id);
   }
 
-  /** Edits an observation; code and characters change throughout its stretch. */
-  edit(id, changes) {
-    this.#do('edit', this.#editOf(id, changes));
+  /**
+   * Edits an observation; code and characters change throughout its stretch.
+   * @param {string} id
+   * @param {object} changes
+   * @param {object} [seen] what the person saw in the changed fields, if that may no longer be what is stored
+   */
+  edit(id, changes, seen) {
+    this.#do('edit', this.#editOf(id, changes), seen);
   }
 
   /**
@@ -137,12 +142,13 @@ export class Observations extends Store {
    * @param {string} id
    * @param {object} changes
    * @param {object} visit the same object as long as the field has the focus
+   * @param {object} [seen] as in `edit`
    */
-  type(id, changes, visit) {
+  type(id, changes, visit, seen) {
     const item = this.find(id);
     const edited = this.#editOf(id, changes).filter(isReal);
     if (edited.length === 0) return;
-    this.#apply(edited, false, (...operation) => this.#queueTyped(...operation));
+    this.#apply(edited, false, seen, (...operation) => this.#queueTyped(...operation));
     const { last } = this.#history;
     if (last?.visit !== visit) {
       this.#history.add({ ...this.#step('edit', edited, item), visit });
@@ -196,11 +202,11 @@ export class Observations extends Store {
   // Steps -----------------------------------------------------------------------------------
 
   /** @param {Change[]} changes changes without effect are dropped */
-  #do(what, changes) {
+  #do(what, changes, seen) {
     const real = changes.filter(isReal);
     if (real.length === 0) return;
     const item = this.find(real[0].id);
-    this.#apply(real, false);
+    this.#apply(real, false, seen);
     this.#history.add(this.#step(what, real, item));
   }
 
@@ -215,12 +221,12 @@ export class Observations extends Store {
     };
   }
 
-  #apply(changes, isBack, queue = (...operation) => this.#queue(...operation)) {
+  #apply(changes, isBack, seen, queue = (...operation) => this.#queue(...operation)) {
     for (const { id, before, after } of changes) {
       const [from, to] = isBack ? [after, before] : [before, after];
       if (to === null) this.#remove(id);
       else if (from === null) this.#bring(id, to);
-      else if (this.find(id)) this.#save(id, to, queue);
+      else if (this.find(id)) this.#save(id, to, seen, queue);
     }
   }
 
@@ -245,7 +251,7 @@ export class Observations extends Store {
     return `/api/inspections/${this.#inspection}/observations`;
   }
 
-  #save(id, changes, queue) {
+  #save(id, changes, seen, queue) {
     const before = this.find(id);
     const item = { ...before, ...changes, save: 'waiting', version: null };
     const isMoved = 'frame' in changes || 'pixel' in changes;
@@ -254,7 +260,7 @@ export class Observations extends Store {
       clock: item.clock_from ?? this.#placeOf(item.frame, item.pixel).clock,
     };
     this.#replace({ ...item, ...place, ...clock });
-    queue('save', id, fieldsOf(item), { before: fieldsOf(before), version: before.version });
+    queue('save', id, fieldsOf(item), madeOf(before, seen));
   }
 
   /** Shows an observation that was not shown. */
@@ -343,6 +349,15 @@ const unsaved = (id) => ({
   id, code: null, distance_m: null, distance_u95_m: null, clock: null, photo: null, severity: null,
   remark: null, version: null,
 });
+
+/**
+ * Returns what a change of an observation is based on. Where the person saw something else than what is stored,
+ * that is of no stored version, so the server refuses the change and the person decides.
+ */
+function madeOf(item, seen = {}) {
+  const isStored = Object.entries(seen).every(([name, value]) => isSame(item[name], value));
+  return { before: { ...fieldsOf(item), ...seen }, version: isStored ? item.version : null };
+}
 
 /** Returns the change of an observation, before and after. */
 const changeOf = (item, changes) => ({

@@ -272,6 +272,71 @@ def test_a_refused_change_that_is_undone_is_no_question_any_more(
     assert tag_of(server, path)["severity"] == 4
 
 
+def read_list_again(page: Page) -> None:
+    """As the page does for a missing photo, or for distances that were corrected."""
+    page.evaluate("() => document.querySelector('inspection-page').desk.observations.load()")
+
+
+def enter(page: Page, label: str) -> Locator:
+    """The cursor is in a field of the defect."""
+    page.locator(".defect__main").click()
+    page.keyboard.press("e")
+    field = page.get_by_label(label, exact=True)
+    field.focus()
+    return field
+
+
+@pytest.mark.parametrize(
+    ("label", "name", "values"),
+    [
+        ("Remark", "remark", ("crack", "crack, roots 30 %", "cracks")),
+        ("Quantity", "quant1", (3, 35, 4)),
+        ("Code", "code", ("BAB", "BAC", "BAF")),
+    ],
+)
+def test_what_is_typed_over_a_text_that_is_no_longer_stored_is_asked_about(
+    desk: Page, server: Server, path: str, label: str, name: str, values: tuple[object, ...]
+) -> None:
+    shown, theirs, typed = values
+    change_as_another(server, path, **{name: shown})
+    read_list_again(desk)
+    field = enter(desk, label)
+    expect(field).to_have_value(str(shown))
+    change_as_another(server, path, **{name: theirs}, severity=4)
+    read_list_again(desk)
+    expect(field).to_have_value(str(shown))
+    field.fill(str(typed))
+    found = versions(question(desk))
+    assert [row for row, (_, _, is_other) in found.items() if is_other] == [label]
+    assert tag_of(server, path)["severity"] == 4
+    decide(desk, "Take theirs")
+    expect(field).to_have_value(str(theirs))
+    expect_settled(desk)
+    [item] = read(server, f"{path}/observations")["observations"]
+    assert item[name] == theirs
+
+
+def test_a_field_that_is_left_saves_only_what_was_typed_into_it(
+    desk: Page, server: Server, path: str
+) -> None:
+    remark = enter(desk, "Remark")
+    remark.press_sequentially("crack")
+    expect_settled(desk)
+    change_as_another(server, path, remark="crack, roots 30 %")
+    read_list_again(desk)
+    expect(remark).to_have_value("crack")
+    remark.press("Tab")
+    expect(remark).to_have_value("crack, roots 30 %")
+    expect_settled(desk)
+    assert tag_of(server, path)["remark"] == "crack, roots 30 %"
+    # What follows is made of what the field shows now.
+    remark.focus()
+    remark.press("End")
+    remark.press_sequentially("!")
+    expect_settled(desk)
+    assert tag_of(server, path)["remark"] == "crack, roots 30 %!"
+
+
 def test_several_questions_follow_each_other(desk: Page, server: Server, path: str) -> None:
     second = ID[:-1] + "d"
     server.ask("PUT", f"{path}/observations/{second}", TAG | {"frame": 8, "code": "BAC"})
