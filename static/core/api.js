@@ -71,10 +71,10 @@ async function json(method, path, content, signal, replaced = null) {
 
 export const get = (path, signal) => json('GET', path, undefined, signal);
 export const post = (path, content, signal) => json('POST', path, content, signal);
-/** `replaced`: version that the change was based on; without it any version is replaced. */
+/** `replaced`: version that the change was based on; without it any version is replaced or removed. */
 export const put = (path, content, signal, replaced) => json('PUT', path, content, signal, replaced);
 export const patch = (path, content, signal, replaced) => json('PATCH', path, content, signal, replaced);
-export const remove = (path, signal) => json('DELETE', path, undefined, signal);
+export const remove = (path, signal, replaced) => json('DELETE', path, undefined, signal, replaced);
 /** Sends a file unchanged; the answer is JSON. */
 export const sendFile = async (path, file, signal) => {
   const headers = { 'Content-Type': 'application/octet-stream' };

@@ -46,7 +46,7 @@ function newId() {
 /**
  * A store of observations sorted by distance. Beside the fields of the API each has `save`:
  * 'saved' | 'waiting' | 'refused', and `refusal`, the reason of a refusal. `version` is that of the saved
- * fields; it is null while they are not saved.
+ * fields; it is null while they are not saved. `isDeleted`: its deletion was refused, so it is shown as stored.
  */
 export class Observations extends Store {
   #inspection;
@@ -88,8 +88,11 @@ export class Observations extends Store {
     }
     const known = new Map(observations.map((item) => [item.id, { ...item, save: 'saved' }]));
     for (const { observation, kind, fields, refusal } of this.#outbox.openFor(this.#inspection)) {
-      if (kind === 'delete') known.delete(observation);
-      else {
+      if (kind === 'delete' && refusal && known.has(observation)) {
+        known.set(observation, undeleted(known.get(observation), refusal));
+      } else if (kind === 'delete') {
+        known.delete(observation);
+      } else {
         known.set(observation, {
           ...unsaved(observation),
           ...(known.get(observation) ?? this.#placeOf(fields.frame, fields.pixel)),
@@ -188,6 +191,7 @@ export class Observations extends Store {
   /** Sends the refused change of an observation again. */
   sendAgain(id) {
     const item = this.find(id);
+    if (item?.isDeleted) return this.remove(id); // as it is now, so that undo brings this back
     this.#version += 1;
     if (item) this.#replace({ ...item, save: 'waiting' });
     return this.#outbox.sendAgain(id);
@@ -238,7 +242,8 @@ export class Observations extends Store {
       if (!(error instanceof ApiError && error.isTemporary)) throw error;
     }
     return changes.some(({ id, before, after }) => {
-      const now = this.find(id);
+      const found = this.find(id);
+      const now = found?.isDeleted ? null : found;
       const left = isBack ? after : before;
       if (left === null || now === null) return left !== now;
       return Object.entries(left).some(([name, value]) => !isSame(now[name], value));
@@ -253,7 +258,7 @@ export class Observations extends Store {
 
   #save(id, changes, seen, queue) {
     const before = this.find(id);
-    const item = { ...before, ...changes, save: 'waiting', version: null };
+    const item = { ...before, ...changes, save: 'waiting', version: null, isDeleted: false };
     const isMoved = 'frame' in changes || 'pixel' in changes;
     const place = isMoved ? { ...this.#placeOf(item.frame, item.pixel), photo: null, photo_error: null } : {};
     const clock = 'clock_from' in changes && {
@@ -263,16 +268,22 @@ export class Observations extends Store {
     queue('save', id, fieldsOf(item), madeOf(before, seen));
   }
 
-  /** Shows an observation that was not shown. */
+  /** Shows an observation that was not there, or whose deletion was refused. */
   #bring(id, fields) {
     const place = this.#placeOf(fields.frame, fields.pixel);
-    this.#publish([...this.value, { ...unsaved(id), ...place, ...fields, save: 'waiting' }]);
+    this.#publish([...this.#without(id), { ...unsaved(id), ...place, ...fields, save: 'waiting' }]);
     this.#queue('save', id, fields);
   }
 
   #remove(id) {
-    this.#publish(this.value.filter((item) => item.id !== id));
-    this.#queue('delete', id);
+    const item = this.find(id);
+    if (!item) return; // deleted elsewhere meanwhile
+    this.#publish(this.#without(id));
+    this.#queue('delete', id, undefined, madeOf(item));
+  }
+
+  #without(id) {
+    return this.value.filter((item) => item.id !== id);
   }
 
   #queue(kind, observation, fields, madeOf) {
@@ -330,8 +341,18 @@ export class Observations extends Store {
   }
 
   #refused({ operation, error }) {
+    if (operation.inspection !== this.#inspection) return;
     const item = this.find(operation.observation);
-    if (item) this.#replace({ ...item, save: 'refused', refusal: errorText(error) });
+    if (operation.kind === 'delete') this.#showAgain(operation.observation, error);
+    else if (item) this.#replace({ ...item, save: 'refused', refusal: errorText(error) });
+  }
+
+  /** Shows an observation whose deletion was refused: at once as far as the page knows it, then as it is stored. */
+  #showAgain(id, refusal) {
+    const { current } = refusal;
+    const place = current && this.#placeOf(current.frame, current.pixel);
+    if (current) this.#publish([...this.#without(id), undeleted({ ...unsaved(id), ...place }, refusal)]);
+    this.#loadPatiently();
   }
 
   #replace(item) {
@@ -348,6 +369,15 @@ export class Observations extends Store {
 const unsaved = (id) => ({
   id, code: null, distance_m: null, distance_u95_m: null, clock: null, photo: null, severity: null,
   remark: null, version: null,
+});
+
+/** Returns an observation whose deletion was refused, as it was stored then. */
+const undeleted = (item, refusal) => ({
+  ...item,
+  ...(refusal.current && { ...fieldsOf(refusal.current), version: refusal.version }),
+  save: 'refused',
+  refusal: errorText(refusal),
+  isDeleted: true,
 });
 
 /**

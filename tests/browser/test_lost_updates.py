@@ -160,6 +160,100 @@ def test_what_was_deleted_comes_back_only_when_it_is_wanted(
     assert tag_of(server, path)["severity"] == 3
 
 
+def delete(page: Page) -> None:
+    page.locator(".defect__main").click()
+    page.keyboard.press("Delete")
+    expect(page.locator(".defect")).to_have_count(0)
+
+
+@pytest.mark.parametrize(("answer", "left"), [("Keep theirs", 1), ("Delete it nevertheless", 0)])
+def test_what_somebody_else_has_changed_is_deleted_only_when_it_is_wanted(
+    desk: Page, server: Server, path: str, answer: str, left: int
+) -> None:
+    rate(desk, 3)
+    expect_settled(desk)
+    change_as_another(server, path, severity=5, remark="roots")
+    delete(desk)
+    asked = question(desk)
+    expect(asked.get_by_role("heading")).to_have_text("Two versions of BAB at 0.01 m")
+    expect(asked).to_contain_text("You deleted it, and somebody else changed it")
+    expect(asked.locator("thead")).to_contain_text("Theirs, saved")
+    expect(asked.locator("tbody")).to_contain_text("severity 5, act now")
+    expect(asked.locator("td")).to_have_count(asked.locator("tbody tr").count())
+    assert tag_of(server, path)["severity"] == 5
+    desk.keyboard.press("Escape")
+    # It is in the list again, and outlives the page, which asks again.
+    expect(desk.locator(".defect__save--refused")).to_be_visible()
+    expect(desk.locator(".defect__more")).to_contain_text("roots")
+    desk.reload()
+    decide(desk, answer)
+    expect(desk.locator(".defect")).to_have_count(left)
+    expect_settled(desk)
+    assert len(read(server, f"{path}/observations")["observations"]) == left
+    if left == 0:
+        desk.keyboard.press("u")
+        expect(desk.locator(".defect")).to_have_count(1)
+        expect_settled(desk)
+    # What was deleted as they had changed it comes back so.
+    assert tag_of(server, path) == TAG | {"severity": 5, "remark": "roots"}
+
+
+def test_a_refused_deletion_that_is_undone_is_no_question_any_more(
+    desk: Page, server: Server, path: str
+) -> None:
+    desk.context.set_offline(True)
+    rate(desk, 3)
+    delete(desk)
+    change_as_another(server, path, severity=5)
+    desk.context.set_offline(False)
+    expect(question(desk)).to_contain_text("You deleted it")
+    desk.keyboard.press("Escape")
+    desk.keyboard.press("u")
+    # The grade before it is still a question, until it is undone too.
+    found = versions(question(desk))
+    assert found["Severity"] == ("severity 3, watch", "severity 5, act now", True)
+    desk.keyboard.press("Escape")
+    desk.keyboard.press("u")
+    expect_settled(desk)
+    expect(desk.locator(".defect .severity")).to_have_attribute("aria-label", "severity 5, act now")
+    assert tag_of(server, path)["severity"] == 5
+
+
+def test_a_deletion_that_was_undone_offline_changes_nothing(
+    desk: Page, server: Server, path: str
+) -> None:
+    desk.context.set_offline(True)
+    delete(desk)
+    desk.keyboard.press("u")
+    expect(desk.locator(".defect")).to_have_count(1)
+    change_as_another(server, path, severity=5)
+    desk.context.set_offline(False)
+    expect_settled(desk)
+    expect(desk.locator(".defect .severity")).to_have_attribute("aria-label", "severity 5, act now")
+    assert tag_of(server, path)["severity"] == 5
+
+
+def test_own_changes_and_their_deletion_are_no_question(
+    desk: Page, server: Server, path: str
+) -> None:
+    desk.context.set_offline(True)
+    rate(desk, 3)
+    write_remark(desk, "wet")
+    delete(desk)
+    desk.context.set_offline(False)
+    expect_settled(desk)
+    assert read(server, f"{path}/observations")["observations"] == []
+    desk.keyboard.press("u")
+    expect(desk.locator(".defect")).to_have_count(1)
+    expect_settled(desk)
+    assert tag_of(server, path) == TAG | {"severity": 3, "remark": "wet"}
+    # What is already gone is no question either.
+    server.ask("DELETE", f"{path}/observations/{ID}")
+    delete(desk)
+    expect_settled(desk)
+    expect(desk.get_by_role("dialog")).to_have_count(0)
+
+
 def test_what_is_decided_later_stays_in_sight(desk: Page, server: Server, path: str) -> None:
     change_as_another(server, path, severity=4)
     write_remark(desk, "wet")

@@ -188,7 +188,7 @@ export class Desk extends EventTarget {
         id,
         kind: 'observation',
         about: observation,
-        mine: fields,
+        mine: fields ?? null,
         theirs: refusal.current,
         keepMine: () => observations.sendAgain(observation),
         takeTheirs: () => observations.giveUp(observation),
