@@ -3,7 +3,7 @@
  * grow, so that the 200,000 frames of two hours cost neither text nor an object each.
  */
 
-import { send } from './api.js';
+import { bodyOf, send } from './api.js';
 
 const TYPES = { float64: Float64Array, float32: Float32Array, uint8: Uint8Array };
 const NEWLINE = 10;
@@ -15,7 +15,7 @@ const NEWLINE = 10;
  * @returns {Promise<Object<string, Float64Array|Float32Array|Uint8Array>>} by name, of one length
  */
 export async function getColumns(path, signal) {
-  const bytes = await (await send('GET', path, { signal })).arrayBuffer();
+  const bytes = await bodyOf(await send('GET', path, { signal }), 'arrayBuffer');
   let begin = new Uint8Array(bytes).indexOf(NEWLINE) + 1;
   const { rows, columns } = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 0, begin)));
   const found = {};
