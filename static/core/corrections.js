@@ -115,16 +115,21 @@ export class Corrections extends Store {
   }
 
   /**
-   * Replaces the stored statements; applying the earlier ones undoes this.
+   * Replaces the stored statements; applying the earlier ones undoes this. A draft of something else stays.
    * @param {Stated} stated
    * @param {string|null} remark why, for the history
    * @param {string} replaced version of the statements to replace; if another version is stored by now, nothing changes
    */
   async apply(stated, remark, replaced) {
+    const draft = this.draft.value;
+    const isApplied = isSame(stated, draft);
+    const isOther = this.isEdited && !isApplied;
     const answer = await put(this.#path, { ...stated, remark }, undefined, replaced);
     this.#version += 1;
     this.set(answer);
-    this.#begin();
+    if (isApplied) this.#draftOf = answer.version; // what was added to it meanwhile is based on it
+    const isSameDraft = this.draft.value === draft;
+    if (isSameDraft && !isOther) this.#begin();
     this.#ask();
   }
 
