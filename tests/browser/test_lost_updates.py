@@ -594,6 +594,38 @@ def test_corrections_are_asked_about(
     assert read(server, f"{path}/corrections")["stated"]["zero"]["offset_m"] == offset_m
 
 
+@pytest.mark.parametrize(("answer", "offset_m"), [("Keep mine", 0.75), ("Take theirs", 0.25)])
+def test_corrections_are_asked_about_again_after_a_reload(
+    desk: Page, server: Server, path: str, answer: str, offset_m: float
+) -> None:
+    state_zero(server, path, 0.0)
+    reload(desk)
+    desk.get_by_role("tab", name="Corrections").click()
+    offset = desk.get_by_label("Camera ahead of the zero by")
+    offset.fill("0.5")
+    desk.keyboard.press("Enter")
+    desk.get_by_label("Why (for the history)").fill("Measured by hand")
+    state_zero(server, path, 0.25)
+    desk.get_by_role("button", name="Apply").click()
+    question(desk)
+    desk.keyboard.press("Escape")
+    # It may be edited until it is decided.
+    offset.fill("0.75")
+    desk.keyboard.press("Enter")
+    desk.reload()
+    assert versions(question(desk))["Zero"] == ("frame 2, 0.75 m", "frame 2, 0.25 m", True)
+    expect(desk.locator(".save")).to_have_text("Undecided (1)")
+    decide(desk, answer)
+    expect_settled(desk)
+    assert read(server, f"{path}/corrections")["stated"]["zero"]["offset_m"] == offset_m
+    remarks = [event["remark"] for event in read(server, f"{path}/events")["events"]]
+    assert (remarks[0] == "Measured by hand") == (answer == "Keep mine")
+    # It is decided for good.
+    reload(desk)
+    expect_settled(desk)
+    assert "unsent" not in desk.evaluate("JSON.stringify(localStorage)")
+
+
 def test_a_zero_that_was_overtaken_waits_as_a_draft(desk: Page, server: Server, path: str) -> None:
     desk.keyboard.press("End")
     expect(desk.locator(".transport__frame")).to_have_text(re.compile("frame 19$"))
