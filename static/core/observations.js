@@ -297,7 +297,9 @@ export class Observations extends Store {
   }
 
   #answered({ operation, answer }) {
-    if (operation.inspection !== this.#inspection || !answer) return;
+    if (operation.inspection !== this.#inspection) return;
+    this.#version += 1; // a list that is just being read may be older, and still hold what was deleted
+    if (!answer) return;
     const item = this.find(operation.observation);
     if (!item) {
       this.#loadPatiently(); // from another tab, made while the list could not be read
@@ -305,7 +307,6 @@ export class Observations extends Store {
     }
     // A newer change of this observation is on its way: keep what the person entered.
     const isNewest = !this.#outbox.isWaiting(item.id);
-    this.#version += 1;
     // Before its frame is tracked, the server knows no distance, but the live picture had one.
     const { distance_m, distance_u95_m, clock, time_s } = item;
     const place = answer.distance_m === null ? { distance_m, distance_u95_m, clock, time_s } : {};

@@ -198,6 +198,47 @@ def test_what_somebody_else_has_changed_is_deleted_only_when_it_is_wanted(
     assert tag_of(server, path) == TAG | {"severity": 5, "remark": "roots"}
 
 
+def test_a_list_that_was_read_before_a_deletion_does_not_bring_it_back(
+    desk: Page, server: Server, path: str
+) -> None:
+    older = read(server, f"{path}/observations")
+    sent: list[Route] = []
+    held: list[Route] = []
+    desk.route(f"**/observations/{ID}", lambda route: sent.append(route))
+    desk.route("**/observations", lambda route: held.append(route))
+    with desk.expect_request(f"**/observations/{ID}"):
+        delete(desk)
+    with desk.expect_request("**/observations"):
+        desk.evaluate(
+            """() => {
+              const { desk } = document.querySelector('inspection-page');
+              window.reading = desk.observations.load();
+            }"""
+        )
+    sent[0].continue_()
+    expect_settled(desk)
+    desk.unroute("**/observations")
+    held[0].fulfill(json=older)
+    desk.evaluate("() => window.reading")
+    expect(desk.locator(".defect")).to_have_count(0)
+
+
+def test_a_deletion_is_decided_in_any_tab(desk: Page, server: Server, path: str) -> None:
+    other = desk.context.new_page()
+    other.goto(desk.url.split("?")[0])
+    expect_listed(other, 1)
+    change_as_another(server, path, severity=5)
+    delete(desk)
+    for page in (desk, other):
+        expect(question(page)).to_contain_text("You deleted it")
+    decide(other, "Delete it nevertheless")
+    for page in (desk, other):
+        expect(page.get_by_role("dialog")).to_have_count(0)
+        expect(page.locator(".defect")).to_have_count(0)
+        expect_settled(page)
+    assert read(server, f"{path}/observations")["observations"] == []
+
+
 def test_a_refused_deletion_that_is_undone_is_no_question_any_more(
     desk: Page, server: Server, path: str
 ) -> None:
