@@ -116,8 +116,8 @@ class OffsetConflict(AppError):
 class ChangedMeanwhile(AppError):
     """The stored version is no longer the one that the change was based on."""
 
-    def __init__(self, current: Mapping[str, Any] | None, yours: Mapping[str, Any]) -> None:
-        """Store both versions as they are sent; `current` is None if the content was deleted."""
+    def __init__(self, current: Mapping[str, Any] | None, yours: Mapping[str, Any] | None) -> None:
+        """Store both versions as they are sent; None stands for deleted content."""
         super().__init__(
             "It was changed meanwhile, so nothing was stored; the answer contains both versions."
         )

@@ -34,7 +34,7 @@ from app.survey.records import Event
 from app.survey.stretches import next_stretch_number
 from app.survey.tag import StatedTag, Tag, entered
 from app.survey.track_rows import is_unmeasured
-from app.survey.versions import require_version
+from app.survey.versions import Require, require_version
 from app.tracking.live import Live
 from app.tracking.tracks import Tracks
 from app.tracking.videos import NO_FILM
@@ -95,21 +95,25 @@ class Observations:
         if tag.pixel and inspection.source_kind == IMPORTED and is_unmeasured(track):
             raise PixelOutsidePicture(f"{NO_FILM} Tag it without a pixel.")
         stated = StatedTag.kept(tag.model_dump())
-
-        def require(stored: Mapping[str, Any] | None) -> None:
-            current = None if stored is None else entered(stored)
-            require_version(current, stated.to_json(), replaced)
-
+        require = _required(stated.to_json(), replaced)
         if self._store.put(inspection_id, observation_id, stated, who, require):
             self._live.observations_changed(inspection_id)
 
-    def delete(self, inspection_id: str, observation_id: str, who: str) -> None:
+    def delete(
+        self, inspection_id: str, observation_id: str, who: str, *, replaced: str | None = None
+    ) -> None:
         """Delete an observation; it can be restored.
 
+        Args:
+            inspection_id, observation_id: The observation.
+            who: Name for the history.
+            replaced: Version that the person wants to delete; None deletes any version.
         Raises:
             ObservationNotFound: No observation ever had this id.
+            ChangedMeanwhile: The version is no longer `replaced`; nothing was deleted.
         """
-        if self._store.delete(inspection_id, observation_id, who):
+        require = _required(None, replaced)
+        if self._store.delete(inspection_id, observation_id, who, require):
             self._live.observations_changed(inspection_id)
 
     def restore(self, inspection_id: str, observation_id: str, who: str) -> None:
@@ -178,6 +182,16 @@ class Observations:
             places = known.places if known is not None and known.adjusted is adjusted else {}
             course = self._courses[inspection_id] = Course(adjusted, raw, places)
         return course
+
+
+def _required(yours: Mapping[str, Any] | None, replaced: str | None) -> Require:
+    """Return the check of the stored fields before `yours` replaces them."""
+
+    def require(stored: Mapping[str, Any] | None) -> None:
+        current = None if stored is None else entered(stored)
+        require_version(current, yours, replaced)
+
+    return require
 
 
 def rig_of(inspection: Inspection) -> Rig:

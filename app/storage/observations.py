@@ -107,15 +107,20 @@ class ObservationStore:
 
         return self._database.write(apply)
 
-    def delete(self, inspection_id: str, observation_id: str, who: str) -> bool:
+    def delete(
+        self, inspection_id: str, observation_id: str, who: str, require: Require | None = None
+    ) -> bool:
         """Mark an observation as deleted; return whether it was listed.
 
         Raises:
             ObservationNotFound: No observation ever had this id.
+            Exception: Whatever `require` raises for the stored fields (None if it is deleted).
         """
 
         def mark(session: Session) -> bool:
             row = _existing(session, inspection_id, observation_id)
+            if require is not None:
+                require(None if row.deleted_at is not None else row.fields)
             if row.deleted_at is not None:
                 return False
             row.deleted_at = datetime.now(UTC)

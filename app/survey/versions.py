@@ -16,7 +16,7 @@ Require = Callable[[Any], None]
 
 
 def require_version(
-    current: Mapping[str, Any] | None, yours: Mapping[str, Any], replaced: str | None
+    current: Mapping[str, Any] | None, yours: Mapping[str, Any] | None, replaced: str | None
 ) -> None:
     """Raise ChangedMeanwhile if a change was based on something else than what is stored.
 
@@ -24,7 +24,7 @@ def require_version(
 
     Args:
         current: What is stored, None if nothing is.
-        yours: The new content.
+        yours: The new content, None to delete it.
         replaced: Version that the change was based on; None replaces any version.
     """
     if replaced is None or current == yours:

@@ -36,20 +36,27 @@ export const session = new EventTarget();
  *     allow: failing statuses that the caller handles
  */
 export async function send(method, path, { headers = {}, body, signal, allow = [] } = {}) {
-  let response;
-  try {
-    response = await fetch(path, { method, headers, body, signal, credentials: 'same-origin' });
-  } catch (error) {
-    if (error.name === 'AbortError') throw error;
-    throw new ApiError(0, 'unreachable', 'The server cannot be reached.');
-  }
+  const response = await reached(fetch(path, { method, headers, body, signal, credentials: 'same-origin' }));
   if (response.ok || allow.includes(response.status)) return response;
   if (response.status === 401) session.dispatchEvent(new Event('signed-out'));
   throw await refusal(response);
 }
 
+/** Reads the body of a response; `as`: 'json', 'text', 'blob' or 'arrayBuffer'. */
+export const bodyOf = (response, as) => reached(response[as]());
+
+/** Awaits the beginning or the body of an answer; an ApiError when the line is dead, or breaks on the way. */
+async function reached(answer) {
+  try {
+    return await answer;
+  } catch (error) {
+    if (error.name === 'AbortError') throw error;
+    throw new ApiError(0, 'unreachable', 'The server cannot be reached.');
+  }
+}
+
 async function refusal(response) {
-  const text = await response.text();
+  const text = await bodyOf(response, 'text');
   try {
     const { code, detail, current = null } = JSON.parse(text);
     const version = response.headers.get('ETag')?.replaceAll('"', '') ?? null;
@@ -66,21 +73,21 @@ async function json(method, path, content, signal, replaced = null) {
     ...(replaced !== null && { 'If-Match': `"${replaced}"` }),
   };
   const response = await send(method, path, { headers, body, signal });
-  return response.status === 204 ? null : response.json();
+  return response.status === 204 ? null : bodyOf(response, 'json');
 }
 
 export const get = (path, signal) => json('GET', path, undefined, signal);
 export const post = (path, content, signal) => json('POST', path, content, signal);
-/** `replaced`: version that the change was based on; without it any version is replaced. */
+/** `replaced`: version that the change was based on; without it any version is replaced or removed. */
 export const put = (path, content, signal, replaced) => json('PUT', path, content, signal, replaced);
 export const patch = (path, content, signal, replaced) => json('PATCH', path, content, signal, replaced);
-export const remove = (path, signal) => json('DELETE', path, undefined, signal);
+export const remove = (path, signal, replaced) => json('DELETE', path, undefined, signal, replaced);
 /** Sends a file unchanged; the answer is JSON. */
 export const sendFile = async (path, file, signal) => {
   const headers = { 'Content-Type': 'application/octet-stream' };
-  return (await send('POST', path, { headers, body: file, signal })).json();
+  return bodyOf(await send('POST', path, { headers, body: file, signal }), 'json');
 };
-export const blob = async (path, signal) => (await send('GET', path, { signal })).blob();
+export const blob = async (path, signal) => bodyOf(await send('GET', path, { signal }), 'blob');
 
 /**
  * Calls `ask` repeatedly, after the pause in seconds that it returns, while the page is visible; `null`

@@ -3,7 +3,7 @@
  * grow, so that the 200,000 frames of two hours cost neither text nor an object each.
  */
 
-import { send } from './api.js';
+import { bodyOf, send } from './api.js';
 
 const TYPES = { float64: Float64Array, float32: Float32Array, uint8: Uint8Array };
 const NEWLINE = 10;
@@ -17,7 +17,7 @@ const NEWLINE = 10;
  *     that were fetched, and these by name
  */
 async function getColumns(path, signal) {
-  const bytes = await (await send('GET', path, { signal })).arrayBuffer();
+  const bytes = await bodyOf(await send('GET', path, { signal }), 'arrayBuffer');
   let begin = new Uint8Array(bytes).indexOf(NEWLINE) + 1;
   const { run, total, rows, columns } = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 0, begin)));
   const found = {};

@@ -7,7 +7,7 @@ import { Store } from './store.js';
  * @property {string} id a new one each time that it is found
  * @property {'observation'|'header'|'corrections'} kind
  * @property {string} [about] id of the observation
- * @property {object} mine fields of the change that waits
+ * @property {object|null} mine fields of the change that waits, null when it deletes
  * @property {object|null} theirs what is stored, null when it was deleted
  * @property {() => Promise<void>|void} keepMine replaces theirs
  * @property {() => Promise<void>|void} takeTheirs discards mine

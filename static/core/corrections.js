@@ -52,6 +52,9 @@ export class Corrections extends Store {
   #version = 0;
   /** Version of the statements on which the draft is based. */
   #draftOf = null;
+  /** @type {Waiting|null} */
+  #waiting = null;
+  #kept;
 
   /**
    * @param {string} inspection
@@ -61,6 +64,15 @@ export class Corrections extends Store {
     super(null);
     this.#path = `/api/inspections/${inspection}/corrections`;
     this.#signal = signal;
+    this.#kept = new KeptDraft(inspection);
+  }
+
+  /** Goes on with the draft that waits for a decision since an earlier page. */
+  restore() {
+    this.#waiting = this.#kept.value;
+    if (!this.#waiting) return;
+    this.#draftOf = this.#waiting.version;
+    this.draft.set(this.#waiting.stated);
   }
 
   /** Whether the draft differs from the stored statements. */
@@ -71,6 +83,11 @@ export class Corrections extends Store {
   /** Whether the stored statements are no longer those on which the draft is based. */
   get isOvertaken() {
     return this.isEdited && this.#draftOf !== this.value.version;
+  }
+
+  /** The draft that waits for a decision because it was overtaken, or null. */
+  get waiting() {
+    return this.#waiting;
   }
 
   /** The version on which the draft is based. */
@@ -86,14 +103,15 @@ export class Corrections extends Store {
       await this.load(); // statements changed meanwhile: the answer is older than what is shown
       return;
     }
-    const wasEdited = this.isEdited;
+    const hadDraft = this.value === null ? this.#waiting !== null : this.isEdited;
     this.set(answer);
-    if (!wasEdited) this.#begin();
+    if (!hadDraft || !this.isEdited) this.#begin();
     this.#ask();
   }
 
-  /** Begins a draft with the stored statements. */
+  /** Begins a draft with the stored statements; the one before it is settled. */
   #begin() {
+    if (this.#waiting) this.#keep(null);
     this.#draftOf = this.value.version;
     this.draft.set(this.value.stated);
   }
@@ -101,7 +119,18 @@ export class Corrections extends Store {
   /** @param {Partial<Stated>} changes */
   edit(changes) {
     this.draft.set({ ...this.draft.value, ...changes });
+    if (this.#waiting) this.wait(this.#waiting.remark);
     this.#ask();
+  }
+
+  /** Keeps the draft in this browser, with the reason for it, until it is applied or discarded. */
+  wait(remark) {
+    this.#keep({ stated: this.draft.value, remark, version: this.#draftOf });
+  }
+
+  #keep(waiting) {
+    this.#waiting = waiting;
+    this.#kept.keep(waiting);
   }
 
   discard() {
@@ -115,16 +144,21 @@ export class Corrections extends Store {
   }
 
   /**
-   * Replaces the stored statements; applying the earlier ones undoes this.
+   * Replaces the stored statements; applying the earlier ones undoes this. A draft of something else stays.
    * @param {Stated} stated
    * @param {string|null} remark why, for the history
    * @param {string} replaced version of the statements to replace; if another version is stored by now, nothing changes
    */
   async apply(stated, remark, replaced) {
+    const draft = this.draft.value;
+    const isApplied = isSame(stated, draft);
+    const isOther = this.isEdited && !isApplied;
     const answer = await put(this.#path, { ...stated, remark }, undefined, replaced);
     this.#version += 1;
+    if (isApplied) this.#draftOf = answer.version; // what was added to it meanwhile is based on it
     this.set(answer);
-    this.#begin();
+    const isSameDraft = this.draft.value === draft;
+    if (isSameDraft && !isOther) this.#begin();
     this.#ask();
   }
 
@@ -147,6 +181,33 @@ export class Corrections extends Store {
       if (!(error instanceof ApiError)) throw error;
       this.preview.set({ stated, result: null, error: { code: error.code, detail: error.message } });
     }
+  }
+}
+
+/**
+ * @typedef {object} Waiting
+ * @property {Stated} stated
+ * @property {string|null} remark
+ * @property {string} version of the statements on which it is based
+ */
+
+/** Keeps the waiting draft of one inspection in this browser. */
+class KeptDraft {
+  #key;
+
+  constructor(inspection) {
+    this.#key = `chainage.unsent-corrections.${inspection}`;
+  }
+
+  /** @returns {Waiting|null} */
+  get value() {
+    return JSON.parse(localStorage.getItem(this.#key) ?? 'null');
+  }
+
+  /** @param {Waiting|null} waiting null: nothing waits any more */
+  keep(waiting) {
+    if (waiting) localStorage.setItem(this.#key, JSON.stringify(waiting));
+    else localStorage.removeItem(this.#key);
   }
 }
 

@@ -1,6 +1,6 @@
 /** Reports of an inspection as files, in the person's language and units. */
 
-import { get, send } from './api.js';
+import { bodyOf, get, send } from './api.js';
 import { lengthUnit } from './units.js';
 import { language } from './words.js';
 
@@ -32,7 +32,7 @@ export async function lossesOf(inspection, kind, signal) {
 export async function makeExport(inspection, kind, signal) {
   const response = await send('GET', exportPath(inspection, kind), { signal });
   const [, name] = /filename="([^"]+)"/.exec(response.headers.get('Content-Disposition')) ?? [];
-  return new File([await response.blob()], name ?? kind);
+  return new File([await bodyOf(response, 'blob')], name ?? kind);
 }
 
 /** Saves a file, like a click on a download link. */

@@ -46,7 +46,7 @@ function newId() {
 /**
  * A store of observations sorted by distance. Beside the fields of the API each has `save`:
  * 'saved' | 'waiting' | 'refused', and `refusal`, the reason of a refusal. `version` is that of the saved
- * fields; it is null while they are not saved.
+ * fields; it is null while they are not saved. `isDeleted`: its deletion was refused, so it is shown as stored.
  */
 export class Observations extends Store {
   #inspection;
@@ -88,8 +88,11 @@ export class Observations extends Store {
     }
     const known = new Map(observations.map((item) => [item.id, { ...item, save: 'saved' }]));
     for (const { observation, kind, fields, refusal } of this.#outbox.openFor(this.#inspection)) {
-      if (kind === 'delete') known.delete(observation);
-      else {
+      if (kind === 'delete' && refusal && known.has(observation)) {
+        known.set(observation, undeleted(known.get(observation), refusal));
+      } else if (kind === 'delete') {
+        known.delete(observation);
+      } else {
         known.set(observation, {
           ...unsaved(observation),
           ...(known.get(observation) ?? this.#placeOf(fields.frame, fields.pixel)),
@@ -126,9 +129,14 @@ export class Observations extends Store {
     return this.find(id);
   }
 
-  /** Edits an observation; code and characters change throughout its stretch. */
-  edit(id, changes) {
-    this.#do('edit', this.#editOf(id, changes));
+  /**
+   * Edits an observation; code and characters change throughout its stretch.
+   * @param {string} id
+   * @param {object} changes
+   * @param {object} [seen] what the person saw in the changed fields, if that may no longer be what is stored
+   */
+  edit(id, changes, seen) {
+    this.#do('edit', this.#editOf(id, changes), seen);
   }
 
   /**
@@ -137,12 +145,13 @@ export class Observations extends Store {
    * @param {string} id
    * @param {object} changes
    * @param {object} visit the same object as long as the field has the focus
+   * @param {object} [seen] as in `edit`
    */
-  type(id, changes, visit) {
+  type(id, changes, visit, seen) {
     const item = this.find(id);
     const edited = this.#editOf(id, changes).filter(isReal);
     if (edited.length === 0) return;
-    this.#apply(edited, false, (...operation) => this.#queueTyped(...operation));
+    this.#apply(edited, false, seen, (...operation) => this.#queueTyped(...operation));
     const { last } = this.#history;
     if (last?.visit !== visit) {
       this.#history.add({ ...this.#step('edit', edited, item), visit });
@@ -182,6 +191,7 @@ export class Observations extends Store {
   /** Sends the refused change of an observation again. */
   sendAgain(id) {
     const item = this.find(id);
+    if (item?.isDeleted) return this.remove(id); // as it is now, so that undo brings this back
     this.#version += 1;
     if (item) this.#replace({ ...item, save: 'waiting' });
     return this.#outbox.sendAgain(id);
@@ -196,11 +206,11 @@ export class Observations extends Store {
   // Steps -----------------------------------------------------------------------------------
 
   /** @param {Change[]} changes changes without effect are dropped */
-  #do(what, changes) {
+  #do(what, changes, seen) {
     const real = changes.filter(isReal);
     if (real.length === 0) return;
     const item = this.find(real[0].id);
-    this.#apply(real, false);
+    this.#apply(real, false, seen);
     this.#history.add(this.#step(what, real, item));
   }
 
@@ -215,12 +225,12 @@ export class Observations extends Store {
     };
   }
 
-  #apply(changes, isBack, queue = (...operation) => this.#queue(...operation)) {
+  #apply(changes, isBack, seen, queue = (...operation) => this.#queue(...operation)) {
     for (const { id, before, after } of changes) {
       const [from, to] = isBack ? [after, before] : [before, after];
       if (to === null) this.#remove(id);
       else if (from === null) this.#bring(id, to);
-      else if (this.find(id)) this.#save(id, to, queue);
+      else if (this.find(id)) this.#save(id, to, seen, queue);
     }
   }
 
@@ -232,7 +242,8 @@ export class Observations extends Store {
       if (!(error instanceof ApiError && error.isTemporary)) throw error;
     }
     return changes.some(({ id, before, after }) => {
-      const now = this.find(id);
+      const found = this.find(id);
+      const now = found?.isDeleted ? null : found;
       const left = isBack ? after : before;
       if (left === null || now === null) return left !== now;
       return Object.entries(left).some(([name, value]) => !isSame(now[name], value));
@@ -245,28 +256,34 @@ export class Observations extends Store {
     return `/api/inspections/${this.#inspection}/observations`;
   }
 
-  #save(id, changes, queue) {
+  #save(id, changes, seen, queue) {
     const before = this.find(id);
-    const item = { ...before, ...changes, save: 'waiting', version: null };
+    const item = { ...before, ...changes, save: 'waiting', version: null, isDeleted: false };
     const isMoved = 'frame' in changes || 'pixel' in changes;
     const place = isMoved ? { ...this.#placeOf(item.frame, item.pixel), photo: null, photo_error: null } : {};
     const clock = 'clock_from' in changes && {
       clock: item.clock_from ?? this.#placeOf(item.frame, item.pixel).clock,
     };
     this.#replace({ ...item, ...place, ...clock });
-    queue('save', id, fieldsOf(item), { before: fieldsOf(before), version: before.version });
+    queue('save', id, fieldsOf(item), madeOf(before, seen));
   }
 
-  /** Shows an observation that was not shown. */
+  /** Shows an observation that was not there, or whose deletion was refused. */
   #bring(id, fields) {
     const place = this.#placeOf(fields.frame, fields.pixel);
-    this.#publish([...this.value, { ...unsaved(id), ...place, ...fields, save: 'waiting' }]);
+    this.#publish([...this.#without(id), { ...unsaved(id), ...place, ...fields, save: 'waiting' }]);
     this.#queue('save', id, fields);
   }
 
   #remove(id) {
-    this.#publish(this.value.filter((item) => item.id !== id));
-    this.#queue('delete', id);
+    const item = this.find(id);
+    if (!item) return; // deleted elsewhere meanwhile
+    this.#publish(this.#without(id));
+    this.#queue('delete', id, undefined, madeOf(item));
+  }
+
+  #without(id) {
+    return this.value.filter((item) => item.id !== id);
   }
 
   #queue(kind, observation, fields, madeOf) {
@@ -280,7 +297,9 @@ export class Observations extends Store {
   }
 
   #answered({ operation, answer }) {
-    if (operation.inspection !== this.#inspection || !answer) return;
+    if (operation.inspection !== this.#inspection) return;
+    this.#version += 1; // a list that is just being read may be older, and still hold what was deleted
+    if (!answer) return;
     const item = this.find(operation.observation);
     if (!item) {
       this.#loadPatiently(); // from another tab, made while the list could not be read
@@ -288,7 +307,6 @@ export class Observations extends Store {
     }
     // A newer change of this observation is on its way: keep what the person entered.
     const isNewest = !this.#outbox.isWaiting(item.id);
-    this.#version += 1;
     // Before its frame is tracked, the server knows no distance, but the live picture had one.
     const { distance_m, distance_u95_m, clock, time_s } = item;
     const place = answer.distance_m === null ? { distance_m, distance_u95_m, clock, time_s } : {};
@@ -324,8 +342,18 @@ export class Observations extends Store {
   }
 
   #refused({ operation, error }) {
+    if (operation.inspection !== this.#inspection) return;
     const item = this.find(operation.observation);
-    if (item) this.#replace({ ...item, save: 'refused', refusal: errorText(error) });
+    if (operation.kind === 'delete') this.#showAgain(operation.observation, error);
+    else if (item) this.#replace({ ...item, save: 'refused', refusal: errorText(error) });
+  }
+
+  /** Shows an observation whose deletion was refused: at once as far as the page knows it, then as it is stored. */
+  #showAgain(id, refusal) {
+    const { current } = refusal;
+    const place = current && this.#placeOf(current.frame, current.pixel);
+    if (current) this.#publish([...this.#without(id), undeleted({ ...unsaved(id), ...place }, refusal)]);
+    this.#loadPatiently();
   }
 
   #replace(item) {
@@ -343,6 +371,24 @@ const unsaved = (id) => ({
   id, code: null, distance_m: null, distance_u95_m: null, clock: null, photo: null, severity: null,
   remark: null, version: null,
 });
+
+/** Returns an observation whose deletion was refused, as it was stored then. */
+const undeleted = (item, refusal) => ({
+  ...item,
+  ...(refusal.current && { ...fieldsOf(refusal.current), version: refusal.version }),
+  save: 'refused',
+  refusal: errorText(refusal),
+  isDeleted: true,
+});
+
+/**
+ * Returns what a change of an observation is based on. Where the person saw something else than what is stored,
+ * that is of no stored version, so the server refuses the change and the person decides.
+ */
+function madeOf(item, seen = {}) {
+  const isStored = Object.entries(seen).every(([name, value]) => isSame(item[name], value));
+  return { before: { ...fieldsOf(item), ...seen }, version: isStored ? item.version : null };
+}
 
 /** Returns the change of an observation, before and after. */
 const changeOf = (item, changes) => ({

@@ -26,7 +26,7 @@ const TYPED_S = 0.8;
  * @property {string} inspection
  * @property {string} observation
  * @property {'save'|'delete'} kind
- * @property {object} [fields] of a save
+ * @property {object} [fields] of a save; a delete leaves none
  * @property {object|null} [before] fields that the change is based on, null when there was no observation
  * @property {string|null} [version] of `before`; null while this browser's previous change is unanswered
  * @property {boolean} [isSent] whether it may have arrived
@@ -128,9 +128,10 @@ export class Outbox extends EventTarget {
   async #keep(operation) {
     const { observation } = operation;
     const last = this.#known.findLast((other) => other.observation === observation);
-    const isOfLast = last?.kind === 'save' && operation.kind === 'save' && isSame(last.fields, operation.before);
-    // An operation that may have arrived stays; its successor is then based on its result.
-    const isUnseen = isOfLast && !last.isSent && last.id !== this.#sending;
+    const isOfLast = last !== undefined && isSame(last.fields, operation.before);
+    // An operation that may have arrived stays; its successor is then based on its result. What was deleted is
+    // saved before, so that the history shows it.
+    const isUnseen = isOfLast && operation.kind === 'save' && !last.isSent && last.id !== this.#sending;
     // A refused operation is settled by its successor. Another tab may be sending the
     // replaced one just now, so its successor has its own id.
     const replaced = isUnseen || last?.refusal ? last : null;
@@ -239,8 +240,7 @@ export class Outbox extends EventTarget {
     let answer = null;
     try {
       const limit = AbortSignal.timeout(ANSWER_LIMIT_S * 1000);
-      if (operation.kind === 'save') answer = await this.#save(path, operation, limit);
-      else await remove(path, limit);
+      answer = await this.#deliver(path, operation, limit);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       // Another person's token may permit what this one does not.
@@ -259,16 +259,19 @@ export class Outbox extends EventTarget {
     await this.#settle(operation, new CustomEvent('answered', { detail: { operation, answer } }));
   }
 
-  async #save(path, { observation, fields, before, version, isSent }, signal) {
-    if (!before && !isSent) return put(path, fields, signal);
+  /** Sends an operation; returns the stored observation, null after a delete. */
+  async #deliver(path, { kind, observation, fields, before, version, isSent }, signal) {
+    const isDelete = kind === 'delete';
+    const send = (replaced) => (isDelete ? remove(path, signal, replaced) : put(path, fields, signal, replaced));
+    if (!before && (isDelete || !isSent)) return send();
     const taken = this.#taken.get(observation);
     const replaced = taken && isSame(taken.fields, before) ? taken.version : version;
     try {
-      return await put(path, fields, signal, replaced ?? '');
+      return await send(replaced ?? '');
     } catch (error) {
       // Only the version is unknown: this browser's own change has arrived, before a reload or from another tab.
       if (!error.isOvertaken || !isSame(error.current, before)) throw error;
-      return put(path, fields, signal, error.version);
+      return send(error.version);
     }
   }
 
@@ -276,9 +279,10 @@ export class Outbox extends EventTarget {
     const { id, observation, fields, before } = operation;
     const kept = await this.#operations.all();
     const next = [...kept, ...this.#known].find((other) => other.observation === observation && other.id > id);
-    const isPassed = next && (next.kind === 'delete' || isSame(next.before, fields));
+    const isOfIt = next && isSame(next.before, fields);
     // The successor was based on the refused operation; now it is based on what that one was based on.
-    if (isPassed && next.kind === 'save') await this.#change(next.id, madeOf(operation));
+    if (isOfIt) await this.#change(next.id, madeOf(operation));
+    const isPassed = isOfIt || next?.kind === 'delete';
     const isNothing = error.isOvertaken && isSame(fields, before);
     if (isPassed || isNothing) {
       await this.#settle(operation, new Event('elsewhere'));

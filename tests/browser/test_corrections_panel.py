@@ -131,6 +131,39 @@ def test_zero_is_set_at_the_shown_frame_by_a_key(
     assert zero == {"frame": 3, "offset_m": 0.35}
 
 
+def test_a_draft_outlives_what_else_is_stated(page: Page, server: Server, inspection: str) -> None:
+    unstated = {"zero": None, "lengths": [], "rig_sigma": None, "forced": None, "remark": None}
+    _put(server, inspection, "corrections", unstated | {"joints": {"use": True}})
+    _open(page, server, inspection, "Corrections")
+    for _ in range(3):
+        page.keyboard.press("ArrowRight")
+    expect(page.locator(".transport__clock")).to_contain_text("frame 3")
+    page.keyboard.press("z")
+    expect(page.get_by_text("Zero set at frame 3")).to_be_visible()
+    offset = page.get_by_label("Camera ahead of the zero by")
+    offset.fill("0.35")
+    page.keyboard.press("Enter")
+    offset.blur()
+    apply = page.get_by_role("button", name="Apply")
+    expect(apply).to_be_enabled()
+    # The undo of the earlier zero.
+    page.keyboard.press("u")
+    expect(page.get_by_role("status").filter(has_text="Undone")).to_be_visible()
+    expect(offset).to_have_value("0.35")
+    # And the button that stops the joints, which joins the draft.
+    page.get_by_role("button", name="Take back").click()
+    expect(apply).to_be_enabled()
+    expect(offset).to_have_value("0.35")
+    stated = _get(server, inspection, "corrections")["stated"]
+    assert (stated["zero"], stated["joints"]["use"]) == (None, True)
+    # It was made of the zero that was undone, so the person is asked.
+    apply.click()
+    page.get_by_role("button", name="Keep mine").click()
+    expect(apply).to_be_hidden()
+    stated = _get(server, inspection, "corrections")["stated"]
+    assert (stated["zero"], stated["joints"]["use"]) == ({"frame": 3, "offset_m": 0.35}, False)
+
+
 def test_zero_is_set_before_the_page_has_read_what_is_stated(
     page: Page, server: Server, inspection: str
 ) -> None:

@@ -160,6 +160,141 @@ def test_what_was_deleted_comes_back_only_when_it_is_wanted(
     assert tag_of(server, path)["severity"] == 3
 
 
+def delete(page: Page) -> None:
+    page.locator(".defect__main").click()
+    page.keyboard.press("Delete")
+    expect(page.locator(".defect")).to_have_count(0)
+
+
+@pytest.mark.parametrize(("answer", "left"), [("Keep theirs", 1), ("Delete it nevertheless", 0)])
+def test_what_somebody_else_has_changed_is_deleted_only_when_it_is_wanted(
+    desk: Page, server: Server, path: str, answer: str, left: int
+) -> None:
+    rate(desk, 3)
+    expect_settled(desk)
+    change_as_another(server, path, severity=5, remark="roots")
+    delete(desk)
+    asked = question(desk)
+    expect(asked.get_by_role("heading")).to_have_text("Two versions of BAB at 0.01 m")
+    expect(asked).to_contain_text("You deleted it, and somebody else changed it")
+    expect(asked.locator("thead")).to_contain_text("Theirs, saved")
+    expect(asked.locator("tbody")).to_contain_text("severity 5, act now")
+    expect(asked.locator("td")).to_have_count(asked.locator("tbody tr").count())
+    assert tag_of(server, path)["severity"] == 5
+    desk.keyboard.press("Escape")
+    # It is in the list again, and outlives the page, which asks again.
+    expect(desk.locator(".defect__save--refused")).to_be_visible()
+    expect(desk.locator(".defect__more")).to_contain_text("roots")
+    desk.reload()
+    decide(desk, answer)
+    expect(desk.locator(".defect")).to_have_count(left)
+    expect_settled(desk)
+    assert len(read(server, f"{path}/observations")["observations"]) == left
+    if left == 0:
+        desk.keyboard.press("u")
+        expect(desk.locator(".defect")).to_have_count(1)
+        expect_settled(desk)
+    # What was deleted as they had changed it comes back so.
+    assert tag_of(server, path) == TAG | {"severity": 5, "remark": "roots"}
+
+
+def test_a_list_that_was_read_before_a_deletion_does_not_bring_it_back(
+    desk: Page, server: Server, path: str
+) -> None:
+    older = read(server, f"{path}/observations")
+    sent: list[Route] = []
+    held: list[Route] = []
+    desk.route(f"**/observations/{ID}", lambda route: sent.append(route))
+    desk.route("**/observations", lambda route: held.append(route))
+    with desk.expect_request(f"**/observations/{ID}"):
+        delete(desk)
+    with desk.expect_request("**/observations"):
+        desk.evaluate(
+            """() => {
+              const { desk } = document.querySelector('inspection-page');
+              window.reading = desk.observations.load();
+            }"""
+        )
+    sent[0].continue_()
+    expect_settled(desk)
+    desk.unroute("**/observations")
+    held[0].fulfill(json=older)
+    desk.evaluate("() => window.reading")
+    expect(desk.locator(".defect")).to_have_count(0)
+
+
+def test_a_deletion_is_decided_in_any_tab(desk: Page, server: Server, path: str) -> None:
+    other = desk.context.new_page()
+    other.goto(desk.url.split("?")[0])
+    expect_listed(other, 1)
+    change_as_another(server, path, severity=5)
+    delete(desk)
+    for page in (desk, other):
+        expect(question(page)).to_contain_text("You deleted it")
+    decide(other, "Delete it nevertheless")
+    for page in (desk, other):
+        expect(page.get_by_role("dialog")).to_have_count(0)
+        expect(page.locator(".defect")).to_have_count(0)
+        expect_settled(page)
+    assert read(server, f"{path}/observations")["observations"] == []
+
+
+def test_a_refused_deletion_that_is_undone_is_no_question_any_more(
+    desk: Page, server: Server, path: str
+) -> None:
+    desk.context.set_offline(True)
+    rate(desk, 3)
+    delete(desk)
+    change_as_another(server, path, severity=5)
+    desk.context.set_offline(False)
+    expect(question(desk)).to_contain_text("You deleted it")
+    desk.keyboard.press("Escape")
+    desk.keyboard.press("u")
+    # The grade before it is still a question, until it is undone too.
+    found = versions(question(desk))
+    assert found["Severity"] == ("severity 3, watch", "severity 5, act now", True)
+    desk.keyboard.press("Escape")
+    desk.keyboard.press("u")
+    expect_settled(desk)
+    expect(desk.locator(".defect .severity")).to_have_attribute("aria-label", "severity 5, act now")
+    assert tag_of(server, path)["severity"] == 5
+
+
+def test_a_deletion_that_was_undone_offline_changes_nothing(
+    desk: Page, server: Server, path: str
+) -> None:
+    desk.context.set_offline(True)
+    delete(desk)
+    desk.keyboard.press("u")
+    expect(desk.locator(".defect")).to_have_count(1)
+    change_as_another(server, path, severity=5)
+    desk.context.set_offline(False)
+    expect_settled(desk)
+    expect(desk.locator(".defect .severity")).to_have_attribute("aria-label", "severity 5, act now")
+    assert tag_of(server, path)["severity"] == 5
+
+
+def test_own_changes_and_their_deletion_are_no_question(
+    desk: Page, server: Server, path: str
+) -> None:
+    desk.context.set_offline(True)
+    rate(desk, 3)
+    write_remark(desk, "wet")
+    delete(desk)
+    desk.context.set_offline(False)
+    expect_settled(desk)
+    assert read(server, f"{path}/observations")["observations"] == []
+    desk.keyboard.press("u")
+    expect(desk.locator(".defect")).to_have_count(1)
+    expect_settled(desk)
+    assert tag_of(server, path) == TAG | {"severity": 3, "remark": "wet"}
+    # What is already gone is no question either.
+    server.ask("DELETE", f"{path}/observations/{ID}")
+    delete(desk)
+    expect_settled(desk)
+    expect(desk.get_by_role("dialog")).to_have_count(0)
+
+
 def test_what_is_decided_later_stays_in_sight(desk: Page, server: Server, path: str) -> None:
     change_as_another(server, path, severity=4)
     write_remark(desk, "wet")
@@ -270,6 +405,71 @@ def test_a_refused_change_that_is_undone_is_no_question_any_more(
     expect_settled(desk)
     expect(desk.get_by_role("dialog")).to_have_count(0)
     assert tag_of(server, path)["severity"] == 4
+
+
+def read_list_again(page: Page) -> None:
+    """As the page does for a missing photo, or for distances that were corrected."""
+    page.evaluate("() => document.querySelector('inspection-page').desk.observations.load()")
+
+
+def enter(page: Page, label: str) -> Locator:
+    """The cursor is in a field of the defect."""
+    page.locator(".defect__main").click()
+    page.keyboard.press("e")
+    field = page.get_by_label(label, exact=True)
+    field.focus()
+    return field
+
+
+@pytest.mark.parametrize(
+    ("label", "name", "values"),
+    [
+        ("Remark", "remark", ("crack", "crack, roots 30 %", "cracks")),
+        ("Quantity", "quant1", (3, 35, 4)),
+        ("Code", "code", ("BAB", "BAC", "BAF")),
+    ],
+)
+def test_what_is_typed_over_a_text_that_is_no_longer_stored_is_asked_about(
+    desk: Page, server: Server, path: str, label: str, name: str, values: tuple[object, ...]
+) -> None:
+    shown, theirs, typed = values
+    change_as_another(server, path, **{name: shown})
+    read_list_again(desk)
+    field = enter(desk, label)
+    expect(field).to_have_value(str(shown))
+    change_as_another(server, path, **{name: theirs}, severity=4)
+    read_list_again(desk)
+    expect(field).to_have_value(str(shown))
+    field.fill(str(typed))
+    found = versions(question(desk))
+    assert [row for row, (_, _, is_other) in found.items() if is_other] == [label]
+    assert tag_of(server, path)["severity"] == 4
+    decide(desk, "Take theirs")
+    expect(field).to_have_value(str(theirs))
+    expect_settled(desk)
+    [item] = read(server, f"{path}/observations")["observations"]
+    assert item[name] == theirs
+
+
+def test_a_field_that_is_left_saves_only_what_was_typed_into_it(
+    desk: Page, server: Server, path: str
+) -> None:
+    remark = enter(desk, "Remark")
+    remark.press_sequentially("crack")
+    expect_settled(desk)
+    change_as_another(server, path, remark="crack, roots 30 %")
+    read_list_again(desk)
+    expect(remark).to_have_value("crack")
+    remark.press("Tab")
+    expect(remark).to_have_value("crack, roots 30 %")
+    expect_settled(desk)
+    assert tag_of(server, path)["remark"] == "crack, roots 30 %"
+    # What follows is made of what the field shows now.
+    remark.focus()
+    remark.press("End")
+    remark.press_sequentially("!")
+    expect_settled(desk)
+    assert tag_of(server, path)["remark"] == "crack, roots 30 %!"
 
 
 def test_several_questions_follow_each_other(desk: Page, server: Server, path: str) -> None:
@@ -433,6 +633,38 @@ def test_corrections_are_asked_about(
     expect(desk.get_by_label("Camera ahead of the zero by")).to_have_value(str(offset_m))
     expect(apply).to_be_hidden()
     assert read(server, f"{path}/corrections")["stated"]["zero"]["offset_m"] == offset_m
+
+
+@pytest.mark.parametrize(("answer", "offset_m"), [("Keep mine", 0.75), ("Take theirs", 0.25)])
+def test_corrections_are_asked_about_again_after_a_reload(
+    desk: Page, server: Server, path: str, answer: str, offset_m: float
+) -> None:
+    state_zero(server, path, 0.0)
+    reload(desk)
+    desk.get_by_role("tab", name="Corrections").click()
+    offset = desk.get_by_label("Camera ahead of the zero by")
+    offset.fill("0.5")
+    desk.keyboard.press("Enter")
+    desk.get_by_label("Why (for the history)").fill("Measured by hand")
+    state_zero(server, path, 0.25)
+    desk.get_by_role("button", name="Apply").click()
+    question(desk)
+    desk.keyboard.press("Escape")
+    # It may be edited until it is decided.
+    offset.fill("0.75")
+    desk.keyboard.press("Enter")
+    desk.reload()
+    assert versions(question(desk))["Zero"] == ("frame 2, 0.75 m", "frame 2, 0.25 m", True)
+    expect(desk.locator(".save")).to_have_text("Undecided (1)")
+    decide(desk, answer)
+    expect_settled(desk)
+    assert read(server, f"{path}/corrections")["stated"]["zero"]["offset_m"] == offset_m
+    remarks = [event["remark"] for event in read(server, f"{path}/events")["events"]]
+    assert (remarks[0] == "Measured by hand") == (answer == "Keep mine")
+    # It is decided for good.
+    reload(desk)
+    expect_settled(desk)
+    assert "unsent" not in desk.evaluate("JSON.stringify(localStorage)")
 
 
 def test_a_zero_that_was_overtaken_waits_as_a_draft(desk: Page, server: Server, path: str) -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import re
 
 import pytest
 from clips import numbered_clip, wide_rig
 from desks import delete_observations, expect_frame, expect_saved, observations
+from lines import Line
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
 
@@ -49,6 +51,36 @@ def test_tags_survive_a_reload_before_they_are_saved(desk: Page, server: Server)
     expect(desk.locator(".save")).to_have_text("Waiting (1)")
     desk.unroute("**/observations/*")
     expect(desk.locator(".save")).to_have_text("Saved")
+
+
+def test_changes_are_saved_after_a_line_that_breaks_within_answers(
+    page: Page, server: Server, inspection: str
+) -> None:
+    delete_observations(server, inspection)
+    with Line(server) as line:
+        log_in(page, server)
+        page.goto(f"{line.url}/inspections/{inspection}")
+        expect_frame(page, 0)
+        page.get_by_role("tab", name="Header").click()
+        asset = page.get_by_role("textbox", name="Asset", exact=True)
+        expect(asset).to_be_visible()
+        page.wait_for_load_state("networkidle")
+        line.breaks = True
+        asset.fill("KL-204")
+        asset.blur()
+        expect(page.locator(".header-panel__state")).to_contain_text("cannot be reached")
+        page.get_by_role("tab", name="Defects").click()
+        page.keyboard.press("1")
+        expect(page.locator(".save")).to_have_attribute("title", re.compile("cannot be reached"))
+        line.breaks = False
+        expect_saved(page)
+        page.get_by_role("tab", name="Header").click()
+        expect(page.locator(".header-panel__state")).to_have_text("Saved")
+    [item] = observations(server, inspection)
+    assert item["code"] == "BAB"
+    answer = server.ask("GET", f"/api/inspections/{inspection}")
+    assert json.load(answer)["header"] == {"asset_id": "KL-204"}
+    server.ask("PATCH", f"/api/inspections/{inspection}", {"header": {}})
 
 
 def test_each_change_is_undone_in_turn(desk: Page) -> None:

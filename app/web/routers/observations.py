@@ -73,7 +73,7 @@ def get(
 @router.delete(
     "/{observation_id}",
     status_code=204,
-    responses=failures(InspectionNotFound, ObservationNotFound),
+    responses=failures(InspectionNotFound, ObservationNotFound, ChangedMeanwhile),
 )
 @operator
 def delete(
@@ -81,9 +81,10 @@ def delete(
     observation_id: ObservationId,
     services: ServicesDep,
     principal: PrincipalDep,
+    replaced: Replaced,
 ) -> None:
-    """Delete the observation; `restore` undoes it."""
-    services.observations.delete(inspection_id, observation_id, principal.name)
+    """Delete the observation; `restore` undoes it. May be repeated."""
+    services.observations.delete(inspection_id, observation_id, principal.name, replaced=replaced)
 
 
 @router.post(

@@ -22,8 +22,8 @@ class ChangedMeanwhileOut(ErrorOut):
 
     current: dict[str, Any] | None
     """The stored content; null if it was deleted."""
-    yours: dict[str, Any]
-    """The content that would have been stored."""
+    yours: dict[str, Any] | None
+    """The content that would have been stored; null if it would have been deleted."""
 
 
 Responses = dict[int | str, dict[str, Any]]

@@ -24,18 +24,19 @@ const ACTIONS = {
  * @returns {Promise<'mine'|'theirs'|''>}
  */
 export async function askWhichHolds(desk, conflict, settled) {
+  const words = wordsFor(conflict);
   const { dialog, parts, closed } = openDialog({
     title: t('conflict.title', { name: nameIn(desk, conflict) }),
-    size: conflict.theirs ? 'wide' : 'narrow',
-    content: html`<p class="conflict__intro">${conflict.theirs ? t('conflict.intro') : t('conflict.deleted')}
+    size: conflict.mine && conflict.theirs ? 'wide' : 'narrow',
+    content: html`<p class="conflict__intro">${words.intro}
         <span data-part="who"></span></p>
-      ${tableMarkup(rowsOf(conflict, desk.catalogue), conflict.theirs !== null)}
+      ${tableMarkup(rowsOf(conflict, desk.catalogue), conflict)}
       <form method="dialog" class="conflict__foot">
         <p class="help">${t('conflict.later_help')}</p>
         <div class="dialog__buttons">
           <button class="button" value="">${t('conflict.later')}</button>
-          <button class="button" value="theirs">${conflict.theirs ? t('conflict.theirs_take') : t('conflict.deleted_take')}</button>
-          <button class="button button--primary" value="mine">${conflict.theirs ? t('conflict.mine_keep') : t('conflict.deleted_keep')}</button>
+          <button class="button" value="theirs">${words.take}</button>
+          <button class="button button--primary" value="mine">${words.keep}</button>
         </div></form>`,
   });
   dialog.classList.add('conflict');
@@ -44,10 +45,17 @@ export async function askWhichHolds(desk, conflict, settled) {
   return closed;
 }
 
-function nameIn(desk, { kind, about, mine }) {
+/** Returns the question, and the words of both answers; either version may be a deletion. */
+function wordsFor({ mine, theirs }) {
+  if (!mine) return { intro: t('conflict.undeleted'), take: t('conflict.undeleted_take'), keep: t('conflict.undeleted_keep') };
+  if (!theirs) return { intro: t('conflict.deleted'), take: t('conflict.deleted_take'), keep: t('conflict.deleted_keep') };
+  return { intro: t('conflict.intro'), take: t('conflict.theirs_take'), keep: t('conflict.mine_keep') };
+}
+
+function nameIn(desk, { kind, about, mine, theirs }) {
   if (kind === 'header') return t('conflict.header');
   if (kind === 'corrections') return t('conflict.corrections');
-  return nameOf(desk.observations.find(about) ?? { ...mine, distance_m: null });
+  return nameOf(desk.observations.find(about) ?? { ...(mine ?? theirs), distance_m: null });
 }
 
 /** Reads the author from the history, if that is reachable. */
@@ -62,9 +70,14 @@ async function showWho(inspection, { kind, about }, place, signal) {
   }
 }
 
-const tableMarkup = (rows, isThere) => html`<table class="conflict__table">
+/** Shows the versions side by side; a deletion has no column. */
+function tableMarkup(rows, { mine, theirs }) {
+  const [isMine, isTheirs] = [mine !== null, theirs !== null];
+  const isMarked = ({ isOther }) => isMine && isTheirs && isOther;
+  return html`<table class="conflict__table">
   <thead><tr><th scope="col"><span class="visually-hidden">${t('conflict.field')}</span></th>
-    <th scope="col">${t('conflict.mine')}</th>${isThere && html`<th scope="col">${t('conflict.theirs')}</th>`}</tr></thead>
-  <tbody>${rows.map(({ label, mine, theirs, isOther }) => html`<tr${isThere && isOther && html` class="conflict__row--other"`}>
-    <th scope="row">${label}${isThere && isOther && html` <span class="conflict__mark">${t('conflict.differs')}</span>`}</th>
-    <td>${mine || '–'}</td>${isThere && html`<td>${theirs || '–'}</td>`}</tr>`)}</tbody></table>`;
+    ${isMine && html`<th scope="col">${t('conflict.mine')}</th>`}${isTheirs && html`<th scope="col">${t('conflict.theirs')}</th>`}</tr></thead>
+  <tbody>${rows.map((row) => html`<tr${isMarked(row) && html` class="conflict__row--other"`}>
+    <th scope="row">${row.label}${isMarked(row) && html` <span class="conflict__mark">${t('conflict.differs')}</span>`}</th>
+    ${isMine && html`<td>${row.mine || '–'}</td>`}${isTheirs && html`<td>${row.theirs || '–'}</td>`}</tr>`)}</tbody></table>`;
+}

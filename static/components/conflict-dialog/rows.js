@@ -22,13 +22,13 @@ import { severityText } from '../severity-mark/severity-mark.js';
  * @returns {Row[]}
  */
 export function rowsOf({ kind, mine, theirs }, catalogue) {
-  const stored = theirs ?? {};
-  return FIELDS[kind](mine, catalogue)
+  const [own, stored] = [mine ?? {}, theirs ?? {}];
+  return FIELDS[kind](own, catalogue)
     .map(({ label, names, text }) => ({
       label,
-      mine: text(mine),
+      mine: text(own),
       theirs: text(stored),
-      isOther: names.some((name) => !isSame(mine[name], stored[name])),
+      isOther: names.some((name) => !isSame(own[name], stored[name])),
     }))
     .filter((row) => row.mine || row.theirs);
 }

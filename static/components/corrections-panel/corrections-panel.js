@@ -48,6 +48,7 @@ class CorrectionsPanel extends Component {
         </form>`,
     );
     const { parts, corrections } = this;
+    parts.remark.value = corrections.waiting?.remark ?? '';
     this.listen(parts.discard, 'click', () => {
       parts.remark.value = parts.force.value = '';
       corrections.discard();

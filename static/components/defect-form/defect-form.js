@@ -27,6 +27,13 @@ class DefectForm extends Component {
 
   /** A new object for every visit of a field: everything typed meanwhile is one undo step. */
   #visit = {};
+  /**
+   * By text field, the stored value that it last showed or stated. The field with the focus does not follow the
+   * store: what is typed there changes this value, not one that somebody else has stored meanwhile.
+   */
+  #seen = {};
+  /** Whether a change of the observation was refused when the form was last filled. */
+  #wasRefused = false;
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
@@ -118,6 +125,7 @@ class DefectForm extends Component {
     this.listen(parts.form, 'input', ({ target }) => this.#typed(target));
     this.listen(parts.code, 'change', () => this.#leftCode());
     this.listen(parts.form, 'change', ({ target }) => this.#changed(target));
+    this.listen(parts.form, 'focusout', ({ target }) => isWrong(target) || this.#fill());
     // While typing, the keys belong to the field; Escape leaves the field and closes the form.
     this.listen(this, 'keydown', (event) => {
       if (event.key === 'Escape') desk.editing.set(false);
@@ -138,7 +146,15 @@ class DefectForm extends Component {
   }
 
   #save(changes) {
-    this.desk.observations.edit(this.observationId, changes);
+    this.desk.observations.edit(this.observationId, changes, this.#state(changes));
+  }
+
+  /** Notes what the text fields of a change state from now on; returns what they stated before. */
+  #state(changes) {
+    const names = Object.keys(changes).filter((name) => name in this.#seen);
+    const before = Object.fromEntries(names.map((name) => [name, this.#seen[name]]));
+    for (const name of names) this.#seen[name] = changes[name];
+    return before;
   }
 
   #pickCode(row) {
@@ -149,13 +165,14 @@ class DefectForm extends Component {
   /** Handles typing in a field; a choice reports `change` instead. */
   #typed(field) {
     const changes = field === this.parts.code ? this.#codeTyped : this.#textTyped(field);
-    if (changes) this.desk.observations.type(this.observationId, changes, this.#visit);
+    if (!changes) return;
+    this.desk.observations.type(this.observationId, changes, this.#visit, this.#state(changes));
   }
 
   /** Whether a code is typed in full, 'BAB' or 'bab b a': it counts without being picked from the list. */
   get #codeTyped() {
     const text = this.parts.code.value.trim();
-    if (text.toUpperCase() === (this.#item.code ?? '')) return null;
+    if ([this.#item.code, this.#seen.code].some((code) => text.toUpperCase() === (code ?? ''))) return null;
     const row = this.desk.catalogue.typed(text);
     return row && codeOf(row);
   }
@@ -170,26 +187,33 @@ class DefectForm extends Component {
   #leftCode() {
     const { code } = this.parts;
     const text = code.value.trim();
-    if (text === '') this.#save({ code: null, char1: null, char2: null });
-    else if (!this.desk.catalogue.typed(text)) this.desk.fault(t('code.not_found', { text }));
-    code.value = this.#item?.code ?? '';
+    if (text && !this.desk.catalogue.typed(text)) this.desk.fault(t('code.not_found', { text }));
+    if (!text && this.#seen.code !== null) this.#save({ code: null, char1: null, char2: null });
+    this.#put('code', code, this.#item?.code, true);
   }
 
   #changed({ name, value }) {
     if (!name) return;
     if (name.startsWith('quant')) {
       const number = quantityIn(value);
-      const isWrong = number === undefined;
-      this.parts[`${name}Fault`].textContent = isWrong ? t('form.quantity_fault') : '';
-      this.elements.namedItem(name).setAttribute('aria-invalid', String(isWrong));
-      if (!isWrong) this.#save({ [name]: number });
+      const isFault = number === undefined;
+      this.parts[`${name}Fault`].textContent = isFault ? t('form.quantity_fault') : '';
+      this.elements.namedItem(name).setAttribute('aria-invalid', String(isFault));
+      if (!isFault) this.#left(name, number);
     } else if (name === 'severity') {
       this.#save({ severity: Number(value) });
     } else if (name === 'char1') {
       this.#save({ char1: value || null, char2: null });
+    } else if (name === 'remark') {
+      this.#left(name, value.trim() || null);
     } else {
-      this.#save({ [name]: value.trim() || null });
+      this.#save({ [name]: value || null });
     }
+  }
+
+  /** Saves the value of a text field that is left, unless it is what the field stated before. */
+  #left(name, value) {
+    if (value !== this.#seen[name]) this.#save({ [name]: value });
   }
 
   #stretch(what) {
@@ -203,11 +227,13 @@ class DefectForm extends Component {
     if (what === 'dissolve') dissolveStretch(desk, item);
   }
 
-  /** Shows the observation, except in the field in which the person is typing. */
+  /** Shows the observation, except in the field in which the person is typing: unless what was typed was discarded. */
   #fill() {
     const item = this.#item;
     if (!item) return;
     const { parts, elements } = this;
+    const isDiscarded = this.#wasRefused && item.save === 'saved';
+    this.#wasRefused = item.save === 'refused';
     const { catalogue } = this.desk;
     parts.title.textContent = `${nameOf(item)} ${plusMinus(item.distance_u95_m)}`;
     parts.refused.hidden = item.save !== 'refused';
@@ -215,7 +241,7 @@ class DefectForm extends Component {
     parts.compare.hidden = !isOvertaken;
     parts.again.hidden = parts.giveUp.hidden = isOvertaken; // Compare replaces these two
     parts.refusal.textContent = item.save === 'refused' ? t('defects.refused', { reason: item.refusal }) : '';
-    this.#put(parts.code, item.code ?? '');
+    this.#put('code', parts.code, item.code, isDiscarded);
     parts.label.textContent = item.code
       ? catalogue.label(item.code, item.char1, item.char2)
       : t('form.no_code');
@@ -224,7 +250,7 @@ class DefectForm extends Component {
     const grade = item.severity ?? null;
     for (const radio of elements.namedItem('severity')) radio.checked = radio.value === String(grade);
     parts.severityWord.textContent = severityWord(grade);
-    this.#put(elements.namedItem('remark'), item.remark ?? '');
+    for (const name of ['remark', 'quant1', 'quant2']) this.#put(name, elements.namedItem(name), item[name], isDiscarded);
     this.#fillNeeds(item, catalogue.row(item.code, item.char1, item.char2));
     this.#fillStretch(item);
     this.#fillPlace(item);
@@ -232,7 +258,7 @@ class DefectForm extends Component {
 
   /** Shows only the fields that the code needs; filled ones stay visible. */
   #fillNeeds(item, rules) {
-    const { parts, elements } = this;
+    const { parts } = this;
     const isAsked = (need, ...values) =>
       (need ?? 'no') !== 'no' || values.some((value) => (value ?? null) !== null);
     parts.clockField.hidden = !isAsked(rules?.needs_clock, item.clock_from, item.clock_to);
@@ -244,7 +270,6 @@ class DefectForm extends Component {
       const value = item[`quant${n}`] ?? null;
       parts[`quant${n}Field`].hidden = !isAsked(rules?.[`needs_q${n}`], value);
       parts[`unit${n}`].textContent = unitOf(rules, n);
-      this.#put(elements.namedItem(`quant${n}`), value === null ? '' : String(value));
     }
     const lacks = this.desk.catalogue.missing(item);
     for (const name of NEEDS) parts[`${name}Needed`].hidden = !lacks.includes(name);
@@ -302,12 +327,18 @@ class DefectForm extends Component {
     select.value = value ?? '';
   }
 
-  #put(field, value) {
-    if (field !== document.activeElement || field instanceof HTMLSelectElement) field.value = value;
+  /** Shows a stored value in a text field; `isAlways`: even while the person is in it. */
+  #put(name, field, value = null, isAlways = false) {
+    if (field === document.activeElement && !isAlways) return;
+    field.value = value ?? '';
+    this.#seen[name] = value;
   }
 }
 
 const codeOf = ({ code, char1, char2 }) => ({ code, char1: char1 || null, char2: char2 || null });
+
+/** Whether a field holds a text that is not allowed, for the person to correct. */
+const isWrong = (field) => field.getAttribute('aria-invalid') === 'true';
 
 /** Returns the number of a text, null when it is empty, undefined when it is not allowed. */
 function quantityIn(text) {

@@ -94,9 +94,11 @@ class DistanceReadout extends Component {
 
   /** Stops the joints from setting the scale; undo restores them. */
   #takeBack() {
-    const { stated } = this.desk.corrections.value;
-    const joints = { ...stated.joints, use: false };
-    this.closest('inspection-page').correct({ ...stated, joints }, t('readout.taken_back'));
+    const { corrections } = this.desk;
+    const joints = { ...corrections.draft.value.joints, use: false };
+    // Joins other pending changes; alone it is applied at once.
+    if (corrections.isEdited) corrections.edit({ joints });
+    else this.closest('inspection-page').correct({ ...corrections.value.stated, joints }, t('readout.taken_back'));
   }
 
   #speed(row, isLive) {

@@ -108,6 +108,18 @@ class HeaderPanel extends Component {
   async #send() {
     if (this.#isSending) return;
     this.#isSending = true;
+    try {
+      await this.#sendAll();
+    } finally {
+      this.#isSending = false;
+    }
+    if (this.signal.aborted) return;
+    this.#stateConflict();
+    const isAllSaved = this.#refused.size === 0 && this.#overtaken.size === 0;
+    if (isAllSaved) this.parts.state.textContent = t('header.saved');
+  }
+
+  async #sendAll() {
     while (this.#waiting.size && !this.signal.aborted) {
       const [[name, entry]] = this.#waiting;
       this.parts.state.textContent = t('header.saving');
@@ -127,11 +139,6 @@ class HeaderPanel extends Component {
         }
       }
     }
-    this.#isSending = false;
-    if (this.signal.aborted) return;
-    this.#stateConflict();
-    const isAllSaved = this.#refused.size === 0 && this.#overtaken.size === 0;
-    if (isAllSaved) this.parts.state.textContent = t('header.saved');
   }
 
   /** Marks a value as sent, unless the person has entered another one meanwhile. */

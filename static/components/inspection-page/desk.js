@@ -106,8 +106,9 @@ export class Desk extends EventTarget {
     this.corrections = new Corrections(inspection.id, signal);
     this.checks = new Checks(inspection.id, signal);
     outbox.addEventListener('change', () => this.#findConflicts(), { signal });
+    if (may('operator')) this.corrections.restore();
     for (const store of [this.corrections, this.corrections.draft]) {
-      store.addEventListener('change', () => this.corrections.isOvertaken || this.conflicts.state('corrections', []), { signal });
+      store.addEventListener('change', () => this.#findOvertakenDraft(), { signal });
     }
     this.#findConflicts();
     this.live = new LiveFeed(`/api/inspections/${inspection.id}/live?page=${pageId}`, signal);
@@ -154,7 +155,8 @@ export class Desk extends EventTarget {
       if (!error.isOvertaken) throw error;
       this.corrections.edit(stated);
       await this.corrections.load();
-      this.#overtaken(remark);
+      this.corrections.wait(remark);
+      this.#overtaken();
       return false;
     }
     const after = this.corrections.value.stated;
@@ -170,10 +172,18 @@ export class Desk extends EventTarget {
     return true;
   }
 
+  /** Reports a draft that waits for a decision, also since an earlier page, until it is settled. */
+  #findOvertakenDraft() {
+    const { corrections, conflicts } = this;
+    if (!corrections.isOvertaken) conflicts.state('corrections', []);
+    else if (corrections.waiting && !conflicts.value.some(({ kind }) => kind === 'corrections')) this.#overtaken();
+  }
+
   /** The draft waits until a person has compared it with the stored statements. */
-  #overtaken(remark) {
+  #overtaken() {
     const { corrections } = this;
     const { stated: theirs, version } = corrections.value;
+    const { remark } = corrections.waiting;
     this.#found += 1;
     this.conflicts.state('corrections', [{
       id: `corrections ${this.#found}`,
@@ -197,7 +207,7 @@ export class Desk extends EventTarget {
         id,
         kind: 'observation',
         about: observation,
-        mine: fields,
+        mine: fields ?? null,
         theirs: refusal.current,
         keepMine: () => observations.sendAgain(observation),
         takeTheirs: () => observations.giveUp(observation),

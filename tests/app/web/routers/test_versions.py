@@ -56,6 +56,23 @@ def test_an_observation_that_was_deleted_does_not_come_back(shared: Client, done
     assert shared.put(path, json={"frame": 10, "code": "BAB"}).status_code == 200
 
 
+def test_an_observation_is_deleted_only_as_it_was_read(shared: Client, done: str) -> None:
+    path = f"/api/inspections/{done}/observations/{ID[:-1]}c"
+    entered = {"frame": 10, "code": "BAB"}
+    read = if_match(shared.put(path, json=entered))
+    theirs = shared.put(path, json=entered | {"severity": 5})
+    answer = shared.delete(path, headers=read)
+    body = refused(answer)
+    assert (body["current"], body["yours"]) == (entered | {"severity": 5}, None)
+    assert answer.headers["ETag"] == shared.get(path).headers["ETag"]
+    assert shared.delete(path, headers=if_match(theirs)).status_code == 204
+    assert shared.get(path).status_code == 404
+    # Sent again for want of an answer, it is no conflict; and without a version it is as before.
+    assert shared.delete(path, headers=read).status_code == 204
+    assert shared.put(path, json=entered).status_code == 200
+    assert shared.delete(path).status_code == 204
+
+
 def test_a_header_is_changed_only_as_it_was_read(shared: Client, done: str) -> None:
     path = f"/api/inspections/{done}"
     read = if_match(shared.get(path))
