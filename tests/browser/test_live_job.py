@@ -137,7 +137,7 @@ def test_a_live_camera_becomes_a_corrected_and_exported_inspection(
         assert abs(item["distance_m"] - true_m) <= item["distance_u95_m"] + 0.001, item
 
     page.get_by_role("tab", name="Defects").click()
-    shown = [float(text.split()[0]) for text in page.locator(".defect__where").all_inner_texts()]
+    shown = [float(text.split()[0]) for text in page.locator(".defect__where").all_text_contents()]
     assert sorted(shown) == pytest.approx(sorted(item["distance_m"] for item in made), abs=0.00501)
     page.get_by_role("tab", name="Checks").click()
     expect(page.locator("checks-panel")).to_contain_text(re.compile("thing|Nothing"))

@@ -62,7 +62,7 @@ def forward(page: Page, count: int) -> None:
 
 
 def codes(page: Page) -> list[str]:
-    return page.locator(".defect__what b").all_inner_texts()
+    return page.locator(".defect__what b").all_text_contents()
 
 
 def test_keys_tag_the_moving_picture_without_stopping_it(
