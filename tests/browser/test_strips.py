@@ -50,6 +50,7 @@ def desk(page: Page, server: Server, inspection: str) -> Iterator[Page]:
     _wait_for_wall(page)
     expect(page.locator(".stage__note")).to_be_hidden()
     yield page
+    expect_saved(page)  # a tag on its way would be stored after the others are deleted
     delete_observations(server, inspection)
 
 
