@@ -91,8 +91,7 @@ def _notices(adjusted: Adjusted) -> Iterator[Notice]:
         )
     elif refusal is not None and adjusted.rings >= MANY_RINGS:
         yield Notice("rings_uncounted", {"n": adjusted.rings, "segment_mm": segment_mm or 0.0})
-    scales = [round(stretch.scale, 3) for stretch in done.stretches] if done else []
-    if done is not None and len(set(scales)) > 1:
+    if done is not None and (scales := done.changing_scales):
         yield Notice("scale_changes", {"least": min(scales), "greatest": max(scales)})
     elif done is not None and done.doubts_rig:
         height = adjusted.height

@@ -92,6 +92,12 @@ class Correction:
     stretches: tuple[Stretch, ...] = ()
     """The scale from joint to joint in the order of the distance; empty if it is constant."""
 
+    @property
+    def changing_scales(self) -> tuple[float, ...]:
+        """The scale from joint to joint, to three decimals; empty where these do not differ."""
+        scales = tuple(round(stretch.scale, 3) for stretch in self.stretches)
+        return scales if len(set(scales)) > 1 else ()
+
     def metadata(self) -> dict[str, str]:
         """Lines for the head of a track file: scale, evidence and stretches."""
         findings = {

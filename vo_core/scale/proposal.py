@@ -41,6 +41,20 @@ class ScaleProposal:
     None where the height hardly matters, where no camera could sit at that height, or where the
     scale changes along the run."""
 
+    @classmethod
+    def of(cls, spacing: JointSpacing, correction: Correction, rig: Rig) -> ScaleProposal:
+        """Derive the proposal from the joints, the track corrected by them, and its rig."""
+        scale, sigma = correction.scale, correction.sigma
+        return cls(
+            spacing=spacing,
+            correction=correction,
+            joints=len({(joint.count, joint.number) for joint in spacing.joints}),
+            scale=scale,
+            sigma=sigma,
+            stated_height_mm=rig.mount.height_mm,
+            height=None if correction.stretches else implied_height(rig, scale, sigma),
+        )
+
     @property
     def doubts_rig(self) -> bool:
         """Whether the joints imply a scale that the rig's tolerances do not explain."""
@@ -59,8 +73,7 @@ class ScaleProposal:
     def __str__(self) -> str:
         """A sentence such as "5 joints: scale 0.9914 ± 0.0033; your camera sits 2 mm lower"."""
         by_joints = f"{self.joints} joints: scale {self.scale:.4f} ± {self.sigma:.4f}"
-        if self.stretches:
-            scales = [stretch.scale for stretch in self.stretches]
+        if scales := self.correction.changing_scales:
             return (
                 f"{by_joints}, and it changes along the run from {scales[0]:.3f} to "
                 f"{scales[-1]:.3f}; silt or water in the invert is a likely cause"
@@ -106,16 +119,7 @@ def propose(
         track, seen, segment_mm, evidence, segment_sigma_mm=rig.tolerance.segment_length_mm
     )
     done = correct(track, [*evidence, spacing])
-    height = None if done.stretches else implied_height(rig, done.scale, done.sigma)
-    return ScaleProposal(
-        spacing=spacing,
-        correction=done,
-        joints=len({(joint.count, joint.number) for joint in spacing.joints}),
-        scale=done.scale,
-        sigma=done.sigma,
-        stated_height_mm=rig.mount.height_mm,
-        height=height,
-    )
+    return ScaleProposal.of(spacing, done, rig)
 
 
 def _beside(lower_mm: float) -> str:

@@ -197,18 +197,9 @@ class Adjusted:
     @cached_property
     def by_joints(self) -> ScaleProposal | None:
         """The scale that the joints give; None if they do not count."""
-        done, spacing = self.correction, self.spacing
-        if done is None or spacing is None:
+        if self.correction is None or self.spacing is None:
             return None
-        return ScaleProposal(
-            spacing=spacing,
-            correction=done,
-            joints=len({(joint.count, joint.number) for joint in spacing.joints}),
-            scale=done.scale,
-            sigma=done.sigma,
-            stated_height_mm=self.rig.mount.height_mm,
-            height=self.height,
-        )
+        return ScaleProposal.of(self.spacing, self.correction, self.rig)
 
     @cached_property
     def expected_joints(self) -> tuple[ExpectedJoint, ...]:

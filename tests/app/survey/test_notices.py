@@ -89,6 +89,7 @@ def test_a_bed_that_joints_find_to_change_nothing_is_not_named() -> None:
     assert corrected.correction is not None
     assert len(corrected.correction.stretches) > 1
     assert notices_of(corrected) == []
+    assert "changes along the run" not in str(corrected.by_joints)
 
 
 FORWARD = make_rig(mount={"view": "forward", "height_mm": 150.0, "roll_deg": 1.0})
