@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import secrets
 import shutil
@@ -33,7 +32,6 @@ from app.storage.files import (
     move_durably,
     sha256_of,
     sync_folder,
-    write_durably,
 )
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
@@ -104,8 +102,7 @@ class Films:
             UnreadableVideo: The file is not a video that can be tracked.
             RigVideoMismatch: The rig's camera has another picture size.
         """
-        checked = Rig.parse(dict(rig))
-        require_wall_in_view(checked)
+        checked = _checked(rig)
         with self._uploads.take(upload_id) as (path, info):
             return self._create(name, path, info.filename, checked, header, who)
 
@@ -178,8 +175,7 @@ class Films:
             LiveSourceRefused: The server does not open this source.
             DiskFull: There is no room for a recording.
         """
-        checked = Rig.parse(dict(rig))
-        require_wall_in_view(checked)
+        checked = _checked(rig)
         width, height = checked.camera.width, checked.camera.height
         source = self._sources.resolve(url, (width, height))
         self._folder.require_room(_LEAST_ROOM_TO_RECORD)
@@ -210,7 +206,7 @@ class Films:
         place = self._folder.inspection(inspection.id)
         place.mkdir()
         sync_folder(place.parent)
-        write_durably(place / "rig.json", json.dumps(inspection.rig, indent=2).encode())
+        self._folder.keep_rig(inspection.id, inspection.rig)
 
     def record_on(self, inspection_id: str, url: str, between: Between, who: str) -> None:
         """Continue the recording of a camera as its next part; every frame keeps its number.
@@ -310,19 +306,22 @@ class Films:
             RigVideoMismatch: The rig's camera has another picture size.
         """
         row = self._inspections.row(inspection_id)
-        checked = Rig.parse(dict(rig))
-        require_wall_in_view(checked)
+        checked = _checked(rig)
         checked.require_picture_size(row.video["width"], row.video["height"])
         self._tracking.require_film(row)
         stated = checked.model_dump(mode="json")
         self._run_store.change_rig(inspection_id, who, stated)
-        write_durably(
-            self._folder.inspection(inspection_id) / "rig.json",
-            json.dumps(stated, indent=2).encode(),
-        )
+        self._folder.keep_rig(inspection_id, stated)
         self._corrections.forget(inspection_id)
         self._tracking.queued(inspection_id)
         logger.info("Inspection %s is tracked again for %s.", inspection_id, who)
+
+
+def _checked(rig: Mapping[str, Any]) -> Rig:
+    """Parse a stated rig; raise InvalidRig if its camera cannot see the wall."""
+    checked = Rig.parse(dict(rig))
+    require_wall_in_view(checked)
+    return checked
 
 
 def _new_inspection(name: str, rig: Rig, header: Mapping[str, Any], **source: Any) -> Inspection:

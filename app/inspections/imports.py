@@ -9,7 +9,6 @@ distance is derived as usual. Such a track has neither sigma nor quality, as bot
 from __future__ import annotations
 
 import hashlib
-import json
 import logging
 import secrets
 import shutil
@@ -25,7 +24,7 @@ from app.imports.survey import ImportedObservation, ImportedSurvey, clean
 from app.imports.whole_inspection import Happening, ImportedTag, WholeInspection
 from app.inspections.file_reader import FileReader
 from app.inspections.packs import Packs
-from app.storage.files import DataFolder, sync_folder, write_durably
+from app.storage.files import DataFolder, sync_folder
 from app.storage.imports import ImportStore
 from app.storage.tables import ENDED, IMPORTED, Inspection
 from app.survey.records import BROUGHT_IN, Event, Observation
@@ -200,7 +199,7 @@ class Imports:
         place.mkdir()
         try:
             sync_folder(place.parent)
-            write_durably(place / "rig.json", json.dumps(inspection.rig, indent=2).encode())
+            self._folder.keep_rig(inspection.id, inspection.rig)
             self._tracks.begin(inspection.id)
             self._tracks.append(inspection.id, run.estimates())
             self._tracks.note(inspection.id, enumerate(run.health), run.sightings, run.tilt)

@@ -21,11 +21,13 @@ from __future__ import annotations
 
 import fcntl
 import hashlib
+import json
 import os
 import secrets
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from app.errors import NO_ROOM, DataFolderInUse, DiskFull
 
@@ -145,6 +147,11 @@ class DataFolder(Places):
             raise DiskFull(
                 "There is not enough room on the server's disk. Free some space, then continue."
             )
+
+    def keep_rig(self, inspection_id: str, rig: Mapping[str, Any]) -> None:
+        """Write rig.json into the folder of an inspection; the database has the rig too."""
+        path = self.inspection(inspection_id) / "rig.json"
+        write_durably(path, json.dumps(rig, indent=2).encode())
 
     def kept_token(self) -> str:
         """Return the server's own token, made at the first start and readable by its owner only."""
