@@ -62,25 +62,21 @@ class Assets(StaticFiles):
 
     async def get_response(self, path: str, scope: Scope) -> Response:
         """Return the file or bundle."""
+        folder = static_folder()
+        version = version_of(folder)
         full_path, found = self.lookup_path(path)
         if path in (_SCRIPT, _STYLE) and scope["method"] == "GET":
-            folder = static_folder()
-            bundle = _bundle(folder, path, version_of(folder))
-            response = _answer(*bundle, Headers(scope=scope))
+            response = _answer(*_bundle(folder, path, version), Headers(scope=scope))
         elif found is not None and stat.S_ISREG(found.st_mode) and scope["method"] == "GET":
             content = _content(full_path, found.st_mtime_ns, found.st_size)
             response = _answer(*content, Headers(scope=scope))
         else:
             response = await super().get_response(path, scope)
-        response.headers.update(_KEPT if self._is_of_its_version(scope) else _ASKED)
-        return response
-
-    def _is_of_its_version(self, scope: Scope) -> bool:
-        """Return whether the path names the present version: an upgrade may lie between a shell
-        and its files.
-        """
         asked = _VERSION.match(super().get_path(scope))
-        return asked is not None and asked[1] == version_of(static_folder())
+        # Another version: the server was upgraded between the shell and this file.
+        is_kept = asked is not None and asked[1] == version
+        response.headers.update(_KEPT if is_kept else _ASKED)
+        return response
 
 
 def _answer(content: bytes, tag: str, kind: str | None, asked: Headers) -> Response:

@@ -176,7 +176,7 @@ class InspectionPage extends Component {
     followLinks(desk, this.signal);
     desk.observations.load().catch(toastError);
     desk.corrections.load().catch(toastError);
-    this.#follow();
+    this.#follow({ isOpening: true });
   }
 
   /** Follows another run that somebody has started; a short one may have ended before the page asks. */
@@ -186,11 +186,15 @@ class InspectionPage extends Component {
     this.#follow();
   }
 
-  /** Fetches the growing track until tracking has ended, then what may have changed with it. */
-  async #follow() {
+  /**
+   * Fetches the growing track until tracking has ended, then what may have changed with it.
+   * @param {{isOpening?: boolean}} [when] while the page opens, it is reading the list of observations anyway
+   */
+  async #follow({ isOpening = false } = {}) {
     if (this.#isFollowing) return;
     this.#isFollowing = true;
     const { desk } = this;
+    let isListOld = !isOpening || desk.inspection.isUnfinished;
     const onError = (error) => {
       const reason = errorText(error);
       this.#showMessages(error.isTemporary ? t('page.trying_again', { reason }) : reason);
@@ -201,8 +205,9 @@ class InspectionPage extends Component {
         // Read after the state: a track fetched after the end is complete.
         await desk.track.extend(this.signal);
         await desk.health.extend(this.signal);
+        isListOld ||= desk.inspection.isUnfinished;
         if (desk.inspection.isUnfinished) return TRACK_POLL_S;
-        await desk.observations.load();
+        if (isListOld) await desk.observations.load();
         return desk.inspection.isUnfinished ? TRACK_POLL_S : null;
       },
       this.signal,
