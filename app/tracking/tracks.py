@@ -116,7 +116,7 @@ class Tracks:
         self._growing: dict[str, _Growing] = {}
         self._runs: dict[str, int] = {}
         self._start = uuid4().hex
-        """Tells the runs of this start of the server from those of another."""
+        """Distinguishes the runs of this start of the server from those of another."""
         self._read: LRUCache[str, Track] = _cache()
         self._health: LRUCache[str, HealthColumns] = _cache()
         self._reading: dict[str, threading.Lock] = {}

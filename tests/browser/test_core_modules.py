@@ -242,30 +242,18 @@ def ask_for_all_rows(site: Page, server: Server, path: str, line: SlowLine, zero
 FIRST_MM = "async () => { await Promise.race(asked); return track.row(0).distance_mm; }"
 
 
-def test_of_two_corrections_the_newer_one_is_shown_however_late_the_older_one_comes(
-    site: Page, server: Server, tracked: str
+@pytest.mark.parametrize(("order", "shown_mm"), [((1, 0), (2000, 2000)), ((0, 1), (1000, 2000))])
+def test_of_two_corrections_the_older_one_is_shown_only_until_the_newer_one_comes(
+    site: Page, server: Server, tracked: str, order: tuple[int, int], shown_mm: tuple[int, int]
 ) -> None:
     line = SlowLine(site)
     ask_for_all_rows(site, server, tracked, line, 1)
     ask_for_all_rows(site, server, tracked, line, 2)
-    line.let_through(1)
-    assert site.evaluate(FIRST_MM) == pytest.approx(2000)
-    line.let_through(0)
+    line.let_through(order[0])
+    assert site.evaluate(FIRST_MM) == pytest.approx(shown_mm[0])
+    line.let_through(order[1])
     site.evaluate("() => Promise.all(asked)")
-    assert site.evaluate(FIRST_MM) == pytest.approx(2000)
-
-
-def test_of_two_corrections_the_older_one_is_shown_until_the_newer_one_comes(
-    site: Page, server: Server, tracked: str
-) -> None:
-    line = SlowLine(site)
-    ask_for_all_rows(site, server, tracked, line, 1)
-    ask_for_all_rows(site, server, tracked, line, 2)
-    line.let_through(0)
-    assert site.evaluate(FIRST_MM) == pytest.approx(1000)
-    line.let_through(1)
-    site.evaluate("() => Promise.all(asked)")
-    assert site.evaluate(FIRST_MM) == pytest.approx(2000)
+    assert site.evaluate(FIRST_MM) == pytest.approx(shown_mm[1])
 
 
 def test_a_track_that_was_cleared_does_not_come_back(
