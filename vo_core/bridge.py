@@ -8,6 +8,7 @@ import numpy as np
 
 from vo_core.geometry.sway import Sway
 from vo_core.geometry.wall import Pose
+from vo_core.geometry.wander import Wander
 from vo_core.state import State
 from vo_core.types import Matrix
 
@@ -28,7 +29,7 @@ def bridged(
     fixed: State,
     predicted: Pose,
     velocity: Matrix | None,
-    sway: Sway,
+    sway: Sway | Wander,
     *,
     periods: float,
     most_periods: float,

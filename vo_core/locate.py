@@ -21,8 +21,9 @@ from vo_core.geometry.motion import (
     parameters,
 )
 from vo_core.geometry.rectify import Rectifier
-from vo_core.geometry.sway import Sway, kept, spread
+from vo_core.geometry.sway import Sway
 from vo_core.geometry.wall import Pose, apart_mm
+from vo_core.geometry.wander import Wander
 from vo_core.image.filters import taper
 from vo_core.image.resample import double, halve, resample, resample_mask
 from vo_core.matching.align import (
@@ -48,6 +49,9 @@ from vo_core.matching.correlate import (
 )
 from vo_core.state import RATE_SIGMA, UNKNOWN_RATE, State, tilt_sigma_rad
 from vo_core.types import ByteImage, GrayImage, Matrix
+
+MOTIONS_KEPT = 16
+"""Motion models that are kept: each costs as much as some steps of an alignment."""
 
 LEAST_OVERLAP = 0.15
 """A reference that shares less wall than this with a frame is out of reach."""
@@ -77,11 +81,28 @@ _KEPT = [*range(MOUNT.stop)[MOVING], *range(MOUNT.stop)[MOUNT]]
 """Indices of the parameters with a prior, and of those kept in the state."""
 
 
+class View:
+    """What cameras at one vantage show of the wall."""
+
+    def __init__(
+        self, rectify: Rectifier, blocks: BlockGrid, hidden: ByteImage | None = None
+    ) -> None:
+        """`hidden` is 1 where something else hides the wall, in a frame of any size."""
+        self.rectify, self.vantage = rectify, rectify.vantage
+        self.valid = rectify.valid
+        if hidden is not None:
+            self.valid = self.valid & (1 - rectify.shows(hidden))
+        """(H, W), 1 where the patch shows the wall."""
+        self.whole = blocks.whole(self.valid)
+        self.coarse_valid = (halve(self.valid.astype(np.float32)) > 0.99).astype(np.uint8)
+
+
 @dataclass(frozen=True)
 class Picture:
     """A frame prepared for comparison: low-passed, normalised, without the fixed pattern."""
 
     fine: GrayImage
+    view: View
 
     @cached_property
     def coarse(self) -> GrayImage:
@@ -99,8 +120,6 @@ class Reference:
     """A frame against which others are located."""
 
     picture: Picture
-    valid: ByteImage
-    """1 where the picture shows the wall."""
     state: State
 
     @property
@@ -111,7 +130,7 @@ class Reference:
     @cached_property
     def template(self) -> Template:
         """Gradients and tensors for the alignment, computed when first needed."""
-        return Template.of(self.picture.doubled, self.valid, row_step=2)
+        return Template.of(self.picture.doubled, self.picture.view.valid, row_step=2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +171,7 @@ class Outlook:
     reliability: Matrix | None
     """(blocks,) mean trust in each block while the robot moved: low where dirt or water lies.
     None before the robot has moved."""
-    sway: Sway
+    sway: Sway | Wander
     """How far this robot leaves its mean pose."""
     rate: Matrix | None
     """(3,) change of x, y and yaw per second between the last two fixes."""
@@ -170,16 +189,29 @@ class Locator:
         self._tilt_rad = tilt_sigma_rad(self._rig)
         """Standard deviation of the mount's tilt by the rig."""
         self._blocks = BlockGrid.over(self._grid.shape)
-        self.valid = rectifier.valid
-        self._whole = self._blocks.whole(self.valid)
-        self._motion = WallMotion(self._rig, self._grid, self._blocks.nodes())
         self._centres = self._blocks.centres(self._blocks.nodes())
-        self._coarse_valid = (halve(self.valid.astype(np.float32)) > 0.99).astype(np.uint8)
-        self._coarse_blocks = BlockGrid.over(self._coarse_valid.shape)
-        self._coarse_shown = self._coarse_blocks.crop(self._coarse_valid)
-        self._coarse_motion = WallMotion(
-            self._rig, self._grid, 2 * self._coarse_blocks.nodes() + 0.5
-        )
+        half = (self._grid.shape[0] // 2, self._grid.shape[1] // 2)
+        self._coarse_blocks = BlockGrid.over(half)
+        self._settled = 6 if self._rig.mount.view == "forward" else None
+        self._motions: dict[tuple[Pose, Pose, bool], WallMotion] = {}
+        """Motion models in use, by the vantages of reference and picture."""
+
+    def view(self, rectifier: Rectifier, hidden: ByteImage | None = None) -> View:
+        """What a camera at the vantage of this rectifier shows."""
+        return View(rectifier, self._blocks, hidden)
+
+    def _motion(self, reference: Reference, picture: Picture, *, coarse: bool) -> WallMotion:
+        """The motion model between two patches, at the nodes of the fine or the coarse blocks."""
+        vantages = reference.picture.view.vantage, picture.view.vantage
+        key = (*vantages, coarse)
+        if key not in self._motions:
+            if len(self._motions) >= MOTIONS_KEPT:
+                self._motions.clear()
+            nodes = 2 * self._coarse_blocks.nodes() + 0.5 if coarse else self._blocks.nodes()
+            self._motions[key] = WallMotion(
+                self._rig, self._grid, nodes, before=vantages[0], now=vantages[1]
+            )
+        return self._motions[key]
 
     def locate(
         self, reference: Reference, picture: Picture, guess: Pose, outlook: Outlook
@@ -197,9 +229,11 @@ class Locator:
 
     def search(self, reference: Reference, picture: Picture, outlook: Outlook) -> Fix | None:
         """Find the pose without a guess: from no motion, and from the rotation by polar spectra."""
-        window = taper(self._coarse_valid, min(self._coarse_valid.shape) // 2)
         pictures = (reference.picture, picture)
-        before, now = (polar_spectrum(p.coarse, window) for p in pictures)
+        before, now = (
+            polar_spectrum(p.coarse, taper(p.view.coarse_valid, min(p.coarse.shape) // 2))
+            for p in pictures
+        )
         # The content turns one way when the camera turns the other.
         turn = rotation_between(before, now)
         at = reference.pose
@@ -278,12 +312,15 @@ class Locator:
 
     def _peaks(self, reference: Reference, picture: Picture, guess: Pose) -> list[Peak]:
         """Peaks of the phase correlation after moving the picture by the guess, coarse px."""
-        moved = self._coarse_motion.positions(_parameters(reference, guess))
+        moved = self._motion(reference, picture, coarse=True).positions(
+            _parameters(reference, guess)
+        )
         positions = (moved - 0.5) / 2  # of the half-size picture
         maps = self._coarse_blocks.dense(positions)
         seen = resample(picture.coarse, maps)
-        common = resample_mask(self._coarse_valid, maps) & self._coarse_shown
-        if np.count_nonzero(common) < LEAST_OVERLAP * np.count_nonzero(self._coarse_shown):
+        shown = self._coarse_blocks.crop(reference.picture.view.coarse_valid)
+        common = resample_mask(picture.view.coarse_valid, maps) & shown
+        if np.count_nonzero(common) < LEAST_OVERLAP * np.count_nonzero(shown):
             return []
         window = taper(common, max(4, min(common.shape) // 5))
         original = self._coarse_blocks.crop(reference.picture.coarse)
@@ -294,12 +331,13 @@ class Locator:
         self, reference: Reference, picture: Picture, start: Pose, outlook: Outlook
     ) -> Fix | None:
         parameters = _parameters(reference, start)
-        exact: WallMotion | RollingMotion = self._motion
-        scales, known = self._motion.scales, _known(reference, parameters)
+        exact: WallMotion | RollingMotion
+        exact = wall = self._motion(reference, picture, coarse=False)
+        scales, known = wall.scales, _known(reference, parameters)
         reach_mm = START_PX * self._grid.mm_per_px
         habit = _habit(reference, start, parameters, outlook.sway, reach_mm)
         if self._rig.camera.readout_ms > 0:
-            exact = RollingMotion(self._motion)
+            exact = RollingMotion(wall)
             rate_before = reference.state.rate
             rates = np.append(
                 _rate(start, outlook) if outlook.rate is None else outlook.rate, rate_before.mean
@@ -322,13 +360,14 @@ class Locator:
         fit = align(
             reference.template,
             picture.doubled,
-            self._whole,
+            picture.view.whole,
             motion.positions,
             parameters,
             scales,
             linearise=motion.linearise,
             prior=known,
             habit=habit,
+            settled=self._settled,
         )
         covariance = fit.covariance[np.ix_(_KEPT, _KEPT)]
         is_open = fit.uncertainty_px[0] > OPEN_PX
@@ -369,7 +408,7 @@ def _known(reference: Reference, parameters: Matrix) -> Prior:
 
 
 def _habit(
-    reference: Reference, start: Pose, parameters: Matrix, sway: Sway, reach_mm: float
+    reference: Reference, start: Pose, parameters: Matrix, sway: Sway | Wander, reach_mm: float
 ) -> Prior:
     """Prior of how the pose usually follows from the pose of the reference.
 
@@ -377,7 +416,7 @@ def _habit(
     the pipe the standard deviation is `reach_mm`.
     """
     way_mm = start.x_mm - reference.pose.x_mm
-    left = kept(way_mm)
+    left = sway.kept(way_mm)
     follows = np.zeros((POSE, PARAMETERS))
     follows[:, MOVING], follows[:, REFERENCE] = sway.own, -left[:, None] * sway.own
     usual, before = sway.mean(start), sway.mean(reference.pose)
@@ -385,7 +424,7 @@ def _habit(
     mean = parameters.copy()
     mean[MOVING] = usual + np.linalg.solve(sway.own, deviation)
     mean[0] = start.x_mm
-    new = np.sqrt(spread(way_mm))
+    new = np.sqrt(sway.spread(way_mm))
     covariance = np.outer(new, new) * sway.covariance
     covariance[0, 0] = reach_mm**2
     weight = np.linalg.inv(covariance)

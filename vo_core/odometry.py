@@ -24,8 +24,10 @@ from vo_core.geometry.rectify import BOTTOM, TOP, WHOLE, Rectifier, Rows
 from vo_core.geometry.sway import Sway
 from vo_core.geometry.tilt import MountTilt
 from vo_core.geometry.wall import Pose, apart_mm
+from vo_core.geometry.wander import Wander
 from vo_core.image.filters import low_pass, normalise
 from vo_core.image.health import NO_HEALTH, Health, HealthGauge
+from vo_core.image.overlay import Overlay
 from vo_core.image.pattern import FixedPattern
 from vo_core.image.resample import grey_frame, reduce_to
 from vo_core.locate import CERTAIN, LEAST_OVERLAP, Fix, Locator, Outlook, Picture, Reference
@@ -54,6 +56,18 @@ are few and lead from I frame to I frame.  Two I frames agree to 0.02 degrees up
 FRESH = 0.1
 """A picture of a coarsely coded film with a smaller share of skipped blocks counts as an I
 frame."""
+
+OVERLAY_STEP = 0.03
+"""Way between two frames that show what is fixed in the picture, in heights of the camera."""
+
+STRAY_RAD = float(np.radians(1.5))
+"""Turn of a camera that looks ahead from which its picture is resampled from another vantage."""
+
+KNOWN = 3.0
+"""Standard deviations of the pose beyond which a camera certainly stands elsewhere."""
+
+STRAY_SHARE = 0.02
+"""The same for its way aside, as a share of the diameter."""
 
 LEAST_CONTRAST = 0.5
 """A frame with a smaller deviation in grey levels, after averaging out noise, shows nothing."""
@@ -136,6 +150,11 @@ class Odometry:
         self._is_fresh = False
         """Whether the last frame is an I frame of a coarsely coded film."""
         self._locator = Locator(self._rectify)
+        self._view = self._locator.view(self._rectify)
+        reach_mm = STRAY_SHARE * (rig.pipe.diameter_mm or 0.0)
+        self._overlay = Overlay((rig.camera.width, rig.camera.height))
+        self._overlay_pose = Pose()
+        self._stray = np.array([np.inf, reach_mm, STRAY_RAD, reach_mm, STRAY_RAD, 4 * STRAY_RAD])
         self._pattern = FixedPattern()
         self._gauge = HealthGauge(self._rectify.valid)
         self._pattern_pose = Pose()
@@ -148,7 +167,8 @@ class Odometry:
         """State at the last frame, and at the last frame with a fix."""
         rows, columns = self._rectify.grid.shape
         side_mm = self._rectify.grid.mm_per_px
-        self._sway, self._bed = Sway(rig), Bed(rig, (columns * side_mm, rows * side_mm))
+        self._sway = Sway(rig) if rig.mount.view == "down" else Wander(rig)
+        self._bed = Bed(rig, (columns * side_mm, rows * side_mm))
         self._fidelity = 1.0
         """Running mean of `Alignment.fidelity`."""
         self._model_mm = 0.0
@@ -188,15 +208,16 @@ class Odometry:
         self._clock.tick(t_s)
         before = self._state.pose
         image = grey_frame(self.rig.camera, image)
+        self._follow()
         self.rows = self._interlacing(image)
         self._keep_zero(self.rows)
-        patch = self._rectify(image, self.rows)
+        patch = self._view.rectify(image, self.rows)
         normal = normalise(low_pass(patch))
         way_mm = (self._predict().vector - self._state.pose.vector)[:2]
         skipped = self._skipping(normal, way_mm / self._rectify.grid.mm_per_px)
         self._is_torn = bool(skipped.any())
         self._is_fresh = self._skipping.is_coarse and skipped.mean() < FRESH
-        picture = Picture(blank(self._blocks, self._pattern.remove(normal), skipped))
+        picture = Picture(blank(self._blocks, self._pattern.remove(normal), skipped), self._view)
         was_repeated, self._is_held = self._is_held, self._is_repeated(patch)
         is_new = _contrast(patch) >= LEAST_CONTRAST and not self._is_held
         fix = self._measure(picture) if is_new else None
@@ -209,6 +230,7 @@ class Odometry:
                 self._judge_repeats(fix)
             status, quality = self._take(fix, picture)
             self._learn(normal, fix)
+            self._mask(image)
         else:
             status, quality = self._bridge(picture, is_new=is_new)
         estimate = self._estimate(t_s, status, quality)
@@ -248,6 +270,32 @@ class Odometry:
         """Seconds since the last fix."""
         return self._gone * self._clock.period_s
 
+    def _follow(self) -> None:
+        """Choose the vantage of the next picture: a camera that looks ahead sees much more of one
+        side of the wall when it turns, and much less of the other.
+        """
+        if self.rig.mount.view != "forward":
+            return
+        pitch, roll = self._state.mount_rad
+        at = self._predict()
+        at = replace(at, x_mm=0.0, pitch_rad=at.pitch_rad + pitch, roll_rad=at.roll_rad + roll)
+        off = np.abs(at.vector - self._view.vantage.vector)
+        if (off > np.maximum(self._stray, KNOWN * self._state.absolute_sigma)).any():
+            self._view = self._locator.view(self._rectify.at(at), self._overlay.mask)
+            self._pattern = FixedPattern()
+            self._skipping.forget()
+
+    def _mask(self, image: Image) -> None:
+        """Mask text and parts of the robot, which a camera that looks ahead shows."""
+        if self.rig.mount.view != "forward":
+            return
+        moved_mm = apart_mm(self._state.pose, self._overlay_pose)
+        if self._overlay.count == 0 or moved_mm > OVERLAY_STEP * self.rig.mount.height_mm:
+            self._overlay.add(image)
+            self._overlay_pose = self._state.pose
+            if self._overlay.is_due:
+                self._view = self._locator.view(self._view.rectify, self._overlay.mask)
+
     def _keep_zero(self, rows: Rows) -> None:
         """Move the zero point if the wrong field of the first picture was read.
 
@@ -258,11 +306,11 @@ class Odometry:
         image, before = self._first
         if {before, rows} == {TOP, BOTTOM}:
             read, anew = (
-                Picture(normalise(low_pass(self._rectify(image, field))))
+                Picture(normalise(low_pass(self._rectify(image, field))), self._view)
                 for field in (before, rows)
             )
             at_start = replace(State.at_start(self.rig), mount_rad=self._fixed.mount_rad)
-            reference = Reference(read, self._locator.valid, at_start)
+            reference = Reference(read, at_start)
             outlook = Outlook(np.inf, Pose(), self._clock.period_s / 2, None, self._sway, None)
             fix = self._locator.locate(reference, anew, Pose(), outlook)
             if fix is not None:
@@ -381,6 +429,8 @@ class Odometry:
             self._velocity = None
         else:
             velocity = (fix.pose.vector - self._fixed.pose.vector)[:RATES] / self._gone
+            if self.rig.mount.view == "forward":
+                velocity[1:] = 0.0
             if self._skipping.is_coarse and self._velocity is not None:
                 # A bridge would extrapolate the noise of a single step.
                 velocity = np.array([(velocity[0] + self._velocity[0]) / 2, 0.0, 0.0])
@@ -415,7 +465,7 @@ class Odometry:
     def _reference(self, picture: Picture, turn_rad: float = 0.0) -> Reference:
         covariance = self._state.covariance + np.diag(np.square(LINK_ERROR))
         covariance[2, 2] += turn_rad**2
-        return Reference(picture, self._locator.valid, replace(self._state, covariance=covariance))
+        return Reference(picture, replace(self._state, covariance=covariance))
 
     def _learn(self, normal: GrayImage, fix: Fix) -> None:
         """Update the fixed pattern and the reliability, once for each piece of new wall."""

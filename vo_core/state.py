@@ -8,6 +8,7 @@ import numpy as np
 
 from vo_core.geometry.motion import POSE, RATES
 from vo_core.geometry.wall import Pose
+from vo_core.geometry.wander import ASIDE, TURNED
 from vo_core.matching.align import Prior
 from vo_core.rig import Rig
 from vo_core.types import Matrix
@@ -57,7 +58,11 @@ class State:
     def at_start(cls, rig: Rig) -> State:
         """State before the first frame: the zero point, with the uncertainty of rig and pipe."""
         tilt_rad = tilt_sigma_rad(rig)
-        covariance = np.diag(np.square([*START_SIGMA[rig.pipe.shape], tilt_rad, tilt_rad]))
+        start = np.array(START_SIGMA[rig.pipe.shape])
+        if rig.mount.view == "forward" and rig.pipe.diameter_mm is not None:
+            aside_mm = ASIDE * rig.pipe.diameter_mm
+            start[1:5] = aside_mm, TURNED, aside_mm, TURNED
+        covariance = np.diag(np.square([*start, tilt_rad, tilt_rad]))
         return cls(
             pose=Pose(),
             mount_rad=np.zeros(2),
@@ -66,6 +71,13 @@ class State:
             start=np.zeros(POSE),
             with_start=covariance[:, :POSE],
         )
+
+    @property
+    def absolute_sigma(self) -> Matrix:
+        """(6,) standard deviation of the camera's pose in the pipe, with the tilt of the mount."""
+        whole = np.eye(POSE, POSE + 2)
+        whole[4, POSE] = whole[5, POSE + 1] = 1.0
+        return np.asarray(np.sqrt(np.diag(whole @ self.covariance @ whole.T)))
 
     def known_to(self, tilt_rad: float) -> State:
         """Limit the mount's uncertainty to what the rig states, `tilt_rad`.

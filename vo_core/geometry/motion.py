@@ -1,15 +1,17 @@
 """The exact motion model: how the developed wall moves in a patch when the robot moves.
 
-A patch is rectified as if the camera stood centred, straight and at the stated height. If it stands
-otherwise, driving on shears and bends the patch (by dx y / (R h) for y mm beside the axis of a
-cylinder), and a rigid fit would read half of the shear as rotation. So the model is not rigid: it
-casts each point of the patch along its ray from the reference pose to the wall, and projects the
-wall point back into the patch of the moving camera.
+A patch is rectified as if the camera stood at its vantage: centred, straight and at the stated
+height, unless it looks along the pipe. If it stands otherwise, driving on shears and bends the
+patch (by dx y / (R h) for y mm beside the axis of a cylinder), and a rigid fit would read half of
+the shear as rotation. So the model is not rigid: it casts each point of the patch along its ray
+from the reference pose to the wall, and projects the wall point back into the patch of the moving
+camera.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -50,17 +52,30 @@ class WallMotion:
     q = (moving pose, reference pose, pitch and roll of the mount) in mm and rad, (14,).
     """
 
-    def __init__(self, rig: Rig, grid: PatchGrid, points_px: Points) -> None:
-        self._rig, self.grid = rig, grid
+    def __init__(
+        self,
+        rig: Rig,
+        grid: PatchGrid,
+        points_px: Points,
+        *,
+        before: Pose = NOMINAL,
+        now: Pose = NOMINAL,
+    ) -> None:
+        """`before` and `now` are the vantages (see `Rectifier`) of the two patches."""
+        self._rig, self.grid, self._now = rig, grid, now
         self.places_mm = grid.to_mm(points_px)
-        self._rays = sight(rig, NOMINAL, enclose(rig, self.places_mm))
-        self.exposure = Exposure.of(rig, self.places_mm)
+        self._rays = sight(rig, before, enclose(rig, self.places_mm))
         turn_rad = 2 / max(grid.shape)
         tilt_rad = grid.mm_per_px / rig.mount.height_mm
         pose = [grid.mm_per_px, grid.mm_per_px, turn_rad, turn_rad * rig.mount.height_mm]
         pose += [tilt_rad, tilt_rad]
         self.scales = np.array([*pose, *pose, tilt_rad, tilt_rad])
         """Steps of q that move the content at the border of the patch by about a pixel."""
+
+    @cached_property
+    def exposure(self) -> Exposure:
+        """Exposure times of the points, for a rolling shutter."""
+        return Exposure.of(self._rig, self.places_mm)
 
     def positions(self, q: Matrix) -> Points:
         """w(q): where the points of a reference's patch lie in the moving camera's patch, px."""
@@ -70,27 +85,28 @@ class WallMotion:
     def appears(self, reference: Pose | Poses, moving: Pose | Poses) -> Points:
         """(N, 2) where the moving camera sees the points of the reference, (axial, arc) mm."""
         wall = cast(self._rig, reference, self._rays)
-        return develop(self._rig, cast(self._rig, NOMINAL, sight(self._rig, moving, wall)))
+        return develop(self._rig, cast(self._rig, self._now, sight(self._rig, moving, wall)))
 
     def linearise(self, q: Matrix) -> tuple[Points, Matrix]:
         """w(q) and dw/dq at the points, (N, 2) and (N, 2, 14), of a global shutter.
 
         A change of the reference pose moves the wall point W = o + v along the wall.  A change of
-        the moving pose moves the ray d = R' (W - o) to W, and the patch shows d as the nominal
-        camera sees it.  Wall points stay on the wall, so of a change u only the part
+        the moving pose moves the ray d = R' (W - o) to W, and the patch shows d as a camera at its
+        vantage sees it.  Wall points stay on the wall, so of a change u only the part
         (I - r n' / n'r) u counts, with the ray r and the normal n.
         """
         moving, reference = poses(q)
         wall = cast(self._rig, reference, self._rays)
         seen = sight(self._rig, moving, wall)
-        appears = cast(self._rig, NOMINAL, seen)
-        away = appears - camera_position(self._rig, NOMINAL)
+        appears = cast(self._rig, self._now, seen)
+        away = appears - camera_position(self._rig, self._now)
         around, outward = wall_axes(self._rig, appears)
-        # d(axial, arc)/d(ray in robot axes), (N, 2, 3), with the ratio of the distances.
+        # d(axial, arc)/d(ray in the axes of the vantage's world), (N, 2, 3), with the ratio of the
+        # distances.
         axes = np.stack([np.broadcast_to((1.0, 0.0, 0.0), around.shape), around], 1)
         nearer = _norm(away) / _norm(seen) / self.grid.mm_per_px
         by_ray = _on_wall(axes, away, outward) * nearer[:, None, None]
-        by_wall = _times(by_ray, rotation(moving).T)
+        by_wall = _times(by_ray, rotation(self._now) @ rotation(moving).T)
         _, outward = wall_axes(self._rig, wall)
         before = wall - camera_position(self._rig, reference)
         by_shift = _on_wall(by_wall, before, outward)

@@ -6,6 +6,7 @@ any lens and mount. This makes the paper's direct method valid in a pipe, not on
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 
 import cv2
@@ -110,6 +111,7 @@ class Rectifier:
 
     Patches are (rows, columns); columns run forward along the pipe and rows to the right.
     `unevenness` is the picture's coarsest resolution on the wall over its finest, 1 to `COARSEST`.
+    The maps hold for a camera at the pose `vantage`; another one sees the wall a little bent.
 
     Raises:
         InvalidRig: The camera sees no wall, or too narrow a strip of it.
@@ -117,6 +119,7 @@ class Rectifier:
 
     def __init__(self, rig: Rig) -> None:
         self.rig = rig
+        self.vantage = NOMINAL
         camera = rig.camera
         longest = max(camera.width, camera.height)
         self.grid, self.unevenness = _visible_grid(rig)
@@ -126,6 +129,22 @@ class Rectifier:
         self._reduced_wh = (round(camera.width / reduction), round(camera.height / reduction))
         self._maps, self.valid = self._lookup(self.grid.finer(self._fineness))
         self._field_rows: dict[Rows, Image] = {}
+
+    def at(self, vantage: Pose) -> Rectifier:
+        """A rectifier of the same grid for a camera that stands at `vantage`, at x = 0."""
+        other = copy(self)
+        other.vantage = vantage
+        other._maps, other.valid = other._lookup(self.grid.finer(self._fineness))
+        other._field_rows = {}
+        return other
+
+    def shows(self, mask: ByteImage) -> ByteImage:
+        """Resample a mask of the frame, of any size, to the patch: 1 where any of it is 1."""
+        whole = cv2.resize(mask, self._reduced_wh, interpolation=cv2.INTER_NEAREST)
+        fine = cv2.remap(whole, *self._maps, cv2.INTER_NEAREST)
+        rows, columns = self.grid.shape
+        n = self._fineness
+        return np.asarray(fine.reshape(rows, n, columns, n).max((1, 3)), np.uint8)
 
     def __call__(self, image: Image, rows: Rows = WHOLE) -> GrayImage:
         """Resample a frame to its patch, (rows, columns) float32, meaningless outside `valid`.
@@ -166,7 +185,7 @@ class Rectifier:
         rows, columns = fine.shape
         xy = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), -1).reshape(-1, 2)
         wall = enclose(self.rig, fine.to_mm(xy.astype(np.float64)))
-        rays = sight(self.rig, NOMINAL, wall)
+        rays = sight(self.rig, self.vantage, wall)
         uv = robot_pixels(self.rig, rays)
         size = np.array(self._frame_wh)
         with np.errstate(invalid="ignore"):

@@ -82,16 +82,6 @@ _PER_STEP = np.array([4.0, 4.0, 4.0, 50.0])
 waves that are far longer."""
 
 
-def kept(way_mm: float) -> Matrix:
-    """(6,) shares of a deviation that remain after a distance (Ornstein & Uhlenbeck 1930)."""
-    return np.asarray(np.exp(-abs(way_mm) / FORGOTTEN_MM))
-
-
-def spread(way_mm: float) -> Matrix:
-    """(6,) variance of the new deviation after a distance, over that of the sway."""
-    return np.maximum(1 - kept(way_mm) ** 2, LEAST_SPREAD)
-
-
 class Sway:
     """Estimates the variance of the sway from the changes between keyframes."""
 
@@ -140,7 +130,7 @@ class Sway:
         biased[2:] = False
         biased &= (np.abs(per_mm) < _MOST_BIAS) | (self._count > _WORTH + _BIASED_AFTER)
         seen = np.where(biased, seen - per_mm * way_mm, seen)
-        per_step = _PER_STEP / spread(way_mm)[_LEARNT]
+        per_step = _PER_STEP / self.spread(way_mm)[_LEARNT]
         noise = per_step * variance[_LEARNT]
         # A change that is hardly visible is no sign of stiff springs: it counts by its Fisher
         # information on the variance of a normal distribution.  Rolls and climbs count as small
@@ -171,6 +161,14 @@ class Sway:
         seen = np.square([aside_mm, pose.yaw_rad]) + variance[1:3]
         share = min(way_mm / min(self._followed_mm, _MEMORY_MM), 1.0)
         self._steering += share * (seen - self._steering)
+
+    def kept(self, way_mm: float) -> Matrix:
+        """(6,) shares of a deviation that remain after a distance (Ornstein & Uhlenbeck 1930)."""
+        return np.asarray(np.exp(-abs(way_mm) / FORGOTTEN_MM))
+
+    def spread(self, way_mm: float) -> Matrix:
+        """(6,) variance of the new deviation after a distance, over that of the sway."""
+        return np.maximum(1 - self.kept(way_mm) ** 2, LEAST_SPREAD)
 
     def mean(self, pose: Pose) -> Matrix:
         """(6,) the mean pose: level, except that a camera above the axis sinks in a climb."""

@@ -82,6 +82,10 @@ class Skipping:
             self.is_coarse |= repeated > self._least_repeated + COARSE
         return repeats if self.is_coarse and lies_still < STANDS else none
 
+    def forget(self) -> None:
+        """Leave out the next comparison, because the next picture has another vantage."""
+        self._before = None
+
     def _energy(self, picture: GrayImage) -> Matrix:
         """Mean square of each block, over every fourth row."""
         rows = self._grid.crop(picture, 4)
