@@ -57,7 +57,7 @@ FRESH = 0.1
 """A picture of a coarsely coded film with a smaller share of skipped blocks counts as an I
 frame."""
 
-OVERLAY_STEP = 0.03
+OVERLAY_STEP = 0.06
 """Way between two frames that show what is fixed in the picture, in heights of the camera."""
 
 STRAY_RAD = float(np.radians(1.5))

@@ -43,6 +43,10 @@ LEAST_PX = 16
 COARSEST = 3.0
 """Parts of the picture whose pixels cover this many times the finest mm per px are left out."""
 
+BEYOND_RING = 1.2
+"""A camera that looks ahead sees a whole ring of the wall only from some distance on; the patch
+reaches at least this many times as far."""
+
 EVEN = 1.3
 """Above this unevenness frames are averaged on the wall instead of in the picture.
 
@@ -110,7 +114,7 @@ class Rectifier:
     """Resamples frames of one rig onto the developed wall, with maps that are computed once.
 
     Patches are (rows, columns); columns run forward along the pipe and rows to the right.
-    `unevenness` is the picture's coarsest resolution on the wall over its finest, 1 to `COARSEST`.
+    `unevenness` is the picture's coarsest resolution on the wall over its finest, 1 to `COARSEST` or more.
     The maps hold for a camera at the pose `vantage`; another one sees the wall a little bent.
 
     Raises:
@@ -137,6 +141,12 @@ class Rectifier:
         other._maps, other.valid = other._lookup(self.grid.finer(self._fineness))
         other._field_rows = {}
         return other
+
+    def sharpness(self) -> GrayImage:
+        """Pixels of the reduced frame per pixel of the patch along the pipe, (rows, columns)."""
+        n = self._fineness
+        along = [np.gradient(part[n // 2 :: n, n // 2 :: n], axis=1) for part in self._maps]
+        return np.asarray(np.hypot(*along), np.float32)
 
     def shows(self, mask: ByteImage) -> ByteImage:
         """Resample a mask of the frame, of any size, to the patch: 1 where any of it is 1."""
@@ -226,14 +236,16 @@ def _visible_grid(rig: Rig) -> tuple[PatchGrid, float]:
     u = np.linspace(0, camera.width - 1, 65)
     v = np.linspace(0, camera.height - 1, 49)
     wall_mm = developed(rig, np.stack(np.meshgrid(u, v), -1).reshape(-1, 2)).reshape(49, 65, 2)
-    along_u = np.linalg.norm(np.diff(wall_mm, axis=1), axis=2)[:-1] / (u[1] - u[0])
-    along_v = np.linalg.norm(np.diff(wall_mm, axis=0), axis=2)[:, :-1] / (v[1] - v[0])
+    along_u = _lengths_mm(rig, np.diff(wall_mm, axis=1))[:-1] / (u[1] - u[0])
+    along_v = _lengths_mm(rig, np.diff(wall_mm, axis=0))[:, :-1] / (v[1] - v[0])
     mm_per_px = np.maximum(along_u, along_v)  # (48, 64), nan where no wall is seen
     if np.isnan(mm_per_px).all():
         raise no_wall_in_view(rig)
     finest = float(np.nanmin(mm_per_px))
     with np.errstate(invalid="ignore"):
         good = mm_per_px <= COARSEST * finest
+        if rig.mount.view == "forward":
+            good |= wall_mm[:-1, :-1, 0] <= BEYOND_RING * _ring_mm(wall_mm)
     corners = np.zeros((49, 65), bool)
     corners[:-1, :-1] |= good
     corners[1:, 1:] |= good
@@ -253,6 +265,25 @@ def _visible_grid(rig: Rig) -> tuple[PatchGrid, float]:
     axial, arc = (low + high) / 2 - (np.array([columns, rows]) - 1) / 2 * step_mm
     grid = PatchGrid(float(axial), float(arc), step_mm, (int(rows), int(columns)))
     return grid, float(mm_per_px[good].max()) / finest
+
+
+def _lengths_mm(rig: Rig, steps_mm: Matrix) -> Matrix:
+    """Lengths of steps on the developed wall, (..., 2); at the crown the arc begins anew."""
+    axial, arc = np.moveaxis(steps_mm, -1, 0)
+    if rig.pipe.diameter_mm is not None:
+        arc = np.remainder(arc + np.pi * rig.pipe.diameter_mm / 2, np.pi * rig.pipe.diameter_mm)
+        arc = arc - np.pi * rig.pipe.diameter_mm / 2
+    return np.asarray(np.hypot(axial, arc))
+
+
+def _ring_mm(wall_mm: Matrix) -> float:
+    """Distance from which on a whole ring of the wall is in the picture; 0 if none is.
+
+    `wall_mm` is (rows, columns, 2), the developed wall under points spread over the picture.
+    """
+    border = [wall_mm[0], wall_mm[-1], wall_mm[:, 0], wall_mm[:, -1]]
+    farthest = max(float(side[:, 0].max()) for side in border)  # nan is none
+    return farthest if farthest < np.nanmax(wall_mm[..., 0]) / BEYOND_RING else 0.0
 
 
 def developed(rig: Rig, pixels_uv: Points) -> Points:

@@ -18,7 +18,7 @@ from vo_core.types import ByteImage, GrayImage, Image
 SIDE_PX = 320
 """Longest side of the picture in which the overlay is searched: thin strokes survive."""
 
-LEAST = 4
+LEAST = 6
 """Least number of frames before anything is masked."""
 
 MEMORY = 60
