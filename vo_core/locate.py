@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from vo_core.geometry.gaze import SIGMA_RAD as GAZE_SIGMA_RAD
 from vo_core.geometry.motion import (
     MOUNT,
     MOVING,
@@ -76,6 +77,9 @@ CERTAIN = 14.0
 
 _DIFFERENCE = np.zeros((POSE, PARAMETERS))
 _DIFFERENCE[:, MOVING], _DIFFERENCE[:, REFERENCE] = np.eye(POSE), -np.eye(POSE)
+_GAZE = [MOVING.start + 2, MOVING.start + 4]
+_BY_GAZE = np.zeros((2, PARAMETERS))
+_BY_GAZE[[0, 1, 1], [*_GAZE, MOUNT.start]] = 1.0
 _KNOWN = [*range(MOUNT.stop)[REFERENCE], *range(MOUNT.stop)[MOUNT]]
 _KEPT = [*range(MOUNT.stop)[MOVING], *range(MOUNT.stop)[MOUNT]]
 """Indices of the parameters with a prior, and of those kept in the state."""
@@ -188,6 +192,8 @@ class Outlook:
     """(3,) change of x, y and yaw per second between the last two fixes."""
     shear_rad: float = 0.0
     """Standard deviation of the shear by coding; 0 in a film that is not coarsely coded."""
+    gaze: Matrix | None = None
+    """(2,) yaw and pitch of the camera in the pipe by the axis in the picture; None if unknown."""
     is_bound: bool = False
     """Whether every pose out of reach is rejected, even a standstill."""
 
@@ -344,7 +350,7 @@ class Locator:
         parameters = _parameters(reference, start)
         exact: WallMotion | RollingMotion
         exact = wall = self._motion(reference, picture, coarse=False)
-        scales, known = wall.scales, _known(reference, parameters)
+        scales, known = wall.scales, _known(reference, parameters, outlook.gaze)
         reach_mm = START_PX * self._grid.mm_per_px
         habit = _habit(reference, start, parameters, outlook.sway, reach_mm)
         if self._rig.camera.readout_ms > 0:
@@ -411,11 +417,16 @@ class Locator:
         )
 
 
-def _known(reference: Reference, parameters: Matrix) -> Prior:
-    """Prior of the reference pose and the mount."""
+def _known(reference: Reference, parameters: Matrix, gaze: Matrix | None) -> Prior:
+    """Prior of the reference pose and the mount, and of the gaze: pitch is pose and mount."""
     information = np.zeros((PARAMETERS, PARAMETERS))
     information[np.ix_(_KNOWN, _KNOWN)] = inverse(reference.state.covariance)
-    return Prior(parameters, information)
+    if gaze is None:
+        return Prior(parameters, information)
+    mean = parameters.copy()
+    mean[_GAZE] = gaze - (0.0, mean[MOUNT][0])
+    information += _BY_GAZE.T @ _BY_GAZE / GAZE_SIGMA_RAD**2
+    return Prior(mean, information)
 
 
 def _habit(

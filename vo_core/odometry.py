@@ -18,6 +18,7 @@ from vo_core.bridge import bridged
 from vo_core.clock import Clock
 from vo_core.errors import InvalidTime
 from vo_core.geometry.bed import Bed
+from vo_core.geometry.gaze import gaze
 from vo_core.geometry.height import scale_sigma
 from vo_core.geometry.motion import POSE, RATES
 from vo_core.geometry.rectify import BOTTOM, TOP, WHOLE, Rectifier, Rows
@@ -25,6 +26,7 @@ from vo_core.geometry.sway import Sway
 from vo_core.geometry.tilt import MountTilt
 from vo_core.geometry.wall import Pose, apart_mm
 from vo_core.geometry.wander import Wander
+from vo_core.image.axis import AxisFinder
 from vo_core.image.filters import low_pass, normalise
 from vo_core.image.health import NO_HEALTH, Health, HealthGauge
 from vo_core.image.overlay import Overlay
@@ -60,13 +62,16 @@ frame."""
 OVERLAY_STEP = 0.06
 """Way between two frames that show what is fixed in the picture, in heights of the camera."""
 
-STRAY_RAD = float(np.radians(1.5))
+STRAY_RAD = float(np.radians(3.0))
 """Turn of a camera that looks ahead from which its picture is resampled from another vantage."""
+
+UNLIKE_RAD = float(np.radians(5.0))
+"""Difference of the axis in the picture from the vantage beyond which the camera has turned."""
 
 KNOWN = 3.0
 """Standard deviations of the pose beyond which a camera certainly stands elsewhere."""
 
-STRAY_SHARE = 0.02
+STRAY_SHARE = 0.04
 """The same for its way aside, as a share of the diameter."""
 
 LEAST_CONTRAST = 0.5
@@ -154,6 +159,12 @@ class Odometry:
         reach_mm = STRAY_SHARE * (rig.pipe.diameter_mm or 0.0)
         self._overlay = Overlay((rig.camera.width, rig.camera.height))
         self._overlay_pose = Pose()
+        self._axis_finder: AxisFinder | None = None
+        if rig.mount.view == "forward":
+            self._axis_finder = AxisFinder((rig.camera.width, rig.camera.height))
+        self._gaze: Matrix | None = None
+        """(2,) yaw and pitch by the pipe's axis in this frame, and in the last one with a fix."""
+        self._gaze_fixed: Matrix | None = None
         self._stray = np.array([np.inf, reach_mm, STRAY_RAD, reach_mm, STRAY_RAD, 4 * STRAY_RAD])
         self._pattern = FixedPattern()
         self._gauge = HealthGauge(self._rectify.valid)
@@ -208,6 +219,7 @@ class Odometry:
         self._clock.tick(t_s)
         before = self._state.pose
         image = grey_frame(self.rig.camera, image)
+        self._look(image)
         self._follow()
         self.rows = self._interlacing(image)
         self._keep_zero(self.rows)
@@ -270,24 +282,41 @@ class Odometry:
         """Seconds since the last fix."""
         return self._gone * self._clock.period_s
 
+    def _look(self, image: Image) -> None:
+        """Find where a camera that looks ahead looks."""
+        if self._axis_finder is None:
+            return
+        axis = self._axis_finder(image)
+        roll_rad = self._state.pose.roll_rad + self._state.mount_rad[1]
+        self._gaze = None if axis is None else gaze(self.rig, axis.pixel_uv, roll_rad)
+        if self._gaze is not None and self._keyframe is None:
+            is_stated = (np.abs(self._gaze) < UNLIKE_RAD).all()
+            self._state = self._fixed = State.at_start(self.rig, None if is_stated else self._gaze)
+            self._gaze_fixed = self._gaze
+
     def _follow(self) -> None:
         """Choose the vantage of the next picture: a camera that looks ahead sees much more of one
         side of the wall when it turns, and much less of the other.
         """
-        if self.rig.mount.view != "forward":
+        if self._axis_finder is None:
             return
         pitch, roll = self._state.mount_rad
         at = self._predict()
         at = replace(at, x_mm=0.0, pitch_rad=at.pitch_rad + pitch, roll_rad=at.roll_rad + roll)
         off = np.abs(at.vector - self._view.vantage.vector)
-        if (off > np.maximum(self._stray, KNOWN * self._state.absolute_sigma)).any():
+        strays = bool((off > np.maximum(self._stray, KNOWN * self._state.absolute_sigma)).any())
+        if self._gaze is not None:
+            vantage = self._view.vantage
+            aside = self._gaze - (vantage.yaw_rad, vantage.pitch_rad)
+            strays |= bool((np.abs(aside) > UNLIKE_RAD).any())
+        if strays:
             self._view = self._locator.view(self._rectify.at(at), self._overlay.mask)
             self._pattern = FixedPattern()
             self._skipping.forget()
 
     def _mask(self, image: Image) -> None:
         """Mask text and parts of the robot, which a camera that looks ahead shows."""
-        if self.rig.mount.view != "forward":
+        if self._axis_finder is None:
             return
         moved_mm = apart_mm(self._state.pose, self._overlay_pose)
         if self._overlay.count == 0 or moved_mm > OVERLAY_STEP * self.rig.mount.height_mm:
@@ -359,10 +388,13 @@ class Odometry:
 
     def _predict(self) -> Pose:
         """Continue the motion as before, but not beyond the wall seen at the last fix."""
-        if self._velocity is None:
-            return self._fixed.pose
-        x, y, yaw = self._velocity * self._gone * min(1.0, self._most_periods / self._gone)
         at = self._fixed.pose
+        if self._gaze is not None and self._gaze_fixed is not None:
+            turn, nod = (self._gaze - self._gaze_fixed).tolist()
+            at = replace(at, yaw_rad=at.yaw_rad + turn, pitch_rad=at.pitch_rad + nod)
+        if self._velocity is None:
+            return at
+        x, y, yaw = self._velocity * self._gone * min(1.0, self._most_periods / self._gone)
         return replace(at, x_mm=at.x_mm + x, y_mm=at.y_mm + y, yaw_rad=at.yaw_rad + yaw)
 
     @property
@@ -384,7 +416,14 @@ class Odometry:
         shear_rad = SHEAR_ERROR * (1 - self._fidelity) if self._skipping.is_coarse else 0.0
         rate = None if self._velocity is None else self._velocity / self._clock.period_s
         return Outlook(
-            reach_mm, self._fixed.pose, gone_s, self._reliability, self._sway, rate, shear_rad
+            reach_mm,
+            self._fixed.pose,
+            gone_s,
+            self._reliability,
+            self._sway,
+            rate,
+            shear_rad,
+            self._gaze,
         )
 
     def _measure(self, picture: Picture) -> Fix | None:
@@ -436,7 +475,7 @@ class Odometry:
                 velocity = np.array([(velocity[0] + self._velocity[0]) / 2, 0.0, 0.0])
             self._velocity = velocity
         self._state = self._fixed = fix.state
-        self._fix_periods = self._clock.periods
+        self._fix_periods, self._gaze_fixed = self._clock.periods, self._gaze
         self._fallback = self._reference(picture, turn_rad=_systematic(TURN_ERROR, fix))
         least = COARSE_OVERLAP if self._skipping.is_coarse else self._least_overlap
         is_out = fix.reference is not self._keyframe or fix.alignment.overlap < least

@@ -55,20 +55,25 @@ class State:
     """(8, 6) covariance of pose and mount with `start`."""
 
     @classmethod
-    def at_start(cls, rig: Rig) -> State:
-        """State before the first frame: the zero point, with the uncertainty of rig and pipe."""
+    def at_start(cls, rig: Rig, gaze: Matrix | None = None) -> State:
+        """State before the first frame: the zero point, with the uncertainty of rig and pipe.
+
+        `gaze` is (2,), yaw and pitch of a camera that looks ahead, if they are not the rig's.
+        """
         tilt_rad = tilt_sigma_rad(rig)
         start = np.array(START_SIGMA[rig.pipe.shape])
         if rig.mount.view == "forward" and rig.pipe.diameter_mm is not None:
             aside_mm = ASIDE * rig.pipe.diameter_mm
             start[1:5] = aside_mm, TURNED, aside_mm, TURNED
         covariance = np.diag(np.square([*start, tilt_rad, tilt_rad]))
+        yaw_rad, pitch_rad = (0.0, 0.0) if gaze is None else gaze.tolist()
+        pose = Pose(yaw_rad=yaw_rad, pitch_rad=pitch_rad)
         return cls(
-            pose=Pose(),
+            pose=pose,
             mount_rad=np.zeros(2),
             covariance=covariance,
             rate=UNKNOWN_RATE,
-            start=np.zeros(POSE),
+            start=pose.vector,
             with_start=covariance[:, :POSE],
         )
 

@@ -20,13 +20,15 @@ from vo_core.geometry.wall import (
     cast,
     develop,
     enclose,
-    robot_pixels,
+    in_camera,
+    project,
     robot_rays,
+    rotation,
     sight,
 )
 from vo_core.image.resample import grey_frame, reduce_to
 from vo_core.rig import Rig
-from vo_core.types import AnyImage, ByteImage, GrayImage, Image
+from vo_core.types import AnyImage, ByteImage, GrayImage, Image, Matrix
 
 PATCH_SIDE_PX = 320
 """Approximate longest side of a patch.
@@ -193,18 +195,27 @@ class Rectifier:
     def _lookup(self, fine: PatchGrid) -> tuple[tuple[Image, Image], ByteImage]:
         """Positions of the fine grid in the reduced frame, and the mask of the patch."""
         rows, columns = fine.shape
-        xy = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), -1).reshape(-1, 2)
-        wall = enclose(self.rig, fine.to_mm(xy.astype(np.float64)))
-        rays = sight(self.rig, self.vantage, wall)
-        uv = robot_pixels(self.rig, rays)
-        size = np.array(self._frame_wh)
-        with np.errstate(invalid="ignore"):
-            inside = ((uv >= 0) & (uv <= size - 1)).all(1)
-        reduced = (np.nan_to_num(uv, nan=-1.0) + 0.5) * (self._reduced_wh / size) - 0.5
-        u, v = (reduced[:, i].reshape(rows, columns).astype(np.float32) for i in (0, 1))
+        # The axial coordinate turns each ray by the same vector along a row, so rays are sums.
+        row_mm = fine.to_mm(np.stack([np.zeros(rows), np.arange(rows)], 1).astype(np.float64))
+        first = sight(self.rig, self.vantage, enclose(self.rig, row_mm))
+        ahead = fine.mm_per_px * rotation(self.vantage)[0]
+        x, y, z = (
+            first[:, None] + ahead * np.arange(columns)
+            for first, ahead in zip(
+                in_camera(self.rig, first).T, in_camera(self.rig, ahead), strict=True
+            )
+        )
+        uv = project(self.rig.camera, x, y, z)
+        inside = np.ones((rows, columns), np.bool_)
+        maps = []
+        for places, whole, reduced in zip(uv, self._frame_wh, self._reduced_wh, strict=True):
+            with np.errstate(invalid="ignore"):
+                inside &= (places >= 0) & (places <= whole - 1)
+            scaled = (np.nan_to_num(places, nan=-1.0) + 0.5) * (reduced / whole) - 0.5
+            maps.append(scaled.astype(np.float32))
         n = self._fineness
         valid = np.all(inside.reshape(rows // n, n, columns // n, n), axis=(1, 3))
-        return (u, v), np.asarray(valid, np.uint8)
+        return (maps[0], maps[1]), np.asarray(valid, np.uint8)
 
 
 def require_wall_in_view(rig: Rig) -> None:

@@ -155,21 +155,26 @@ def pixel_rays(camera: Camera, pixels_uv: ArrayLike) -> Points:
 
 def ray_pixels(camera: Camera, rays: Points) -> Points:
     """(N, 2) pixels that show rays given in camera axes; nan where the lens cannot see."""
-    x, y, z = rays.T
+    return np.stack(project(camera, *rays.T), 1)
+
+
+def project(camera: Camera, x: Matrix, y: Matrix, z: Matrix) -> tuple[Matrix, Matrix]:
+    """Columns and rows of the pixels that show rays (x, y, z) in camera axes, of any shape."""
     with np.errstate(invalid="ignore", divide="ignore"):
         if camera.model == "fisheye":
-            theta = np.arctan2(np.hypot(x, y), z)
+            beside = np.hypot(x, y)
+            theta = np.arctan2(beside, z)
             k1, k2, k3, k4 = camera.distortion or (0.0, 0.0, 0.0, 0.0)
             t2 = theta * theta
             bent = theta * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4))))
-            scale = np.where(theta > 1e-12, bent / np.hypot(x, y), 1 / z)
-            plane = np.stack([x * scale, y * scale], 1)
+            scale = np.where(theta > 1e-12, bent / beside, 1 / z)
         else:
-            plane = np.where(z[:, None] > 1e-9, np.stack([x / z, y / z], 1), np.nan)
-            if any(camera.distortion):
-                plane = _distort(camera, plane)
-    u = camera.fx * plane[:, 0] + camera.skew * plane[:, 1] + camera.cx
-    return np.stack([u, camera.fy * plane[:, 1] + camera.cy], 1)
+            scale = np.where(z > 1e-9, 1 / z, np.nan)
+        x, y = x * scale, y * scale
+        if camera.model == "pinhole" and any(camera.distortion):
+            plane = _distort(camera, np.stack([x.ravel(), y.ravel()], 1))
+            x, y = plane[:, 0].reshape(x.shape), plane[:, 1].reshape(x.shape)
+    return camera.fx * x + camera.skew * y + camera.cx, camera.fy * y + camera.cy
 
 
 def _distort(camera: Camera, plane: Points) -> Points:
@@ -237,7 +242,12 @@ def robot_rays(rig: Rig, pixels_uv: ArrayLike) -> Points:
 
 def robot_pixels(rig: Rig, rays: Points) -> Points:
     """(N, 2) pixels that show rays given in robot axes; nan where the lens cannot see."""
-    return ray_pixels(rig.camera, np.asarray(rays @ rotation_robot_camera(rig.mount)))
+    return ray_pixels(rig.camera, in_camera(rig, rays))
+
+
+def in_camera(rig: Rig, rays: Points) -> Points:
+    """Turn (..., 3) rays from robot axes into camera axes."""
+    return np.asarray(rays @ rotation_robot_camera(rig.mount))
 
 
 def camera_position(rig: Rig, pose: Pose) -> Matrix:

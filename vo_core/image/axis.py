@@ -1,0 +1,113 @@
+"""Finds the axis of the pipe in a picture that looks along it.
+
+A lamp at the camera lights the wall less the farther it is, and joints are rings: so brightness
+changes towards the end of the pipe and away from it, and hardly around it.  The axis is the point
+that most gradients near it point to or from, whether the end is dark or daylight (a fast radial
+symmetry transform, Loy & Zelinsky 2003, with a soft window).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from vo_core.image.filters import gradient
+from vo_core.image.resample import reduce_to
+from vo_core.types import GrayImage, Image
+
+SIDE_PX = 96
+"""Longest side of the picture in which the axis is searched: shading is smooth."""
+
+OUTSIDE = 0.15
+"""How far outside the picture the axis may lie, as a share of its longest side."""
+
+NEAR = 0.1
+"""Distance from the axis up to which gradients count fully, as a share of the longest side.
+
+Farther rings are off the axis if the camera is."""
+
+REACH = 0.4
+"""Distance beyond which gradients do not count, as a share of the longest side."""
+
+BLACK_GREY = 8.0
+"""Grey levels added before the logarithm, so that noise in the dark counts little."""
+
+LEAST_SLOPE = 0.01
+"""Gradient of the logarithm, per px, that counts half."""
+
+LEAST_SUPPORT = 0.35
+"""Least share of the window that lies in the picture, else the score falls."""
+
+CLEAR = 0.25
+"""A score from which the axis is in the picture: 1 if all gradients point to it, 0 if as many lie
+across."""
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """Where the axis of the pipe appears in a picture."""
+
+    pixel_uv: tuple[float, float]
+    score: float
+
+
+class AxisFinder:
+    """Finds the axis in frames of one size."""
+
+    def __init__(self, frame_wh: tuple[int, int]) -> None:
+        self._scale = min(1.0, SIDE_PX / max(frame_wh))
+        self._size_wh = (round(frame_wh[0] * self._scale), round(frame_wh[1] * self._scale))
+        reach_px, near_px = int(REACH * SIDE_PX), NEAR * SIDE_PX
+        x, y = np.meshgrid(*[np.arange(-reach_px, reach_px + 1, dtype=np.float32)] * 2)
+        square = x * x + y * y
+        window = (1 + square / near_px**2) ** -1.5 * (square > 2)
+        square = np.maximum(square, 1)
+        self._kernels = [
+            np.asarray(window * part, np.float32)
+            for part in (2 * x * x / square - 1, 4 * x * y / square, 2 * y * y / square - 1)
+        ]
+        self._border_px = round(OUTSIDE * SIDE_PX)
+        area = cv2.filter2D(self._padded(np.ones(self._size_wh[::-1], np.float32)), -1, window)
+        self._area = np.maximum(area, LEAST_SUPPORT * window.sum())
+
+    def __call__(self, image: Image) -> Axis | None:
+        """Find the axis in a frame, (H, W) grey; None if it does not show."""
+        grey = np.log(reduce_to(image, self._size_wh) + np.float32(BLACK_GREY))
+        along, down = gradient(np.asarray(cv2.GaussianBlur(grey, (0, 0), 1.0), np.float32))
+        slope = cv2.magnitude(along, down)
+        # Unit gradients, those of noise less: a bright lamp must not outvote the shading.
+        weight = 1 / (np.maximum(slope, 1e-9) * (slope + np.float32(LEAST_SLOPE)))
+        parts = (weight * along * along, weight * along * down, weight * down * down)
+        votes = np.zeros_like(self._area)
+        for part, kernel in zip(parts, self._kernels, strict=True):
+            votes += cv2.filter2D(
+                self._padded(part), cv2.CV_32F, kernel, borderType=cv2.BORDER_CONSTANT
+            )
+        score = votes / self._area
+        row, column = divmod(int(score.argmax()), score.shape[1])
+        if score[row, column] < CLEAR:
+            return None
+        offset = [
+            _peak(line)
+            for line in (score[row, column - 1 : column + 2], score[row - 1 : row + 2, column])
+        ]
+        u, v = (
+            (at - self._border_px + off + 0.5) / self._scale - 0.5
+            for at, off in zip((column, row), offset, strict=True)
+        )
+        return Axis((float(u), float(v)), float(score[row, column]))
+
+    def _padded(self, image: GrayImage) -> GrayImage:
+        n = self._border_px
+        return np.asarray(cv2.copyMakeBorder(image, n, n, n, n, cv2.BORDER_CONSTANT, value=0))
+
+
+def _peak(three: GrayImage) -> float:
+    """Offset of the maximum of the parabola through three neighbours; 0 at a border."""
+    if len(three) < 3:
+        return 0.0
+    left, middle, right = (float(value) for value in three)
+    curvature = left - 2 * middle + right
+    return 0.0 if curvature >= 0 else float(np.clip((left - right) / (2 * curvature), -0.5, 0.5))
