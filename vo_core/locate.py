@@ -97,12 +97,6 @@ class View:
         if hidden is not None:
             self.valid = self.valid & (1 - rectify.shows(hidden))
         """(H, W), 1 where the patch shows the wall."""
-        self.precision: Matrix | None = None
-        """(blocks,) weights: an error of the lens or of the coding, which is one in pixels of the
-        picture, displaces the far wall by more.  None where the wall is shown evenly."""
-        if rectify.rig.mount.view == "forward":
-            sharpness = blocks.means(blocks.crop(rectify.sharpness() * self.valid))
-            self.precision = np.square(sharpness / sharpness.max())
         self.whole = blocks.whole(self.valid)
         self.coarse_valid = (halve(self.valid.astype(np.float32)) > 0.99).astype(np.uint8)
 
@@ -140,12 +134,7 @@ class Reference:
     @cached_property
     def template(self) -> Template:
         """Gradients and tensors for the alignment, computed when first needed."""
-        return Template.of(
-            self.picture.doubled,
-            self.picture.view.valid,
-            row_step=2,
-            precision=self.picture.view.precision,
-        )
+        return Template.of(self.picture.doubled, self.picture.view.valid, row_step=2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -45,7 +45,7 @@ LEAST_PX = 16
 COARSEST = 3.0
 """Parts of the picture whose pixels cover this many times the finest mm per px are left out."""
 
-BEYOND_RING = 1.2
+BEYOND_RING = 1.1
 """A camera that looks ahead sees a whole ring of the wall only from some distance on; the patch
 reaches at least this many times as far."""
 
@@ -143,12 +143,6 @@ class Rectifier:
         other._maps, other.valid = other._lookup(self.grid.finer(self._fineness))
         other._field_rows = {}
         return other
-
-    def sharpness(self) -> GrayImage:
-        """Pixels of the reduced frame per pixel of the patch along the pipe, (rows, columns)."""
-        n = self._fineness
-        along = [np.gradient(part[n // 2 :: n, n // 2 :: n], axis=1) for part in self._maps]
-        return np.asarray(np.hypot(*along), np.float32)
 
     def shows(self, mask: ByteImage) -> ByteImage:
         """Resample a mask of the frame, of any size, to the patch: 1 where any of it is 1."""

@@ -121,17 +121,9 @@ class Template:
     """(blocks, 3) mean xx, xy and yy of g g' of the coarse gradient."""
     energy: Matrix
     """(blocks,) mean square of the picture."""
-    precision: Matrix
-    """(blocks,) factor of the blocks' weights, 0 to 1."""
 
     @classmethod
-    def of(
-        cls,
-        doubled: GrayImage,
-        valid: ByteImage,
-        row_step: int = 1,
-        precision: Matrix | None = None,
-    ) -> Template:
+    def of(cls, doubled: GrayImage, valid: ByteImage, row_step: int = 1) -> Template:
         """Prepare a reference from a doubled picture; `valid` is 1 where it shows the wall.
 
         With a `row_step` of 2 only every second row is compared, at half the cost; the other rows
@@ -154,7 +146,6 @@ class Template:
             coarse_gradient=coarse,
             coarse_tensor=np.stack([grid.means(p) for p in (rx * rx, rx * ry, ry * ry)], 1),
             energy=grid.means(covered * covered),
-            precision=np.ones(grid.rows * grid.columns) if precision is None else precision,
         )
 
 
@@ -339,7 +330,7 @@ def _compare(
     variance = own + power - 2 * common
     energy = np.sqrt(own.sum() * power.sum()) + LEAST_ENERGY * len(own)
     vote = trust**2
-    weights = template.precision * vote / (variance + VARIANCE_FLOOR) * grid.side_px**2 / CORRELATED_PX / INFLATION
+    weights = vote / (variance + VARIANCE_FLOOR) * grid.side_px**2 / CORRELATED_PX / INFLATION
     # Information about a displacement of all blocks together, per px^2.  Errors of interpolation,
     # lens and coding do not average out over the blocks, so they must not determine a direction
     # that the picture hardly shows: the information i becomes 1 / (1/i + e^2).
