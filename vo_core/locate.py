@@ -20,6 +20,8 @@ from vo_core.geometry.motion import (
     WallMotion,
     moved_by_content,
     parameters,
+    ring_modes,
+    shear_mode,
 )
 from vo_core.geometry.rectify import Rectifier
 from vo_core.geometry.sway import Sway
@@ -50,6 +52,12 @@ from vo_core.matching.correlate import (
 )
 from vo_core.state import RATE_SIGMA, UNKNOWN_RATE, State, tilt_sigma_rad
 from vo_core.types import ByteImage, GrayImage, Matrix
+
+CODING_PX = 0.15
+"""Displacement by coding, px of the patch, one sigma, where the camera looks along the pipe.
+
+From one picture to the next the wall moves by a pixel or two, and coding would place the camera
+tens of millimetres beside the axis, with a small uncertainty."""
 
 MOTIONS_KEPT = 16
 """Motion models that are kept: each costs as much as some steps of an alignment."""
@@ -198,6 +206,9 @@ class Locator:
         self._centres = self._blocks.centres(self._blocks.nodes())
         half = (self._grid.shape[0] // 2, self._grid.shape[1] // 2)
         self._coarse_blocks = BlockGrid.over(half)
+        self._ring_modes: Matrix | None = None
+        if self._rig.mount.view == "forward":
+            self._ring_modes = ring_modes(self._rig, self._grid, self._blocks.nodes())
         self._settled = 6 if self._rig.mount.view == "forward" else None
         self._motions: dict[tuple[Pose, Pose, bool], WallMotion] = {}
         """Motion models in use, by the vantages of reference and picture."""
@@ -358,11 +369,13 @@ class Locator:
             known = _widened(known, Prior(rates, information))
             habit = _widened(habit, Prior(rates, 0 * information))
         motion: WallMotion | RollingMotion | CodedMotion = exact
-        if outlook.shear_rad > 0:
-            motion, none = CodedMotion(exact, self._blocks.nodes()), np.zeros(1)
-            known = _widened(known, Prior(none, np.array([[outlook.shear_rad**-2]])))
-            habit = _widened(habit, Prior(none, np.zeros((1, 1))))
-            parameters, scales = np.append(parameters, 0.0), np.append(scales, motion.turn_rad)
+        modes, sigma = self._coding(outlook)
+        if modes is not None:
+            motion, none = CodedMotion(exact, modes), np.zeros(modes.shape[1])
+            certain = np.diag(np.full(len(none), sigma**-2))
+            known = _widened(known, Prior(none, certain))
+            habit = _widened(habit, Prior(none, 0 * certain))
+            parameters, scales = np.append(parameters, none), np.append(scales, motion.scales)
         fit = align(
             reference.template,
             picture.doubled,
@@ -404,6 +417,15 @@ class Locator:
                 _DIFFERENCE @ fit.free_covariance[:PARAMETERS, :PARAMETERS] @ _DIFFERENCE.T
             ),
         )
+
+
+    def _coding(self, outlook: Outlook) -> tuple[Matrix | None, float]:
+        """Displacements by coding to expect, and the standard deviation of their parameters."""
+        if self._ring_modes is not None:
+            return self._ring_modes, CODING_PX
+        if outlook.shear_rad > 0:
+            return shear_mode(self._blocks.nodes()), outlook.shear_rad
+        return None, 0.0
 
 
 def _known(reference: Reference, parameters: Matrix, gaze: Matrix | None) -> Prior:

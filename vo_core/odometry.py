@@ -59,9 +59,6 @@ FRESH = 0.1
 """A picture of a coarsely coded film with a smaller share of skipped blocks counts as an I
 frame."""
 
-OVERLAY_STEP = 0.06
-"""Way between two frames that show what is fixed in the picture, in heights of the camera."""
-
 STRAY_RAD = float(np.radians(3.0))
 """Turn of a camera that looks ahead from which its picture is resampled from another vantage."""
 
@@ -158,7 +155,6 @@ class Odometry:
         self._view = self._locator.view(self._rectify)
         reach_mm = STRAY_SHARE * (rig.pipe.diameter_mm or 0.0)
         self._overlay = Overlay((rig.camera.width, rig.camera.height))
-        self._overlay_pose = Pose()
         self._axis_finder: AxisFinder | None = None
         if rig.mount.view == "forward":
             self._axis_finder = AxisFinder((rig.camera.width, rig.camera.height))
@@ -220,6 +216,7 @@ class Odometry:
         before = self._state.pose
         image = grey_frame(self.rig.camera, image)
         self._look(image)
+        self._mask(image)
         self._follow()
         self.rows = self._interlacing(image)
         self._keep_zero(self.rows)
@@ -242,7 +239,6 @@ class Odometry:
                 self._judge_repeats(fix)
             status, quality = self._take(fix, picture)
             self._learn(normal, fix)
-            self._mask(image)
         else:
             status, quality = self._bridge(picture, is_new=is_new)
         estimate = self._estimate(t_s, status, quality)
@@ -318,12 +314,8 @@ class Odometry:
         """Mask text and parts of the robot, which a camera that looks ahead shows."""
         if self._axis_finder is None:
             return
-        moved_mm = apart_mm(self._state.pose, self._overlay_pose)
-        if self._overlay.count == 0 or moved_mm > OVERLAY_STEP * self.rig.mount.height_mm:
-            self._overlay.add(image)
-            self._overlay_pose = self._state.pose
-            if self._overlay.is_due:
-                self._view = self._locator.view(self._view.rectify, self._overlay.mask)
+        if self._overlay.add(image):
+            self._view = self._locator.view(self._view.rectify, self._overlay.mask)
 
     def _keep_zero(self, rows: Rows) -> None:
         """Move the zero point if the wrong field of the first picture was read.

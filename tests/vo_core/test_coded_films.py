@@ -8,7 +8,7 @@ from textures import make_rig
 
 from app.lab.simulation import SCENARIOS, simulate
 from vo_core import Odometry, Pose, Track
-from vo_core.geometry.motion import CodedMotion, WallMotion
+from vo_core.geometry.motion import CodedMotion, WallMotion, shear_mode
 from vo_core.geometry.rectify import Rectifier
 from vo_core.geometry.sway import STEERED, UNSTEADY, Sway
 from vo_core.matching.blocks import BlockGrid
@@ -37,7 +37,7 @@ def test_the_shear_of_coding_moves_rows_along_the_pipe_and_nothing_else():
     rectifier = Rectifier(rig)
     nodes = BlockGrid.over(rectifier.grid.shape).nodes()
     exact = WallMotion(rig, rectifier.grid, nodes)
-    coded = CodedMotion(exact, nodes)
+    coded = CodedMotion(exact, shear_mode(nodes))
     q = np.array([20.0, 3.0, 0.05, 2.0, 0.02, 0.03, 0.0, -4.0, -0.03, -1.0, 0.01, -0.02, 0.02, 0.0])
     assert np.allclose(coded.positions(np.append(q, 0.0)), exact.positions(q), equal_nan=True)
     sheared, slopes = coded.linearise(np.append(q, 0.01))

@@ -152,7 +152,7 @@ class RollingMotion:
 
 
 class CodedMotion:
-    """A motion model plus a shear by video coding; the last element of q is the shear, rad.
+    """A motion model plus displacements along the pipe by video coding, the last elements of q.
 
     A coder predicts the motion of a block from the blocks before it, and keeps a prediction that is
     nearly right.  The wall moves faster at the borders of the picture than in its middle, so blocks
@@ -161,26 +161,49 @@ class CodedMotion:
     shear two pictures 10 mm apart would place the camera 7 mm aside, with a small uncertainty.
     """
 
-    def __init__(self, motion: WallMotion | RollingMotion, points_px: Points) -> None:
-        self._motion = motion
-        self._arc_px = points_px[:, 1] - points_px[:, 1].mean()
-        self.turn_rad = 1 / float(np.abs(self._arc_px).max())
-        """Shear that moves the content at the border by a pixel."""
+    def __init__(self, motion: WallMotion | RollingMotion, modes: Matrix) -> None:
+        """`modes` is (N, k): displacement of each point, in px of the patch, by each parameter."""
+        self._motion, self._modes = motion, modes
+        self.scales = 1 / np.abs(modes).max(0)
+        """(k,) parameters that move the content by a pixel where it moves most."""
 
     def positions(self, q: Matrix) -> Points:
         """w(q), (N, 2) px."""
-        return self._sheared(self._motion.positions(q[:-1]), q[-1])
+        own, coding = self._split(q)
+        return self._displaced(self._motion.positions(own), coding)
 
     def linearise(self, q: Matrix) -> tuple[Points, Matrix]:
         """w(q) and dw/dq."""
-        positions, slopes = self._motion.linearise(q[:-1])
-        by_shear = np.stack([self._arc_px, np.zeros_like(self._arc_px)], -1)
-        return self._sheared(positions, q[-1]), np.concatenate([slopes, by_shear[..., None]], -1)
+        own, coding = self._split(q)
+        positions, slopes = self._motion.linearise(own)
+        along = np.stack([self._modes, np.zeros_like(self._modes)], 1)
+        return self._displaced(positions, coding), np.concatenate([slopes, along], -1)
 
-    def _sheared(self, positions: Points, shear_rad: float) -> Points:
-        sheared = positions.copy()
-        sheared[:, 0] += shear_rad * self._arc_px
-        return sheared
+    def _split(self, q: Matrix) -> tuple[Matrix, Matrix]:
+        count = self._modes.shape[1]
+        return q[:-count], q[-count:]
+
+    def _displaced(self, positions: Points, coding: Matrix) -> Points:
+        displaced = positions.copy()
+        displaced[:, 0] += self._modes @ coding
+        return displaced
+
+
+def shear_mode(points_px: Points) -> Matrix:
+    """(N, 1) the displacement by a shear of 1 rad about the middle of the patch."""
+    return np.asarray(points_px[:, 1:] - points_px[:, 1].mean())
+
+
+def ring_modes(rig: Rig, grid: PatchGrid, points_px: Points) -> Matrix:
+    """(N, 4) displacements that look like a camera beside the axis, or turned against it.
+
+    They are the sine and the cosine around the ring, 1 px each, evenly along the pipe and from -1
+    px at the near end of the patch to 1 px at its far end.
+    """
+    phi = grid.to_mm(points_px)[:, 1] / (rig.pipe.diameter_mm or np.inf) * 2
+    along = 2 * points_px[:, 0] / (grid.shape[1] - 1) - 1
+    around = np.stack([np.sin(phi), np.cos(phi)], 1)
+    return np.concatenate([around, along[:, None] * around], 1)
 
 
 def parameters(moving: Pose, reference: Pose, mount_rad: Matrix) -> Matrix:

@@ -30,6 +30,18 @@ FIXED = 0.5
 LEAST_GREY = 6.0
 """Gradients below this rms, grey levels per px, may belong to the lamp's light."""
 
+LONG_PX = 5
+"""Least number of such pixels within 5 by 5."""
+
+LEAST_TEXTURE = 1.0
+"""Gradients below this, grey levels per px, are noise."""
+
+LEAST_SHOWN = 0.02
+"""Least share of the picture with gradients in both of two frames, to see whether it has moved."""
+
+STILL = 0.5
+"""A picture has moved once the directions of its gradients agree by less: the mean cosine."""
+
 MARGIN_PX = 3
 """Margin around a fixed edge, in which a stroke blurs or a digit changes."""
 
@@ -40,43 +52,55 @@ class Overlay:
     def __init__(self, frame_wh: tuple[int, int]) -> None:
         scale = min(1.0, SIDE_PX / max(frame_wh))
         self._size_wh = (round(frame_wh[0] * scale), round(frame_wh[1] * scale))
-        self.count = 0
+        self._count = 0
+        self._last: tuple[GrayImage, GrayImage] | None = None
+        """Directions of the gradients in the last frame that counted, along rows and columns."""
         self._mean: list[GrayImage] = []
         """Mean gradient along the rows and along the columns."""
         self._power: GrayImage | None = None
         """Mean squared gradient."""
-
-    def add(self, image: Image) -> None:
-        """Add a frame, (H, W) grey, whose wall has moved since the one before."""
-        parts = gradient(reduce_to(image, self._size_wh))
-        power = parts[0] * parts[0] + parts[1] * parts[1]
-        self.count += 1
-        if self._power is None:
-            self._mean, self._power = [*parts], power
-            return
-        share = 1 / min(self.count, MEMORY)
-        for mean, part in zip([*self._mean, self._power], [*parts, power], strict=True):
-            cv2.accumulateWeighted(part, mean, share)
-
-    @property
-    def is_due(self) -> bool:
-        """Whether the mask has changed enough since it was last due, ever more rarely."""
-        return self.count >= LEAST and (self.count < MEMORY or self.count % MEMORY == 0) and (
-            self.count & (self.count - 1) == 0 or self.count % 10 == 0
-        )
-
-    @property
-    def mask(self) -> ByteImage | None:
+        self.mask: ByteImage | None = None
         """(h, w), 1 where something fixed hides the wall; None if nothing does."""
-        if self._power is None or self.count < LEAST:
-            return None
-        fixed = self._mean[0] ** 2 + self._mean[1] ** 2
+
+    def add(self, image: Image) -> bool:
+        """Add the next frame, (H, W) grey; return whether it changes the mask.
+
+        Only frames count in which most of the picture has moved: a camera that stands shows nothing
+        but fixed edges.
+        """
+        along, down = gradient(reduce_to(image, self._size_wh))
+        size = cv2.magnitude(along, down)
+        shown = size > LEAST_TEXTURE
+        scale = shown / np.maximum(size, LEAST_TEXTURE)
+        now = along * scale, down * scale
+        if self._last is not None:
+            both = np.count_nonzero(shown & ((self._last[0] != 0) | (self._last[1] != 0)))
+            alike = float((now[0] * self._last[0] + now[1] * self._last[1]).sum())
+            if both < LEAST_SHOWN * size.size or alike > STILL * both:
+                return False
+        self._last = now
+        power = size * size
+        self._count += 1
+        if self._power is None:
+            self._mean, self._power = [along, down], power
+            return False
+        share = 1 / min(self._count, MEMORY)
+        for mean, part in zip([*self._mean, self._power], [along, down, power], strict=True):
+            cv2.accumulateWeighted(part, mean, share)
+        if self._count < LEAST or (self._count > 2 * LEAST and self._count % LEAST):
+            return False
+        before, self.mask = self.mask, self._fixed()
+        return before is not None or self.mask is not None
+
+    def _fixed(self) -> ByteImage | None:
+        assert self._power is not None  # noqa: S101  (frames have been added)
+        kept = self._mean[0] ** 2 + self._mean[1] ** 2
         # Of N unrelated gradients the mean keeps 1 / N of the energy.
-        share = FIXED + (1 - FIXED) / self.count
-        edges = (fixed > share * self._power) & (self._power > LEAST_GREY**2)
+        share = FIXED + (1 - FIXED) / self._count
+        edges = (kept > share * self._power) & (self._power > LEAST_GREY**2)
         # Single pixels are chance; strokes and edges are longer.
         near = cv2.boxFilter(edges.astype(np.float32), -1, (5, 5), normalize=False)
-        edges &= near >= 5
+        edges &= near >= LONG_PX
         if not edges.any():
             return None
         side = 2 * MARGIN_PX + 1
