@@ -62,6 +62,9 @@ frame."""
 STRAY_RAD = float(np.radians(3.0))
 """Turn of a camera that looks ahead from which its picture is resampled from another vantage."""
 
+OPENING_FRAMES = 60
+"""First frames that are kept, to track them again."""
+
 UNLIKE_RAD = float(np.radians(5.0))
 """Difference of the axis in the picture from the vantage beyond which the camera has turned."""
 
@@ -158,6 +161,8 @@ class Odometry:
         self._axis_finder: AxisFinder | None = None
         if rig.mount.view == "forward":
             self._axis_finder = AxisFinder((rig.camera.width, rig.camera.height))
+        self._opening: list[tuple[Image, float]] | None = []
+        """The first frames with their times, until it is known what is fixed in them."""
         self._gaze: Matrix | None = None
         """(2,) yaw and pitch by the pipe's axis in this frame, and in the last one with a fix."""
         self._gaze_fixed: Matrix | None = None
@@ -212,11 +217,16 @@ class Odometry:
         """
         if not np.isfinite(t_s):
             raise InvalidTime(f"Frame {self._frame} has the time {t_s} s; it must be finite.")
+        image = grey_frame(self.rig.camera, image)
+        self._mask(image)
+        if self._opening is not None:
+            self._opening.append((image, t_s))
+        return self._track(image, t_s)
+
+    def _track(self, image: Image, t_s: float) -> Estimate:
         self._clock.tick(t_s)
         before = self._state.pose
-        image = grey_frame(self.rig.camera, image)
         self._look(image)
-        self._mask(image)
         self._follow()
         self.rows = self._interlacing(image)
         self._keep_zero(self.rows)
@@ -314,8 +324,27 @@ class Odometry:
         """Mask text and parts of the robot, which a camera that looks ahead shows."""
         if self._axis_finder is None:
             return
+        was_clear = self._overlay.mask is None
         if self._overlay.add(image):
             self._view = self._locator.view(self._view.rectify, self._overlay.mask)
+            if was_clear and self._opening:
+                self._begin_anew()
+        if self._opening is not None and len(self._opening) >= OPENING_FRAMES:
+            self._opening = None
+
+    def _begin_anew(self) -> None:
+        """Track the first frames again, now that it is known what is fixed in them.
+
+        Text that stands still places the camera beside the axis, and the wall that it shows there
+        agrees with that place for a long time.
+        """
+        opening, self._opening = self._opening or [], None
+        anew = Odometry(self.rig)
+        anew._overlay, anew._opening = self._overlay, None
+        anew._view = anew._locator.view(anew._rectify, self._overlay.mask)
+        for image, t_s in opening:
+            anew._track(image, t_s)
+        self.__dict__.update(anew.__dict__)
 
     def _keep_zero(self, rows: Rows) -> None:
         """Move the zero point if the wrong field of the first picture was read.
