@@ -53,6 +53,9 @@ from vo_core.matching.correlate import (
 from vo_core.state import RATE_SIGMA, UNKNOWN_RATE, State, tilt_sigma_rad
 from vo_core.types import ByteImage, GrayImage, Matrix
 
+STANDS_MM = 0.3
+"""Way of a robot that stands, one sigma."""
+
 CODING_PX = 0.15
 """Displacement by coding, px of the patch, one sigma, where the camera looks along the pipe.
 
@@ -191,6 +194,8 @@ class Outlook:
     """Standard deviation of the shear by coding; 0 in a film that is not coarsely coded."""
     gaze: Matrix | None = None
     """(2,) yaw and pitch of the camera in the pipe by the axis in the picture; None if unknown."""
+    is_held: bool = False
+    """Whether the robot stands, so that nothing but its camera turns."""
     is_bound: bool = False
     """Whether every pose out of reach is rejected, even a standstill."""
 
@@ -266,6 +271,9 @@ class Locator:
         shifts_mm = [(peak.dx_px * step_mm, peak.dy_px * step_mm) for peak in peaks]
         yaw_rad = reference.pose.yaw_rad
         starts = [moved_by_content(guess, shift_mm, yaw_rad) for shift_mm in shifts_mm]
+        if outlook.is_held:
+            starts.append(guess)
+            starts = [replace(start, x_mm=guess.x_mm) for start in starts]
         aligned = [self._align(reference, picture, start, outlook) for start in starts]
         # The peaks of wall and water may merge into one lobe whose top is neither.  So the guess is
         # tried too, unless one motion explains all blocks.
@@ -351,7 +359,7 @@ class Locator:
         exact: WallMotion | RollingMotion
         exact = wall = self._motion(reference, picture, coarse=False)
         scales, known = wall.scales, _known(reference, parameters, outlook.gaze)
-        reach_mm = START_PX * self._grid.mm_per_px
+        reach_mm = STANDS_MM if outlook.is_held else START_PX * self._grid.mm_per_px
         habit = _habit(reference, start, parameters, outlook.sway, reach_mm)
         if self._rig.camera.readout_ms > 0:
             exact = RollingMotion(wall)

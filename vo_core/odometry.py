@@ -33,6 +33,7 @@ from vo_core.image.overlay import Overlay
 from vo_core.image.pattern import FixedPattern
 from vo_core.image.resample import grey_frame, reduce_to
 from vo_core.locate import CERTAIN, LEAST_OVERLAP, Fix, Locator, Outlook, Picture, Reference
+from vo_core.looking import Looking
 from vo_core.matching.blocks import BlockGrid
 from vo_core.matching.fields import Interlacing
 from vo_core.matching.skipped import Skipping, blank
@@ -61,6 +62,9 @@ frame."""
 
 STRAY_RAD = float(np.radians(3.0))
 """Turn of a camera that looks ahead from which its picture is resampled from another vantage."""
+
+HELD_MM = 2.0
+"""Way of a robot that stands while its camera looks around, one sigma."""
 
 OPENING_FRAMES = 60
 """First frames that are kept, to track them again."""
@@ -163,6 +167,11 @@ class Odometry:
             self._axis_finder = AxisFinder((rig.camera.width, rig.camera.height))
         self._opening: list[tuple[Image, float]] | None = []
         """The first frames with their times, until it is known what is fixed in them."""
+        self._looking = Looking()
+        self._turn = np.zeros(2)
+        """(2,) change of yaw and pitch a frame period, between the last two fixes."""
+        self._ahead: Reference | None = None
+        """Newest keyframe of a camera that looked ahead."""
         self._gaze: Matrix | None = None
         """(2,) yaw and pitch by the pipe's axis in this frame, and in the last one with a fix."""
         self._gaze_fixed: Matrix | None = None
@@ -411,8 +420,11 @@ class Odometry:
         """Continue the motion as before, but not beyond the wall seen at the last fix."""
         at = self._fixed.pose
         if self._gaze is not None and self._gaze_fixed is not None:
-            turn, nod = (self._gaze - self._gaze_fixed).tolist()
-            at = replace(at, yaw_rad=at.yaw_rad + turn, pitch_rad=at.pitch_rad + nod)
+            at = _turned(at, self._gaze - self._gaze_fixed)
+        elif self._looking.is_around:
+            at = _turned(at, self._turn * self._gone)
+        if self._looking.is_around:
+            return replace(at, x_mm=self._looking.held_mm)
         if self._velocity is None:
             return at
         x, y, yaw = self._velocity * self._gone * min(1.0, self._most_periods / self._gone)
@@ -445,6 +457,7 @@ class Odometry:
             rate,
             shear_rad,
             self._gaze,
+            is_held=self._looking.is_around,
         )
 
     def _measure(self, picture: Picture) -> Fix | None:
@@ -454,6 +467,8 @@ class Odometry:
         """
         outlook, predicted = self._outlook(), self._predict()
         references = [r for r in (self._keyframe, self._fallback) if r is not None]
+        if self._looking.is_around and self._ahead is not None:
+            references.append(self._ahead)
         guesses = [predicted]
         if self._is_torn:
             # Texture that was skipped for some frames lies whole frame steps from its place.
@@ -495,7 +510,13 @@ class Odometry:
                 # A bridge would extrapolate the noise of a single step.
                 velocity = np.array([(velocity[0] + self._velocity[0]) / 2, 0.0, 0.0])
             self._velocity = velocity
+        before = self._fixed.gaze
         self._state = self._fixed = fix.state
+        if self._axis_finder is not None:
+            self._turn = (fix.state.gaze - before) / self._gone
+            self._looking.follow(fix.pose.x_mm, fix.state.gaze)
+            if not self._looking.is_around:
+                self._ahead = fix.reference
         self._fix_periods, self._gaze_fixed = self._clock.periods, self._gaze
         self._fallback = self._reference(picture, turn_rad=_systematic(TURN_ERROR, fix))
         least = COARSE_OVERLAP if self._skipping.is_coarse else self._least_overlap
@@ -516,11 +537,22 @@ class Odometry:
             most_periods=self._most_periods,
             period_s=self._clock.period_s,
         )
+        if self._looking.is_around:
+            return self._hold(picture)
         if is_new and self._keyframe is not None:
             out_of_sight = self._gone > (1 - LEAST_OVERLAP) * self._most_periods > 0
             if out_of_sight or self._gone_s > LOST_LIMIT_S:
                 self._fallback = self._reference(picture)
         return "lost", 0.0
+
+    def _hold(self, picture: Picture) -> tuple[Status, float]:
+        """Keep the distance of a robot that stands, while its camera looks elsewhere."""
+        covariance = self._fixed.covariance.copy()
+        covariance[0, 0] += HELD_MM**2
+        self._state = replace(self._state, covariance=covariance)
+        if self._gone_s > LOST_LIMIT_S:
+            self._fallback = self._reference(picture)
+        return "weak", 0.0
 
     def _reference(self, picture: Picture, turn_rad: float = 0.0) -> Reference:
         covariance = self._state.covariance + np.diag(np.square(LINK_ERROR))
@@ -560,6 +592,12 @@ class Odometry:
             pitch_deg=float(np.degrees(pose.pitch_rad)),
             roll_deg=float(np.degrees(pose.roll_rad)),
         )
+
+
+def _turned(pose: Pose, turn: Matrix) -> Pose:
+    """Turn a pose by (2,) yaw and pitch."""
+    yaw, pitch = turn.tolist()
+    return replace(pose, yaw_rad=pose.yaw_rad + yaw, pitch_rad=pose.pitch_rad + pitch)
 
 
 def _systematic(error: Matrix, fix: Fix) -> float:

@@ -78,6 +78,11 @@ class State:
         )
 
     @property
+    def gaze(self) -> Matrix:
+        """(2,) yaw and pitch of the camera in the pipe, rad."""
+        return np.array([self.pose.yaw_rad, self.pose.pitch_rad + self.mount_rad[0]])
+
+    @property
     def absolute_sigma(self) -> Matrix:
         """(6,) standard deviation of the camera's pose in the pipe, with the tilt of the mount."""
         whole = np.eye(POSE, POSE + 2)

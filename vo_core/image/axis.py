@@ -97,6 +97,10 @@ class AxisFinder:
             (at - self._border_px + off + 0.5) / self._scale - 0.5
             for at, off in zip((column, row), offset, strict=True)
         )
+        # Outside the picture there are gradients on one side only, and the axis seems nearer.
+        width, height = (side / self._scale for side in self._size_wh)
+        if not (0 <= u < width and 0 <= v < height):
+            return None
         return Axis((float(u), float(v)), float(score[row, column]))
 
     def _padded(self, image: GrayImage) -> GrayImage:
