@@ -66,6 +66,12 @@ STRAY_RAD = float(np.radians(3.0))
 HELD_MM = 2.0
 """Way of a robot that stands while its camera looks around, one sigma."""
 
+GAZE_NOISE_RAD = float(np.radians(1.5))
+"""Change of the gaze by the axis from frame to frame that may be an error."""
+
+USUAL_AGREEMENT = 0.7
+"""A fix is as usual if it agrees at least by this share of the mean agreement."""
+
 OPENING_FRAMES = 60
 """First frames that are kept, to track them again."""
 
@@ -192,6 +198,8 @@ class Odometry:
         self._bed = Bed(rig, (columns * side_mm, rows * side_mm))
         self._fidelity = 1.0
         """Running mean of `Alignment.fidelity`."""
+        self._agreement = 0.0
+        """Running mean of `Alignment.agreement`."""
         self._model_mm = 0.0
         """Systematic error that may have accumulated, signed like the distance."""
         self._velocity: Matrix | None = None
@@ -420,7 +428,8 @@ class Odometry:
         """Continue the motion as before, but not beyond the wall seen at the last fix."""
         at = self._fixed.pose
         if self._gaze is not None and self._gaze_fixed is not None:
-            at = _turned(at, self._gaze - self._gaze_fixed)
+            turn = self._gaze - self._gaze_fixed
+            at = _turned(at, np.sign(turn) * np.maximum(np.abs(turn) - GAZE_NOISE_RAD, 0.0))
         elif self._looking.is_around:
             at = _turned(at, self._turn * self._gone)
         if self._looking.is_around:
@@ -473,17 +482,34 @@ class Odometry:
         if self._is_torn:
             # Texture that was skipped for some frames lies whole frame steps from its place.
             outlook = replace(outlook, is_bound=True)
-        elif apart_mm(predicted, self._fixed.pose) > APART * self._rectify.grid.mm_per_px:
+        elif (
+            apart_mm(predicted, self._fixed.pose) > APART * self._rectify.grid.mm_per_px
+            or (predicted.yaw_rad, predicted.pitch_rad)
+            != (self._fixed.pose.yaw_rad, self._fixed.pose.pitch_rad)
+        ):
             guesses.append(self._fixed.pose)
+        doubtful = []
         for guess, reference in product(guesses, references):
             if self._locator.overlap(reference, guess) >= LEAST_OVERLAP:
                 fix = self._locator.locate(reference, picture, guess, outlook)
-                if fix is not None:
+                if fix is not None and self._is_usual(fix):
                     return fix
+                doubtful += [fix] if fix is not None else []
+        if doubtful:
+            return max(doubtful, key=lambda fix: fix.alignment.significance)
         for reference in () if self._is_torn else references:
             if (fix := self._locator.search(reference, picture, outlook)) is not None:
                 return fix
         return None
+
+    def _is_usual(self, fix: Fix) -> bool:
+        """Whether a fix agrees nearly as well as those before; else other guesses are tried, too.
+
+        A turned camera sees rings as another camera sees them from another place.
+        """
+        if self._axis_finder is None:
+            return True
+        return fix.alignment.agreement > USUAL_AGREEMENT * self._agreement
 
     def _begin(self, picture: Picture, *, is_new: bool) -> tuple[Status, float]:
         if not is_new:
@@ -495,6 +521,7 @@ class Odometry:
     def _take(self, fix: Fix, picture: Picture) -> tuple[Status, float]:
         share = _systematic(SCALE_ERROR, fix) * self._rectify.unevenness
         self._model_mm += share * (fix.pose.x_mm - self._fixed.pose.x_mm)
+        self._agreement += FIDELITY_GAIN * (fix.alignment.agreement - self._agreement)
         self._fidelity += FIDELITY_GAIN * (fix.alignment.fidelity - self._fidelity)
         self._sway.learn(fix.change, fix.change_variance)
         self._sway.follow(fix.pose, np.diag(fix.state.covariance)[:6])
