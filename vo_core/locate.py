@@ -53,6 +53,10 @@ from vo_core.matching.correlate import (
 from vo_core.state import RATE_SIGMA, UNKNOWN_RATE, State, tilt_sigma_rad
 from vo_core.types import ByteImage, GrayImage, Matrix
 
+ASIDE = 0.15
+"""Distance of a camera that looks ahead from where the rig states it, one sigma, as a share of the
+diameter."""
+
 STANDS_MM = 0.3
 """Way of a robot that stands, one sigma."""
 
@@ -214,6 +218,9 @@ class Locator:
         self._ring_modes: Matrix | None = None
         if self._rig.mount.view == "forward":
             self._ring_modes = ring_modes(self._rig, self._grid, self._blocks.nodes())
+        self._aside_mm = np.inf
+        if self._rig.mount.view == "forward" and self._rig.pipe.diameter_mm is not None:
+            self._aside_mm = ASIDE * self._rig.pipe.diameter_mm
         self._settled = 6 if self._rig.mount.view == "forward" else None
         self._motions: dict[tuple[Pose, Pose, bool], WallMotion] = {}
         """Motion models in use, by the vantages of reference and picture."""
@@ -358,7 +365,7 @@ class Locator:
         parameters = _parameters(reference, start)
         exact: WallMotion | RollingMotion
         exact = wall = self._motion(reference, picture, coarse=False)
-        scales, known = wall.scales, _known(reference, parameters, outlook.gaze)
+        scales, known = wall.scales, _known(reference, parameters, outlook.gaze, self._aside_mm)
         reach_mm = STANDS_MM if outlook.is_held else START_PX * self._grid.mm_per_px
         habit = _habit(reference, start, parameters, outlook.sway, reach_mm)
         if self._rig.camera.readout_ms > 0:
@@ -436,10 +443,16 @@ class Locator:
         return None, 0.0
 
 
-def _known(reference: Reference, parameters: Matrix, gaze: Matrix | None) -> Prior:
+def _known(
+    reference: Reference, parameters: Matrix, gaze: Matrix | None, aside_mm: float
+) -> Prior:
     """Prior of the reference pose and the mount, and of the gaze: pitch is pose and mount."""
     information = np.zeros((PARAMETERS, PARAMETERS))
     information[np.ix_(_KNOWN, _KNOWN)] = inverse(reference.state.covariance)
+    if np.isfinite(aside_mm):
+        parameters = parameters.copy()
+        parameters[[1, 3]] = 0.0
+        information[[1, 3], [1, 3]] += aside_mm**-2
     if gaze is None:
         return Prior(parameters, information)
     mean = parameters.copy()
