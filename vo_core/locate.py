@@ -57,6 +57,10 @@ ASIDE = 0.15
 """Distance of a camera that looks ahead from where the rig states it, one sigma, as a share of the
 diameter."""
 
+FAINT_PSR = 6.5
+"""Like `LOCK_PSR`, where a wrong peak costs only an alignment that fails: as the wall comes nearer
+it is seen more sharply, and the peak is fainter."""
+
 STANDS_MM = 0.3
 """Way of a robot that stands, one sigma."""
 
@@ -218,7 +222,9 @@ class Locator:
         self._ring_modes: Matrix | None = None
         if self._rig.mount.view == "forward":
             self._ring_modes = ring_modes(self._rig, self._grid, self._blocks.nodes())
-        self._aside_mm = np.inf
+        self._aside_mm, self._least_psr = np.inf, LOCK_PSR
+        if self._rig.mount.view == "forward":
+            self._least_psr = FAINT_PSR
         if self._rig.mount.view == "forward" and self._rig.pipe.diameter_mm is not None:
             self._aside_mm = ASIDE * self._rig.pipe.diameter_mm
         self._settled = 6 if self._rig.mount.view == "forward" else None
@@ -357,7 +363,7 @@ class Locator:
         window = taper(common, max(4, min(common.shape) // 5))
         original = self._coarse_blocks.crop(reference.picture.coarse)
         surface = correlation(spectrum(original, window), spectrum(seen, window))
-        return [peak for peak in best_peaks(surface, 2) if peak.psr >= LOCK_PSR]
+        return [peak for peak in best_peaks(surface, 2) if peak.psr >= self._least_psr]
 
     def _align(
         self, reference: Reference, picture: Picture, start: Pose, outlook: Outlook

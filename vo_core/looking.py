@@ -44,12 +44,12 @@ class Looking:
         """
         if self.ahead is None:
             self.ahead, self._last_mm = gaze, x_mm
-        aside_rad = float(np.abs(gaze - self.ahead).max())
+        driven = 1 - np.exp(-abs(x_mm - self._last_mm) / MEMORY_MM)
+        ahead = self.ahead + (gaze - self.ahead) * driven
+        aside_rad = float(np.abs(gaze - ahead).max())
         if self.is_around:
             self.is_around = aside_rad > BACK_RAD
         elif aside_rad > ASIDE_RAD:
             self.is_around, self.held_mm = True, self._last_mm
         if not self.is_around:
-            way_mm = abs(x_mm - self._last_mm)
-            self.ahead = self.ahead + (gaze - self.ahead) * (1 - np.exp(-way_mm / MEMORY_MM))
-            self._last_mm = x_mm
+            self.ahead, self._last_mm = ahead, x_mm

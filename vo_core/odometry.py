@@ -21,7 +21,7 @@ from vo_core.geometry.bed import Bed
 from vo_core.geometry.gaze import gaze
 from vo_core.geometry.height import scale_sigma
 from vo_core.geometry.motion import POSE, RATES
-from vo_core.geometry.rectify import BOTTOM, TOP, WHOLE, Rectifier, Rows
+from vo_core.geometry.rectify import BOTTOM, COARSEST, TOP, WHOLE, Rectifier, Rows
 from vo_core.geometry.sway import Sway
 from vo_core.geometry.tilt import MountTilt
 from vo_core.geometry.wall import Pose, apart_mm
@@ -71,6 +71,15 @@ GAZE_NOISE_RAD = float(np.radians(1.5))
 
 USUAL_AGREEMENT = 0.7
 """A fix is as usual if it agrees at least by this share of the mean agreement."""
+
+SLOW_S = 0.2
+"""Frame period from which the robot may leave the near wall from one frame to the next."""
+
+FAR = 9.0
+"""`COARSEST` for such a film: the patch reaches to three times the distance of its near end."""
+
+HELD_S = 5.0
+"""After this time without a fix nothing shows that the robot still stands."""
 
 OPENING_FRAMES = 60
 """First frames that are kept, to track them again."""
@@ -150,10 +159,14 @@ class Odometry:
     """Tracks the camera through a film; `step` takes one frame after the other."""
 
     def __init__(self, rig: Rig) -> None:
+        self._start(rig, COARSEST)
+
+    def _start(self, rig: Rig, coarsest: float) -> None:
+        """Start with a patch that reaches as far as `coarsest` allows, see `Rectifier`."""
         self.rig = rig
         self._scale_sigma = scale_sigma(rig)
         self._least_overlap = KEYFRAME_OVERLAP[rig.pipe.shape]
-        self._rectify = Rectifier(rig)
+        self._rectify = Rectifier(rig, coarsest=coarsest)
         self._interlacing = Interlacing(self._rectify)
         self._first: tuple[Image, Rows] | None = None
         """Picture at the zero point and the rows that were read, until the order of fields is
@@ -167,6 +180,7 @@ class Odometry:
         self._locator = Locator(self._rectify)
         self._view = self._locator.view(self._rectify)
         reach_mm = STRAY_SHARE * (rig.pipe.diameter_mm or 0.0)
+        self._coarsest = coarsest
         self._overlay = Overlay((rig.camera.width, rig.camera.height))
         self._axis_finder: AxisFinder | None = None
         if rig.mount.view == "forward":
@@ -237,6 +251,10 @@ class Odometry:
         image = grey_frame(self.rig.camera, image)
         self._mask(image)
         if self._opening is not None:
+            if len(self._opening) == 1 and t_s - self._opening[0][1] > SLOW_S:
+                opening = self._opening
+                self._begin_anew(FAR)
+                self._opening = opening
             self._opening.append((image, t_s))
         return self._track(image, t_s)
 
@@ -345,23 +363,22 @@ class Odometry:
         if self._overlay.add(image):
             self._view = self._locator.view(self._view.rectify, self._overlay.mask)
             if was_clear and self._opening:
-                self._begin_anew()
+                self._begin_anew(self._coarsest)
         if self._opening is not None and len(self._opening) >= OPENING_FRAMES:
             self._opening = None
 
-    def _begin_anew(self) -> None:
-        """Track the first frames again, now that it is known what is fixed in them.
+    def _begin_anew(self, coarsest: float) -> None:
+        """Track the first frames again, now that more is known of the film.
 
         Text that stands still places the camera beside the axis, and the wall that it shows there
         agrees with that place for a long time.
         """
-        opening, self._opening = self._opening or [], None
-        anew = Odometry(self.rig)
-        anew._overlay, anew._opening = self._overlay, None
-        anew._view = anew._locator.view(anew._rectify, self._overlay.mask)
+        overlay, opening = self._overlay, self._opening or []
+        self._start(self.rig, coarsest)
+        self._overlay, self._opening = overlay, None
+        self._view = self._locator.view(self._rectify, overlay.mask)
         for image, t_s in opening:
-            anew._track(image, t_s)
-        self.__dict__.update(anew.__dict__)
+            self._track(image, t_s)
 
     def _keep_zero(self, rows: Rows) -> None:
         """Move the zero point if the wrong field of the first picture was read.
@@ -564,21 +581,19 @@ class Odometry:
             most_periods=self._most_periods,
             period_s=self._clock.period_s,
         )
-        if self._looking.is_around:
-            return self._hold(picture)
+        if self._looking.is_around and self._gone_s < HELD_S:
+            return self._hold()
         if is_new and self._keyframe is not None:
             out_of_sight = self._gone > (1 - LEAST_OVERLAP) * self._most_periods > 0
             if out_of_sight or self._gone_s > LOST_LIMIT_S:
                 self._fallback = self._reference(picture)
         return "lost", 0.0
 
-    def _hold(self, picture: Picture) -> tuple[Status, float]:
+    def _hold(self) -> tuple[Status, float]:
         """Keep the distance of a robot that stands, while its camera looks elsewhere."""
         covariance = self._fixed.covariance.copy()
         covariance[0, 0] += HELD_MM**2
-        self._state = replace(self._state, covariance=covariance)
-        if self._gone_s > LOST_LIMIT_S:
-            self._fallback = self._reference(picture)
+        self._state = replace(self._fixed, pose=self._predict(), covariance=covariance)
         return "weak", 0.0
 
     def _reference(self, picture: Picture, turn_rad: float = 0.0) -> Reference:

@@ -123,12 +123,13 @@ class Rectifier:
         InvalidRig: The camera sees no wall, or too narrow a strip of it.
     """
 
-    def __init__(self, rig: Rig) -> None:
+    def __init__(self, rig: Rig, *, coarsest: float = COARSEST) -> None:
+        """`coarsest` replaces `COARSEST`, for a patch that reaches farther."""
         self.rig = rig
         self.vantage = NOMINAL
         camera = rig.camera
         longest = max(camera.width, camera.height)
-        self.grid, self.unevenness = _visible_grid(rig)
+        self.grid, self.unevenness = _visible_grid(rig, coarsest)
         self._fineness = 1 if self.unevenness < EVEN else 2
         reduction = max(1.0, longest / (self._fineness * PATCH_SIDE_PX))
         self._frame_wh = (camera.width, camera.height)
@@ -218,7 +219,7 @@ def require_wall_in_view(rig: Rig) -> None:
     Raises:
         InvalidRig: It sees none, or too narrow a strip of it.
     """
-    _visible_grid(rig)
+    _visible_grid(rig, COARSEST)
 
 
 def no_wall_in_view(rig: Rig) -> InvalidRig:
@@ -232,7 +233,7 @@ def no_wall_in_view(rig: Rig) -> InvalidRig:
     )
 
 
-def _visible_grid(rig: Rig) -> tuple[PatchGrid, float]:
+def _visible_grid(rig: Rig, coarsest: float) -> tuple[PatchGrid, float]:
     """Bounding rectangle of the wall that the picture shows finely enough (see `COARSEST`).
 
     The second value is the unevenness: the coarsest mm per px there over the finest.
@@ -248,7 +249,7 @@ def _visible_grid(rig: Rig) -> tuple[PatchGrid, float]:
         raise no_wall_in_view(rig)
     finest = float(np.nanmin(mm_per_px))
     with np.errstate(invalid="ignore"):
-        good = mm_per_px <= COARSEST * finest
+        good = mm_per_px <= coarsest * finest
         if rig.mount.view == "forward":
             good |= wall_mm[:-1, :-1, 0] <= BEYOND_RING * _ring_mm(wall_mm)
     corners = np.zeros((49, 65), bool)

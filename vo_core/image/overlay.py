@@ -72,7 +72,7 @@ class Overlay:
         size = cv2.magnitude(along, down)
         shown = size > LEAST_TEXTURE
         scale = shown / np.maximum(size, LEAST_TEXTURE)
-        now = along * scale, down * scale
+        now = (along * scale).astype(np.float32), (down * scale).astype(np.float32)
         if self._last is not None:
             both = np.count_nonzero(shown & ((self._last[0] != 0) | (self._last[1] != 0)))
             alike = float((now[0] * self._last[0] + now[1] * self._last[1]).sum())
