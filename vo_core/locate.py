@@ -439,7 +439,6 @@ class Locator:
             ),
         )
 
-
     def _coding(self, outlook: Outlook) -> tuple[Matrix | None, float]:
         """Displacements by coding to expect, and the standard deviation of their parameters."""
         if self._ring_modes is not None:
@@ -449,9 +448,7 @@ class Locator:
         return None, 0.0
 
 
-def _known(
-    reference: Reference, parameters: Matrix, gaze: Matrix | None, aside_mm: float
-) -> Prior:
+def _known(reference: Reference, parameters: Matrix, gaze: Matrix | None, aside_mm: float) -> Prior:
     """Prior of the reference pose and the mount, and of the gaze: pitch is pose and mount."""
     information = np.zeros((PARAMETERS, PARAMETERS))
     information[np.ix_(_KNOWN, _KNOWN)] = inverse(reference.state.covariance)

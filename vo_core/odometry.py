@@ -18,7 +18,6 @@ from vo_core.bridge import bridged
 from vo_core.clock import Clock
 from vo_core.errors import InvalidTime
 from vo_core.geometry.bed import Bed
-from vo_core.geometry.gaze import gaze
 from vo_core.geometry.height import scale_sigma
 from vo_core.geometry.motion import POSE, RATES
 from vo_core.geometry.rectify import BOTTOM, COARSEST, TOP, WHOLE, Rectifier, Rows
@@ -26,14 +25,13 @@ from vo_core.geometry.sway import Sway
 from vo_core.geometry.tilt import MountTilt
 from vo_core.geometry.wall import Pose, apart_mm
 from vo_core.geometry.wander import Wander
-from vo_core.image.axis import AxisFinder
 from vo_core.image.filters import low_pass, normalise
 from vo_core.image.health import NO_HEALTH, Health, HealthGauge
 from vo_core.image.overlay import Overlay
 from vo_core.image.pattern import FixedPattern
 from vo_core.image.resample import grey_frame, reduce_to
 from vo_core.locate import CERTAIN, LEAST_OVERLAP, Fix, Locator, Outlook, Picture, Reference
-from vo_core.looking import Looking
+from vo_core.lookout import Lookout
 from vo_core.matching.blocks import BlockGrid
 from vo_core.matching.fields import Interlacing
 from vo_core.matching.skipped import Skipping, blank
@@ -60,14 +58,8 @@ FRESH = 0.1
 """A picture of a coarsely coded film with a smaller share of skipped blocks counts as an I
 frame."""
 
-STRAY_RAD = float(np.radians(3.0))
-"""Turn of a camera that looks ahead from which its picture is resampled from another vantage."""
-
 HELD_MM = 2.0
 """Way of a robot that stands while its camera looks around, one sigma."""
-
-GAZE_NOISE_RAD = float(np.radians(1.5))
-"""Change of the gaze by the axis from frame to frame that may be an error."""
 
 USUAL_AGREEMENT = 0.7
 """A fix is as usual if it agrees at least by this share of the mean agreement."""
@@ -83,15 +75,6 @@ HELD_S = 5.0
 
 OPENING_FRAMES = 60
 """First frames that are kept, to track them again."""
-
-UNLIKE_RAD = float(np.radians(5.0))
-"""Difference of the axis in the picture from the vantage beyond which the camera has turned."""
-
-KNOWN = 3.0
-"""Standard deviations of the pose beyond which a camera certainly stands elsewhere."""
-
-STRAY_SHARE = 0.04
-"""The same for its way aside, as a share of the diameter."""
 
 LEAST_CONTRAST = 0.5
 """A frame with a smaller deviation in grey levels, after averaging out noise, shows nothing."""
@@ -178,24 +161,17 @@ class Odometry:
         self._is_fresh = False
         """Whether the last frame is an I frame of a coarsely coded film."""
         self._locator = Locator(self._rectify)
-        self._view = self._locator.view(self._rectify)
-        reach_mm = STRAY_SHARE * (rig.pipe.diameter_mm or 0.0)
         self._coarsest = coarsest
-        self._overlay = Overlay((rig.camera.width, rig.camera.height))
-        self._axis_finder: AxisFinder | None = None
+        self._view = self._locator.view(self._rectify)
+        self._overlay: Overlay | None = None
+        self._lookout: Lookout | None = None
         if rig.mount.view == "forward":
-            self._axis_finder = AxisFinder((rig.camera.width, rig.camera.height))
-        self._opening: list[tuple[Image, float]] | None = []
+            self._overlay = Overlay((rig.camera.width, rig.camera.height))
+            self._lookout = Lookout(self._locator, self._rectify, self._overlay)
+        self._opening: list[tuple[Image, float]] | None = [] if self._lookout else None
         """The first frames with their times, until it is known what is fixed in them."""
-        self._looking = Looking()
-        self._turn = np.zeros(2)
-        """(2,) change of yaw and pitch a frame period, between the last two fixes."""
         self._ahead: Reference | None = None
         """Newest keyframe of a camera that looked ahead."""
-        self._gaze: Matrix | None = None
-        """(2,) yaw and pitch by the pipe's axis in this frame, and in the last one with a fix."""
-        self._gaze_fixed: Matrix | None = None
-        self._stray = np.array([np.inf, reach_mm, STRAY_RAD, reach_mm, STRAY_RAD, 4 * STRAY_RAD])
         self._pattern = FixedPattern()
         self._gauge = HealthGauge(self._rectify.valid)
         self._pattern_pose = Pose()
@@ -249,20 +225,18 @@ class Odometry:
         if not np.isfinite(t_s):
             raise InvalidTime(f"Frame {self._frame} has the time {t_s} s; it must be finite.")
         image = grey_frame(self.rig.camera, image)
-        self._mask(image)
+        if self._overlay is not None:
+            self._learn_overlay(self._overlay, image)
         if self._opening is not None:
-            if len(self._opening) == 1 and t_s - self._opening[0][1] > SLOW_S:
-                opening = self._opening
-                self._begin_anew(FAR)
-                self._opening = opening
-            self._opening.append((image, t_s))
+            self._keep_opening(self._opening, image, t_s)
         return self._track(image, t_s)
 
     def _track(self, image: Image, t_s: float) -> Estimate:
+        """Estimate the pose in the next frame, (H, W) grey, with what is known of the film."""
         self._clock.tick(t_s)
         before = self._state.pose
-        self._look(image)
-        self._follow()
+        if self._lookout is not None:
+            self._aim(self._lookout, image)
         self.rows = self._interlacing(image)
         self._keep_zero(self.rows)
         patch = self._view.rectify(image, self.rows)
@@ -323,60 +297,47 @@ class Odometry:
         """Seconds since the last fix."""
         return self._gone * self._clock.period_s
 
-    def _look(self, image: Image) -> None:
-        """Find where a camera that looks ahead looks."""
-        if self._axis_finder is None:
-            return
-        axis = self._axis_finder(image)
-        roll_rad = self._state.pose.roll_rad + self._state.mount_rad[1]
-        self._gaze = None if axis is None else gaze(self.rig, axis.pixel_uv, roll_rad)
-        if self._gaze is not None and self._keyframe is None:
-            is_stated = (np.abs(self._gaze) < UNLIKE_RAD).all()
-            self._state = self._fixed = State.at_start(self.rig, None if is_stated else self._gaze)
-            self._gaze_fixed = self._gaze
+    @property
+    def _is_around(self) -> bool:
+        """Whether the camera looks around while the robot stands."""
+        return self._lookout is not None and self._lookout.is_around
 
-    def _follow(self) -> None:
-        """Choose the vantage of the next picture: a camera that looks ahead sees much more of one
-        side of the wall when it turns, and much less of the other.
-        """
-        if self._axis_finder is None:
-            return
-        pitch, roll = self._state.mount_rad
-        at = self._predict()
-        at = replace(at, x_mm=0.0, pitch_rad=at.pitch_rad + pitch, roll_rad=at.roll_rad + roll)
-        off = np.abs(at.vector - self._view.vantage.vector)
-        strays = bool((off > np.maximum(self._stray, KNOWN * self._state.absolute_sigma)).any())
-        if self._gaze is not None:
-            vantage = self._view.vantage
-            aside = self._gaze - (vantage.yaw_rad, vantage.pitch_rad)
-            strays |= bool((np.abs(aside) > UNLIKE_RAD).any())
-        if strays:
-            self._view = self._locator.view(self._rectify.at(at), self._overlay.mask)
+    def _aim(self, lookout: Lookout, image: Image) -> None:
+        """Choose the vantage from which the next picture is resampled."""
+        lookout.see(image, self._state)
+        if self._keyframe is None:
+            self._state = self._fixed = lookout.begin()
+        if lookout.aim(self._predict(), self._state):
             self._pattern = FixedPattern()
             self._skipping.forget()
+        self._view = lookout.view
 
-    def _mask(self, image: Image) -> None:
-        """Mask text and parts of the robot, which a camera that looks ahead shows."""
-        if self._axis_finder is None:
-            return
-        was_clear = self._overlay.mask is None
-        if self._overlay.add(image):
-            self._view = self._locator.view(self._view.rectify, self._overlay.mask)
+    def _learn_overlay(self, overlay: Overlay, image: Image) -> None:
+        """Mask what is fixed in the picture, and track the first frames again with the mask."""
+        was_clear = overlay.mask is None
+        if overlay.add(image):
             if was_clear and self._opening:
-                self._begin_anew(self._coarsest)
-        if self._opening is not None and len(self._opening) >= OPENING_FRAMES:
-            self._opening = None
+                self._begin_anew(overlay, self._coarsest)
+            elif self._lookout is not None:
+                self._lookout.mask()
 
-    def _begin_anew(self, coarsest: float) -> None:
+    def _keep_opening(self, opening: list[tuple[Image, float]], image: Image, t_s: float) -> None:
+        """Keep the first frames; a film of few frames a second begins anew with a longer patch."""
+        if len(opening) == 1 and self._overlay is not None and t_s - opening[0][1] > SLOW_S:
+            self._begin_anew(self._overlay, FAR)
+        opening.append((image, t_s))
+        self._opening = opening if len(opening) < OPENING_FRAMES else None
+
+    def _begin_anew(self, overlay: Overlay, coarsest: float) -> None:
         """Track the first frames again, now that more is known of the film.
 
         Text that stands still places the camera beside the axis, and the wall that it shows there
         agrees with that place for a long time.
         """
-        overlay, opening = self._overlay, self._opening or []
+        opening = self._opening or []
         self._start(self.rig, coarsest)
         self._overlay, self._opening = overlay, None
-        self._view = self._locator.view(self._rectify, overlay.mask)
+        self._lookout = Lookout(self._locator, self._rectify, overlay)
         for image, t_s in opening:
             self._track(image, t_s)
 
@@ -444,13 +405,10 @@ class Odometry:
     def _predict(self) -> Pose:
         """Continue the motion as before, but not beyond the wall seen at the last fix."""
         at = self._fixed.pose
-        if self._gaze is not None and self._gaze_fixed is not None:
-            turn = self._gaze - self._gaze_fixed
-            at = _turned(at, np.sign(turn) * np.maximum(np.abs(turn) - GAZE_NOISE_RAD, 0.0))
-        elif self._looking.is_around:
-            at = _turned(at, self._turn * self._gone)
-        if self._looking.is_around:
-            return replace(at, x_mm=self._looking.held_mm)
+        if self._lookout is not None:
+            at = self._lookout.turned(at, self._gone)
+            if self._lookout.is_around:
+                return replace(at, x_mm=self._lookout.held_mm)
         if self._velocity is None:
             return at
         x, y, yaw = self._velocity * self._gone * min(1.0, self._most_periods / self._gone)
@@ -482,8 +440,8 @@ class Odometry:
             self._sway,
             rate,
             shear_rad,
-            self._gaze,
-            is_held=self._looking.is_around,
+            None if self._lookout is None else self._lookout.gaze,
+            is_held=self._is_around,
         )
 
     def _measure(self, picture: Picture) -> Fix | None:
@@ -493,17 +451,16 @@ class Odometry:
         """
         outlook, predicted = self._outlook(), self._predict()
         references = [r for r in (self._keyframe, self._fallback) if r is not None]
-        if self._looking.is_around and self._ahead is not None:
+        if self._is_around and self._ahead is not None:
             references.append(self._ahead)
         guesses = [predicted]
         if self._is_torn:
             # Texture that was skipped for some frames lies whole frame steps from its place.
             outlook = replace(outlook, is_bound=True)
-        elif (
-            apart_mm(predicted, self._fixed.pose) > APART * self._rectify.grid.mm_per_px
-            or (predicted.yaw_rad, predicted.pitch_rad)
-            != (self._fixed.pose.yaw_rad, self._fixed.pose.pitch_rad)
-        ):
+        elif apart_mm(predicted, self._fixed.pose) > APART * self._rectify.grid.mm_per_px or (
+            predicted.yaw_rad,
+            predicted.pitch_rad,
+        ) != (self._fixed.pose.yaw_rad, self._fixed.pose.pitch_rad):
             guesses.append(self._fixed.pose)
         doubtful = []
         for guess, reference in product(guesses, references):
@@ -524,7 +481,7 @@ class Odometry:
 
         A turned camera sees rings as another camera sees them from another place.
         """
-        if self._axis_finder is None:
+        if self._lookout is None:
             return True
         return fix.alignment.agreement > USUAL_AGREEMENT * self._agreement
 
@@ -554,14 +511,12 @@ class Odometry:
                 # A bridge would extrapolate the noise of a single step.
                 velocity = np.array([(velocity[0] + self._velocity[0]) / 2, 0.0, 0.0])
             self._velocity = velocity
-        before = self._fixed.gaze
-        self._state = self._fixed = fix.state
-        if self._axis_finder is not None:
-            self._turn = (fix.state.gaze - before) / self._gone
-            self._looking.follow(fix.pose.x_mm, fix.state.gaze)
-            if not self._looking.is_around:
+        if self._lookout is not None:
+            self._lookout.follow(fix.pose.x_mm, self._fixed, fix.state, self._gone)
+            if not self._lookout.is_around:
                 self._ahead = fix.reference
-        self._fix_periods, self._gaze_fixed = self._clock.periods, self._gaze
+        self._state = self._fixed = fix.state
+        self._fix_periods = self._clock.periods
         self._fallback = self._reference(picture, turn_rad=_systematic(TURN_ERROR, fix))
         least = COARSE_OVERLAP if self._skipping.is_coarse else self._least_overlap
         is_out = fix.reference is not self._keyframe or fix.alignment.overlap < least
@@ -581,7 +536,7 @@ class Odometry:
             most_periods=self._most_periods,
             period_s=self._clock.period_s,
         )
-        if self._looking.is_around and self._gone_s < HELD_S:
+        if self._is_around and self._gone_s < HELD_S:
             return self._hold()
         if is_new and self._keyframe is not None:
             out_of_sight = self._gone > (1 - LEAST_OVERLAP) * self._most_periods > 0
@@ -634,12 +589,6 @@ class Odometry:
             pitch_deg=float(np.degrees(pose.pitch_rad)),
             roll_deg=float(np.degrees(pose.roll_rad)),
         )
-
-
-def _turned(pose: Pose, turn: Matrix) -> Pose:
-    """Turn a pose by (2,) yaw and pitch."""
-    yaw, pitch = turn.tolist()
-    return replace(pose, yaw_rad=pose.yaw_rad + yaw, pitch_rad=pose.pitch_rad + pitch)
 
 
 def _systematic(error: Matrix, fix: Fix) -> float:

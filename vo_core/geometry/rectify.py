@@ -116,7 +116,8 @@ class Rectifier:
     """Resamples frames of one rig onto the developed wall, with maps that are computed once.
 
     Patches are (rows, columns); columns run forward along the pipe and rows to the right.
-    `unevenness` is the picture's coarsest resolution on the wall over its finest, 1 to `COARSEST` or more.
+    `unevenness` is the picture's coarsest resolution on the wall over its finest, 1 to
+    `COARSEST` or more.
     The maps hold for a camera at the pose `vantage`; another one sees the wall a little bent.
 
     Raises:

@@ -1,0 +1,157 @@
+"""A camera that looks along the pipe: where it looks, what it sees there, and when it looks around.
+
+Nobody states where such a camera stands and looks, and an operator turns it. So its picture is
+resampled from a vantage that follows the estimated pose; the pipe's axis in the picture shows large
+turns before any wall is matched; and what is fixed in the picture is masked.
+
+An operator stops at a defect, turns the camera to it and back.  The gaze then leaves the direction
+in which the robot has driven, and returns to it, without any way between.  A camera that is pushed
+through the pipe by hand turns as far, but only while it moves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from vo_core.geometry.gaze import gaze
+from vo_core.geometry.rectify import Rectifier
+from vo_core.geometry.wall import Pose
+from vo_core.image.axis import AxisFinder
+from vo_core.image.overlay import Overlay
+from vo_core.locate import Locator, View
+from vo_core.state import State
+from vo_core.types import Image, Matrix
+
+STRAY_RAD = float(np.radians(3.0))
+"""Turn from which the picture is resampled from another vantage."""
+
+STRAY_SHARE = 0.04
+"""The same for the way aside, as a share of the diameter."""
+
+STRAY_ROLL = 4.0
+"""A turn about the axis, in units of `STRAY_RAD`, only shifts the patch along its arc."""
+
+KNOWN = 3.0
+"""Standard deviations of the pose beyond which a camera certainly stands elsewhere."""
+
+UNLIKE_RAD = float(np.radians(5.0))
+"""Difference of the axis in the picture from the vantage beyond which the camera has turned."""
+
+NOISE_RAD = float(np.radians(1.5))
+"""Change of the gaze by the axis from frame to frame that may be an error."""
+
+ASIDE_RAD = float(np.radians(10.0))
+"""Angle between gaze and driving direction from which the camera looks around."""
+
+BACK_RAD = float(np.radians(6.0))
+"""Angle below which it looks ahead again."""
+
+MEMORY_MM = 100.0
+"""Way over which the driving direction is averaged."""
+
+
+class Lookout:
+    """Follows the gaze of a camera that looks along the pipe."""
+
+    def __init__(self, locator: Locator, rectify: Rectifier, overlay: Overlay) -> None:
+        camera, diameter_mm = rectify.rig.camera, rectify.rig.pipe.diameter_mm or 0.0
+        self._locator, self._rectify, self._overlay = locator, rectify, overlay
+        self._find_axis = AxisFinder((camera.width, camera.height))
+        aside_mm = STRAY_SHARE * diameter_mm
+        self._stray = np.array(
+            [np.inf, aside_mm, STRAY_RAD, aside_mm, STRAY_RAD, STRAY_ROLL * STRAY_RAD]
+        )
+        self.view: View = locator.view(rectify, overlay.mask)
+        """What the camera sees from the vantage of the next picture."""
+        self.gaze: Matrix | None = None
+        """(2,) yaw and pitch by the axis in the last picture; None if it does not show."""
+        self._gaze_fixed: Matrix | None = None
+        """The same in the last picture with a fix."""
+        self._turn = np.zeros(2)
+        """(2,) change of yaw and pitch a frame period, between the last two fixes."""
+        self._ahead: Matrix | None = None
+        """(2,) yaw and pitch of the driving direction; None before the first fix."""
+        self._last_mm = 0.0
+        """Where the camera looked ahead last."""
+        self.is_around = False
+        """Whether the camera looks around."""
+
+    @property
+    def held_mm(self) -> float:
+        """Where the robot stands while the camera looks around."""
+        return self._last_mm
+
+    def see(self, image: Image, state: State) -> None:
+        """Find the axis in the next picture, (H, W) grey."""
+        axis = self._find_axis(image)
+        roll_rad = state.pose.roll_rad + state.mount_rad[1]
+        self.gaze = None if axis is None else gaze(self._rectify.rig, axis.pixel_uv, roll_rad)
+
+    def begin(self) -> State:
+        """State before the first frame: the rig's gaze, unless the picture clearly shows another.
+
+        The axis in a picture is known to a few degrees only.
+        """
+        self._gaze_fixed = self.gaze
+        is_stated = self.gaze is None or bool((np.abs(self.gaze) < UNLIKE_RAD).all())
+        return State.at_start(self._rectify.rig, None if is_stated else self.gaze)
+
+    def turned(self, pose: Pose, periods: float) -> Pose:
+        """Turn the last pose with a fix, `periods` frame periods ago, to where the camera looks."""
+        turn = np.zeros(2)
+        if self.gaze is not None and self._gaze_fixed is not None:
+            turn = self.gaze - self._gaze_fixed
+            turn = np.sign(turn) * np.maximum(np.abs(turn) - NOISE_RAD, 0.0)
+        elif self.is_around:
+            turn = self._turn * periods
+        yaw, pitch = turn.tolist()
+        return replace(pose, yaw_rad=pose.yaw_rad + yaw, pitch_rad=pose.pitch_rad + pitch)
+
+    def aim(self, pose: Pose, state: State) -> bool:
+        """Choose the vantage of the next picture, and return whether it has changed.
+
+        A camera that turns sees much more of one side of the wall and much less of the other.
+
+        Args:
+            pose: Predicted pose of the camera.
+            state: State at the last frame.
+        """
+        pitch, roll = state.mount_rad
+        at = replace(
+            pose, x_mm=0.0, pitch_rad=pose.pitch_rad + pitch, roll_rad=pose.roll_rad + roll
+        )
+        vantage = self.view.vantage
+        off = np.abs(at.vector - vantage.vector)
+        strays = bool((off > np.maximum(self._stray, KNOWN * state.absolute_sigma)).any())
+        if self.gaze is not None:
+            aside = np.abs(self.gaze - (vantage.yaw_rad, vantage.pitch_rad))
+            strays |= bool((aside > UNLIKE_RAD).any())
+        if strays:
+            self.view = self._locator.view(self._rectify.at(at), self._overlay.mask)
+        return strays
+
+    def mask(self) -> None:
+        """Take over the mask of the overlay."""
+        self.view = self._locator.view(self.view.rectify, self._overlay.mask)
+
+    def follow(self, x_mm: float, before: State, now: State, periods: float) -> None:
+        """Add a frame with a fix, and see whether the camera looks around.
+
+        Args:
+            x_mm: Position along the pipe.
+            before: State at the fix before.
+            now: State at this fix.
+            periods: Frame periods between the two.
+        """
+        self._gaze_fixed = self.gaze
+        self._turn = (now.gaze - before.gaze) / periods
+        if self._ahead is None:
+            self._ahead, self._last_mm = now.gaze, x_mm
+        driven = 1 - np.exp(-abs(x_mm - self._last_mm) / MEMORY_MM)
+        ahead = self._ahead + (now.gaze - self._ahead) * driven
+        aside_rad = float(np.abs(now.gaze - ahead).max())
+        self.is_around = aside_rad > (BACK_RAD if self.is_around else ASIDE_RAD)
+        if not self.is_around:
+            self._ahead, self._last_mm = ahead, x_mm
