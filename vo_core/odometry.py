@@ -588,6 +588,7 @@ class Odometry:
             z_mm=pose.z_mm,
             pitch_deg=float(np.degrees(pose.pitch_rad)),
             roll_deg=float(np.degrees(pose.roll_rad)),
+            looking_around=float(self._is_around),
         )
 
 

@@ -50,6 +50,8 @@ class Estimate:
     """Against the first frame, nose up positive."""
     roll_deg: float = 0.0
     """Against the first frame, right side down positive."""
+    looking_around: float = 0.0
+    """1 while the robot stands and its camera looks around, else 0."""
 
     @property
     def pose(self) -> Pose:
@@ -77,7 +79,7 @@ _ROW = np.dtype(
 _DECIMALS = {
     "time_s": 6, "x_mm": 4, "y_mm": 4, "yaw_deg": 5,
     "distance_mm": 4, "sigma_distance_mm": 4, "quality": 3,
-    "sigma_registration_mm": 4, "z_mm": 4, "pitch_deg": 5, "roll_deg": 5,
+    "sigma_registration_mm": 4, "z_mm": 4, "pitch_deg": 5, "roll_deg": 5, "looking_around": 0,
 }  # fmt: skip
 
 
@@ -98,6 +100,7 @@ class Track:
     z_mm: NDArray[np.float64]
     pitch_deg: NDArray[np.float64]
     roll_deg: NDArray[np.float64]
+    looking_around: NDArray[np.float64]
 
     def __len__(self) -> int:
         return len(self.frame)
@@ -179,7 +182,7 @@ class Track:
                 values = {name: finite(record[name]) for name in _OF_OLD if name != "status"}
                 further = {
                     "sigma_registration_mm": values["sigma_distance_mm"],
-                    **dict.fromkeys(("z_mm", "pitch_deg", "roll_deg"), 0.0),
+                    **dict.fromkeys(("z_mm", "pitch_deg", "roll_deg", "looking_around"), 0.0),
                 }
                 values |= {
                     name: finite(record[name]) if name in record else default

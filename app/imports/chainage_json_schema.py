@@ -148,7 +148,7 @@ _Share = Annotated[float, Field(ge=0, le=1)]
 _Rows = Field(max_length=_MOST_ROWS)
 
 
-_LEVEL = ("z_mm", "pitch_deg", "roll_deg")
+_NEWER = ("z_mm", "pitch_deg", "roll_deg", "looking_around")
 
 
 class _TrackColumns(_Part):
@@ -165,18 +165,19 @@ class _TrackColumns(_Part):
     z_mm: Annotated[list[_Number], _Rows]
     pitch_deg: Annotated[list[_Number], _Rows]
     roll_deg: Annotated[list[_Number], _Rows]
+    looking_around: Annotated[list[_Share], _Rows]
 
     @model_validator(mode="before")
     @classmethod
     def _with_newer_columns(cls, columns: Any) -> Any:
         """Add columns that an older export lacks: it has the sigma of the registration alone, and
-        neither height nor tilt.
+        neither height nor tilt nor gaze.
         """
         if not isinstance(columns, dict):
             return columns
         sigma_mm = columns.get("sigma_distance_mm")
-        level = [0.0] * len(sigma_mm) if isinstance(sigma_mm, list) else []
-        older = {"sigma_registration_mm": sigma_mm} | dict.fromkeys(_LEVEL, level)
+        zeros = [0.0] * len(sigma_mm) if isinstance(sigma_mm, list) else []
+        older = {"sigma_registration_mm": sigma_mm} | dict.fromkeys(_NEWER, zeros)
         return older | columns
 
     @model_validator(mode="after")

@@ -167,6 +167,7 @@ def _row(estimate: Estimate, index: int) -> Row:
         float(estimate.z_mm),
         float(estimate.pitch_deg),
         float(estimate.roll_deg),
+        float(estimate.looking_around),
     )
 
 

@@ -110,6 +110,7 @@ class Row(msgspec.Struct, frozen=True, array_like=True):
     z_mm: float = 0.0
     pitch_deg: float = 0.0
     roll_deg: float = 0.0
+    looking_around: float = 0.0
 
 
 class Gauged(msgspec.Struct, frozen=True, array_like=True):

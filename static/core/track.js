@@ -11,7 +11,7 @@ export const STATUSES = ['ok', 'weak', 'lost'];
 const TYPES = {
   time_s: Float64Array, x_mm: Float64Array, distance_mm: Float64Array, y_mm: Float32Array,
   z_mm: Float32Array, yaw_deg: Float32Array, pitch_deg: Float32Array, roll_deg: Float32Array,
-  sigma_distance_mm: Float32Array, quality: Float32Array, status: Uint8Array,
+  sigma_distance_mm: Float32Array, quality: Float32Array, status: Uint8Array, looking_around: Uint8Array,
 };
 const COLUMNS = Object.keys(TYPES);
 /** Browsers round media times to microseconds. */
@@ -33,6 +33,7 @@ const SAME_PLACE_MM = 5;
  * @property {number} z_mm
  * @property {number} pitch_deg
  * @property {number} roll_deg
+ * @property {number} looking_around 1 while the robot stands and its camera looks around
  */
 
 export class Track extends RunColumns {

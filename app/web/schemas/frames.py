@@ -24,7 +24,8 @@ def track_columns(track: Track, since: int) -> dict[str, NDArray[Any]]:
     status = np.zeros(len(track.status[since:]), np.uint8)
     for rank, name in enumerate(_STATUSES):
         status[track.status[since:] == name] = rank
-    return {**exact, **nearly, "status": status}
+    around = track.looking_around[since:].astype(np.uint8)
+    return {**exact, **nearly, "status": status, "looking_around": around}
 
 
 def health_columns(

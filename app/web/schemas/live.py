@@ -90,7 +90,7 @@ def live_header(
         name: getattr(corrected, name, None)
         for name in (
             "frame", "time_s", "x_mm", "y_mm", "yaw_deg", "distance_mm", "sigma_distance_mm",
-            "quality", "status", "z_mm", "pitch_deg", "roll_deg",
+            "quality", "status", "z_mm", "pitch_deg", "roll_deg", "looking_around",
         )
     }  # fmt: skip
     return pose | {

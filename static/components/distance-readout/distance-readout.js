@@ -119,9 +119,9 @@ class DistanceReadout extends Component {
   }
 
   #healthWords(row, isLive) {
-    if (!row) return healthWords(null, null, 0);
+    if (!row) return healthWords(null, null, 0, false);
     const health = isLive ? row.health : this.desk.health.at(row.frame);
-    return healthWords(row.status, health, row.time_s - this.#lastHeldS(row));
+    return healthWords(row.status, health, row.time_s - this.#lastHeldS(row), Boolean(row.looking_around));
   }
 
   /** Returns the time of the last frame, up to this row, in which the wall was tracked. */

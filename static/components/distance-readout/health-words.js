@@ -21,12 +21,14 @@ export const LEVELS = ['none', 'ok', 'weak', 'lost'];
  * @param {'ok'|'weak'|'lost'|null} status null: not tracked
  * @param {{overlap: number, fixed_pattern: number, complaints: string[]}|null} health
  * @param {number} lostS since the last frame that was not lost
+ * @param {boolean} isAround whether the robot stands and its camera looks around
  * @returns {{level: string, what: string, text: string}} what: changes when the text should be announced
  */
-export function healthWords(status, health, lostS) {
+export function healthWords(status, health, lostS, isAround) {
   if (!status) return { level: 'none', what: '', text: t('readout.none') };
   const names = (health?.complaints ?? []).slice(0, MOST_NAMED);
   const why = names.map((name) => COMPLAINTS[name](health)).join(' · ');
+  if (isAround && status !== 'lost') return { level: status, what: 'around', text: t('readout.looking_around') };
   const what = `${status} ${names}`;
   const level = status === 'ok' && why ? 'weak' : status;
   return { level, what, text: upperFirst(sentence(status, why, lostS)) };
