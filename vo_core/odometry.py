@@ -14,7 +14,7 @@ from itertools import product
 
 import numpy as np
 
-from vo_core.bridge import bridged
+from vo_core.bridge import UNKNOWN_SPEED, bridged
 from vo_core.clock import Clock
 from vo_core.errors import InvalidTime
 from vo_core.geometry.bed import Bed
@@ -72,6 +72,9 @@ FAR = 9.0
 
 HELD_S = 5.0
 """After this time without a fix nothing shows that the robot still stands."""
+
+MOVED_PX = 6.0
+"""Motion of the content since the reference from which the wall has certainly moved."""
 
 OPENING_FRAMES = 60
 """First frames that are kept, to track them again."""
@@ -190,6 +193,9 @@ class Odometry:
         """Running mean of `Alignment.fidelity`."""
         self._agreement = 0.0
         """Running mean of `Alignment.agreement`."""
+        self._has_moved = rig.mount.view == "down"
+        """Whether the wall has been seen to move.  Before, a camera that looks ahead may show nothing
+        but its own lamp on a smooth wall, which stands still however far the robot drives."""
         self._model_mm = 0.0
         """Systematic error that may have accumulated, signed like the distance."""
         self._velocity: Matrix | None = None
@@ -497,6 +503,7 @@ class Odometry:
         self._model_mm += share * (fix.pose.x_mm - self._fixed.pose.x_mm)
         self._agreement += FIDELITY_GAIN * (fix.alignment.agreement - self._agreement)
         self._fidelity += FIDELITY_GAIN * (fix.alignment.fidelity - self._fidelity)
+        self._has_moved |= fix.moved_px > MOVED_PX and fix.alignment.significance > CERTAIN
         self._sway.learn(fix.change, fix.change_variance)
         self._sway.follow(fix.pose, np.diag(fix.state.covariance)[:6])
         self._bed.take(fix.change, self._fixed.pose.x_mm, fix.pose.x_mm)
@@ -574,6 +581,11 @@ class Odometry:
         pose = Pose.of(self._state.pose.vector - self._state.start)
         sigma_mm = float(np.sqrt(self._state.covariance[0, 0] + self._model_mm**2))
         scale_mm = np.hypot(self._scale_sigma * pose.x_mm, self._bed.sigma_mm)
+        if not self._has_moved:
+            status = "weak" if status == "ok" and self._frame > 0 else status
+            sigma_mm = float(
+                np.hypot(sigma_mm, self._clock.periods * self._clock.period_s * UNKNOWN_SPEED[0])
+            )
         return Estimate(
             frame=self._frame,
             time_s=t_s,
