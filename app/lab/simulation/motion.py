@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 from itertools import product
-from math import cos, floor, pi, radians, sin, sqrt
+from math import ceil, cos, floor, pi, radians, sin, sqrt
+
+import numpy as np
 
 from app.lab.simulation.scenario import Scenario, Shaking
 from vo_core.geometry.wall import Pose
@@ -18,6 +20,9 @@ _CLIMB_WAVES = ((0.75, 1500.0), (0.25, 530.0))
 _SHAKING_SHARES = (0.6, 0.4)
 """Shares of the amplitude in the two waves of a shaking robot."""
 
+
+_SAMPLES_PER_S = 4.0
+"""Poses looked at to bound the others; robots and hands turn more slowly."""
 
 _PHASE_STEP_RAD = 2.4
 """Phase between two movements of a shaking robot, so that they are not synchronous."""
@@ -128,8 +133,10 @@ class Trajectory:
         return Pose.of(self.pose(t_s).vector - self._start.vector)
 
     def extremes(self) -> list[Pose]:
-        """Extreme poses at x = 0, which approximately bound all others."""
+        """Poses at x = 0 that approximately bound all others."""
         scenario = self._scenario
+        if scenario.light_follows_view:
+            return [replace(self.pose(t_s), x_mm=0.0) for t_s in self._samples_s()]
         largest = list(astuple(scenario.shaking)[1:])
         return [
             self._pose(
@@ -143,6 +150,11 @@ class Trajectory:
             for climb in ((-1, 1) if scenario.climb_deg else (0,))
             for share in ((-1, 1) if any(largest) else (0,))
         ]
+
+    def _samples_s(self) -> list[float]:
+        """Times of the whole drive, a few per second."""
+        count = ceil(self.duration_s * _SAMPLES_PER_S) + 1
+        return np.linspace(-self._cut_s, self.duration_s - self._cut_s, count).tolist()
 
     def _pose(
         self,
@@ -162,7 +174,7 @@ class Trajectory:
         return Pose(
             x_mm=x_mm,
             y_mm=y_mm - lateral_mm,
-            yaw_rad=(yaw_deg + shaken_yaw_deg) * pi / 180,
+            yaw_rad=(yaw_deg + self._scenario.aside_deg + shaken_yaw_deg) * pi / 180,
             z_mm=z_mm - below_axis_mm,
             pitch_rad=radians(pitch_deg),
             roll_rad=radians(roll_deg + climb_deg),

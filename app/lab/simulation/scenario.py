@@ -78,6 +78,8 @@ class Scenario:
     """Largest sideways offset."""
     yaw_deg: float = 1.0
     """Largest heading to either side."""
+    aside_deg: float = 0.0
+    """Constant angle by which the camera looks to the right of its heading, which no rig states."""
     climb_deg: float = 0.0
     """Largest angle about the pipe's axis by which the robot climbs the wall to either side."""
     shaking: Shaking = Shaking()
@@ -97,6 +99,11 @@ class Scenario:
     crf: int = 18
     """Quality of the H.264 film, as libx264 counts: 18 is good, 38 is poor."""
 
+    light_follows_view: bool = False
+    """Whether light and sharpness are worked out anew from each pose.
+
+    A camera that looks along the pipe needs it, because there a small turn moves the dark end and
+    the near wall in the picture.  Otherwise they are those of the nominal pose."""
     contrast: float = 1.0
     """Contrast of the wall's texture; 1 is a standard deviation of about 14 grey levels."""
     first_joint_mm: float = 400.0

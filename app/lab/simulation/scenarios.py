@@ -60,6 +60,17 @@ _WIDE = replace(
     rig=_rig(camera=_FISHEYE, mount={"height_mm": 150.0}),
 )
 
+_AHEAD: Mapping[str, Any] = {"view": "forward", "height_mm": 150.0}
+_FORWARD = replace(
+    _NOMINAL,
+    name="forward",
+    description="A camera on the axis of the pipe that looks ahead, as on a CCTV crawler.",
+    rig=_rig(camera={"fx": 400.0, "fy": 400.0}, mount=_AHEAD),
+)
+
+_CREW = replace(_FORWARD, light_follows_view=True)
+"""The forward view as crews have it."""
+
 _ALL = (
     _NOMINAL,
     replace(
@@ -168,20 +179,12 @@ _ALL = (
         tile_mm=200.0,
     ),
     _WIDE,
-    replace(
-        _NOMINAL,
-        name="forward",
-        description="A camera on the axis of the pipe that looks ahead, as on a CCTV crawler.",
-        rig=_rig(camera={"fx": 400.0, "fy": 400.0}, mount={"view": "forward", "height_mm": 150.0}),
-    ),
+    _FORWARD,
     replace(
         _NOMINAL,
         name="forward_wide",
         description="The same with a fisheye lens that sees the wall beside it.",
-        rig=_rig(
-            camera=_FISHEYE,
-            mount={"view": "forward", "height_mm": 150.0},
-        ),
+        rig=_rig(camera=_FISHEYE, mount=_AHEAD),
     ),
     replace(
         _NOMINAL,
@@ -322,6 +325,19 @@ _ALL = (
         description="A weak texture under a narrow lamp.",
         contrast=0.15,
         lamp_width=0.4,
+    ),
+    replace(
+        _CREW,
+        name="forward_crooked",
+        description="A camera 20 mm off the axis that looks 3 degrees down, neither in the rig.",
+        true_rig=_rig(
+            camera={"fx": 400.0, "fy": 400.0},
+            mount={"view": "forward", "height_mm": 134.0, "lateral_mm": 12.0, "pitch_deg": -3.0},
+        ),
+        aside_deg=1.5,
+        length_mm=7850.0,
+        text=True,
+        crf=30,
     ),
 )
 
