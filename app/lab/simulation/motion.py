@@ -9,7 +9,7 @@ from math import ceil, cos, floor, pi, radians, sin, sqrt
 
 import numpy as np
 
-from app.lab.simulation.scenario import Scenario, Shaking
+from app.lab.simulation.scenario import Look, Scenario, Shaking
 from vo_core.geometry.wall import Pose
 
 # Two waves each, as (share of the amplitude, wavelength in mm), without a common period.
@@ -70,7 +70,7 @@ class _Leg:
 class Trajectory:
     """The drive of a scenario: standstill, its legs with rests between them, standstill.
 
-    Sway, yaw and climb are waves over the length of the path, so that a standing robot is still and
+    During a rest the camera may look around: it turns about its centre. Sway, yaw and climb are waves over the length of the path, so that a standing robot is still and
     a returning one takes another line. It shakes over time, in proportion to its speed.
     """
 
@@ -114,18 +114,31 @@ class Trajectory:
     def pose(self, t_s: float) -> Pose:
         """Pose in the pipe at `t_s` seconds after the first frame."""
         t_s += self._cut_s
-        leg = next((leg for leg in reversed(self._legs) if t_s >= leg.start_s), self._legs[0])
+        number = max((n for n, leg in enumerate(self._legs) if t_s >= leg.start_s), default=0)
+        leg = self._legs[number]
         driven_mm = leg.driven_mm(t_s - leg.start_s)
         path_mm = leg.travelled_mm + driven_mm
         scenario = self._scenario
         shaken = _shaken(scenario.shaking, t_s)
         strength = leg.speed_share(t_s - leg.start_s) * leg.speed_mm_s / scenario.speed_mm_s
-        return self._pose(
+        pose = self._pose(
             x_mm=leg.start_mm + leg.direction * driven_mm,
             sway_mm=scenario.sway_mm * _wave(path_mm, _SWAY_WAVES),
             yaw_deg=scenario.yaw_deg * _wave(path_mm, _YAW_WAVES),
             climb_deg=scenario.climb_deg * _wave(path_mm, _CLIMB_WAVES),
             shaken=[strength * value for value in shaken],
+        )
+        if number >= len(scenario.looks):
+            return pose
+        return self._looking(scenario.looks[number], pose, t_s - leg.start_s - leg.duration_s)
+
+    def _looking(self, look: Look, pose: Pose, rested_s: float) -> Pose:
+        """Turn a camera that looks around, at `rested_s` after the start of its rest."""
+        share = look.share(rested_s - (self._scenario.rest_s - look.duration_s) / 2)
+        return replace(
+            pose,
+            yaw_rad=pose.yaw_rad + share * radians(look.yaw_deg),
+            pitch_rad=pose.pitch_rad + share * radians(look.pitch_deg),
         )
 
     def truth(self, t_s: float) -> Pose:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 from dataclasses import dataclass, replace
+from math import cos, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,29 @@ class Shaking:
     yaw_deg: float = 0.0
     pitch_deg: float = 0.0
     roll_deg: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Look:
+    """A standing camera turns about its centre, holds, and turns back, as at a defect."""
+
+    yaw_deg: float = 0.0
+    """To the right of its heading; `pitch_deg` is above it."""
+    pitch_deg: float = 0.0
+    turn_s: float = 2.0
+    """Time of the turn out, and of the turn back."""
+    hold_s: float = 1.0
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first motion to the last."""
+        return 2 * self.turn_s + self.hold_s
+
+    def share(self, t_s: float) -> float:
+        """Share of the turn at `t_s` after its start; it starts and ends smoothly."""
+        nearest_end_s = min(t_s, self.duration_s - t_s)
+        turned = min(max(nearest_end_s / self.turn_s, 0.0), 1.0)
+        return (1 - cos(pi * turned)) / 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,6 +107,8 @@ class Scenario:
     climb_deg: float = 0.0
     """Largest angle about the pipe's axis by which the robot climbs the wall to either side."""
     shaking: Shaking = Shaking()
+    looks: tuple[Look, ...] = ()
+    """What the operator looks at, one in the middle of each rest."""
     frames_per_s: int = 30
     exposure_s: float = 0.0005
     cut_frames: int = 0

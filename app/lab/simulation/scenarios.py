@@ -7,7 +7,7 @@ from dataclasses import replace
 from math import inf
 from typing import Any
 
-from app.lab.simulation.scenario import Scenario, Shaking, Silt
+from app.lab.simulation.scenario import Look, Scenario, Shaking, Silt
 from vo_core.rig import Rig
 
 
@@ -338,6 +338,14 @@ _ALL = (
         length_mm=7850.0,
         text=True,
         crf=30,
+    ),
+    replace(
+        _CREW,
+        name="forward_looking_around",
+        description="The operator stops twice and turns the camera by 50 degrees and back.",
+        legs=(0.35, 0.35, 0.3),
+        rest_s=6.0,
+        looks=(Look(yaw_deg=50.0, pitch_deg=10.0), Look(yaw_deg=-50.0, pitch_deg=-20.0)),
     ),
 )
 
