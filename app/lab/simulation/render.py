@@ -22,7 +22,7 @@ _FULL_LIGHT_GREY = 235.0
 
 _BLACK_GREY = 4.0
 _MIN_TEXEL_MM = 0.2
-_WATER_HALF_MM = 16.0
+_PUMPING_PERIOD_S = 5.0
 _WATER_CENTRE_MM = 5.0
 _WATER_SPEED_MM_S = 420.0
 
@@ -168,7 +168,7 @@ class _Scene:
     ) -> FloatImage:
         """Look up the wall through a rippled stream, which bends the view, dims it and glitters."""
         away_mm = np.abs(arc_mm - np.float32(_WATER_CENTRE_MM))
-        cover = np.clip((np.float32(_WATER_HALF_MM + 1.5) - away_mm) / np.float32(3.0), 0, 1)
+        cover = np.clip((np.float32(self._scenario.water_half_mm + 1.5) - away_mm) / np.float32(3.0), 0, 1)
         size = ripples.shape[0]
 
         def ripple(speed_mm_s: float, texel_mm: float) -> FloatImage:
@@ -299,6 +299,7 @@ class _Recorder:
     def record(self, index: int, light: FloatImage) -> NDArray[np.uint8]:
         """Record the picture of one frame."""
         gain = float(np.clip(1 + self._scenario.flicker * self._rng.standard_normal(), 0.45, 1.7))
+        gain *= _exposure(self._scenario, index / self._scenario.frames_per_s)
         self._rng.standard_normal(out=self._noise, dtype=np.float32)
         fault = self._faults.get(index)
         if fault == "frozen" and self._last is not None:
@@ -318,6 +319,11 @@ class _Recorder:
             _burn_in(image, index / self._scenario.frames_per_s)
         self._last = image
         return image
+
+
+def _exposure(scenario: Scenario, t_s: float) -> float:
+    """Exposure around 1, a slow wave of its logarithm."""
+    return float(scenario.pumping ** (np.sin(2 * np.pi * t_s / _PUMPING_PERIOD_S) / 2))
 
 
 def _dirt(scenario: Scenario) -> tuple[FloatImage, FloatImage]:

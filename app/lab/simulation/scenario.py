@@ -144,13 +144,17 @@ class Scenario:
     """Defects on the wall."""
     silt: Silt = NO_SILT
     water: bool = False
-    """Whether water runs along the invert, over about a third of the picture."""
+    """Whether water runs along the invert."""
+    water_half_mm: float = 16.0
+    """Half the width of the stream along the wall; at 16 it covers a third of a view down."""
 
     brightness: float = 1.0
     lamp_width: float = 1.7
     """Radius of the lamp's beam (one sigma) over half the picture's diagonal."""
     flicker: float = 0.005
     """Relative standard deviation of the gain from frame to frame."""
+    pumping: float = 1.0
+    """Brightest over darkest exposure of a camera whose exposure control never rests."""
     noise_grey: float = 1.5
     """Standard deviation of the sensor noise in grey levels."""
 

@@ -347,6 +347,45 @@ _ALL = (
         rest_s=6.0,
         looks=(Look(yaw_deg=50.0, pitch_deg=10.0), Look(yaw_deg=-50.0, pitch_deg=-20.0)),
     ),
+    replace(
+        _CREW,
+        name="forward_stream",
+        description="A stream of a hand's width runs along the invert.",
+        water=True,
+        water_half_mm=60.0,
+    ),
+    replace(
+        _CREW,
+        name="forward_slow",
+        description="One picture a second, as archives keep them: half a diameter between two.",
+        length_mm=9000.0,
+        speed_mm_s=150.0,
+        frames_per_s=1,
+        text=True,
+        crf=23,
+    ),
+    replace(
+        _CREW,
+        name="forward_pumping",
+        description="A smooth plastic pipe; the exposure swings by a factor of 2 in five seconds.",
+        contrast=0.3,
+        pumping=2.0,
+    ),
+    replace(
+        _CREW,
+        name="forward_wobble",
+        description="A phone on a rod: it turns by 8 degrees and moves by 25 mm to every side.",
+        speed_mm_s=200.0,
+        acceleration_mm_s2=100.0,
+        shaking=Shaking(
+            frequencies_hz=(0.17, 0.41),
+            y_mm=25.0,
+            z_mm=25.0,
+            yaw_deg=8.0,
+            pitch_deg=8.0,
+            roll_deg=4.0,
+        ),
+    ),
 )
 
 SCENARIOS: Mapping[str, Scenario] = {scenario.name: scenario for scenario in _ALL}
