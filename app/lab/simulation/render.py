@@ -293,6 +293,7 @@ class _Recorder:
         camera = scenario.rendered_rig.camera
         self._noise = np.empty((camera.height, camera.width), np.float32)
         self._dirt = _dirt(scenario) if scenario.dirt_share else None
+        self._parts = _parts(scenario) if scenario.parts else None
         self._faults = _drop_outs(scenario, frames)
         self._last: NDArray[np.uint8] | None = None
 
@@ -311,6 +312,10 @@ class _Recorder:
             haze = cv2.blur(cv2.resize(light, None, fx=0.125, fy=0.125), (15, 15))
             light = light * clear
             light += veil * cv2.resize(haze, light.shape[::-1])
+        if self._parts is not None and fault != "black":
+            cover, grey = self._parts
+            light = light * (1 - cover)
+            light += cover * grey
         grey = self._noise * np.float32(self._scenario.noise_grey)
         grey += light * np.float32(gain)
         grey += np.float32(_BLACK_GREY + 0.5)
@@ -324,6 +329,23 @@ class _Recorder:
 def _exposure(scenario: Scenario, t_s: float) -> float:
     """Exposure around 1, a slow wave of its logarithm."""
     return float(scenario.pumping ** (np.sin(2 * np.pi * t_s / _PUMPING_PERIOD_S) / 2))
+
+
+def _parts(scenario: Scenario) -> tuple[FloatImage, FloatImage]:
+    """(H, W) cover of the robot's own parts, and their light, which is that of the fixed lamp."""
+    rng = np.random.default_rng([scenario.seed, 6])
+    camera = scenario.rendered_rig.camera
+    shape = (camera.height, camera.width)
+    skid = [(0.12, 1.0), (0.2, 0.86), (0.42, 0.83), (0.58, 0.83), (0.8, 0.86), (0.88, 1.0)]
+    lamp = [(1.0, 0.0), (0.8, 0.0), (0.83, 0.07), (0.92, 0.2), (1.0, 0.24)]
+    cover = np.zeros(shape, np.float32)
+    for outline in (skid, lamp):
+        corners = np.rint(np.array(outline) * (camera.width, camera.height)).astype(np.int32)
+        cv2.fillPoly(cover, [corners], 1.0, cv2.LINE_AA)
+    cover = cv2.GaussianBlur(cover, (0, 0), 1.5)  # they stand too near to be in focus
+    scratches = cv2.GaussianBlur(rng.standard_normal(shape).astype(np.float32), (0, 0), 2.5)
+    shine = np.linspace(40, 90, camera.height, dtype=np.float32)[:, None]
+    return cover, np.asarray(shine * (1 + 0.8 * scratches), np.float32)
 
 
 def _dirt(scenario: Scenario) -> tuple[FloatImage, FloatImage]:

@@ -158,6 +158,8 @@ class Scenario:
     noise_grey: float = 1.5
     """Standard deviation of the sensor noise in grey levels."""
 
+    parts: bool = False
+    """Whether a skid of the robot and the frame of its lamp hide parts of the picture."""
     text: bool = False
     """Whether a name and a running clock are burnt into the picture."""
     dirt_share: float = 0.0

@@ -7,6 +7,7 @@ from dataclasses import replace
 from math import inf
 from typing import Any
 
+from app.lab.simulation.defects import Defect
 from app.lab.simulation.scenario import Look, Scenario, Shaking, Silt
 from vo_core.rig import Rig
 
@@ -363,6 +364,14 @@ _ALL = (
         frames_per_s=1,
         text=True,
         crf=23,
+    ),
+    replace(
+        _CREW,
+        name="forward_parts",
+        description="A skid, a lamp's frame and text hide parts of the picture, mud half a ring.",
+        parts=True,
+        text=True,
+        defects=(Defect("mud", x_mm=3200, arc_mm=180, length_mm=1600, width_mm=470),),
     ),
     replace(
         _CREW,
