@@ -70,8 +70,9 @@ class _Leg:
 class Trajectory:
     """The drive of a scenario: standstill, its legs with rests between them, standstill.
 
-    During a rest the camera may look around: it turns about its centre. Sway, yaw and climb are waves over the length of the path, so that a standing robot is still and
-    a returning one takes another line. It shakes over time, in proportion to its speed.
+    During a rest the camera may look around: it turns about its centre.  Sway, yaw and climb are
+    waves over the length of the path, so that a standing robot is still and a returning one takes
+    another line.  It shakes over time, in proportion to its speed.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -167,7 +168,8 @@ class Trajectory:
     def _samples_s(self) -> list[float]:
         """Times of the whole drive, a few per second."""
         count = ceil(self.duration_s * _SAMPLES_PER_S) + 1
-        return np.linspace(-self._cut_s, self.duration_s - self._cut_s, count).tolist()
+        times_s = np.linspace(-self._cut_s, self.duration_s - self._cut_s, count)
+        return [float(t_s) for t_s in times_s]
 
     def _pose(
         self,

@@ -23,6 +23,11 @@ _FULL_LIGHT_GREY = 235.0
 _BLACK_GREY = 4.0
 _MIN_TEXEL_MM = 0.2
 _PUMPING_PERIOD_S = 5.0
+
+_SKID = ((0.12, 1.0), (0.2, 0.86), (0.42, 0.83), (0.58, 0.83), (0.8, 0.86), (0.88, 1.0))
+"""Corners of the robot's parts as shares of width and height of the picture; so are the next."""
+_LAMP_FRAME = ((1.0, 0.0), (0.8, 0.0), (0.83, 0.07), (0.92, 0.2), (1.0, 0.24))
+
 _WATER_CENTRE_MM = 5.0
 _WATER_SPEED_MM_S = 420.0
 
@@ -168,7 +173,9 @@ class _Scene:
     ) -> FloatImage:
         """Look up the wall through a rippled stream, which bends the view, dims it and glitters."""
         away_mm = np.abs(arc_mm - np.float32(_WATER_CENTRE_MM))
-        cover = np.clip((np.float32(self._scenario.water_half_mm + 1.5) - away_mm) / np.float32(3.0), 0, 1)
+        cover = np.clip(
+            (np.float32(self._scenario.water_half_mm + 1.5) - away_mm) / np.float32(3.0), 0, 1
+        )
         size = ripples.shape[0]
 
         def ripple(speed_mm_s: float, texel_mm: float) -> FloatImage:
@@ -336,16 +343,14 @@ def _parts(scenario: Scenario) -> tuple[FloatImage, FloatImage]:
     rng = np.random.default_rng([scenario.seed, 6])
     camera = scenario.rendered_rig.camera
     shape = (camera.height, camera.width)
-    skid = [(0.12, 1.0), (0.2, 0.86), (0.42, 0.83), (0.58, 0.83), (0.8, 0.86), (0.88, 1.0)]
-    lamp = [(1.0, 0.0), (0.8, 0.0), (0.83, 0.07), (0.92, 0.2), (1.0, 0.24)]
-    cover = np.zeros(shape, np.float32)
-    for outline in (skid, lamp):
+    hidden = np.zeros(shape, np.float32)
+    for outline in (_SKID, _LAMP_FRAME):
         corners = np.rint(np.array(outline) * (camera.width, camera.height)).astype(np.int32)
-        cv2.fillPoly(cover, [corners], 1.0, cv2.LINE_AA)
-    cover = cv2.GaussianBlur(cover, (0, 0), 1.5)  # they stand too near to be in focus
+        cv2.fillPoly(hidden, [corners], 1.0)
+    cover = cv2.GaussianBlur(hidden, (0, 0), 1.5)  # they stand too near to be in focus
     scratches = cv2.GaussianBlur(rng.standard_normal(shape).astype(np.float32), (0, 0), 2.5)
     shine = np.linspace(40, 90, camera.height, dtype=np.float32)[:, None]
-    return cover, np.asarray(shine * (1 + 0.8 * scratches), np.float32)
+    return np.asarray(cover, np.float32), np.asarray(shine * (1 + 0.8 * scratches), np.float32)
 
 
 def _dirt(scenario: Scenario) -> tuple[FloatImage, FloatImage]:
