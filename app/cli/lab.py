@@ -36,9 +36,17 @@ def simulate(
         list[str] | None,
         typer.Option(help="Name of a scenario; several give a folder each; none gives all."),
     ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            help="Draw lens, mount and wall of a forward scenario at random, as `bench` does.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Render a culvert inspection whose true motion is known."""
-    from app.lab.simulation import SCENARIOS
+    from app.lab.simulation import SCENARIOS, with_drawn_rig
     from app.lab.simulation import simulate as render
 
     names = scenario or [name for name, one in SCENARIOS.items() if one.is_available]
@@ -51,7 +59,8 @@ def simulate(
         for name in names:
             task = progress.add_task(f"rendering {name}", total=None)
             place = folder if len(names) == 1 else folder / name
-            render(SCENARIOS[name], place, partial(advance, progress, task))
+            one = SCENARIOS[name] if seed is None else with_drawn_rig(SCENARIOS[name], seed)
+            render(one, place, partial(advance, progress, task))
     console.print(f"{folder}: {', '.join(names)}")
     left_out = [name for name, one in SCENARIOS.items() if not one.is_available]
     if not scenario and left_out:

@@ -14,6 +14,7 @@ _Image = NDArray[np.float32]
 
 _CRACK_REFLECTANCE = 0.05
 _SILT_REFLECTANCE = 0.55
+_MUD_REFLECTANCE = 0.3
 _WET_SHARE = 0.45
 """Reflectance of a wet stain, relative to the dry wall."""
 
@@ -22,7 +23,7 @@ _WET_SHARE = 0.45
 class Defect:
     """A defect that an inspector would tag."""
 
-    kind: Literal["crack", "roots", "leak", "silt"]
+    kind: Literal["crack", "roots", "leak", "silt", "mud"]
     x_mm: float
     """Axial position of its centre; `arc_mm` is its position along the wall, 0 at the invert."""
     arc_mm: float
@@ -130,7 +131,20 @@ def _silt(window: _Image, texel_mm: float, rng: np.random.Generator) -> None:
     _cover(window, cover.astype(np.float32), sand.astype(np.float32))
 
 
-_DRAW = {"crack": _crack, "roots": _roots, "leak": _leak, "silt": _silt}
+def _mud(window: _Image, texel_mm: float, rng: np.random.Generator) -> None:
+    """Smear the whole window with mud that shows nothing of the wall, with a ragged edge."""
+    rows, columns = window.shape
+    to_edge_mm = texel_mm * np.minimum(
+        np.minimum(np.arange(rows), np.arange(rows)[::-1])[:, None],
+        np.minimum(np.arange(columns), np.arange(columns)[::-1])[None, :],
+    ).astype(np.float32)
+    ragged_mm = 12 + 5 * _noise(rng, window.shape, 30 / texel_mm)
+    cover = 1 / (1 + np.exp(-np.clip((to_edge_mm - ragged_mm) / 2, -30, 30)))
+    shades = _MUD_REFLECTANCE + 0.01 * _noise(rng, window.shape, 150 / texel_mm)
+    _cover(window, cover.astype(np.float32), shades.astype(np.float32))
+
+
+_DRAW = {"crack": _crack, "roots": _roots, "leak": _leak, "silt": _silt, "mud": _mud}
 
 
 def _line(

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 from itertools import product
-from math import cos, floor, pi, radians, sin, sqrt
+from math import ceil, cos, floor, pi, radians, sin, sqrt
 
-from app.lab.simulation.scenario import Scenario, Shaking
+import numpy as np
+
+from app.lab.simulation.scenario import Look, Scenario, Shaking
 from vo_core.geometry.wall import Pose
 
 # Two waves each, as (share of the amplitude, wavelength in mm), without a common period.
@@ -18,6 +20,9 @@ _CLIMB_WAVES = ((0.75, 1500.0), (0.25, 530.0))
 _SHAKING_SHARES = (0.6, 0.4)
 """Shares of the amplitude in the two waves of a shaking robot."""
 
+
+_SAMPLES_PER_S = 4.0
+"""Poses looked at to bound the others; robots and hands turn more slowly."""
 
 _PHASE_STEP_RAD = 2.4
 """Phase between two movements of a shaking robot, so that they are not synchronous."""
@@ -65,8 +70,9 @@ class _Leg:
 class Trajectory:
     """The drive of a scenario: standstill, its legs with rests between them, standstill.
 
-    Sway, yaw and climb are waves over the length of the path, so that a standing robot is still and
-    a returning one takes another line. It shakes over time, in proportion to its speed.
+    During a rest the camera may look around: it turns about its centre.  Sway, yaw and climb are
+    waves over the length of the path, so that a standing robot is still and a returning one takes
+    another line.  It shakes over time, in proportion to its speed.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -109,18 +115,31 @@ class Trajectory:
     def pose(self, t_s: float) -> Pose:
         """Pose in the pipe at `t_s` seconds after the first frame."""
         t_s += self._cut_s
-        leg = next((leg for leg in reversed(self._legs) if t_s >= leg.start_s), self._legs[0])
+        number = max((n for n, leg in enumerate(self._legs) if t_s >= leg.start_s), default=0)
+        leg = self._legs[number]
         driven_mm = leg.driven_mm(t_s - leg.start_s)
         path_mm = leg.travelled_mm + driven_mm
         scenario = self._scenario
         shaken = _shaken(scenario.shaking, t_s)
         strength = leg.speed_share(t_s - leg.start_s) * leg.speed_mm_s / scenario.speed_mm_s
-        return self._pose(
+        pose = self._pose(
             x_mm=leg.start_mm + leg.direction * driven_mm,
             sway_mm=scenario.sway_mm * _wave(path_mm, _SWAY_WAVES),
             yaw_deg=scenario.yaw_deg * _wave(path_mm, _YAW_WAVES),
             climb_deg=scenario.climb_deg * _wave(path_mm, _CLIMB_WAVES),
             shaken=[strength * value for value in shaken],
+        )
+        if number >= len(scenario.looks):
+            return pose
+        return self._looking(scenario.looks[number], pose, t_s - leg.start_s - leg.duration_s)
+
+    def _looking(self, look: Look, pose: Pose, rested_s: float) -> Pose:
+        """Turn a camera that looks around, at `rested_s` after the start of its rest."""
+        share = look.share(rested_s - (self._scenario.rest_s - look.duration_s) / 2)
+        return replace(
+            pose,
+            yaw_rad=pose.yaw_rad + share * radians(look.yaw_deg),
+            pitch_rad=pose.pitch_rad + share * radians(look.pitch_deg),
         )
 
     def truth(self, t_s: float) -> Pose:
@@ -128,8 +147,10 @@ class Trajectory:
         return Pose.of(self.pose(t_s).vector - self._start.vector)
 
     def extremes(self) -> list[Pose]:
-        """Extreme poses at x = 0, which approximately bound all others."""
+        """Poses at x = 0 that approximately bound all others."""
         scenario = self._scenario
+        if scenario.light_follows_view:
+            return [replace(self.pose(t_s), x_mm=0.0) for t_s in self._samples_s()]
         largest = list(astuple(scenario.shaking)[1:])
         return [
             self._pose(
@@ -143,6 +164,12 @@ class Trajectory:
             for climb in ((-1, 1) if scenario.climb_deg else (0,))
             for share in ((-1, 1) if any(largest) else (0,))
         ]
+
+    def _samples_s(self) -> list[float]:
+        """Times of the whole drive, a few per second."""
+        count = ceil(self.duration_s * _SAMPLES_PER_S) + 1
+        times_s = np.linspace(-self._cut_s, self.duration_s - self._cut_s, count)
+        return [float(t_s) for t_s in times_s]
 
     def _pose(
         self,
@@ -162,7 +189,7 @@ class Trajectory:
         return Pose(
             x_mm=x_mm,
             y_mm=y_mm - lateral_mm,
-            yaw_rad=(yaw_deg + shaken_yaw_deg) * pi / 180,
+            yaw_rad=(yaw_deg + self._scenario.aside_deg + shaken_yaw_deg) * pi / 180,
             z_mm=z_mm - below_axis_mm,
             pitch_rad=radians(pitch_deg),
             roll_rad=radians(roll_deg + climb_deg),

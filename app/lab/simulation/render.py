@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import ceil, degrees
 
@@ -15,14 +15,19 @@ from app.lab.simulation.motion import Trajectory
 from app.lab.simulation.scenario import Scenario
 from app.lab.simulation.time_stamps import time_stamps
 from app.lab.simulation.wall import Wall, make_wall
-from vo_core.geometry.wall import NOMINAL
+from vo_core.geometry.wall import NOMINAL, Pose
 
 _FULL_LIGHT_GREY = 235.0
 """Grey level of a perfect reflector in the centre of the lamp."""
 
 _BLACK_GREY = 4.0
 _MIN_TEXEL_MM = 0.2
-_WATER_HALF_MM = 16.0
+_PUMPING_PERIOD_S = 5.0
+
+_SKID = ((0.12, 1.0), (0.2, 0.86), (0.42, 0.83), (0.58, 0.83), (0.8, 0.86), (0.88, 1.0))
+"""Corners of the robot's parts as shares of width and height of the picture; so are the next."""
+_LAMP_FRAME = ((1.0, 0.0), (0.8, 0.0), (0.83, 0.07), (0.92, 0.2), (1.0, 0.24))
+
 _WATER_CENTRE_MM = 5.0
 _WATER_SPEED_MM_S = 420.0
 
@@ -65,6 +70,16 @@ def render(scenario: Scenario) -> Iterator[RenderedFrame]:
         )
 
 
+@dataclass(frozen=True)
+class _Shot:
+    """What the sensor gets of the wall from one pose, whatever the wall shows."""
+
+    light: FloatImage
+    """(H, W) grey level of a perfect reflector."""
+    level_weights: Sequence[tuple[int, FloatImage | None]]
+    """Levels of the wall with their weight in each pixel; None where one has the whole weight."""
+
+
 class _Scene:
     """The light on the sensor: the wall, seen from the robot's pose and lit by its lamp."""
 
@@ -76,10 +91,10 @@ class _Scene:
         pixel_mm = _pixel_size_mm(ahead_mm, arc_mm, self._caster.radius_mm)
         lit = range_mm < REACH_MM
         finest_mm = float(np.percentile(pixel_mm[lit], 2))
-        texel_mm = max(_MIN_TEXEL_MM, 0.8 * finest_mm)
-        self._wall = self._visible_wall(texel_mm)
-        self._light = _lamp(scenario, range_mm) * (_FULL_LIGHT_GREY * scenario.brightness)
-        self._level_weights = _level_weights(pixel_mm / texel_mm, len(self._wall.levels))
+        self._full_light_mm = np.float32(np.percentile(range_mm, 5))
+        self._texel_mm = max(_MIN_TEXEL_MM, 0.8 * finest_mm)
+        self._wall = self._visible_wall(self._texel_mm)
+        self._nominal = self._shot(NOMINAL)
         self._ripples = _ripples(scenario) if scenario.water else None
         # Sub-exposures are at most about 1.2 px apart.
         swept_px = scenario.speed_mm_s * scenario.exposure_s / finest_mm
@@ -88,26 +103,39 @@ class _Scene:
 
     def light_at(self, t_s: float) -> FloatImage:
         """Expose a picture without noise around `t_s`, in grey levels."""
+        shot = self._nominal
+        if self._scenario.light_follows_view:
+            shot = self._shot(self._trajectory.pose(t_s))
         count = self._sub_exposures
         offsets = (np.arange(count) + 0.5) / count - 0.5
-        sum_ = self._sample(t_s + offsets[0] * self._scenario.exposure_s)
+        sum_ = self._sample(shot, t_s + offsets[0] * self._scenario.exposure_s)
         for offset in offsets[1:]:
-            sum_ += self._sample(t_s + offset * self._scenario.exposure_s)
-        sum_ *= self._light / np.float32(count) if count > 1 else self._light
+            sum_ += self._sample(shot, t_s + offset * self._scenario.exposure_s)
+        sum_ *= shot.light / np.float32(count) if count > 1 else shot.light
         return sum_
 
-    def _sample(self, t_s: float) -> FloatImage:
+    def _shot(self, pose: Pose) -> _Shot:
+        """Work out light and resolution of each pixel from a pose."""
+        ahead_mm, arc_mm, range_mm = self._caster.cast(pose)
+        pixel_mm = _pixel_size_mm(ahead_mm, arc_mm, self._caster.radius_mm)
+        return _Shot(
+            light=_lamp(self._scenario, range_mm, self._full_light_mm)
+            * (_FULL_LIGHT_GREY * self._scenario.brightness),
+            level_weights=_level_weights(pixel_mm / self._texel_mm, len(self._wall.levels)),
+        )
+
+    def _sample(self, shot: _Shot, t_s: float) -> FloatImage:
         """Sample the reflectance under each pixel at one moment."""
         at = {delay_s: self._trajectory.pose(t_s + delay_s) for delay_s in set(self._row_delays_s)}
         poses = [at[delay_s] for delay_s in self._row_delays_s]
         ahead_mm, arc_mm, _ = self._caster.cast(*poses)
         x_mm = np.array([[pose.x_mm] for pose in poses])
         if self._ripples is None:
-            return self._look_up(x_mm, ahead_mm, arc_mm)
-        return self._through_water(self._ripples, t_s, x_mm, ahead_mm, arc_mm)
+            return self._look_up(shot, x_mm, ahead_mm, arc_mm)
+        return self._through_water(shot, self._ripples, t_s, x_mm, ahead_mm, arc_mm)
 
     def _look_up(
-        self, x_mm: NDArray[np.float64], ahead_mm: FloatImage, arc_mm: FloatImage
+        self, shot: _Shot, x_mm: NDArray[np.float64], ahead_mm: FloatImage, arc_mm: FloatImage
     ) -> FloatImage:
         """Look up the wall's reflectance, each pixel at the level that matches its size."""
         wall = self._wall
@@ -121,7 +149,7 @@ class _Scene:
         rows -= np.float32(wall.arc0_mm / wall.texel_arc_mm)
         width = int(columns.max()) + 2 * coarsest
         total = np.zeros_like(columns)
-        for level, weight in self._level_weights:
+        for level, weight in shot.level_weights:
             scale = np.float32(0.5**level)
             window = wall.levels[level][:, first >> level : (first + width) >> level]
             seen = cv2.remap(
@@ -136,6 +164,7 @@ class _Scene:
 
     def _through_water(
         self,
+        shot: _Shot,
         ripples: FloatImage,
         t_s: float,
         x_mm: NDArray[np.float64],
@@ -144,7 +173,9 @@ class _Scene:
     ) -> FloatImage:
         """Look up the wall through a rippled stream, which bends the view, dims it and glitters."""
         away_mm = np.abs(arc_mm - np.float32(_WATER_CENTRE_MM))
-        cover = np.clip((np.float32(_WATER_HALF_MM + 1.5) - away_mm) / np.float32(3.0), 0, 1)
+        cover = np.clip(
+            (np.float32(self._scenario.water_half_mm + 1.5) - away_mm) / np.float32(3.0), 0, 1
+        )
         size = ripples.shape[0]
 
         def ripple(speed_mm_s: float, texel_mm: float) -> FloatImage:
@@ -161,7 +192,7 @@ class _Scene:
         waves += ripple(0.6 * _WATER_SPEED_MM_S, 0.45)
         bend = waves * cover
         bend *= np.float32(0.35)
-        seen = self._look_up(x_mm, ahead_mm + bend, arc_mm + bend)
+        seen = self._look_up(shot, x_mm, ahead_mm + bend, arc_mm + bend)
         glitter = np.clip(waves - np.float32(1.8), 0, 0.6)
         glitter *= np.float32(0.9)
         glitter += waves * np.float32(0.035)
@@ -230,8 +261,8 @@ def _level_weights(pixel_texels: FloatImage, levels: int) -> list[tuple[int, Flo
     return weights
 
 
-def _lamp(scenario: Scenario, range_mm: FloatImage) -> FloatImage:
-    """Light on the wall times the lens's fall-off, fixed to the picture, at most 1."""
+def _lamp(scenario: Scenario, range_mm: FloatImage, full_light_mm: np.float32) -> FloatImage:
+    """Light on the wall times the lens's fall-off, at most 1; wall nearer than this has all."""
     camera = scenario.rendered_rig.camera
     half_diagonal = np.hypot(camera.width, camera.height) / 2
     u, v = np.meshgrid(
@@ -242,8 +273,7 @@ def _lamp(scenario: Scenario, range_mm: FloatImage) -> FloatImage:
     v /= np.float32(half_diagonal)
     beam = np.exp(-0.5 * ((u - 0.08) ** 2 + (v + 0.05) ** 2) / scenario.lamp_width**2)
     vignette = 1 - 0.22 * (u**2 + v**2)
-    nearest = np.float32(np.percentile(range_mm, 5))
-    fall_off = np.minimum(1, nearest / range_mm) ** np.float32(1.5)
+    fall_off = np.minimum(1, full_light_mm / range_mm) ** np.float32(1.5)
     fall_off *= np.clip((REACH_MM - range_mm) / (0.2 * REACH_MM), 0, 1)
     light: FloatImage = ((0.05 + 0.95 * beam) * vignette * fall_off).astype(np.float32)
     return light
@@ -270,12 +300,14 @@ class _Recorder:
         camera = scenario.rendered_rig.camera
         self._noise = np.empty((camera.height, camera.width), np.float32)
         self._dirt = _dirt(scenario) if scenario.dirt_share else None
+        self._parts = _parts(scenario) if scenario.parts else None
         self._faults = _drop_outs(scenario, frames)
         self._last: NDArray[np.uint8] | None = None
 
     def record(self, index: int, light: FloatImage) -> NDArray[np.uint8]:
         """Record the picture of one frame."""
         gain = float(np.clip(1 + self._scenario.flicker * self._rng.standard_normal(), 0.45, 1.7))
+        gain *= _exposure(self._scenario, index / self._scenario.frames_per_s)
         self._rng.standard_normal(out=self._noise, dtype=np.float32)
         fault = self._faults.get(index)
         if fault == "frozen" and self._last is not None:
@@ -287,6 +319,10 @@ class _Recorder:
             haze = cv2.blur(cv2.resize(light, None, fx=0.125, fy=0.125), (15, 15))
             light = light * clear
             light += veil * cv2.resize(haze, light.shape[::-1])
+        if self._parts is not None and fault != "black":
+            cover, grey = self._parts
+            light = light * (1 - cover)
+            light += cover * grey
         grey = self._noise * np.float32(self._scenario.noise_grey)
         grey += light * np.float32(gain)
         grey += np.float32(_BLACK_GREY + 0.5)
@@ -295,6 +331,26 @@ class _Recorder:
             _burn_in(image, index / self._scenario.frames_per_s)
         self._last = image
         return image
+
+
+def _exposure(scenario: Scenario, t_s: float) -> float:
+    """Exposure around 1, a slow wave of its logarithm."""
+    return float(scenario.pumping ** (np.sin(2 * np.pi * t_s / _PUMPING_PERIOD_S) / 2))
+
+
+def _parts(scenario: Scenario) -> tuple[FloatImage, FloatImage]:
+    """(H, W) cover of the robot's own parts, and their light, which is that of the fixed lamp."""
+    rng = np.random.default_rng([scenario.seed, 6])
+    camera = scenario.rendered_rig.camera
+    shape = (camera.height, camera.width)
+    hidden = np.zeros(shape, np.float32)
+    for outline in (_SKID, _LAMP_FRAME):
+        corners = np.rint(np.array(outline) * (camera.width, camera.height)).astype(np.int32)
+        cv2.fillPoly(hidden, [corners], 1.0)
+    cover = cv2.GaussianBlur(hidden, (0, 0), 1.5)  # they stand too near to be in focus
+    scratches = cv2.GaussianBlur(rng.standard_normal(shape).astype(np.float32), (0, 0), 2.5)
+    shine = np.linspace(40, 90, camera.height, dtype=np.float32)[:, None]
+    return np.asarray(cover, np.float32), np.asarray(shine * (1 + 0.8 * scratches), np.float32)
 
 
 def _dirt(scenario: Scenario) -> tuple[FloatImage, FloatImage]:

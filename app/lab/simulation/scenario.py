@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 from dataclasses import dataclass, replace
+from math import cos, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,29 @@ class Shaking:
     yaw_deg: float = 0.0
     pitch_deg: float = 0.0
     roll_deg: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Look:
+    """A standing camera turns about its centre, holds, and turns back, as at a defect."""
+
+    yaw_deg: float = 0.0
+    """To the right of its heading; `pitch_deg` is above it."""
+    pitch_deg: float = 0.0
+    turn_s: float = 2.0
+    """Time of the turn out, and of the turn back."""
+    hold_s: float = 1.0
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first motion to the last."""
+        return 2 * self.turn_s + self.hold_s
+
+    def share(self, t_s: float) -> float:
+        """Share of the turn at `t_s` after its start; it starts and ends smoothly."""
+        nearest_end_s = min(t_s, self.duration_s - t_s)
+        turned = min(max(nearest_end_s / self.turn_s, 0.0), 1.0)
+        return (1 - cos(pi * turned)) / 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,9 +102,13 @@ class Scenario:
     """Largest sideways offset."""
     yaw_deg: float = 1.0
     """Largest heading to either side."""
+    aside_deg: float = 0.0
+    """Constant angle by which the camera looks to the right of its heading, which no rig states."""
     climb_deg: float = 0.0
     """Largest angle about the pipe's axis by which the robot climbs the wall to either side."""
     shaking: Shaking = Shaking()
+    looks: tuple[Look, ...] = ()
+    """What the operator looks at, one in the middle of each rest."""
     frames_per_s: int = 30
     exposure_s: float = 0.0005
     cut_frames: int = 0
@@ -97,6 +125,11 @@ class Scenario:
     crf: int = 18
     """Quality of the H.264 film, as libx264 counts: 18 is good, 38 is poor."""
 
+    light_follows_view: bool = False
+    """Whether light and sharpness are worked out anew from each pose.
+
+    A camera that looks along the pipe needs it, because there a small turn moves the dark end and
+    the near wall in the picture.  Otherwise they are those of the nominal pose."""
     contrast: float = 1.0
     """Contrast of the wall's texture; 1 is a standard deviation of about 14 grey levels."""
     first_joint_mm: float = 400.0
@@ -111,16 +144,22 @@ class Scenario:
     """Defects on the wall."""
     silt: Silt = NO_SILT
     water: bool = False
-    """Whether water runs along the invert, over about a third of the picture."""
+    """Whether water runs along the invert."""
+    water_half_mm: float = 16.0
+    """Half the width of the stream along the wall; at 16 it covers a third of a view down."""
 
     brightness: float = 1.0
     lamp_width: float = 1.7
     """Radius of the lamp's beam (one sigma) over half the picture's diagonal."""
     flicker: float = 0.005
     """Relative standard deviation of the gain from frame to frame."""
+    pumping: float = 1.0
+    """Brightest over darkest exposure of a camera whose exposure control never rests."""
     noise_grey: float = 1.5
     """Standard deviation of the sensor noise in grey levels."""
 
+    parts: bool = False
+    """Whether a skid of the robot and the frame of its lamp hide parts of the picture."""
     text: bool = False
     """Whether a name and a running clock are burnt into the picture."""
     dirt_share: float = 0.0

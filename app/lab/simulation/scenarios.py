@@ -7,7 +7,8 @@ from dataclasses import replace
 from math import inf
 from typing import Any
 
-from app.lab.simulation.scenario import Scenario, Shaking, Silt
+from app.lab.simulation.defects import Defect
+from app.lab.simulation.scenario import Look, Scenario, Shaking, Silt
 from vo_core.rig import Rig
 
 
@@ -59,6 +60,17 @@ _WIDE = replace(
     description="A fisheye lens on the axis of the pipe.",
     rig=_rig(camera=_FISHEYE, mount={"height_mm": 150.0}),
 )
+
+_AHEAD: Mapping[str, Any] = {"view": "forward", "height_mm": 150.0}
+_FORWARD = replace(
+    _NOMINAL,
+    name="forward",
+    description="A camera on the axis of the pipe that looks ahead, as on a CCTV crawler.",
+    rig=_rig(camera={"fx": 400.0, "fy": 400.0}, mount=_AHEAD),
+)
+
+_CREW = replace(_FORWARD, light_follows_view=True)
+"""The forward view as crews have it."""
 
 _ALL = (
     _NOMINAL,
@@ -168,20 +180,12 @@ _ALL = (
         tile_mm=200.0,
     ),
     _WIDE,
-    replace(
-        _NOMINAL,
-        name="forward",
-        description="A camera on the axis of the pipe that looks ahead, as on a CCTV crawler.",
-        rig=_rig(camera={"fx": 400.0, "fy": 400.0}, mount={"view": "forward", "height_mm": 150.0}),
-    ),
+    _FORWARD,
     replace(
         _NOMINAL,
         name="forward_wide",
         description="The same with a fisheye lens that sees the wall beside it.",
-        rig=_rig(
-            camera=_FISHEYE,
-            mount={"view": "forward", "height_mm": 150.0},
-        ),
+        rig=_rig(camera=_FISHEYE, mount=_AHEAD),
     ),
     replace(
         _NOMINAL,
@@ -322,6 +326,74 @@ _ALL = (
         description="A weak texture under a narrow lamp.",
         contrast=0.15,
         lamp_width=0.4,
+    ),
+    replace(
+        _CREW,
+        name="forward_crooked",
+        description="A camera 20 mm off the axis that looks 3 degrees down, neither in the rig.",
+        true_rig=_rig(
+            camera={"fx": 400.0, "fy": 400.0},
+            mount={"view": "forward", "height_mm": 134.0, "lateral_mm": 12.0, "pitch_deg": -3.0},
+        ),
+        aside_deg=1.5,
+        length_mm=7850.0,
+        text=True,
+        crf=30,
+    ),
+    replace(
+        _CREW,
+        name="forward_looking_around",
+        description="The operator stops twice and turns the camera by 50 degrees and back.",
+        legs=(0.35, 0.35, 0.3),
+        rest_s=6.0,
+        looks=(Look(yaw_deg=50.0, pitch_deg=10.0), Look(yaw_deg=-50.0, pitch_deg=-20.0)),
+    ),
+    replace(
+        _CREW,
+        name="forward_stream",
+        description="A stream of a hand's width runs along the invert.",
+        water=True,
+        water_half_mm=60.0,
+    ),
+    replace(
+        _CREW,
+        name="forward_slow",
+        description="One picture a second, as archives keep them: half a diameter between two.",
+        length_mm=9000.0,
+        speed_mm_s=150.0,
+        frames_per_s=1,
+        text=True,
+        crf=23,
+    ),
+    replace(
+        _CREW,
+        name="forward_parts",
+        description="A skid, a lamp's frame and text hide parts of the picture, mud half a ring.",
+        parts=True,
+        text=True,
+        defects=(Defect("mud", x_mm=3200, arc_mm=180, length_mm=1600, width_mm=470),),
+    ),
+    replace(
+        _CREW,
+        name="forward_pumping",
+        description="A smooth plastic pipe; the exposure swings by a factor of 2 in five seconds.",
+        contrast=0.3,
+        pumping=2.0,
+    ),
+    replace(
+        _CREW,
+        name="forward_wobble",
+        description="A phone on a rod: it turns by 8 degrees and moves by 25 mm to every side.",
+        speed_mm_s=200.0,
+        acceleration_mm_s2=100.0,
+        shaking=Shaking(
+            frequencies_hz=(0.17, 0.41),
+            y_mm=25.0,
+            z_mm=25.0,
+            yaw_deg=8.0,
+            pitch_deg=8.0,
+            roll_deg=4.0,
+        ),
     ),
 )
 

@@ -7,7 +7,7 @@ import pytest
 
 from app.lab.simulation import SCENARIOS
 from app.lab.simulation.motion import Trajectory
-from app.lab.simulation.scenario import Shaking
+from app.lab.simulation.scenario import Look, Shaking
 
 
 def drive(scenario):
@@ -31,11 +31,14 @@ def test_drive_starts_at_rest_in_the_origin_and_keeps_its_limits(name):
     assert (x[0], y[0], yaw[0]) == (0, 0, 0)
     per_frame_mm = np.abs(np.diff(x))
     assert per_frame_mm.max() <= scenario.speed_mm_s / scenario.frames_per_s + 1e-9
-    starts_at_rest = np.isfinite(scenario.acceleration_mm_s2) and not scenario.cut_frames
+    ramp_frames = scenario.speed_mm_s / scenario.acceleration_mm_s2 * scenario.frames_per_s
+    starts_at_rest = ramp_frames > 1 and not scenario.cut_frames
     assert starts_at_rest == (per_frame_mm[0] < 0.1 * scenario.speed_mm_s / scenario.frames_per_s)
     if not scenario.climb_deg:
         assert np.ptp(y) <= 2 * (scenario.sway_mm + scenario.shaking.y_mm)
-    assert np.ptp(yaw) <= 2 * np.radians(scenario.yaw_deg + scenario.shaking.yaw_deg)
+    looks_deg = [look.yaw_deg for look in scenario.looks] or [0.0]
+    yaw_deg = 2 * (scenario.yaw_deg + scenario.shaking.yaw_deg) + np.ptp([*looks_deg, 0.0])
+    assert np.ptp(yaw) <= np.radians(yaw_deg)
     assert sum(map(abs, scenario.legs)) == pytest.approx(1)
 
 
@@ -137,3 +140,53 @@ def test_film_that_begins_late_counts_from_its_first_frame():
     )
     np.testing.assert_allclose(late, whole[:, 10:] - whole[:, 10:11], atol=1e-9)
     assert late.shape[1] == whole.shape[1] - 10
+
+
+def test_camera_that_looks_around_turns_about_its_centre_while_the_robot_stands():
+    scenario = SCENARIOS["forward_looking_around"]
+    poses = drive_in_six(scenario)
+    plain = drive_in_six(replace(scenario, looks=()))
+    x, y, yaw, z, pitch, roll = poses - plain
+    assert not np.array([x, y, z, roll]).any()
+    standing = np.concatenate([[False], np.diff(plain[0]) == 0])
+    assert not np.array([yaw, pitch])[:, ~standing].any()
+    assert np.degrees([yaw.max(), yaw.min()]) == pytest.approx([50, -50])
+    assert np.degrees([pitch.max(), pitch.min()]) == pytest.approx([10, -20])
+    per_frame_deg = np.degrees(np.abs(np.diff(yaw)).max())
+    assert per_frame_deg == pytest.approx(50 * np.pi / 2 / 2 / scenario.frames_per_s, rel=0.01)
+
+
+def test_look_takes_its_time_and_begins_and_ends_without_a_jerk():
+    look = Look(yaw_deg=1.0, turn_s=2.0, hold_s=1.0)
+    t_s = np.arange(-1.0, 6.5, 0.01)
+    share = np.array([look.share(t) for t in t_s])
+    assert not share[(t_s < 0) | (t_s > 5)].any()
+    np.testing.assert_allclose(share[(t_s > 2) & (t_s < 3)], 1.0, atol=1e-4)
+    np.testing.assert_allclose(share, np.interp(5 - t_s, t_s, share), atol=1e-3)  # back as out
+    assert np.abs(np.diff(share, 2)).max() < 2e-4  # steps of the speed
+
+
+def test_camera_that_looks_aside_keeps_its_angle_and_the_truth_counts_from_it():
+    crooked = SCENARIOS["forward_crooked"]
+    straight = replace(crooked, aside_deg=0.0)
+    for t_s in (0.0, 5.0, 26.0):
+        turned = Trajectory(crooked).pose(t_s).vector - Trajectory(straight).pose(t_s).vector
+        np.testing.assert_allclose(np.degrees(turned), [0, 0, 1.5, 0, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(drive_in_six(crooked), drive_in_six(straight), atol=1e-12)
+
+
+def test_drive_of_one_picture_a_second_goes_a_radius_between_two():
+    scenario = SCENARIOS["forward_slow"]
+    x, _, _ = drive(scenario)
+    assert np.median(np.diff(x)) == pytest.approx(scenario.rig.pipe.diameter_mm / 2)
+
+
+def test_phone_on_a_rod_wanders_over_seconds_and_as_far_as_stated():
+    scenario = SCENARIOS["forward_wobble"]
+    _, y, yaw, z, pitch, _ = drive_in_six(scenario)
+    assert 18 < np.abs(y).max() < 25 + scenario.sway_mm
+    assert 18 < np.abs(z).max() <= 25
+    assert 6 < np.degrees(np.abs(yaw).max()) < 8 + 2 * scenario.yaw_deg
+    assert 6 < np.degrees(np.abs(pitch).max()) <= 8
+    per_frame_deg = np.degrees(np.abs(np.diff([yaw, pitch])).max())
+    assert per_frame_deg < 1.0

@@ -11,6 +11,7 @@ from projection import project
 from skimage import data
 
 from app.lab.simulation import SCENARIOS, render
+from app.lab.simulation.motion import Trajectory
 from app.lab.simulation.scenario import NO_SILT, Shaking, Silt
 from app.lab.simulation.wall import PhotographNotAvailable
 from vo_core import Pose, Rig
@@ -91,7 +92,9 @@ def test_content_of_a_floor_moves_by_the_pinhole_equation():
 
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_scenario_renders_usable_pictures(name):
-    frames = list(islice(render(SCENARIOS[name].shortened(40)), 6))
+    scenario = SCENARIOS[name]
+    six_frames_mm = 6 * scenario.speed_mm_s / scenario.frames_per_s
+    frames = list(islice(render(scenario.shortened(max(40.0, six_frames_mm))), 6))
     assert [frame.index for frame in frames] == [0, 1, 2, 3, 4, 5]
     assert (frames[0].x_mm, frames[0].y_mm, frames[0].yaw_deg) == (0, 0, 0)
     for frame in frames:
@@ -171,6 +174,115 @@ def test_forward_camera_sees_the_whole_ring_of_the_pipe(name, joint_mm, radius_p
             for away in (-14, 0, 14)
         ]
         assert samples[1] < 0.8 * min(samples[0], samples[2])
+
+
+def joint_gaps_mm(scenario, number, joint_mm):
+    """How far, at 24 places around the pipe, a joint is drawn from its place; nan: not in view."""
+    from_start = Trajectory(scenario).pose(number / scenario.frames_per_s)
+    frame = next(islice(render(scenario), number, None))
+    image = cv2.GaussianBlur(frame.image, (0, 0), 0.7).astype(np.float32)
+    away_mm = np.arange(-12.0, 12.01, 0.1)
+    gaps = []
+    for clock in np.arange(24) * np.pi / 12:
+        arc_mm = 150.0 * clock + np.arange(-12, 13)
+        x_mm, arcs_mm = np.meshgrid(joint_mm + away_mm, arc_mm)
+        rig = scenario.rendered_rig
+        u, v = project(rig, from_start, x_mm.ravel(), arcs_mm.ravel())
+        inside = (u > 2) & (u < 637) & (v > 2) & (v < 477)
+        grey = cv2.remap(
+            image, u.astype(np.float32), v.astype(np.float32), cv2.INTER_LINEAR
+        ).reshape(x_mm.shape)
+        profile = grey.mean(axis=0)
+        gap = away_mm[profile < (profile.min() + np.median(profile)) / 2]
+        gaps.append((gap[0] + gap[-1]) / 2 if inside.all() else np.nan)
+    return np.array(gaps)
+
+
+@pytest.mark.parametrize(
+    ("name", "frame", "joint_mm", "least_in_view"),
+    [
+        ("forward_crooked", 6, 420.0, 24),
+        ("forward_slow", 1, 500.0, 24),
+        ("forward_wobble", 90, 700.0, 20),  # it has turned by 5 degrees and moved by 20 mm
+        ("forward_looking_around", 115, 300.0, 6),  # it holds at 50 degrees aside, 10 up
+    ],
+)
+def test_forward_camera_of_a_crew_sees_a_joint_where_projection_puts_it(
+    name, frame, joint_mm, least_in_view
+):
+    length_mm = {"forward_wobble": 600.0}.get(name, 200.0)
+    scenario = clean(name, first_joint_mm=joint_mm, contrast=0.1, length_mm=length_mm, text=False)
+    if scenario.looks:
+        scenario = replace(scenario, looks=scenario.looks[:1], legs=(0.5, 0.5))
+    gaps_mm = joint_gaps_mm(scenario, frame, joint_mm)
+    assert np.isfinite(gaps_mm).sum() >= least_in_view
+    # The broken lips of the joint move its middle by up to half a millimetre.
+    assert np.nanmax(np.abs(gaps_mm)) < 1.0
+    assert abs(np.nanmean(gaps_mm)) < 0.25
+
+
+def test_light_follows_the_view_of_a_camera_that_looks_around():
+    scenario = clean("forward_looking_around", contrast=0.0, first_joint_mm=5000.0)
+    scenario = replace(scenario, looks=scenario.looks[:1], legs=(0.5, 0.5), length_mm=200.0)
+    frames = [frame.image.astype(float) for frame in islice(render(scenario), 116)]
+    ahead, aside = frames[0], frames[115]
+    rows = slice(200, 280)
+    assert ahead[rows, 300:340].mean() < 15  # the dark end of the pipe
+    assert aside[rows, 300:340].mean() > 40  # the wall beside the camera
+    assert aside[rows, 600:].mean() > 40
+    assert (
+        aside[rows, :20].mean() < 0.7 * aside[rows, 300:340].mean()
+    )  # towards the dark end, which has left the picture
+
+
+def test_parts_of_the_robot_stay_in_the_picture_while_the_wall_passes():
+    scenario = replace(clean("forward_parts"), length_mm=400.0, text=False)
+    images = np.array([frame.image for frame in islice(render(scenario), 0, 40, 3)], float)
+    change = images.std(axis=0)
+    assert change[440:, 160:480].max() < 0.6  # the skid
+    assert change[5:60, 600:].max() < 0.6  # the frame of the lamp
+    assert np.median(change[100:380, 20:100]) > 2  # the wall
+
+
+def test_mud_hides_one_half_of_the_rings_for_a_stretch():
+    (mud,) = SCENARIOS["forward_parts"].defects
+    scenario = replace(
+        clean("forward_parts", parts=False, text=False, lamp_width=9.0),
+        defects=(replace(mud, x_mm=300.0),),
+    )
+    image = next(iter(render(scenario))).image.astype(np.float32)
+    texture = np.abs(image - cv2.GaussianBlur(image, (0, 0), 3))
+    ring = {
+        clock: texture[
+            round(239.5 + 200 * np.cos(clock)) - 12 : round(239.5 + 200 * np.cos(clock)) + 12,
+            round(319.5 + 200 * np.sin(clock)) - 12 : round(319.5 + 200 * np.sin(clock)) + 12,
+        ].mean()
+        for clock in np.arange(12) * np.pi / 6
+    }  # 0 at the invert, to the right
+    muddy = [value for clock, value in ring.items() if 0 < clock < 2.6]
+    clear = [value for clock, value in ring.items() if 3 < clock < 6]
+    assert max(muddy) < 0.5 * min(clear)
+
+
+def test_pumping_exposure_swings_by_its_factor():
+    scenario = clean("forward_pumping", contrast=0.0, length_mm=1800.0, first_joint_mm=5000.0)
+    images = (frame.image[20:80, 20:80] for frame in render(scenario))
+    light = np.array([image.mean() for image in images]) - 4.0
+    assert light.max() / light.min() == pytest.approx(2.0, rel=0.05)
+    assert np.abs(np.diff(np.log(light))).max() < 0.06  # a joint passes, too
+
+
+def test_stream_covers_its_width_and_leaves_the_wall_beside_it():
+    wet, dry = (
+        next(iter(render(clean("forward_stream", water=water)))).image.astype(float)
+        for water in (True, False)
+    )
+    changed = np.abs(wet - dry)
+    # At 200 px from the axis the stream reaches 60 mm of arc, 23 degrees, to either side.
+    for degrees_, is_wet in ((0, True), (17, True), (-14, True), (32, False), (90, False)):
+        clock = np.radians(degrees_)
+        v, u = round(239.5 + 200 * np.cos(clock)), round(319.5 + 200 * np.sin(clock))
+        assert (changed[v - 6 : v + 6, u - 6 : u + 6].mean() > 2) == is_wet
 
 
 def photographed_floor(photo_mm):
