@@ -42,6 +42,9 @@ UNLIKE_RAD = float(np.radians(5.0))
 NOISE_RAD = float(np.radians(1.5))
 """Change of the gaze by the axis from frame to frame that may be an error."""
 
+MOST_PERIODS = 10.0
+"""Frame periods for which a turn goes on unseen."""
+
 ASIDE_RAD = float(np.radians(10.0))
 """Angle between gaze and driving direction from which the camera looks around."""
 
@@ -88,6 +91,8 @@ class Lookout:
         axis = self._find_axis(image)
         roll_rad = state.pose.roll_rad + state.mount_rad[1]
         self.gaze = None if axis is None else gaze(self._rectify.rig, axis.pixel_uv, roll_rad)
+        if self.is_around and self.gaze is not None and self._ahead is not None:
+            self.is_around = bool((np.abs(self.gaze - self._ahead) > BACK_RAD).any())
 
     def begin(self) -> State:
         """State before the first frame: the rig's gaze, unless the picture clearly shows another.
@@ -98,14 +103,15 @@ class Lookout:
         is_stated = self.gaze is None or bool((np.abs(self.gaze) < UNLIKE_RAD).all())
         return State.at_start(self._rectify.rig, None if is_stated else self.gaze)
 
-    def turned(self, pose: Pose, periods: float) -> Pose:
-        """Turn the last pose with a fix, `periods` frame periods ago, to where the camera looks."""
-        turn = np.zeros(2)
-        if self.gaze is not None and self._gaze_fixed is not None:
-            turn = self.gaze - self._gaze_fixed
+    def turned(self, fixed: State, periods: float) -> Pose:
+        """Turn the pose of the last fix, `periods` frame periods ago, to where the camera looks."""
+        pose, turn = fixed.pose, np.zeros(2)
+        if self.gaze is not None:
+            before = fixed.gaze if self._gaze_fixed is None else self._gaze_fixed
+            turn = self.gaze - before
             turn = np.sign(turn) * np.maximum(np.abs(turn) - NOISE_RAD, 0.0)
         elif self.is_around:
-            turn = self._turn * periods
+            turn = self._turn * min(periods, MOST_PERIODS)
         yaw, pitch = turn.tolist()
         return replace(pose, yaw_rad=pose.yaw_rad + yaw, pitch_rad=pose.pitch_rad + pitch)
 

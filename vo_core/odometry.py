@@ -412,7 +412,7 @@ class Odometry:
         """Continue the motion as before, but not beyond the wall seen at the last fix."""
         at = self._fixed.pose
         if self._lookout is not None:
-            at = self._lookout.turned(at, self._gone)
+            at = self._lookout.turned(self._fixed, self._gone)
             if self._lookout.is_around:
                 return replace(at, x_mm=self._lookout.held_mm)
         if self._velocity is None:
