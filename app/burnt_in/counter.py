@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 from app.burnt_in.box import Box
 from app.burnt_in.consistency import Candidate, Stretch, consistent
 from app.burnt_in.distance_text import Distance, read_distance
+from app.burnt_in.fields import combs, field_of
 from app.burnt_in.finder import CounterPlace, find_counter
 from app.burnt_in.text_model import TextDetector, TextReader
 from vo_core import VideoFile
 from vo_core.errors import UnreadableVideo
 from vo_core.sources import read_frame
-from vo_core.types import ByteImage, Image
+from vo_core.types import ByteImage
 
 HEADER = "frame,time_s,reading,unit,confidence"
 
@@ -40,12 +41,8 @@ MOST_CANDIDATES = 3
 UNSEEN_POINT = 0.5
 """Factor of the probability of a reading whose decimal point was not seen."""
 
-COMBED = 1.5
-"""Energy of the differences between neighbouring rows over that between every second row, from
-which the fields show different digits. Of one text it is about 1, and up to 2 if small or noisy."""
-
-BLANK = 0.2
-"""Share of the variance of a crop below which these differences are noise."""
+MOST_TICKS = 3
+"""Ticks of the counter from one field to the next, at most."""
 
 CHANGED = 0.2
 """Share of the contrast by which 3 by 3 pixels differ where a digit has changed."""
@@ -176,18 +173,27 @@ class _CounterReader:
         other, such as an 8 from a 5 and a 6; each field shows one of them.
         """
         crop = self._place.box.of(picture)
-        whole = self._as_counter(crop)
-        combs = _combs(crop)
-        if _sure(whole) >= SURE_AT_ONCE and not combs:
+        ticks = combs(crop)
+        if self._place.has_fields or ticks:
+            first = self._as_counter(field_of(crop, 0))
+            if _sure(first) >= SURE_AT_ONCE and not ticks:
+                return first
+            second = self._as_counter(field_of(crop, 1))
+            surer = max(first, second, key=_sure)
+            if _sure(surer) >= SURE_AT_ONCE:
+                return surer if self._follow(first, second) else _mean([first, second])
+            whole = self._as_counter(crop)
+        elif _sure(whole := self._as_counter(crop)) >= SURE_AT_ONCE:
             return whole
-        if combs:
-            size = (crop.shape[1], crop.shape[0])
-            fields = [self._as_counter(cv2.resize(rows, size)) for rows in (crop[::2], crop[1::2])]
-            surest = max(fields, key=_sure)
-            if _sure(surest) >= SURE_AT_ONCE:
-                return surest
         views = [self._as_counter(box.of(picture)) for box in self._other_views(picture)]
         return _mean([whole, *views])
+
+    def _follow(self, first: Sequence[Candidate], second: Sequence[Candidate]) -> bool:
+        """Whether the counter can tick from one field to the other, or one of them is unsure."""
+        if min(_sure(first), _sure(second)) < SURE_AT_ONCE:
+            return True
+        change = abs(first[0].value - second[0].value)
+        return change < (MOST_TICKS + 0.5) * 10.0**-self._place.decimals
 
     def _other_views(self, picture: ByteImage) -> list[Box]:
         """Crops that are a little higher and lower; a misread digit often changes with the crop."""
@@ -198,7 +204,7 @@ class _CounterReader:
         )
         return [higher, Box(box.left, box.top + rim // 2 + 1, box.right, box.bottom)]
 
-    def _as_counter(self, crop: Image) -> tuple[Candidate, ...]:
+    def _as_counter(self, crop: ByteImage) -> tuple[Candidate, ...]:
         found = (self._in_its_form(distance) for distance in read_distance(self._read(crop)))
         return tuple(candidate for candidate in found if candidate is not None)
 
@@ -229,23 +235,14 @@ def _mean(views: Sequence[Sequence[Candidate]]) -> tuple[Candidate, ...]:
     return tuple(means[:MOST_CANDIDATES])
 
 
-def _combs(crop: ByteImage) -> bool:
-    """Whether the two fields of a crop, (H, W, 3) BGR, show different digits.
-
-    Neighbouring rows differ more than every second row does, in a part as wide as a digit.
-    """
-    rows = crop.astype(np.float32).mean(axis=2)
-    near = rows[1:-3] + rows[3:-1] - 2 * rows[2:-2]
-    far = rows[:-4] + rows[4:] - 2 * rows[2:-2]
-    digit = (max(3, len(rows) // 3), max(3, len(rows) // 2))
-    near_energy, far_energy = (
-        cv2.blur(part * part, digit, borderType=cv2.BORDER_CONSTANT) for part in (near, far)
-    )
-    return bool((near_energy > COMBED * (far_energy + BLANK * rows.var())).any())
+def _inner(crop: ByteImage) -> ByteImage:
+    """The part of a crop where every digit has some of its strokes; the wall may show around it."""
+    rim = min(crop.shape) // 5
+    return crop[rim : len(crop) - rim, rim : crop.shape[1] - rim]
 
 
 def _has_changed(before: ByteImage, now: ByteImage) -> bool:
     """Whether a digit differs between two crops, (H, W) grey each."""
     contrast = float(np.ptp(np.percentile(before, (5, 98))))
-    differences = cv2.blur(cv2.absdiff(before, now), (3, 3))
+    differences = cv2.blur(cv2.absdiff(_inner(before), _inner(now)), (3, 3))
     return bool(differences.max() > CHANGED * contrast)

@@ -16,6 +16,7 @@ import numpy as np
 
 from app.burnt_in.box import Box
 from app.burnt_in.distance_text import Distance, read_distance
+from app.burnt_in.fields import combs, field_of
 from app.burnt_in.text_model import Letter
 from vo_core.types import ByteImage
 
@@ -25,8 +26,11 @@ LEAST_SHARE = 0.4
 LEAST_SURE = 0.5
 """Least probability of each character of a distance, for the search."""
 
-FITS = 0.99
-"""Mean certainty from which a box is not fitted."""
+FITTED_ON = 6
+"""Number of pictures on which a box is fitted."""
+
+AS_LEGIBLE = 0.97
+"""A field is as legible as a whole picture if its digits are this many times as certain."""
 
 WORTH_FITTING = 0.01
 """Gain of legibility from which an edge of the box is moved."""
@@ -45,6 +49,8 @@ class CounterPlace:
     """Digits after the point."""
     unit: str
     """m, ft, or empty if none is shown."""
+    has_fields: bool
+    """Whether the film is interlaced and one field is as legible as a whole picture."""
 
 
 @dataclass
@@ -87,10 +93,12 @@ def find_counter(
         return None
     found = [distance for distance in readings[best] if distance is not None]
     units = [distance.unit for distance in found if distance.unit]
+    box = _fitted(boxes[best], pictures[:: -(-len(pictures) // FITTED_ON)], read)
     return CounterPlace(
-        box=_fitted(boxes[best], pictures, read),
+        box=box,
         decimals=_most_frequent([distance.decimals for distance in found]),
         unit=_most_frequent(units) if len(units) > LEAST_SHARE * len(found) else "",
+        has_fields=_has_fields([box.of(picture) for picture in pictures], read),
     )
 
 
@@ -133,13 +141,17 @@ def _fitted(box: Box, pictures: Sequence[ByteImage], read: Read) -> Box:
     Loose boxes are the most frequent cause of misread digits: with a margin of a quarter of the
     height, 8 of 10 readings of a dot matrix of 12 px were wrong, and none in the fitted box.
     """
-    if _mean(_distances(box, pictures, read), lambda distance: distance.sure) > FITS:
-        return box
     height, width = pictures[0].shape[:2]
     best, most = box, _legibility(box, pictures, read)
-    for edge, last in (("top", height), ("bottom", height), ("left", width), ("right", width)):
+    in_or_out = (-0.25, -0.12, 0.12, 0.25)
+    for edge, last, shares in (
+        ("top", height, in_or_out),
+        ("bottom", height, in_or_out),
+        ("left", width, (-0.25, -0.12)),  # no digit may be cut
+        ("right", width, (0.12, 0.25)),
+    ):
         start = best
-        for share in (-0.25, -0.12, 0.12, 0.25):
+        for share in shares:
             place = getattr(start, edge) + round(share * box.height)
             moved = replace(start, **{edge: min(max(place, 0), last)})
             legibility = _legibility(moved, pictures, read)
@@ -149,13 +161,23 @@ def _fitted(box: Box, pictures: Sequence[ByteImage], read: Read) -> Box:
 
 
 def _legibility(box: Box, pictures: Sequence[ByteImage], read: Read) -> float:
-    """Mean certainty of the distances; digits count, so that none is cut off."""
-    found = _distances(box, pictures, read)
-    return _mean(found, lambda distance: distance.sure * distance.digits)
+    """Mean certainty of the distances in whole crops and in their even rows.
+
+    The even rows are a field if the film is interlaced. Digits count, so that none is cut off.
+    """
+    crops = [box.of(picture) for picture in pictures]
+    return _mean_sure(crops, read) + _mean_sure([field_of(crop, 0) for crop in crops], read)
 
 
-def _mean(found: list[Distance | None], of: Callable[[Distance], float]) -> float:
-    return float(np.mean([0.0 if distance is None else of(distance) for distance in found]))
+def _has_fields(crops: Sequence[ByteImage], read: Read) -> bool:
+    fields = [field_of(crop, 0) for crop in crops]
+    is_interlaced = any(combs(crop) for crop in crops)
+    return is_interlaced and _mean_sure(fields, read) > AS_LEGIBLE * _mean_sure(crops, read)
+
+
+def _mean_sure(crops: Sequence[ByteImage], read: Read) -> float:
+    found = [read_distance(read(crop)) for crop in crops]
+    return float(np.mean([r[0].sure * r[0].digits if r else 0.0 for r in found]))
 
 
 def _joined(boxes: list[Box]) -> list[Box]:

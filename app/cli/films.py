@@ -21,9 +21,11 @@ from app.cli.console import (
 from app.cli.console import out as console
 from app.lab.calibration.intrinsics import read_camera
 from app.tracking.offline import Method, TrackedVideo, track_video
-from vo_core import Rig, VideoFile
+from vo_core import Rig, Track, VideoFile
+from vo_core.csv_rows import decoded
 from vo_core.joints.finder import JointFinder, numbered
 from vo_core.joints.finder import to_csv as joints_to_csv
+from vo_core.scale.counter import CounterComparison, Unit
 
 
 class TrackFormat(StrEnum):
@@ -99,11 +101,31 @@ def counter(
             show_default=False,
         ),
     ] = None,
+    track: Annotated[
+        Path | None,
+        typer.Option(
+            help="Compare the readings with this track.csv of the film.", show_default=False
+        ),
+    ] = None,
+    unit: Annotated[
+        Unit | None,
+        typer.Option(help="Unit of a counter that shows none; for --track.", show_default=False),
+    ] = None,
+    comparison: Annotated[
+        Path | None,
+        typer.Option(help="Write the comparison with --track here, JSON.", show_default=False),
+    ] = None,
 ) -> None:
     """Read the burnt-in distance counter of a film in every frame."""
+    from app.burnt_in.comparison import comparison_to_json, with_track
     from app.burnt_in.counter import read_counter
 
     require_folder(out, "--out")
+    if comparison is not None:
+        require_folder(comparison, "--comparison")
+    if track is None and (unit is not None or comparison is not None):
+        raise typer.BadParameter("is needed by the other options", param_hint="--track")
+    measured = None if track is None else Track.from_csv(decoded(track.read_bytes()))
     within = None if box is None else _box(box, video)
     with progress_bar() as progress:
         task = progress.add_task(f"reading {video.name}", total=None)
@@ -118,6 +140,31 @@ def counter(
         )
     if readings.problem is not None:
         err.print(f"warning: {readings.problem}", style="yellow")
+    if measured is not None and readings.place is not None:
+        found = with_track(readings, measured, unit)
+        _print_comparison(found)
+        if comparison is not None:
+            comparison.write_text(comparison_to_json(found), encoding="utf-8")
+
+
+def _print_comparison(found: CounterComparison) -> None:
+    console.print(str(found))
+    if found.faults:
+        table = Table("counter", "frames", "it counted", "the camera drove", box=None)
+        for fault in found.faults:
+            table.add_row(
+                fault.kind,
+                f"{fault.first_frame} to {fault.last_frame}",
+                f"{fault.counter_mm / 1000:+.2f} m",
+                f"{fault.camera_mm / 1000:+.2f} m",
+            )
+        console.print(table)
+    if (known := found.length) is not None:
+        console.print(
+            "to correct the track by the counter: chainage correct --length "
+            f"{known.first_frame}:{known.last_frame}={known.length_mm / 1000:.3f}"
+            f"±{known.sigma_mm:.0f}"
+        )
 
 
 def _box(words: str, video: Path) -> Box:
