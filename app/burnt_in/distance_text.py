@@ -33,6 +33,9 @@ OTHER_QUANTITIES = {
 NAMES = ("dist", "length", "chain", "counter", "meter", "depth", "tape", "cable")
 """Beginnings of words that announce a distance."""
 
+OTHER_NAMES = ("dn", "dia", "pipe", "size", "height", "width", "speed", "slope", "incl", "press")
+"""Beginnings of words that announce another quantity."""
+
 _NUMBER = re.compile(
     r"(?<![\d:/.,])(?P<sign>[+-] ?)?"
     r"(?P<whole>\d{1,5})(?: ?[.,] ?(?P<part>\d{1,3}))?"
@@ -85,11 +88,17 @@ def read_distance(letters: Sequence[Letter]) -> list[Distance]:
 
 
 def _may_be_distance(match: re.Match[str]) -> bool:
-    return (match["unit"] or "").lower() not in OTHER_QUANTITIES
+    is_other = (match["unit"] or "").lower() in OTHER_QUANTITIES
+    return not is_other and not _name_before(match).startswith(OTHER_NAMES)
+
+
+def _name_before(match: re.Match[str]) -> str:
+    """The word right before a number; empty if there is none."""
+    name = _NAME.search(match.string[: match.start()])
+    return "" if name is None else name["name"].lower()
 
 
 def _distance(match: re.Match[str], letters: Sequence[Letter]) -> Distance:
-    name = _NAME.search(match.string[: match.start()])
     part = match["part"] or ""
     last = match.end("part") if part else match.end("whole")
     return Distance(
@@ -97,7 +106,7 @@ def _distance(match: re.Match[str], letters: Sequence[Letter]) -> Distance:
         decimals=len(part),
         digits=len(match["whole"]) + len(part),
         unit=UNITS.get((match["unit"] or "").lower(), ""),
-        is_named=name is not None and name["name"].lower().startswith(NAMES),
+        is_named=_name_before(match).startswith(NAMES),
         sure=min(letter.sure for letter in letters[match.start() : last]),
     )
 

@@ -35,6 +35,9 @@ TEXT = 0.3
 SURELY_TEXT = 0.6
 """Probability that at least one pixel of a line has."""
 
+LEAST_PX = 6
+"""Least width and height of a line; nobody reads smaller text."""
+
 WIDEN = 1.6
 """Area over perimeter by which a detected line is widened on all sides."""
 
@@ -132,14 +135,14 @@ def _boxes(text: NDArray[np.float32], size_wh: tuple[int, int]) -> list[Box]:
         if text[top : top + high, left : left + wide].max() < SURELY_TEXT:
             continue
         rim = WIDEN * wide * high / (2 * (wide + high))
-        boxes.append(
-            Box(
-                max(0, round((left - rim) * x)),
-                max(0, round((top - rim) * y)),
-                min(width, round((left + wide + rim) * x)),
-                min(height, round((top + high + rim) * y)),
-            )
+        box = Box(
+            max(0, round((left - rim) * x)),
+            max(0, round((top - rim) * y)),
+            min(width, round((left + wide + rim) * x)),
+            min(height, round((top + high + rim) * y)),
         )
+        if min(box.width, box.height) >= LEAST_PX:
+            boxes.append(box)
     return boxes
 
 

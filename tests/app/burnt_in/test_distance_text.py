@@ -34,7 +34,18 @@ def test_a_distance_is_read_with_its_decimals_and_unit(text, value, decimals, un
 
 @pytest.mark.parametrize(
     "text",
-    ["14:05:33", "2019/05/17", "17.05.2019", "14:05:33.25", "21.4 C", "0.31 bar", "3.5%", "MH", ""],
+    [
+        "14:05:33",
+        "2019/05/17",
+        "17.05.2019",
+        "14:05:33.25",
+        "21.4 C",
+        "0.31 bar",
+        "3.5%",
+        "DN 0.30 m",
+        "MH",
+        "",
+    ],
 )
 def test_a_clock_a_date_and_other_quantities_are_no_distance(text):
     assert not [found for found in read_distance(letters(text)) if found.decimals]
