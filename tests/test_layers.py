@@ -88,7 +88,7 @@ def test_a_library_is_known_in_one_place_only(package, home):
 ROOMS = (
     ("back_off", "errors", "logs", "settings"),
     ("survey",),
-    ("imports", "lab", "storage"),
+    ("burnt_in", "imports", "lab", "storage"),
     ("jobs", "access"),
     ("tracking",),
     ("inspections",),

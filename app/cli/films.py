@@ -1,4 +1,4 @@
-"""The commands that process a film without a server: track, correct."""
+"""The commands that process a film without a server: track, counter, correct."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from app.burnt_in.box import Box
 from app.cli.console import (
     advance,
     err,
@@ -20,9 +21,11 @@ from app.cli.console import (
 from app.cli.console import out as console
 from app.lab.calibration.intrinsics import read_camera
 from app.tracking.offline import Method, TrackedVideo, track_video
-from vo_core import Rig
+from vo_core import Rig, Track, VideoFile
+from vo_core.csv_rows import decoded
 from vo_core.joints.finder import JointFinder, numbered
 from vo_core.joints.finder import to_csv as joints_to_csv
+from vo_core.scale.counter import CounterComparison, Unit
 
 
 class TrackFormat(StrEnum):
@@ -84,6 +87,109 @@ def track(
         console.print(f"{joints}: {len(set(numbered(result.track, seen)))} joints")
     if result.problem is not None:
         err.print(f"warning: {result.problem}", style="yellow")
+
+
+def counter(
+    video: Annotated[Path, typer.Argument(help="MP4, MOV, MKV, WebM, AVI, MPEG-TS or MPEG.")],
+    out: Annotated[Path, typer.Option(help="Table of the readings to write, CSV.")],
+    box: Annotated[
+        str | None,
+        typer.Option(
+            metavar="U,V,W,H",
+            help="Where the counter stands: left, top, width and height of a part of the picture, "
+            "in pixels. Without it, the counter is found.",
+            show_default=False,
+        ),
+    ] = None,
+    track: Annotated[
+        Path | None,
+        typer.Option(
+            help="Compare the readings with this track.csv of the film.", show_default=False
+        ),
+    ] = None,
+    unit: Annotated[
+        Unit | None,
+        typer.Option(help="Unit of a counter that shows none; for --track.", show_default=False),
+    ] = None,
+    comparison: Annotated[
+        Path | None,
+        typer.Option(help="Write the comparison with --track here, JSON.", show_default=False),
+    ] = None,
+) -> None:
+    """Read the burnt-in distance counter of a film in every frame."""
+    from app.burnt_in.comparison import comparison_to_json, with_track
+    from app.burnt_in.counter import read_counter
+
+    require_folder(out, "--out")
+    if comparison is not None:
+        require_folder(comparison, "--comparison")
+    if track is None and (unit is not None or comparison is not None):
+        raise typer.BadParameter("is needed by the other options", param_hint="--track")
+    measured = None if track is None else Track.from_csv(decoded(track.read_bytes()))
+    within = None if box is None else _box(box, video)
+    with progress_bar() as progress:
+        task = progress.add_task(f"reading {video.name}", total=None)
+        readings = read_counter(video, within, partial(advance, progress, task))
+    out.write_text(readings.to_csv(), encoding="utf-8")
+    console.print(f"{out}: {readings}")
+    if readings.place is None:
+        err.print(
+            f"warning: no counter was found in {video.name}, so every reading is empty; state its "
+            "place with --box if there is one",
+            style="yellow",
+        )
+    if readings.problem is not None:
+        err.print(f"warning: {readings.problem}", style="yellow")
+    if measured is not None and readings.place is not None:
+        found = with_track(readings, measured, unit)
+        _print_comparison(found)
+        if comparison is not None:
+            comparison.write_text(comparison_to_json(found), encoding="utf-8")
+
+
+def _print_comparison(found: CounterComparison) -> None:
+    console.print(str(found))
+    if found.faults:
+        table = Table("counter", "frames", "it counted", "the camera drove", box=None)
+        for fault in found.faults:
+            table.add_row(
+                fault.kind,
+                f"{fault.first_frame} to {fault.last_frame}",
+                f"{fault.counter_mm / 1000:+.2f} m",
+                f"{fault.camera_mm / 1000:+.2f} m",
+            )
+        console.print(table)
+    if (known := found.length) is not None:
+        console.print(
+            "to correct the track by the counter: chainage correct --length "
+            f"{known.first_frame}:{known.last_frame}={known.length_mm / 1000:.3f}"
+            f"±{known.sigma_mm:.0f}"
+        )
+
+
+def _box(words: str, video: Path) -> Box:
+    """Parse `U,V,W,H` and check that it lies within the picture."""
+    try:
+        left, top, width, height = (int(word) for word in words.split(","))
+    except ValueError as error:
+        raise typer.BadParameter(
+            f"{words} is not left, top, width and height, such as 60,400,120,30",
+            param_hint="--box",
+        ) from error
+    with VideoFile(video) as film:
+        size_wh = (film.info.width, film.info.height)
+    box = Box(left, top, left + width, top + height)
+    if (
+        min(left, top) < 0
+        or min(width, height) < 8
+        or box.right > size_wh[0]
+        or box.bottom > size_wh[1]
+    ):
+        raise typer.BadParameter(
+            f"{words} is no part of the {size_wh[0]}x{size_wh[1]} picture of 8x8 px or more",
+            param_hint="--box",
+        )
+    return box
 
 
 def correct(

@@ -27,6 +27,7 @@ for command in (
     server.backup,
     server.restore,
     films.track,
+    films.counter,
     films.correct,
     reports.export,
     reports.verify,

@@ -1,0 +1,1 @@
+"""Text that is burnt into the pictures of a film, above all the distance counter."""
