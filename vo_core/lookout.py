@@ -45,6 +45,12 @@ NOISE_RAD = float(np.radians(1.5))
 MOST_PERIODS = 10.0
 """Frame periods for which a turn goes on unseen."""
 
+ASTRAY_RAD = float(np.radians(8.0))
+"""Angle between the axis in the picture and in the estimated pose that no error explains."""
+
+ASTRAY_FRAMES = 8
+"""Number of consecutive frames after which the estimated pose is given up."""
+
 ASIDE_RAD = float(np.radians(10.0))
 """Angle between gaze and driving direction from which the camera looks around."""
 
@@ -80,6 +86,13 @@ class Lookout:
         """Where the camera looked ahead last."""
         self.is_around = False
         """Whether the camera looks around."""
+        self._astray = 0
+        """Number of frames since the axis was where the estimated pose shows it."""
+
+    @property
+    def is_astray(self) -> bool:
+        """Whether the axis has long been elsewhere than the estimated pose shows it."""
+        return self._astray >= ASTRAY_FRAMES
 
     @property
     def held_mm(self) -> float:
@@ -91,6 +104,8 @@ class Lookout:
         axis = self._find_axis(image)
         roll_rad = state.pose.roll_rad + state.mount_rad[1]
         self.gaze = None if axis is None else gaze(self._rectify.rig, axis.pixel_uv, roll_rad)
+        is_off = self.gaze is not None and bool((np.abs(self.gaze - state.gaze) > ASTRAY_RAD).any())
+        self._astray = self._astray + 1 if is_off else 0
         if self.is_around and self.gaze is not None and self._ahead is not None:
             self.is_around = bool((np.abs(self.gaze - self._ahead) > BACK_RAD).any())
 
@@ -99,7 +114,7 @@ class Lookout:
 
         The axis in a picture is known to a few degrees only.
         """
-        self._gaze_fixed = self.gaze
+        self._gaze_fixed, self._astray = self.gaze, 0
         is_stated = self.gaze is None or bool((np.abs(self.gaze) < UNLIKE_RAD).all())
         return State.at_start(self._rectify.rig, None if is_stated else self.gaze)
 

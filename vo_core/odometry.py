@@ -313,10 +313,23 @@ class Odometry:
         lookout.see(image, self._state)
         if self._keyframe is None:
             self._state = self._fixed = lookout.begin()
+        elif lookout.is_astray:
+            self._stand_anew(lookout)
         if lookout.aim(self._predict(), self._state):
             self._pattern = FixedPattern()
             self._skipping.forget()
         self._view = lookout.view
+
+    def _stand_anew(self, lookout: Lookout) -> None:
+        """Place the camera by the axis in the picture; only its distance is kept."""
+        at, anew = self._state, lookout.begin()
+        covariance = anew.covariance.copy()
+        covariance[0, 0] += at.covariance[0, 0]
+        pose = replace(anew.pose, x_mm=at.pose.x_mm)
+        start = np.concatenate([at.start[:1], anew.start[1:]])
+        self._state = self._fixed = replace(anew, pose=pose, covariance=covariance, start=start)
+        self._fix_periods = self._clock.periods - 1
+        self._keyframe = self._fallback = self._ahead = None
 
     def _learn_overlay(self, overlay: Overlay, image: Image) -> None:
         """Mask what is fixed in the picture, and track the first frames again with the mask."""

@@ -240,6 +240,8 @@ def _visible_grid(rig: Rig, coarsest: float) -> tuple[PatchGrid, float]:
     The second value is the unevenness: the coarsest mm per px there over the finest.
     """
     camera = rig.camera
+    if rig.mount.view == "forward":
+        rig = _straight(rig)
     u = np.linspace(0, camera.width - 1, 65)
     v = np.linspace(0, camera.height - 1, 49)
     wall_mm = developed(rig, np.stack(np.meshgrid(u, v), -1).reshape(-1, 2)).reshape(49, 65, 2)
@@ -272,6 +274,14 @@ def _visible_grid(rig: Rig, coarsest: float) -> tuple[PatchGrid, float]:
     axial, arc = (low + high) / 2 - (np.array([columns, rows]) - 1) / 2 * step_mm
     grid = PatchGrid(float(axial), float(arc), step_mm, (int(rows), int(columns)))
     return grid, float(mm_per_px[good].max()) / finest
+
+
+def _straight(rig: Rig) -> Rig:
+    """The rig with its camera on the axis of the pipe and along it: it may look anywhere later."""
+    mount = {"pitch_deg": 0.0, "roll_deg": 0.0}
+    if rig.pipe.diameter_mm is not None:
+        mount |= {"lateral_mm": 0.0, "height_mm": rig.pipe.diameter_mm / 2}
+    return rig.model_copy(update={"mount": rig.mount.model_copy(update=mount)})
 
 
 def _lengths_mm(rig: Rig, steps_mm: Matrix) -> Matrix:
