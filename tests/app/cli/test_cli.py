@@ -34,7 +34,7 @@ COMMANDS = [
 CHECKERBOARD = ["--board", "checkerboard", "--columns", "9", "--rows", "6", "--square-mm", "20"]
 HEADER = (
     "frame,time_s,x_mm,y_mm,yaw_deg,distance_mm,sigma_distance_mm,quality,status,"
-    "sigma_registration_mm,z_mm,pitch_deg,roll_deg"
+    "sigma_registration_mm,z_mm,pitch_deg,roll_deg,looking_around"
 )
 SHORT = SCENARIOS["nominal"].shortened(60)
 
