@@ -131,7 +131,7 @@ def track_of(length_m: float, rows: int = 500) -> Track:
         x_mm=distance, y_mm=zero, yaw_deg=zero, distance_mm=distance,
         sigma_distance_mm=10 + distance / 800, quality=np.full(rows, 0.8),
         status=np.full(rows, "ok"), sigma_registration_mm=10 + distance / 800,
-        z_mm=zero, pitch_deg=zero, roll_deg=zero,
+        z_mm=zero, pitch_deg=zero, roll_deg=zero, looking_around=zero,
     )  # fmt: skip
 
 

@@ -18,7 +18,7 @@ def straight_track(x_mm, sigma_mm=None):
     return Track(
         np.arange(count), np.arange(count) / 30, x_mm, zero, zero, x_mm,
         zero if sigma_mm is None else sigma_mm, np.ones(count), np.array(["ok"] * count),
-        zero if sigma_mm is None else sigma_mm, zero, zero, zero,
+        zero if sigma_mm is None else sigma_mm, zero, zero, zero, zero,
     )  # fmt: skip
 
 
@@ -35,7 +35,7 @@ def make_track(distance_mm, sigma_mm, status=None):
         quality=np.full(count, 0.9),
         status=np.array(["ok"] * count if status is None else status),
         sigma_registration_mm=sigma_mm,
-        **dict.fromkeys(("z_mm", "pitch_deg", "roll_deg"), np.zeros(count)),
+        **dict.fromkeys(("z_mm", "pitch_deg", "roll_deg", "looking_around"), np.zeros(count)),
     )
 
 

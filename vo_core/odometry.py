@@ -21,6 +21,7 @@ from vo_core.geometry.bed import Bed
 from vo_core.geometry.height import scale_sigma
 from vo_core.geometry.motion import POSE, RATES
 from vo_core.geometry.rectify import BOTTOM, COARSEST, TOP, WHOLE, Rectifier, Rows
+from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.sway import Sway
 from vo_core.geometry.tilt import MountTilt
 from vo_core.geometry.wall import Pose, apart_mm
@@ -292,6 +293,19 @@ class Odometry:
         variance = np.diag(self._state.covariance)[POSE:]
         pitch_sigma, roll_sigma = np.degrees(np.sqrt(variance)).tolist()
         return MountTilt(pitch, roll, pitch_sigma, roll_sigma)
+
+    @property
+    def stance(self) -> Stance:
+        """Pose of the camera in the pipe at the first frame, estimated from all frames so far.
+
+        A camera that looks down stands as its rig states; `tilt` reports if it does not.
+        """
+        if self.rig.mount.view == "down":
+            return AS_STATED
+        _, y_mm, yaw, z_mm, pitch, roll = self._state.start.tolist()
+        turns = np.degrees([yaw, *self._state.mount_rad + (pitch, roll)])
+        yaw_deg, pitch_deg, roll_deg = turns.tolist()
+        return Stance(y_mm, yaw_deg, z_mm, pitch_deg, roll_deg)
 
     @property
     def _gone(self) -> float:

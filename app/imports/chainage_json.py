@@ -23,6 +23,7 @@ from app.imports.chainage_json_schema import File
 from app.imports.whole_inspection import Happening, WholeInspection
 from vo_core import Rig
 from vo_core.errors import InvalidRig, RigVideoMismatch
+from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
 from vo_core.joints.finder import Sighting
@@ -79,6 +80,7 @@ def read(content: bytes) -> WholeInspection:
         health=tuple(health),
         sightings=tuple(Sighting(**sighting.model_dump()) for sighting in file.sightings),
         tilt=MountTilt(**file.mount_tilt.model_dump()) if file.mount_tilt else None,
+        stance=Stance(**file.stance.model_dump()) if file.stance else AS_STATED,
         tags=tuple(tag.to_imported() for tag in sorted(file.tags, key=lambda tag: tag.seq)),
         events=tuple(Happening(**event.model_dump()) for event in file.events),
     )

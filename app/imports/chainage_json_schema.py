@@ -241,6 +241,14 @@ class _MountTilt(_Part):
     roll_sigma_deg: Annotated[float, Field(ge=0, le=180)]
 
 
+class _Stance(_Part):
+    y_mm: _Number
+    yaw_deg: Annotated[float, Field(ge=-180, le=180)]
+    z_mm: _Number
+    pitch_deg: Annotated[float, Field(ge=-180, le=180)]
+    roll_deg: Annotated[float, Field(ge=-180, le=180)]
+
+
 class File(_Part):
     """The whole file."""
 
@@ -252,7 +260,8 @@ class File(_Part):
     health: _HealthPart
     sightings: Annotated[list[_Sighting], Field(max_length=_MOST_SIGHTINGS)]
     mount_tilt: _MountTilt | None = None
-    """Older exports have none."""
+    """Older exports have none, and no stance either."""
+    stance: _Stance | None = None
 
     @model_validator(mode="after")
     def _tags_are_distinct(self) -> File:

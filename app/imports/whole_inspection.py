@@ -10,6 +10,7 @@ from typing import Any, Literal
 from app.survey.stated import Stated
 from app.survey.tag import StatedTag
 from vo_core import Rig, Track
+from vo_core.geometry.stance import Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
 from vo_core.joints.finder import Sighting
@@ -77,6 +78,7 @@ class WholeInspection:
     health: Sequence[Health]
     sightings: tuple[Sighting, ...]
     tilt: MountTilt | None
+    stance: Stance
     tags: tuple[ImportedTag, ...]
     """Tags in the order of their numbers."""
     events: tuple[Happening, ...]

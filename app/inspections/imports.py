@@ -35,6 +35,7 @@ from app.tracking.queue import track_metadata
 from app.tracking.tracks import Tracks
 from app.tracking.videos import NO_FILM, unfilmed_columns
 from vo_core import Rig, Track
+from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
 from vo_core.joints.finder import Sighting
@@ -146,7 +147,7 @@ class Imports:
                 f"This server has no code pack {header.pop('code_pack')}; the built-in one is "
                 "used. Import the pack, then choose it in the header."
             )
-        run = Run(whole.track, whole.health, whole.sightings, whole.tilt)
+        run = Run(whole.track, whole.health, whole.sightings, whole.tilt, whole.stance)
         inspection = _inspection(filename, content)
         if self._is_free(whole.id):
             inspection.id = whole.id
@@ -202,7 +203,9 @@ class Imports:
             self._folder.keep_rig(inspection.id, inspection.rig)
             self._tracks.begin(inspection.id)
             self._tracks.append(inspection.id, run.estimates())
-            self._tracks.note(inspection.id, enumerate(run.health), run.sightings, run.tilt)
+            self._tracks.note(
+                inspection.id, enumerate(run.health), run.sightings, run.tilt, run.stance
+            )
             self._tracks.finish(inspection.id, track_metadata(inspection))
             self._store.add(inspection, observations, events)
         except BaseException:
@@ -220,6 +223,7 @@ class Run:
     health: Sequence[Health] = ()
     sightings: Sequence[Sighting] = ()
     tilt: MountTilt | None = None
+    stance: Stance = AS_STATED
 
     def estimates(self) -> Iterator[Estimate]:
         """Yield the estimates row by row."""

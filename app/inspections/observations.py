@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, MutableMapping
 from functools import lru_cache
 from typing import Any
 
@@ -21,8 +21,10 @@ from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
 from app.storage.tables import IMPORTED, Inspection
 from app.survey.place import (
+    Anchor,
     Course,
     ObservationView,
+    Place,
     WallGrid,
     WallUnder,
     place_of,
@@ -157,7 +159,9 @@ class Observations:
 
     def wall_grid(self, inspection_id: str) -> WallGrid:
         """Return the wall points of a grid of pixels over the picture, at pose 0."""
-        return wall_grid(rig_of(self._inspections.get(inspection_id)))
+        return wall_grid(
+            rig_of(self._inspections.get(inspection_id)), self._tracks.stance(inspection_id)
+        )
 
     def next_stretch(self, inspection_id: str) -> int:
         """Return the first stretch number that was never used."""
@@ -175,12 +179,14 @@ class Observations:
     def _course(self, inspection_id: str) -> Course:
         """Return the current course, from which places are derived."""
         adjusted = self._corrections.adjusted(inspection_id)
-        raw = self._tracks.get(inspection_id)
+        raw, stance = self._tracks.get(inspection_id), self._tracks.stance(inspection_id)
         with self._lock:
             known = self._courses.get(inspection_id)
             # During a run rows are only added; existing ones stay.
-            places = known.places if known is not None and known.adjusted is adjusted else {}
-            course = self._courses[inspection_id] = Course(adjusted, raw, places)
+            places: MutableMapping[Anchor, Place] = {}
+            if known is not None and known.adjusted is adjusted and known.stance == stance:
+                places = known.places
+            course = self._courses[inspection_id] = Course(adjusted, raw, places, stance)
         return course
 
 

@@ -62,7 +62,11 @@ class Picking:
             WallNotSeen: No frame shows it.
         """
         self.inspections.get(inspection_id)
-        course = Course(self.corrections.adjusted(inspection_id), self.tracks.get(inspection_id))
+        course = Course(
+            self.corrections.adjusted(inspection_id),
+            self.tracks.get(inspection_id),
+            stance=self.tracks.stance(inspection_id),
+        )
         seen = seen_best(course, place, near_frame)
         if seen is None:
             where = (
@@ -95,7 +99,8 @@ def seen_best(course: Course, place: WallPlace, near_frame: int | None) -> SeenA
     low_mm, high_mm = _well_seen_mm(rig)
     margin_mm = _MARGIN * (high_mm - low_mm)
     near = np.flatnonzero((ahead_mm > low_mm - margin_mm) & (ahead_mm < high_mm + margin_mm))
-    pixels = _pixels(rig, raw, near, ahead_mm[near], _raw_arc_mm(rig, place, scale))
+    in_pipe = course.stance.added_to(raw)
+    pixels = _pixels(rig, in_pipe, near, ahead_mm[near], _raw_arc_mm(rig, place, scale))
     camera = rig.camera
     with np.errstate(invalid="ignore"):
         inside = ((pixels > -0.5) & (pixels < [camera.width - 0.5, camera.height - 0.5])).all(1)
@@ -118,7 +123,7 @@ def seen_best(course: Course, place: WallPlace, near_frame: int | None) -> SeenA
 
 def _pixels(
     rig: Rig,
-    raw: Track,
+    track: Track,
     frames: NDArray[np.intp],
     ahead_mm: NDArray[np.float64],
     arc_mm: float,
@@ -126,11 +131,11 @@ def _pixels(
     """Return the (N, 2) pixels of the place in the frames, inside the picture or not."""
     poses = Poses(
         x_mm=np.zeros(len(frames)),
-        y_mm=raw.y_mm[frames],
-        yaw_rad=np.radians(raw.yaw_deg[frames]),
-        z_mm=raw.z_mm[frames],
-        pitch_rad=np.radians(raw.pitch_deg[frames]),
-        roll_rad=np.radians(raw.roll_deg[frames]),
+        y_mm=track.y_mm[frames],
+        yaw_rad=np.radians(track.yaw_deg[frames]),
+        z_mm=track.z_mm[frames],
+        pitch_rad=np.radians(track.pitch_deg[frames]),
+        roll_rad=np.radians(track.roll_deg[frames]),
     )
     wall = enclose(rig, np.column_stack([ahead_mm, np.full(len(frames), arc_mm)]))
     return np.asarray(robot_pixels(rig, sight(rig, poses, wall)))

@@ -11,7 +11,7 @@ import cv2
 import msgspec
 
 from app.jobs.gaps import between, place_after
-from app.jobs.messages import Batch, Gauged, Row, Seen, Tilted, WallTile
+from app.jobs.messages import Batch, Gauged, Row, Seen, Standing, Tilted, WallTile
 from vo_core import Odometry, Rig
 from vo_core.joints.finder import JointFinder
 from vo_core.mosaic.mosaic import Mosaic
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 PREVIEW_WIDTH_PX = 960
 PREVIEW_JPEG_QUALITY = 72
 WALL_JPEG_QUALITY = 85
+
+_STANCE = Standing.__struct_fields__
 
 
 class Follower:
@@ -75,7 +77,7 @@ class Follower:
                     row = msgspec.structs.replace(row, status="lost")
             row = _placed(row, self._start)
         self._is_first = False
-        self._look(frame, _along(estimate, row))
+        self._look(frame, self._odometry.stance.added_to(_along(estimate, row)))
         if self._last_row is not None:
             self._rows.extend(between(self._last_row, row, skipped))
         self._rows.append(row)
@@ -120,6 +122,7 @@ class Follower:
                 Seen(*astuple(sighting)) for sighting in (*self._sightings, *self._joints.take())
             ],
             tilt=Tilted(*astuple(self._odometry.tilt)),
+            stance=self._stance(),
         )
         self._rows, self._health, self._last = [], [], None
         self._sightings = []
@@ -140,12 +143,19 @@ class Follower:
         assert isinstance(follower, cls)  # noqa: S101  (the stamp fits: the same program made it)
         return follower
 
+    def _stance(self) -> Standing | None:
+        """Return the stance of the run, as the longest part shows it."""
+        stance = Standing(*astuple(self._odometry.stance))
+        if self._start is None or self._last_row is None or self._rig.mount.view == "down":
+            return stance
+        if self._last_row.frame - self._start.frame < self._start.frame:
+            return None
+        return Standing(*(getattr(stance, name) - getattr(self._start, name) for name in _STANCE))
+
     def _look(self, frame: Frame, estimate: Estimate) -> None:
-        """Collect the other results of a tracked frame."""
+        """Collect the other results of a tracked frame, from its pose in the pipe."""
         self._health.append(_gauged(estimate.frame, self._odometry.measure_health()))
-        patch = self._odometry.patch
-        if patch is not None and self._joints.wants(estimate):
-            self._joints.spread(patch, estimate)
+        self._joints.add(frame.image, estimate, self._odometry.rows)
         if self._wall.wants(estimate):
             self._wall.add(frame.to_bgr(), estimate, self._odometry.rows)
 

@@ -142,6 +142,16 @@ class Tilted(msgspec.Struct, frozen=True, array_like=True):
     roll_sigma_deg: float
 
 
+class Standing(msgspec.Struct, frozen=True, array_like=True):
+    """A `Stance` as a message."""
+
+    y_mm: float
+    yaw_deg: float
+    z_mm: float
+    pitch_deg: float
+    roll_deg: float
+
+
 class WallTile(msgspec.Struct, frozen=True, array_like=True):
     """The current picture of one tile of the unrolled wall."""
 
@@ -164,6 +174,9 @@ class Batch(msgspec.Struct, frozen=True, tag="batch"):
     """Joints that were detected."""
     tilt: Tilted | None = None
     """Tilt of the mount against the rig, from all frames so far."""
+    stance: Standing | None = None
+    """Where the camera stood at the first frame of the run; None while the newest part shows it
+    worse than those before."""
 
 
 class Checkpoint(msgspec.Struct, frozen=True, tag="checkpoint"):

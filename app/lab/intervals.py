@@ -108,7 +108,7 @@ def _trial(name: str, rig: Rig, frames: Sequence[RenderedFrame]) -> Trial:
     estimates = []
     for frame in frames:
         estimates.append(odometry.step(frame.image, frame.t_s))
-        finder.add(frame.image, estimates[-1])
+        finder.add(frame.image, odometry.stance.added_to(estimates[-1]))
     track = Track.from_estimates(estimates)
     proposal = by_joints(rig, track, finder.finish())
     true_mm = frames[-1].x_mm

@@ -22,6 +22,7 @@ from app.survey.records import Event
 from app.survey.tag import StatedTag
 from app.survey.track_rows import is_unmeasured
 from vo_core import Rig, Track
+from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.joints.finder import Sighting
 from vo_core.mosaic.mosaic import Layout
 
@@ -176,6 +177,8 @@ class Report:
     wall: Mapping[int, Path]
     """JPEG tiles of the unrolled wall by number, which counts raw distance (`Layout`)."""
     layout: Layout | None
+    stance: Stance = AS_STATED
+    """Pose of the camera in the pipe at the first frame, against the rig's."""
     warning: str | None = None
     error: str | None = None
     error_code: str | None = None

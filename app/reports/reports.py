@@ -181,6 +181,7 @@ class Reports:
                 for tile in self._unrolled.tiles(inspection_id)
             },
             layout=layout,
+            stance=self._tracks.stance(inspection_id),
             warning=row.warning,
             error=row.error_detail,
             error_code=row.error_code,

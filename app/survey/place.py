@@ -17,6 +17,7 @@ from app.survey.records import Observation
 from app.survey.tag import Tag
 from app.survey.track_rows import estimate_at, is_unmeasured
 from vo_core import Estimate, Pose, Rig, Track
+from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.wall import (
     Poses,
     WallPoint,
@@ -109,7 +110,9 @@ class Course:
     adjusted: Adjusted
     raw: Track
     places: MutableMapping[Anchor, Place] = field(default_factory=dict)
-    """Places derived before with the same correction of the same run."""
+    """Places derived before with the same correction and stance of the same run."""
+    stance: Stance = AS_STATED
+    """Pose of the camera in the pipe at the first frame."""
 
     @cached_property
     def is_unmeasured(self) -> bool:
@@ -117,9 +120,12 @@ class Course:
         return is_unmeasured(self.raw)
 
     def estimates(self, frame: int) -> tuple[Estimate, Estimate] | None:
-        """Return the raw and the corrected estimate of a frame; None until it is tracked."""
+        """Return the raw estimate of a frame, with its pose in the pipe, and the corrected one.
+
+        None until the frame is tracked.
+        """
         raw = estimate_at(self.raw, frame)
-        return None if raw is None else (raw, self.adjusted.estimate(raw))
+        return None if raw is None else (self.stance.added_to(raw), self.adjusted.estimate(raw))
 
 
 def wall_under(course: Course, frame: int, pixel: tuple[float, float]) -> WallUnder | None:
@@ -161,7 +167,10 @@ def _wall_under(
 
 @dataclass(frozen=True)
 class WallGrid:
-    """Wall points of a grid of pixels at pose 0, relative to the camera; nan where none is seen."""
+    """Wall points of a grid of pixels at pose 0, relative to where the rig places the camera.
+
+    They are nan where no wall is seen.
+    """
 
     u_px: list[float]
     v_px: list[float]
@@ -173,12 +182,14 @@ class WallGrid:
     """Clock positions; None on a floor."""
 
 
-def wall_grid(rig: Rig, cols: int = 33, rows: int = 25) -> WallGrid:
-    """Compute the wall points of a grid of pixels by ray casting."""
+def wall_grid(rig: Rig, stance: Stance, cols: int = 33, rows: int = 25) -> WallGrid:
+    """Compute the wall points of a grid of pixels by ray casting from the pose of the first
+    frame.
+    """
     u_px = np.linspace(0, rig.camera.width - 1, cols)
     v_px = np.linspace(0, rig.camera.height - 1, rows)
     pixels = np.stack(np.meshgrid(u_px, v_px), axis=-1).reshape(-1, 2)
-    points = cast(rig, Pose(), robot_rays(rig, pixels))
+    points = cast(rig, stance.pose, robot_rays(rig, pixels))
     clock_h = None
     if rig.pipe.diameter_mm is not None:
         phis_rad = develop(rig, points)[:, 1] / (rig.pipe.diameter_mm / 2)

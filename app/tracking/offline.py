@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Protocol
 
 from vo_core import Estimate, Odometry, Rig, Track, VideoFile
+from vo_core.geometry.stance import Stance
 from vo_core.joints.finder import JointFinder
 from vo_core.paper import PaperOdometry
 from vo_core.types import Image
@@ -23,6 +24,10 @@ class Method(StrEnum):
 
 class Stepper(Protocol):
     """The interface of every method."""
+
+    @property
+    def stance(self) -> Stance:
+        """Pose of the camera in the pipe at the first frame, by the frames so far."""
 
     def step(self, image: Image, t_s: float) -> Estimate:
         """Return the estimate of the next frame."""
@@ -68,7 +73,7 @@ def track_video(
         for frame in frames.read_ahead():
             estimates.append(stepper.step(frame.image, frame.t_s))
             if finder is not None:
-                finder.add(frame.image, estimates[-1])
+                finder.add(frame.image, stepper.stance.added_to(estimates[-1]))
             if on_progress is not None:
                 on_progress(len(estimates), frames.info.frames)
     return TrackedVideo(Track.from_estimates(estimates), frames.problem)

@@ -18,6 +18,7 @@ from app.survey.track_rows import estimate_at
 from app.tracking.live import CameraStatus, Live, Progress
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
+from vo_core.geometry.stance import Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
 from vo_core.joints.finder import Sighting
@@ -237,6 +238,7 @@ class Runs:
             health,
             [Sighting(*msgspec.structs.astuple(seen)) for seen in batch.sightings],
             None if batch.tilt is None else MountTilt(*msgspec.structs.astuple(batch.tilt)),
+            None if batch.stance is None else Stance(*msgspec.structs.astuple(batch.stance)),
         )
         return estimates, health
 

@@ -17,6 +17,7 @@ from app.jobs import parts
 from app.jobs.parts import Mark
 from app.storage.files import Places, write_durably
 from app.tracking.columns import GrowingColumns
+from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
 from vo_core.joints.finder import Sighting, from_csv, to_csv
@@ -80,12 +81,13 @@ class HealthColumns:
 
 
 class _Growing:
-    """Columns of a growing track, 116 bytes a frame, with joints and tilt."""
+    """Columns of a growing track, 116 bytes a frame, with joints, tilt and stance."""
 
     def __init__(self) -> None:
         self.health = HealthColumns()
         self.sightings: list[Sighting] = []
         self.tilt: MountTilt | None = None
+        self.stance = AS_STATED
         self.left_out: list[Mark] = []
         self.columns = GrowingColumns(_DTYPES)
 
@@ -142,6 +144,7 @@ class Tracks:
         growing.health = self.health(inspection_id).copy()
         growing.sightings = self.sightings(inspection_id)
         growing.tilt = self.tilt(inspection_id)
+        growing.stance = self.stance(inspection_id)
         growing.columns.extend(len(track), {name: getattr(track, name) for name in COLUMNS})
         with self._lock:
             self._growing[inspection_id] = growing
@@ -160,14 +163,16 @@ class Tracks:
         health: Iterable[tuple[int, Health]],
         sightings: Iterable[Sighting],
         tilt: MountTilt | None = None,
+        stance: Stance | None = None,
     ) -> None:
-        """Add the health of frames, the joints that were seen, and the newest tilt."""
+        """Add the health of frames, the joints that were seen, and the newest tilt and stance."""
         with self._lock:
             growing = self._growing[inspection_id]
             for frame, each in health:
                 growing.health.note(frame, each)
             growing.sightings.extend(sightings)
             growing.tilt = tilt or growing.tilt
+            growing.stance = stance or growing.stance
 
     def leave_out(self, inspection_id: str, marks: Iterable[Mark]) -> None:
         """Note camera frames that the full disk could not store."""
@@ -202,7 +207,8 @@ class Tracks:
         """Write track.csv, health.csv and joints.csv with the rows so far."""
         track, health = self.get(inspection_id), self.health(inspection_id)
         sightings, tilt = self.sightings(inspection_id), self.tilt(inspection_id)
-        metadata = {**metadata, **(tilt.metadata() if tilt else {})}
+        stance = self.stance(inspection_id)
+        metadata = {**metadata, **(tilt.metadata() if tilt else {}), **stance.metadata()}
         write_durably(self._folder.joints(inspection_id), to_csv(track, sightings).encode())
         write_durably(self._folder.health(inspection_id), health.to_csv().encode())
         write_durably(self._folder.track(inspection_id), track.to_csv(metadata).encode())
@@ -303,11 +309,22 @@ class Tracks:
             growing = self._growing.get(inspection_id)
             if growing is not None:
                 return growing.tilt
+        return MountTilt.from_metadata(self._metadata(inspection_id))
+
+    def stance(self, inspection_id: str) -> Stance:
+        """Return the pose of the camera in the pipe at the first frame, by the run so far."""
+        with self._lock:
+            growing = self._growing.get(inspection_id)
+            if growing is not None:
+                return growing.stance
+        return Stance.from_metadata(self._metadata(inspection_id))
+
+    def _metadata(self, inspection_id: str) -> dict[str, str]:
         path = self._folder.track(inspection_id)
         if not path.exists():
-            return None
+            return {}
         with path.open(encoding="utf-8") as lines:
-            return MountTilt.from_metadata(metadata_of(lines))
+            return metadata_of(lines)
 
 
 def _cache() -> LRUCache[str, Kept]:

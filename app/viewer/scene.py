@@ -79,7 +79,7 @@ def still_page(
 
     Args:
         rig: The rig of the run.
-        track: The corrected track.
+        track: The corrected track, with poses in the pipe.
         pose: Pose of the robot; None leaves it at the zero.
         pins: Defects to show.
         joints: Seen and expected joints.

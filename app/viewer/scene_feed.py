@@ -222,14 +222,16 @@ class SceneFeed(Worker):
     def _draw_robot(self) -> None:
         estimate = self._corrections.at(self._inspection_id, self._look().frame)
         if estimate is not None:
-            self.scene.show_pose(estimate)
+            stance = self._corrections.stance(self._inspection_id)
+            self.scene.show_pose(stance.added_to(estimate))
 
     def _extend_path(self, track: Track) -> None:
         new = slice(self._drawn, None)
         if len(track) > self._drawn:
+            y_mm = track.y_mm[new] + self._corrections.stance(self._inspection_id).y_mm
             self.scene.extend_path(
                 track.distance_mm[new].tolist(),
-                track.y_mm[new].tolist(),
+                y_mm.tolist(),
                 track.sigma_distance_mm[new].tolist(),
             )
             self.scene.set_length(float(track.distance_mm.max()))
@@ -282,7 +284,11 @@ class SceneFeed(Worker):
                 self._note(pins=True)
 
     def _draw_frames(self, update: Update) -> None:
-        new = [self._corrections.estimate(self._inspection_id, raw) for raw in update.estimates]
+        stance = self._corrections.stance(self._inspection_id)
+        new = [
+            stance.added_to(self._corrections.estimate(self._inspection_id, raw))
+            for raw in update.estimates
+        ]
         if new[0].frame == self._drawn:
             self.scene.extend_path(
                 [e.distance_mm for e in new],

@@ -32,6 +32,7 @@ def scene_page(report: Report) -> str:
         if entry.distance_m is not None
     ]
     layout, adjusted = report.layout, report.adjusted
+    track = report.stance.added_to(report.track)
     tiles: list[WallTile] = []
     shape = None
     if layout is not None and adjusted is not None:
@@ -50,8 +51,8 @@ def scene_page(report: Report) -> str:
     try:
         return still_page(
             report.rig,
-            report.track,
-            estimate_at(report.track, 0),
+            track,
+            estimate_at(track, 0),
             pins,
             joint_marks(adjusted) if adjusted else (),
             tiles,

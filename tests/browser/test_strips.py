@@ -329,7 +329,7 @@ def _long_track() -> dict[str, NDArray[Any]]:
         "distance_mm": distances,
         "y_mm": 4 * np.sin(frames / 900).astype(np.float32),
         "yaw_deg": np.sin(frames / 500).astype(np.float32),
-        **dict.fromkeys(("z_mm", "pitch_deg", "roll_deg"), 0 * ones),
+        **dict.fromkeys(("z_mm", "pitch_deg", "roll_deg", "looking_around"), 0 * ones),
         "sigma_distance_mm": ones,
         "quality": 0.9 * ones,
         "status": np.where(frames == LOST_FRAME, 2, 0).astype(np.uint8),

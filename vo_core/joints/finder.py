@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from vo_core.csv_rows import number_columns
 from vo_core.drift import row_of
 from vo_core.geometry.height import scale_sigma
-from vo_core.geometry.rectify import Rectifier
+from vo_core.geometry.rectify import WHOLE, Rectifier, Rows
 from vo_core.geometry.wall import NOMINAL, cast, develop, enclose, sight
 from vo_core.rig import Rig
 from vo_core.track import Estimate, Track
@@ -119,28 +119,25 @@ class JointFinder:
         self._found: list[Sighting] = []
         self._taken = 0
 
-    def add(self, image: Image, estimate: Estimate) -> None:
-        """Add a frame with its pose, in the order of the video.
+    def add(self, image: Image, estimate: Estimate, rows: Rows = WHOLE) -> None:
+        """Add a frame, in the order of the video.
 
+        Args:
+            image: (H, W) or (H, W, 3), of the rig's size.
+            estimate: Its pose in the pipe.
+            rows: Rows of the picture that were exposed at that pose.
         Raises:
             ShapeMismatch: The size of the image is not the one that the rig states.
         """
-        if self.wants(estimate):
-            self.spread(self._rectify(image), estimate)
-
-    def wants(self, estimate: Estimate) -> bool:
-        """Whether `add` would use a frame with this pose."""
+        last = self._last
         if estimate.status == "lost":
-            return False
-        last = self._last
-        return last is None or abs(estimate.distance_mm - last.distance_mm) >= self._step_mm
-
-    def spread(self, patch: GrayImage, estimate: Estimate) -> None:
-        """Add a frame that is wanted, rectified by `Rectifier`."""
-        last = self._last
-        if last is not None and estimate.variance_since(last) > MISPLACED_MM**2:
-            self._close(self._open)  # after a loss the wall continues at another place
-        self._spread(patch, estimate)
+            return
+        if last is not None:
+            if abs(estimate.distance_mm - last.distance_mm) < self._step_mm:
+                return
+            if estimate.variance_since(last) > MISPLACED_MM**2:
+                self._close(self._open)  # after a loss the wall continues at another place
+        self._spread(self._rectify(image, rows), estimate)
         self._last = estimate
 
     def take(self) -> list[Sighting]:

@@ -175,7 +175,7 @@ class Mosaic:
 
         Args:
             picture: (H, W) grey or (H, W, 3) BGR, of the rig's size.
-            estimate: Its pose.
+            estimate: Its pose in the pipe.
             rows: Rows of the picture that were exposed at that pose.
         """
         if not self.wants(estimate):

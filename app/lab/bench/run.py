@@ -198,24 +198,28 @@ def bench(
                 timed = _counted(
                     _timed_steps(method, run.video), partial(count, f"{name} on {scenario.name}")
                 )
-                rows.append(_row(scenario, name, timed, truth))
+                rows.append(_row(scenario, name, method, timed, truth))
     return rows
 
 
-def _row(scenario: Scenario, method: str, steps: Iterable[_Step], truth: Truth) -> BenchRow:
+def _row(
+    scenario: Scenario, name: str, method: Method, steps: Iterable[_Step], truth: Truth
+) -> BenchRow:
     """Compare the steps of a method on a scenario with the truth."""
-    finder = JointFinder(scenario.rig) if method == OURS and scenario.is_stated_wrong else None
+    finder = None
+    if isinstance(method, Odometry) and scenario.is_stated_wrong:
+        finder = JointFinder(scenario.rig)
     estimates: list[Estimate] = []
     times_ms: list[tuple[float, float]] = []
     for image, estimate, step_ms, unit_ms in steps:
         estimates.append(estimate)
         times_ms.append((step_ms, unit_ms))
-        if finder is not None:
-            finder.add(image, estimate)
+        if isinstance(method, Odometry) and finder is not None:
+            finder.add(image, method.stance.added_to(estimate))
     track = Track.from_estimates(estimates)
     return BenchRow(
         scenario=scenario.name,
-        method=method,
+        method=name,
         evaluation=evaluate(track, truth),
         time=_step_time(times_ms[WARM_UP_FRAMES:]),
         wrong_rig=(

@@ -2,7 +2,7 @@
 
 `observations` holds derived values, like the tables. An import starts from their sources: `tags`
 (what people stated), the raw `track`, its `health`, the joint `sightings`, the `mount_tilt` against
-the rig, the rig and the stated corrections.
+the rig, the `stance` of the camera in the pipe, the rig and the stated corrections.
 
 An imported inspection is exported unchanged, so `events` omits the import. The history of the page,
 PDF and HTML mention it.
@@ -54,6 +54,7 @@ def write(report: Report) -> Written:
         },
         "sightings": [asdict(sighting) for sighting in report.sightings],
         "mount_tilt": asdict(tilt) if (tilt := report.corrected.tilt) else None,
+        "stance": asdict(report.stance),
     }
     lines = ",\n".join(f"{_text(name)}: {_text(part)}" for name, part in parts.items())
     return Written(f"{{\n{lines}\n}}\n".encode())

@@ -129,7 +129,14 @@ export class Desk extends EventTarget {
 
   /** Reads again everything that contains distances, as they have been corrected. */
   async reload() {
-    await Promise.all([this.track.reload(this.#signal), this.observations.load(), this.corrections.load()]);
+    await Promise.all([
+      this.track.reload(this.#signal), this.observations.load(), this.corrections.load(), this.#loadWall(),
+    ]);
+  }
+
+  /** Reads the wall again: a run shows better and better where its camera stands in the pipe. */
+  async #loadWall() {
+    if (this.wall) this.wall = await WallGrid.load(this.inspection.id, this.#signal);
   }
 
   /** Looks up the row of the shown frame again: it is another one after a correction or in another run. */
@@ -399,7 +406,7 @@ export class Desk extends EventTarget {
       if (isOther) {
         await this.inspection.load(); // first, as a track that is read after the end is complete
         await this.reload();
-      } else await this.corrections.load();
+      } else await Promise.all([this.corrections.load(), this.#loadWall()]);
     } catch (error) {
       if (error.name !== 'AbortError') this.fault(errorText(error));
     }

@@ -18,6 +18,7 @@ from app.survey.adjustment.adjust import adjust
 from app.survey.corrected import Corrected
 from app.survey.records import Event
 from app.survey.stated import Joints, Length, Mark, Stated, Zero
+from vo_core.geometry.stance import Stance
 from vo_core.image.health import Health
 from vo_core.joints.finder import Sighting
 from vo_core.rig import Tolerance
@@ -96,13 +97,15 @@ def test_everything_that_was_stated_or_measured_comes_back(exported):
 
 def test_an_export_of_before_the_tolerances_is_read(exported):
     content = json.loads(write(exported).content)
-    for name in ("sigma_registration_mm", "z_mm", "pitch_deg", "roll_deg"):
+    for name in ("sigma_registration_mm", "z_mm", "pitch_deg", "roll_deg", "looking_around"):
         del content["track"]["columns"][name]
+    del content["stance"]
     del content["inspection"]["rig"]["tolerance"]
     found = read(json.dumps(content).encode())
     track = found.track
     assert (track.sigma_registration_mm == track.sigma_distance_mm).all()
     assert not np.concatenate([track.z_mm, track.pitch_deg, track.roll_deg]).any()
+    assert found.stance == Stance()
     assert found.rig.tolerance == Tolerance()
     assert found.stated.joints.use is False
 

@@ -44,7 +44,7 @@ def make_track(x_mm: ArrayLike, **columns: Any) -> Track:
         "quality": np.full(n, 0.9),
         "status": np.full(n, "ok"),
         "sigma_registration_mm": np.full(n, 1.0),
-        **dict.fromkeys(("z_mm", "pitch_deg", "roll_deg"), np.zeros(n)),
+        **dict.fromkeys(("z_mm", "pitch_deg", "roll_deg", "looking_around"), np.zeros(n)),
     }
     return Track(**fields | columns)
 

@@ -41,7 +41,7 @@ def track_of(truth: Truth, *, sigma_mm=0.0, status="ok", **changes) -> Track:
         "quality": zero + 1,
         "status": np.full(len(truth), status),
         "sigma_registration_mm": zero + sigma_mm,
-        **dict.fromkeys(("z_mm", "pitch_deg", "roll_deg"), zero),
+        **dict.fromkeys(("z_mm", "pitch_deg", "roll_deg", "looking_around"), zero),
     }
     return Track(**{**columns, **changes})
 

@@ -166,6 +166,12 @@ HEADERS = st.fixed_dictionaries(
 )  # fmt: skip
 
 
+STANCES = st.fixed_dictionaries(
+    {name: st.integers(-9000, 9000).map(lambda n: n / 100)
+     for name in ("y_mm", "yaw_deg", "z_mm", "pitch_deg", "roll_deg")}
+)  # fmt: skip
+
+
 @settings(
     max_examples=15, deadline=None, database=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
@@ -194,12 +200,13 @@ def test_anything_that_was_stated_comes_back(
         }
         for n, one in enumerate(fields)
     ]  # fmt: skip
+    content["stance"] = data.draw(STANCES)
     first = exported(shared, imported(shared, json.dumps(content).encode()))
     for tag, one in zip(content["tags"], fields, strict=True):
         if one.get("photo_name"):  # another program's photo, which nobody has seen
             tag["photo_sha256"] = None
     assert first["tags"] == content["tags"]
-    for part in ("inspection", "events", "track", "health", "sightings", "mount_tilt"):
+    for part in ("inspection", "events", "track", "health", "sightings", "mount_tilt", "stance"):
         assert first[part] == content[part], part
     again = exported(shared, imported(shared, json.dumps(first).encode()))
     assert but_for_ids(again) == but_for_ids(first)

@@ -42,7 +42,7 @@ def make_track(distance_mm: np.ndarray, sigma_mm: float = 5.0) -> Track:
         quality=np.full(count, 0.9),
         status=np.array(["ok"] * count),
         sigma_registration_mm=sigma_mm * np.sqrt(np.arange(count) / FRAMES),
-        **dict.fromkeys(("z_mm", "pitch_deg", "roll_deg"), np.zeros(count)),
+        **dict.fromkeys(("z_mm", "pitch_deg", "roll_deg", "looking_around"), np.zeros(count)),
     )
 
 

@@ -107,7 +107,7 @@ def silted(tmp_path):
         still = np.zeros(599)
         track = Track(
             np.arange(599), np.arange(599) / 30, raw_mm, still, still, raw_mm, 0.01 * raw_mm,
-            still + 1, np.array(["ok"] * 599), still, still, still, still,
+            still + 1, np.array(["ok"] * 599), still, still, still, still, still,
         )  # fmt: skip
         rings_mm = np.interp([400, 1900, 3400, 4900], true_mm, raw_mm)
         frames = np.searchsorted(raw_mm, rings_mm)

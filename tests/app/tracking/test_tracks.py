@@ -10,6 +10,7 @@ from builders import PATIENCE_S
 
 from app.storage.files import Places
 from app.tracking.tracks import HealthColumns, Tracks
+from vo_core.geometry.stance import Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
 from vo_core.track import Estimate, Track
@@ -49,6 +50,31 @@ def test_the_newest_tilt_of_the_mount_is_kept_with_the_track(tmp_path: Path) -> 
     assert Tracks(Places(tmp_path)).tilt("a") == tilt
     tracks.begin("a")
     assert tracks.tilt("a") is None
+
+
+def test_the_newest_stance_of_the_camera_is_kept_with_the_track(tmp_path: Path) -> None:
+    tracks, stance = Tracks(Places(tmp_path)), Stance(12.0, -0.5, 16.25, -3.125, 0.0)
+    Places(tmp_path).inspection("a").mkdir(parents=True)
+    tracks.begin("a")
+    assert tracks.stance("a") == Stance()
+    tracks.note("a", (), (), stance=Stance(y_mm=1.0))
+    tracks.note("a", (), (), stance=stance)
+    tracks.note("a", (), ())
+    assert tracks.stance("a") == stance
+    tracks.finish("a", {"name": "A run"})
+    assert Tracks(Places(tmp_path)).stance("a") == stance
+    tracks.go_on("a")
+    assert tracks.stance("a") == stance
+
+
+def test_a_track_without_a_stance_is_that_of_a_camera_as_its_rig_states(tmp_path: Path) -> None:
+    tracks = Tracks(Places(tmp_path))
+    Places(tmp_path).inspection("a").mkdir(parents=True)
+    tracks.begin("a")
+    tracks.note("a", (), (), stance=Stance())
+    tracks.finish("a", {"name": "A run"})
+    assert "# stance" not in Places(tmp_path).track("a").read_text()
+    assert Tracks(Places(tmp_path)).stance("a") == Stance()
 
 
 def test_a_track_that_grows_is_read_without_a_copy_and_what_was_read_stays(tmp_path: Path) -> None:
