@@ -228,13 +228,28 @@ def bench(
             "--field", help="Accuracy of Chainage alone on ten scenarios of the field: ten minutes."
         ),
     ] = False,
+    forward: Annotated[
+        bool,
+        typer.Option(
+            "--forward",
+            help="The forward view as crews have it, beside its peers: forty minutes.",
+        ),
+    ] = False,
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            help="With --forward: the seed of lenses, mounts and walls.  [default: 1]",
+            show_default=False,
+        ),
+    ] = None,
     metres: Annotated[
         float | None,
         typer.Option(
             min=0.2,
             max=6.0,
             help="Path of each scenario; the targets are for 6.  [default: 2; 6 with --field; "
-            "0.25 with --quick]",
+            "0.25 with --quick; as each scenario states with --forward]",
         ),
     ] = None,
     out: Annotated[
@@ -254,7 +269,8 @@ def bench(
         typer.Option(
             metavar="FILE.md",
             help="Also replace the figures in this file, between <!-- bench:begin --> and "
-            "<!-- bench:end --> (bench-field with --field, bench-intervals with --calibration).",
+            "<!-- bench:end --> (bench-field with --field, bench-forward with --forward, "
+            "bench-intervals with --calibration).",
             show_default=False,
         ),
     ] = None,
@@ -264,13 +280,20 @@ def bench(
     from app.lab import markdown_figures as figures
     from app.lab.simulation import SCENARIOS
 
-    if field and (quick or calibration is not None):
+    kinds = {"--quick": quick, "--field": field, "--forward": forward}
+    chosen = [option for option, is_chosen in kinds.items() if is_chosen]
+    if len(chosen) > 1 or (calibration is not None and (field or forward)):
         raise typer.BadParameter(
-            "cannot be combined with --quick or --calibration", param_hint="--field"
+            "cannot be combined with another choice of scenarios", param_hint=chosen[-1]
         )
+    if seed is not None and not forward:
+        raise typer.BadParameter("is for --forward only", param_hint="--seed")
     if out is not None:
         require_folder(out, "--out")
-    name = "bench-intervals" if calibration else "bench-field" if field else "bench"
+    if calibration is not None:
+        name = "bench-intervals"
+    else:
+        name = "bench-field" if field else "bench-forward" if forward else "bench"
     if write is not None:
         _require_markers(write, name)
 
@@ -284,17 +307,24 @@ def bench(
             markdown = _calibrate_interval(calibration, report, quick=quick)
         else:
             track_time = None
+            methods = benchmark.METHODS
             if field:
                 default_mm, choose = benchmark.FIELD_LENGTH_MM, benchmark.field_scenarios
+                methods = benchmark.OURS_ALONE
+            elif forward:
+                default_mm = benchmark.FORWARD_LENGTH_MM
+                choose = partial(benchmark.forward_scenarios, seed=seed or 1)
+                methods = benchmark.FORWARD_METHODS
             elif quick:
                 default_mm, choose = benchmark.QUICK_LENGTH_MM, benchmark.quick_scenarios
             else:
                 default_mm, choose = benchmark.LENGTH_MM, benchmark.all_scenarios
             scenarios = choose(default_mm if metres is None else 1000 * metres)
-            methods = benchmark.OURS_ALONE if field else benchmark.METHODS
             rows = benchmark.bench(scenarios, methods=methods, on_progress=report)
             if field:
                 markdown = benchmark.to_short_markdown(rows)
+            elif forward:
+                markdown = benchmark.to_forward_markdown(rows)
             else:
                 track_time = benchmark.time_track(SCENARIOS["nominal"], 1 if quick else 3, report)
                 markdown = benchmark.to_markdown(rows, track_time)
@@ -306,7 +336,8 @@ def bench(
     if write is not None:
         words = ["chainage bench"]
         words += [] if calibration is None else [f"--calibration {calibration}"]
-        words += ["--quick"] * quick + ["--field"] * field
+        words += chosen
+        words += [] if seed is None else [f"--seed {seed}"]
         words += [] if metres is None else [f"--metres {metres:g}"]
         figures.write_figures(write, name, " ".join(words), markdown)
 

@@ -10,6 +10,8 @@ joints that it saw, as `chainage correct --joints` does.
 
 from app.lab.bench.run import (
     FIELD_LENGTH_MM,
+    FORWARD_LENGTH_MM,
+    FORWARD_METHODS,
     LENGTH_MM,
     METHODS,
     OURS,
@@ -24,14 +26,23 @@ from app.lab.bench.run import (
     bench,
     by_joints,
     field_scenarios,
+    forward_scenarios,
     quick_scenarios,
     time_track,
 )
-from app.lab.bench.tables import environment, to_json, to_markdown, to_short_markdown
+from app.lab.bench.tables import (
+    environment,
+    to_forward_markdown,
+    to_json,
+    to_markdown,
+    to_short_markdown,
+)
 from app.lab.bench.targets import TARGETS
 
 __all__ = [
     "FIELD_LENGTH_MM",
+    "FORWARD_LENGTH_MM",
+    "FORWARD_METHODS",
     "LENGTH_MM",
     "METHODS",
     "OURS",
@@ -48,8 +59,10 @@ __all__ = [
     "by_joints",
     "environment",
     "field_scenarios",
+    "forward_scenarios",
     "quick_scenarios",
     "time_track",
+    "to_forward_markdown",
     "to_json",
     "to_markdown",
     "to_short_markdown",

@@ -22,8 +22,8 @@ import cv2
 import numpy as np
 
 from app.lab.evaluation import Evaluation, Truth, evaluate
-from app.lab.peers import PEERS
-from app.lab.simulation import SCENARIOS, Scenario, simulate
+from app.lab.peers import DOWN_PEERS, FORWARD_PEERS, ForwardPeer
+from app.lab.simulation import SCENARIOS, Scenario, simulate, with_drawn_rig
 from app.lab.simulation.motion import Trajectory
 from vo_core.errors import InvalidCorrection, InvalidRig
 from vo_core.joints.finder import JointFinder, Sighting
@@ -48,6 +48,14 @@ FIELD_NAMES = (
 )  # fmt: skip
 """One scenario for each way in which the field spoils a film."""
 
+FORWARD_LENGTH_MM = 9000.0
+"""Path of the longest forward scenario; each keeps its own."""
+FORWARD_NAMES = (
+    "forward", "forward_crooked", "forward_looking_around", "forward_stream", "forward_slow",
+    "forward_parts", "forward_pumping", "forward_wobble",
+)  # fmt: skip
+"""The forward view as crews have it; each has its own rig, drawn at random."""
+
 WARM_UP_FRAMES = 10
 """Frames left out of the times, as caches fill and the robot does not move yet."""
 
@@ -63,9 +71,11 @@ OURS = "chainage"
 METHODS: Mapping[str, Callable[[Rig], Method]] = {
     OURS: Odometry,
     "paper": PaperOdometry,
-    **PEERS,
+    **DOWN_PEERS,
+    **FORWARD_PEERS,
 }
 OURS_ALONE: Mapping[str, Callable[[Rig], Method]] = {OURS: Odometry}
+FORWARD_METHODS: Mapping[str, Callable[[Rig], Method]] = {OURS: Odometry, **FORWARD_PEERS}
 
 Progress = Callable[[str, int, int], None]
 """Called with the current work in words, the steps done and the steps in all."""
@@ -145,7 +155,11 @@ class TrackTime:
 
 def all_scenarios(length_mm: float = LENGTH_MM) -> list[Scenario]:
     """Every scenario that can be rendered here, shortened to this path."""
-    return [one.shortened(length_mm) for one in SCENARIOS.values() if one.is_available]
+    others = [one for name, one in SCENARIOS.items() if name not in FORWARD_NAMES]
+    return [
+        *(one.shortened(length_mm) for one in others if one.is_available),
+        *forward_scenarios(length_mm),
+    ]
 
 
 def quick_scenarios(length_mm: float = QUICK_LENGTH_MM) -> list[Scenario]:
@@ -156,6 +170,11 @@ def quick_scenarios(length_mm: float = QUICK_LENGTH_MM) -> list[Scenario]:
 def field_scenarios(length_mm: float = FIELD_LENGTH_MM) -> list[Scenario]:
     """Ten scenarios of the field over the path that the targets are for."""
     return [SCENARIOS[name].shortened(length_mm) for name in FIELD_NAMES]
+
+
+def forward_scenarios(length_mm: float = FORWARD_LENGTH_MM, seed: int = 1) -> list[Scenario]:
+    """The forward view as crews have it, each with a rig drawn from this seed."""
+    return [with_drawn_rig(SCENARIOS[name], seed).shortened(length_mm) for name in FORWARD_NAMES]
 
 
 def bench(
@@ -217,6 +236,8 @@ def _row(
         if isinstance(method, Odometry) and finder is not None:
             finder.add(image, method.stance.added_to(estimate))
     track = Track.from_estimates(estimates)
+    if isinstance(method, ForwardPeer):
+        track = method.finish(track, truth)
     return BenchRow(
         scenario=scenario.name,
         method=name,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import platform
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 
 import cv2
@@ -43,11 +43,13 @@ def to_short_markdown(rows: Sequence[BenchRow]) -> str:
     return _table(_SHORT_HEADINGS, cells) + "\n"
 
 
+def to_forward_markdown(rows: Sequence[BenchRow]) -> str:
+    """One table of the forward view: every method, Chainage beside its targets, and no times."""
+    return _forward_accuracy(rows) + "\n"
+
+
 def to_markdown(rows: Sequence[BenchRow], track_time: TrackTime | None = None) -> str:
     """Write the tables: Chainage beside its targets, all methods side by side, and their times."""
-    methods = list(dict.fromkeys(row.method for row in rows))
-    scenarios = list(dict.fromkeys(row.scenario for row in rows))
-    by_key = {(row.scenario, row.method): row for row in rows}
     ours = [row for row in rows if row.method == OURS]
     left_out = [name for name, one in SCENARIOS.items() if not one.is_available]
     parts: list[str] = []
@@ -71,26 +73,22 @@ def to_markdown(rows: Sequence[BenchRow], track_time: TrackTime | None = None) -
                 [_against_scale_target(name, result) for name, result in wrong],
             ),
         ]  # fmt: skip
-    parts += [
-        "End error in % of the path · ATE in mm; - where a method has no equations for the camera:",
-        _table(
-            ["scenario", *methods],
-            [
-                [scenario, *(_accuracy(by_key.get((scenario, method))) for method in methods)]
-                for scenario in scenarios
-            ],
-        ),
+    forward = [row for row in rows if _looks_forward(row)]
+    down = [row for row in rows if not _looks_forward(row)]
+    if down:
+        parts += [
+            "A camera that looks down, end error in % of the path · ATE in mm; - where a method "
+            "has no equations for the camera:",
+            _by_method(down, _accuracy),
+        ]
+    if forward:
+        parts.append(_forward_accuracy(forward))
+    parts.append(
         "Time of one step over that of one windowed `cv2.phaseCorrelate` of the same frames "
         f"({environment()}; one thread, medians after {WARM_UP_FRAMES} frames of warm-up; in "
-        "brackets milliseconds, median and 10th to 90th percentile):",
-        _table(
-            ["scenario", *methods],
-            [
-                [scenario, *(_cost(by_key.get((scenario, method))) for method in methods)]
-                for scenario in scenarios
-            ],
-        ),
-    ]
+        "brackets milliseconds, median and 10th to 90th percentile):"
+    )
+    parts += [_by_method(some, _cost) for some in (down, forward) if some]
     if track_time is not None:
         parts.append(
             f"`chainage track` of {track_time.frames} frames takes {track_time.track_s:.2f} s, "
@@ -103,6 +101,34 @@ def to_markdown(rows: Sequence[BenchRow], track_time: TrackTime | None = None) -
             "(pip install scikit-image)."
         )
     return "\n\n".join(parts) + "\n"
+
+
+def _looks_forward(row: BenchRow) -> bool:
+    return SCENARIOS[row.scenario].rig.mount.view == "forward"
+
+
+def _forward_accuracy(rows: Sequence[BenchRow]) -> str:
+    return (
+        "A camera that looks along the pipe, end error in % of the path · largest error of the "
+        "distance in mm · frames lost. **The essential matrices are told the true length of every "
+        "step**, which they cannot measure: only their directions and rotations are their own. "
+        "Counted joints are a known segment apart, the frames between them share the distance "
+        "evenly.\n\n" + _by_method(rows, _forward_cell)
+    )
+
+
+def _by_method(rows: Sequence[BenchRow], cell: Callable[[BenchRow | None], str]) -> str:
+    """A table with a line for each scenario and a column for each method of these rows."""
+    methods = list(dict.fromkeys(row.method for row in rows))
+    scenarios = list(dict.fromkeys(row.scenario for row in rows))
+    by_key = {(row.scenario, row.method): row for row in rows}
+    return _table(
+        ["scenario", *methods],
+        [
+            [scenario, *(cell(by_key.get((scenario, method))) for method in methods)]
+            for scenario in scenarios
+        ],
+    )
 
 
 def _table(heading: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
@@ -170,6 +196,21 @@ def _accuracy(row: BenchRow | None) -> str:
     if row is None:
         return "-"
     return f"{row.evaluation.end_error_percent:+.3f} · {row.evaluation.ate_mm:.1f}"
+
+
+def _forward_cell(row: BenchRow | None) -> str:
+    if row is None:
+        return "-"
+    result, target = row.evaluation, Target()
+    if row.method == OURS:
+        target = TARGETS.get(row.scenario, target)
+    return " · ".join(
+        (
+            _limited(result.end_error_percent, target.end_percent, "+.2f"),
+            _limited(result.max_error_mm, target.max_error_mm, ".0f"),
+            f"{_limited(result.lost_frames, target.lost_frames, 'd')} of {result.frames}",
+        )
+    )
 
 
 def _cost(row: BenchRow | None) -> str:

@@ -44,6 +44,10 @@ TARGETS: Mapping[str, Target] = {
     "interlaced": Target(end_percent=0.05),
     "low_bit_rate": Target(end_percent=0.05, yaw_rms_deg=0.5),
     "weak_spot_light": Target(end_percent=0.1, yaw_rms_deg=0.3),
+    "forward": Target(end_percent=0.05),
+    "forward_crooked": Target(end_percent=1.0, lost_frames=40),
+    "forward_looking_around": Target(end_percent=1.0, max_error_mm=40),
+    "forward_stream": Target(end_percent=0.3),
     **dict.fromkeys(("tape_height", "tape_height_wide_lens", "data_sheet_lens"), _SCALE_ASIDE),
     **dict.fromkeys(("silt", "silt_rising", "silt_wide_lens"), _SCALE_ASIDE),
 }

@@ -110,6 +110,9 @@ def test_every_command_explains_itself(chainage, command):
         ["bench", "--field", "--quick"],
         ["bench", "--field", "--calibration", "intervals.png"],
         ["bench", "--field", "--write", "no-such-file.md"],
+        ["bench", "--field", "--forward"],
+        ["bench", "--forward", "--calibration", "intervals.png"],
+        ["bench", "--seed", "2"],
         ["serve", "--port", "70000"],
         ["advise"],
         ["advise", "--rig", "rig.json", "--move", "15"],
@@ -239,6 +242,20 @@ def test_simulate_one_scenario_into_the_folder(chainage, monkeypatch, tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"video.mp4", "rig.json", "truth.csv"}
 
 
+def test_simulate_draws_a_forward_rig_from_a_seed(chainage, monkeypatch, tmp_path):
+    monkeypatch.setitem(SCENARIOS, "forward_stream", SCENARIOS["forward_stream"].shortened(20))
+    for folder, seed in (("one", "1"), ("again", "1"), ("two", "2")):
+        words = ["simulate", tmp_path / folder, "--scenario", "forward_stream", "--seed", seed]
+        assert chainage(*words).code == 0
+    one, again, two = (
+        (tmp_path / folder / "rig.json").read_text() for folder in ("one", "again", "two")
+    )
+    assert one == again != two
+    refused = chainage("simulate", tmp_path / "x", "--scenario", "nominal", "--seed", "1")
+    assert refused.code == 1
+    assert "looks forward" in refused.err
+
+
 def test_simulate_several_scenarios_into_a_folder_each(chainage, monkeypatch, tmp_path):
     monkeypatch.setitem(SCENARIOS, "short", SHORT.shortened(20))
     monkeypatch.setitem(SCENARIOS, "floor", SCENARIOS["tiled_floor"].shortened(20))
@@ -295,6 +312,19 @@ def test_bench_writes_its_figures_into_a_file(chainage, monkeypatch, tmp_path):
     assert [line.split()[1] for line in done.out.splitlines()[2:3]] == ["climb"]
     assert file.read_text().startswith("before\n")
     assert file.read_text().endswith("<!-- bench-field:end -->\nafter\n")
+
+
+def test_bench_of_the_forward_view_writes_its_own_figures(chainage, monkeypatch, tmp_path):
+    monkeypatch.setattr("app.lab.bench.run.FORWARD_NAMES", ("forward_crooked",))
+    monkeypatch.setattr("app.lab.bench.FORWARD_LENGTH_MM", 150.0)
+    file = tmp_path / "accuracy.md"
+    file.write_text("<!-- bench-forward:begin -->\n<!-- bench-forward:end -->\n")
+    done = chainage("bench", "--forward", "--seed", "3", "--write", file)
+    assert done.code == 0
+    assert "by `chainage bench --forward --seed 3`." in file.read_text()
+    cells = done.out.strip().splitlines()[-1].split("|")
+    assert cells[1].strip() == "forward_crooked"
+    assert len(cells) == 2 + 5
 
 
 def test_bench_refuses_a_file_without_a_place_before_it_measures(chainage, tmp_path):

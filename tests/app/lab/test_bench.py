@@ -16,13 +16,15 @@ from app.lab.bench import (
     WrongRig,
     all_scenarios,
     bench,
+    forward_scenarios,
     quick_scenarios,
     time_track,
+    to_forward_markdown,
     to_json,
     to_markdown,
 )
 from app.lab.evaluation import Evaluation
-from app.lab.peers import PEERS, PhaseCorrelate
+from app.lab.peers import DOWN_PEERS, FORWARD_PEERS, PhaseCorrelate
 from app.lab.simulation import SCENARIOS
 from vo_core import InvalidRig, Odometry
 
@@ -183,14 +185,17 @@ def test_joints_bring_a_run_with_a_wrong_height_to_scale():
 
 
 def test_scenario_without_a_target_and_peers_are_reported_without_a_mark():
-    assert "forward" not in TARGETS
-    assert "| +9.000 | 1.00 | 1.50 |" in table_line("forward", end_error_percent=9.0)
-    assert "**" not in table_line("forward", end_error_percent=9.0)
+    assert "crawl" not in TARGETS
+    assert "| +9.000 | 1.00 | 1.50 |" in table_line("crawl", end_error_percent=9.0)
+    assert "**" not in table_line("crawl", end_error_percent=9.0)
     assert "**" not in table_line(method="KLT", end_error_percent=-99.0, ms=90.0)
 
 
 def test_every_scenario_has_a_target_or_none_on_purpose():
-    assert set(SCENARIOS) - set(TARGETS) == {"forward", "forward_wide", "crawl"}
+    assert set(SCENARIOS) - set(TARGETS) == {
+        "forward_wide", "forward_slow", "forward_parts", "forward_pumping", "forward_wobble",
+        "crawl",
+    }  # fmt: skip
     assert set(TARGETS) <= set(SCENARIOS)
 
 
@@ -204,10 +209,10 @@ def test_method_without_equations_for_a_rig_has_a_dash_there():
     assert calls[-1][1] == calls[-1][2]
 
 
-@pytest.mark.parametrize("name", PEERS)
-def test_no_peer_takes_a_camera_that_looks_ahead(name):
+@pytest.mark.parametrize("name", DOWN_PEERS)
+def test_no_such_peer_takes_a_camera_that_looks_ahead(name):
     with pytest.raises(InvalidRig, match="looks down"):
-        PEERS[name](SCENARIOS["forward"].rig)
+        DOWN_PEERS[name](SCENARIOS["forward"].rig)
 
 
 def test_command_track_is_timed_against_decoding_and_reported(run):
@@ -229,10 +234,10 @@ def test_without_scikit_image_its_photographs_are_left_out_and_named(run, monkey
     assert "Left out: photo_wall, brick_wall, for which scikit-image" in to_markdown(run[0])
 
 
-@pytest.mark.parametrize("name", PEERS)
+@pytest.mark.parametrize("name", DOWN_PEERS)
 def test_a_peer_follows_an_easy_wall_and_leaves_its_input_alone(name):
     scenario = SCENARIOS["nominal"].shortened(150)
-    peer = PEERS[name](scenario.rig)
+    peer = DOWN_PEERS[name](scenario.rig)
     for frame in film(scenario):
         before = frame.image.copy()
         estimate = peer.step(frame.image, frame.t_s)
@@ -242,7 +247,7 @@ def test_a_peer_follows_an_easy_wall_and_leaves_its_input_alone(name):
 
 @pytest.mark.parametrize("name", ["KLT", "ORB"])
 def test_a_feature_peer_without_features_is_lost(name):
-    peer = PEERS[name](SCENARIOS["nominal"].rig)
+    peer = DOWN_PEERS[name](SCENARIOS["nominal"].rig)
     blank = np.full((480, 640), 90, np.uint8)
     assert [peer.step(blank, t).status for t in (0.0, 0.1)] == ["ok", "lost"]
 
@@ -251,3 +256,48 @@ def test_quick_bench_is_short():
     scenarios = quick_scenarios()
     assert len(scenarios) <= 6
     assert max(scenario.length_mm for scenario in scenarios) <= 500
+
+
+def forward_line(scenario, *, method="chainage", **changes) -> str:
+    """The line of the forward table, where `changes` of `GOOD` were measured."""
+    row = BenchRow(scenario, method, replace(GOOD, **changes), StepTime(4.0, 3.0, 9.0, unit_ms=2.5))
+    return to_forward_markdown([row]).splitlines()[-1]
+
+
+def test_forward_table_puts_targets_beside_chainage_and_says_what_its_peers_are_told():
+    assert forward_line("forward_crooked") == "| forward_crooked | +0.02 ≤ 1 · 1 · 2 ≤ 40 of 616 |"
+    assert "**41 > 40** of 801" in forward_line("forward_crooked", lost_frames=41, frames=801)
+    assert "**44 > 40**" in forward_line("forward_looking_around", max_error_mm=44.0)
+    assert forward_line("forward_stream", method="joint counting", end_error_percent=-9.0) == (
+        "| forward_stream | -9.00 · 1 · 2 of 616 |"
+    )
+    assert "told the true length of every step" in to_forward_markdown([])
+
+
+def test_whole_bench_has_a_table_for_each_view():
+    rows = [
+        BenchRow(scenario, method, GOOD, StepTime(4.0, 3.0, 9.0, unit_ms=2.5))
+        for scenario, method in (("nominal", "KLT"), ("forward", "joint counting"))
+    ]
+    lines = to_markdown(rows).splitlines()
+    assert lines.count("| scenario | KLT |") == 2  # accuracy and time
+    assert lines.count("| scenario | joint counting |") == 2
+
+
+def test_every_forward_scenario_has_a_rig_of_its_own_which_the_seed_draws():
+    drawn = forward_scenarios()
+    assert {scenario.name for scenario in drawn} == {
+        name for name in SCENARIOS if name.startswith("forward") and name != "forward_wide"
+    }
+    focal_px = [one.rig.camera.fx for seed in (1, 2) for one in forward_scenarios(seed=seed)]
+    assert len(set(focal_px)) == 2 * len(drawn)
+    assert forward_scenarios() == drawn
+    in_all = [one for one in all_scenarios(9000.0) if one.name in {two.name for two in drawn}]
+    assert in_all == drawn
+
+
+def test_forward_peers_are_finished_with_the_truth_and_have_their_rows():
+    scenario = replace(SCENARIOS["forward"], length_mm=150.0, contrast=2.0)
+    (row,) = bench([scenario], methods={"KLT": FORWARD_PEERS["KLT + essential matrix"]})
+    assert row.evaluation.path_mm == pytest.approx(150, abs=1)
+    assert abs(row.evaluation.end_error_percent) < 10  # not the 30-odd steps of length 1

@@ -1,19 +1,17 @@
-"""The peers of the bench: methods that a practitioner would write instead.
+"""Peers for a camera that looks down.
 
 Each measures the shift, and some the rotation, from frame to frame, converts it to mm by the
-pinhole equation and chains it. None models lens distortion, the cylinder or dirt on the glass, and
-none works with a camera that looks along the pipe.
+pinhole equation and chains it. None models lens distortion, the cylinder or dirt on the glass.
 """
 
 from __future__ import annotations
 
-import importlib.util
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
 
 import cv2
 import numpy as np
 
+from app.lab.peers.features import LEAST_MATCHES, OrbMatcher, klt_matches
 from vo_core.errors import InvalidRig
 from vo_core.image.resample import to_grey
 from vo_core.rig import Rig
@@ -22,9 +20,6 @@ from vo_core.types import Image, Matrix
 
 Motion = tuple[float, float, float]
 """Motion of the content about the centre: dx px, dy px, rotation rad from x to y."""
-
-LEAST_MATCHES = 8
-"""Least number of matches for a motion."""
 
 
 class FrameToFrame(ABC):
@@ -110,14 +105,7 @@ class Klt(FrameToFrame):
 
     def motion(self, before: Image, now: Image) -> Motion | None:
         """Measure shift and rotation; None with too few corners."""
-        corners = cv2.goodFeaturesToTrack(before, 400, 0.01, 8)
-        if corners is None or len(corners) < LEAST_MATCHES:
-            return None
-        found, status, _ = cv2.calcOpticalFlowPyrLK(
-            before, now, corners, corners.copy(), winSize=(21, 21), maxLevel=4
-        )
-        good = status.ravel() == 1
-        return _similarity(corners.reshape(-1, 2)[good], found.reshape(-1, 2)[good], now.shape)
+        return _similarity(*klt_matches(before, now), now.shape)
 
 
 class Orb(FrameToFrame):
@@ -125,22 +113,11 @@ class Orb(FrameToFrame):
 
     def __init__(self, rig: Rig) -> None:
         super().__init__(rig)
-        self._orb = cv2.ORB.create(1000)
-        self._matcher = cv2.BFMatcher(cv2.NORM_HAMMING, crossCheck=True)
+        self._matcher = OrbMatcher()
 
     def motion(self, before: Image, now: Image) -> Motion | None:
         """Measure shift and rotation; None with too few matches."""
-        (points, bits), (points_now, bits_now) = (
-            self._orb.detectAndCompute(image, None) for image in (before, now)
-        )
-        if bits is None or bits_now is None:
-            return None
-        matches = self._matcher.match(bits, bits_now)
-        return _similarity(
-            np.array([points[m.queryIdx].pt for m in matches]).reshape(-1, 2),
-            np.array([points_now[m.trainIdx].pt for m in matches]).reshape(-1, 2),
-            now.shape,
-        )
+        return _similarity(*self._matcher.matches(before, now), now.shape)
 
 
 def _similarity(before: Matrix, now: Matrix, shape: tuple[int, ...]) -> Motion | None:
@@ -159,12 +136,3 @@ def _similarity(before: Matrix, now: Matrix, shape: tuple[int, ...]) -> Motion |
 def _rotation(angle_rad: float) -> Matrix:
     cos, sin = np.cos(angle_rad), np.sin(angle_rad)
     return np.array([[cos, -sin], [sin, cos]])
-
-
-PEERS: Mapping[str, Callable[[Rig], FrameToFrame]] = {
-    "phaseCorrelate": PhaseCorrelate,
-    "KLT": Klt,
-    "ORB": Orb,
-    **({"skimage": SkimageCorrelation} if importlib.util.find_spec("skimage") else {}),
-}
-"""Peers by name; skimage only where it is installed."""
