@@ -13,7 +13,7 @@ from app.lab.film_rig.bundle import Bundle, cost_of, fit
 from app.lab.film_rig.lens import ASPECT, BEND, CENTRE, FOCAL, LensPrior, Model
 from app.lab.film_rig.refine import measured_again
 from app.lab.film_rig.scale import Factor, focal_factors
-from app.lab.film_rig.scene import Scene
+from app.lab.film_rig.scene import Part, Scene
 from app.lab.film_rig.tracks import Tracks, follow
 from vo_core import Rig, VideoFile
 from vo_core.errors import ChainageError
@@ -21,6 +21,9 @@ from vo_core.types import ByteImage, Matrix
 
 PARTS = 8
 """Largest number of parts of a film that are looked at."""
+
+PARTS_TO_CHOOSE = 3
+"""Number of parts by which the model of the lens is chosen."""
 
 PART_S = 1.0
 """Least length of a part."""
@@ -235,28 +238,37 @@ def _frames(video: VideoFile, start_s: float, end_s: float) -> Iterator[tuple[fl
 def _best_lens(
     parts: Sequence[Tracks], size_wh: tuple[int, int], pipe: KnownPipe, on_progress: Progress
 ) -> tuple[Scene, Bundle]:
-    """Fit each model of a lens, and take that which explains the observations better."""
-    fits: list[tuple[Scene, Bundle]] = []
-    costs = []
+    """Fit each model of a lens to some parts, and the one that explains them better to all.
+
+    Raises:
+        UnusableFilm: No part shows a wall.
+    """
     axes = [guess_axis(tracks, size_wh) for tracks in parts]
-    models: tuple[Model, ...] = ("pinhole", "fisheye")
-    for done, model in enumerate(models):
-        on_progress("fitting the lens", done, len(models))
-        scene = Scene(LensPrior.of(model, size_wh), pipe.diameter_mm)
+
+    def begun(scene: Scene) -> list[Part]:
         started = [
             scene.start(tracks, axis, scene.prior.mean)
             for tracks, axis in zip(parts, axes, strict=True)
             if axis is not None
         ]
-        started = [part for part in started if part.tracks.points >= LEAST_POINTS]
-        if not started:
+        return [part for part in started if part.tracks.points >= LEAST_POINTS]
+
+    models: tuple[Model, ...] = ("pinhole", "fisheye")
+    scenes = [Scene(LensPrior.of(model, size_wh), pipe.diameter_mm) for model in models]
+    tried: list[Bundle] = []
+    costs: list[float] = []
+    for done, scene in enumerate(scenes):
+        on_progress("fitting the lens", done, len(models) + 1)
+        some = begun(scene)[:: max(len(parts) // PARTS_TO_CHOOSE, 1)]
+        if not some:
             raise UnusableFilm(_NO_WALL)
-        total = sum(len(part.tracks.point) for part in started)
-        bundle = fit(scene, started)
-        fits.append((scene, bundle))
-        costs.append(cost_of(bundle, total))
-    on_progress("fitting the lens", len(models), len(models))
-    return fits[1] if costs[1] < BETTER * costs[0] else fits[0]
+        tried.append(fit(scene, some))
+        costs.append(cost_of(tried[-1], sum(len(part.tracks.point) for part in some)))
+    best = 1 if costs[1] < BETTER * costs[0] else 0
+    on_progress("fitting the lens", len(models), len(models) + 1)
+    found = fit(scenes[best], begun(scenes[best]), tried[best].lens)
+    on_progress("fitting the lens", len(models) + 1, len(models) + 1)
+    return scenes[best], found
 
 
 _NO_WALL = (

@@ -27,7 +27,7 @@ MOST_KEYFRAMES = 10
 MOST_POINTS = 500
 """Largest number of points that are followed at once."""
 
-SPACING = 1 / 70
+SPACING = 1 / 50
 """Least distance of two new points, as a share of the picture's width."""
 
 LEAST_CORNER = 0.003
