@@ -116,51 +116,151 @@ def evaluate(
 
 
 def calibrate(
-    images: Annotated[list[Path], typer.Argument(help="Pictures of the board, 10 or more.")],
-    board: Annotated[BoardKind, typer.Option(help="Pattern of the board.")],
+    out: Annotated[Path, typer.Option(help="Rig file, or its camera part, to write.")],
+    images: Annotated[
+        list[Path] | None,
+        typer.Argument(help="Pictures of the board, 10 or more.", show_default=False),
+    ] = None,
+    board: Annotated[
+        BoardKind | None, typer.Option(help="Pattern of the board.", show_default=False)
+    ] = None,
     columns: Annotated[
-        int,
+        int | None,
         typer.Option(
             min=4,
             max=40,
             help="ChArUco: squares along a row. Checkerboard: inner corners along a row; the "
             "number of its squares is accepted too.",
+            show_default=False,
         ),
-    ],
-    rows: Annotated[int, typer.Option(min=4, max=40, help="Squares or corners along a column.")],
-    square_mm: Annotated[float, typer.Option(min=0.1, help="Side of a square.")],
-    out: Annotated[Path, typer.Option(help="Camera part of a rig file to write.")],
+    ] = None,
+    rows: Annotated[
+        int | None,
+        typer.Option(min=4, max=40, help="Squares or corners along a column.", show_default=False),
+    ] = None,
+    square_mm: Annotated[
+        float | None, typer.Option(min=0.1, help="Side of a square.", show_default=False)
+    ] = None,
     marker_mm: Annotated[
         float | None, typer.Option(help="Side of a marker; ChArUco only.", show_default=False)
     ] = None,
-    model: Annotated[Literal["pinhole", "fisheye"], typer.Option(help="Lens.")] = "pinhole",
+    model: Annotated[
+        Literal["pinhole", "fisheye"], typer.Option(help="Lens; with a board only.")
+    ] = "pinhole",
     rig: Annotated[
         Path | None,
         typer.Option(
             help="Write a whole rig file, with mount and pipe from this one.", show_default=False
         ),
     ] = None,
+    from_video: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="VIDEO",
+            help="Instead make a rig from a film of a camera that looks along the pipe.",
+            show_default=False,
+        ),
+    ] = None,
+    diameter_mm: Annotated[
+        float | None,
+        typer.Option(
+            min=50, max=20_000, help="Inner diameter of the film's pipe.", show_default=False
+        ),
+    ] = None,
+    segment_mm: Annotated[
+        float | None,
+        typer.Option(
+            min=100,
+            max=20_000,
+            help="Distance from joint to joint in the film's pipe.",
+            show_default=False,
+        ),
+    ] = None,
+    length_m: Annotated[
+        float | None,
+        typer.Option(
+            min=0.1,
+            max=100_000,
+            help="Inspected length: from the film's first frame to the furthest place.",
+            show_default=False,
+        ),
+    ] = None,
     report: Annotated[
         Path | None,
-        typer.Option(help="Draw coverage and residuals here.", show_default=False),
+        typer.Option(
+            help="Draw coverage and residuals here; of a film, the wall's grid at five places.",
+            show_default=False,
+        ),
     ] = None,
 ) -> None:
-    """Measure camera intrinsics from pictures of a checkerboard or a ChArUco board."""
-    from app.lab import calibration
-
-    if (board is BoardKind.CHARUCO) != (marker_mm is not None):
-        raise typer.BadParameter(
-            "is required with --board charuco, and allowed with it only", param_hint="--marker-mm"
-        )
+    """Measure a camera from pictures of a board, or make a rig from a film of a known pipe."""
     require_folder(out, "--out")
     if report is not None:
         require_picture(report, "--report")
+    of_board: dict[str, object] = {
+        "IMAGES": images,
+        "--board": board,
+        "--columns": columns,
+        "--rows": rows,
+        "--square-mm": square_mm,
+    }
+    if from_video is None:
+        if not (images and board and columns and rows and square_mm):
+            missing = [name for name, value in of_board.items() if not value]
+            raise typer.BadParameter(
+                "is required, unless --from-video is given", param_hint=" ".join(missing)
+            )
+        of_film: dict[str, object] = {
+            "--diameter-mm": diameter_mm,
+            "--segment-mm": segment_mm,
+            "--length-m": length_m,
+        }
+        if surplus := [name for name, value in of_film.items() if value]:
+            raise typer.BadParameter(
+                "is allowed with --from-video only", param_hint=" ".join(surplus)
+            )
+        if (board is BoardKind.CHARUCO) != (marker_mm is not None):
+            raise typer.BadParameter(
+                "is required with --board charuco, and allowed with it only",
+                param_hint="--marker-mm",
+            )
+        _calibrate_on_a_board(
+            images, (columns, rows, square_mm, marker_mm), model, rig, out, report
+        )
+        return
+    of_board |= {"--marker-mm": marker_mm, "--rig": rig}
+    if surplus := [name for name, value in of_board.items() if value]:
+        raise typer.BadParameter(
+            "cannot be combined with --from-video", param_hint=" ".join(surplus)
+        )
+    if diameter_mm is None:
+        raise typer.BadParameter("is required with --from-video", param_hint="--diameter-mm")
+    _calibrate_from_a_film(
+        from_video,
+        diameter_mm,
+        segment_mm,
+        None if length_m is None else 1000 * length_m,
+        out,
+        report,
+    )
+
+
+def _calibrate_on_a_board(
+    images: list[Path],
+    printed: tuple[int, int, float, float | None],
+    model: Literal["pinhole", "fisheye"],
+    rig: Path | None,
+    out: Path,
+    report: Path | None,
+) -> None:
+    from app.lab import calibration
+
     setup = None if rig is None else Rig.load(rig)
     with progress_bar() as progress:
         task = progress.add_task("looking for the board", total=len(images))
         result = calibration.calibrate_files(
             images,
-            calibration.Board(columns, rows, square_mm, marker_mm),
+            calibration.Board(*printed),
             model,
             on_progress=partial(advance, progress, task),
         )
@@ -174,13 +274,37 @@ def calibrate(
     for drop in result.dropped:
         table.add_row(drop.name, "-", f"left out: {drop.reason}")
     console.print(table)
-    summary = Table(show_header=False, box=None)
-    for name, value in result.rows():
-        summary.add_row(name, value)
-    console.print(summary)
+    print_rows(result.rows())
     console.print(f"{out}: {'rig' if setup is not None else 'camera part of a rig'}")
     if report is not None:
         calibration.plot(result, report)
+
+
+def _calibrate_from_a_film(
+    video: Path,
+    diameter_mm: float,
+    segment_mm: float | None,
+    length_mm: float | None,
+    out: Path,
+    report: Path | None,
+) -> None:
+    from app.lab import film_rig
+
+    with progress_bar() as progress:
+        task = progress.add_task(f"looking at {video.name}", total=None)
+
+        def show(what: str, done: int, total: int | None) -> None:
+            progress.update(task, description=what, completed=done, total=total)
+
+        pipe = film_rig.KnownPipe(diameter_mm, segment_mm, length_mm)
+        found = film_rig.calibrate_film(video, pipe, show)
+    out.write_text(found.rig.model_dump_json(indent=2) + "\n", encoding="utf-8")
+    print_rows(found.rows())
+    for sentence in found.findings():
+        console.print(f"- {sentence}")
+    console.print(f"{out}: rig")
+    if report is not None:
+        film_rig.plot(found, report)
 
 
 def advise(

@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -121,6 +122,11 @@ def test_every_command_explains_itself(chainage, command):
         ["calibrate", "a.png", *CHECKERBOARD],
         ["calibrate", "a.png", *CHECKERBOARD, "--out", "c.json", "--board", "charuco"],
         ["calibrate", "a.png", *CHECKERBOARD, "--out", "c.json", "--marker-mm", "15"],
+        ["calibrate", "--out", "c.json"],
+        ["calibrate", "a.png", *CHECKERBOARD, "--out", "c.json", "--diameter-mm", "300"],
+        ["calibrate", "--from-video", "a.mp4", "--out", "c.json"],
+        ["calibrate", "--from-video", "a.mp4", "--diameter-mm", "300"],
+        ["calibrate", "a.png", "--from-video", "a.mp4", "--diameter-mm", "300", "--out", "c.json"],
     ],
 )
 def test_wrong_usage_ends_with_2(chainage, words):
@@ -483,6 +489,34 @@ def test_calibrate_alone_writes_the_camera_part_of_a_rig(
     fields = json.loads(sample.rig.read_text())
     fields["camera"] = json.loads(out.read_text())
     assert Rig.parse(fields).camera.fx == pytest.approx(PINHOLE.fx, rel=0.002)
+
+
+def test_calibrate_makes_a_rig_from_a_film(chainage, tmp_path):
+    forward = replace(SCENARIOS["forward"], length_mm=400.0)
+    film = simulate(forward, tmp_path / "film").video
+    out, report = tmp_path / "rig.json", tmp_path / "grid.png"
+    done = chainage(
+        "calibrate", "--from-video", film, "--diameter-mm", "300", "--segment-mm", "1500",
+        "--out", out, "--report", report,
+    )  # fmt: skip
+    assert done.code == 0
+    rig = Rig.load(out)
+    assert (rig.mount.view, rig.pipe.diameter_mm) == ("forward", 300)
+    assert rig.pipe.segment_length_mm == 1500
+    assert "fewer than two joints were seen" in done.out
+    assert "state the inspected length (--length-m)" in done.out
+    assert report.read_bytes().startswith(b"\x89PNG")
+
+
+def test_calibrate_of_a_film_without_a_pipe_says_so_and_writes_nothing(chainage, sample, tmp_path):
+    """The sample's camera looks down."""
+    out = tmp_path / "rig.json"
+    done = chainage(
+        "calibrate", "--from-video", sample.video, "--diameter-mm", "300", "--out", out
+    )  # fmt: skip
+    assert done.code == 1
+    assert "does not show the wall of a pipe" in done.err
+    assert not out.exists()
 
 
 def test_calibrate_of_too_few_pictures_says_so_and_writes_nothing(

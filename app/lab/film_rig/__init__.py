@@ -1,0 +1,17 @@
+"""A rig from a film of a camera that looks along a pipe of known diameter.
+
+- `tracks`: points of the wall, followed through a part of the film.
+- `axis`: a first guess of the pipe's axis, by the flow of the points.
+- `lens`: the lens that is sought, and what is known of it beforehand.
+- `scene`: where a lens sees the points of a part from its views.
+- `bundle`: least squares of lens, views and points over all parts.
+- `refine`: measures the points again on patches bent as the wall is seen.
+- `scale`: the focal length by the inspected length or by joints.
+- `calibrate`: all of it together, the rig, and what the film cannot tell.
+- `report`: draws the wall's grid on the film.
+"""
+
+from app.lab.film_rig.calibrate import FilmRig, KnownPipe, UnusableFilm, calibrate_film
+from app.lab.film_rig.report import plot
+
+__all__ = ["FilmRig", "KnownPipe", "UnusableFilm", "calibrate_film", "plot"]
