@@ -14,6 +14,7 @@ import { topBar } from '../top-bar/top-bar.js';
 import '../film-picker/film-picker.js';
 import '../header-form/header-form.js';
 import '../rig-form/rig-form.js';
+import '../rig-wizard/rig-wizard.js';
 import '../source-picker/source-picker.js';
 
 const REMEMBERED = 'chainage.header';
@@ -73,6 +74,7 @@ class NewInspection extends Component {
 
             <section class="panel new__section" aria-labelledby="new-rig">
               <h2 id="new-rig">${t('new.rig')}</h2>
+              <rig-wizard data-part="wizard"></rig-wizard>
               <rig-form data-part="rig"></rig-form>
             </section>
 
@@ -86,11 +88,15 @@ class NewInspection extends Component {
     );
     const { picker, form } = this.parts;
     this.parts.header.without = NOT_YET;
+    this.parts.wizard.rig = this.parts.rig;
     this.listen(this.parts.kinds, 'change', () => this.#showKind());
     this.listen(this.parts.camera, 'source', () => (this.parts.rig.videoSize = null));
     this.listen(this.parts.stop, 'click', () => this.#connecting?.abort());
     this.listen(picker, 'films', () => this.#showFilms());
-    this.listen(picker.queue, 'change', () => this.#showStart());
+    this.listen(picker.queue, 'change', () => {
+      this.#showStart();
+      this.#showWizard();
+    });
     this.listen(picker.queue, 'end', () => this.#leave());
     this.listen(this.parts.name, 'input', () => this.#checkName());
     this.listen(form, 'submit', (event) => {
@@ -117,8 +123,9 @@ class NewInspection extends Component {
 
   #showKind() {
     const isLive = this.#isLive;
-    const { camera, picker, name, rig, videoFault } = this.parts;
+    const { camera, picker, wizard, name, rig, videoFault } = this.parts;
     camera.hidden = !isLive;
+    wizard.hidden = isLive;
     picker.hidden = isLive;
     videoFault.textContent = '';
     this.#queue.stopMaking();
@@ -141,6 +148,13 @@ class NewInspection extends Component {
     }
     this.#measure(this.#isLive ? null : (films[0]?.file ?? null));
     this.#showStart();
+  }
+
+  /** The wizard shows the first film that has arrived. */
+  #showWizard() {
+    const { films } = this.#queue;
+    const arrived = films.find(({ upload, inspection }) => upload.state === 'DONE' && !inspection);
+    this.parts.wizard.uploadId = arrived?.upload.id ?? null;
   }
 
   /** Compares the picture size of a film with the rig's, if this browser can open the file. */
