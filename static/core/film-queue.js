@@ -1,5 +1,6 @@
 /**
- * Films that are uploaded one after the other, and become inspections when somebody has asked for it.
+ * Films that are uploaded one after the other, and become inspections, also one after the other, when somebody
+ * has asked for it.
  *
  * A film that fails keeps its reason, and the next one follows.
  */
@@ -50,7 +51,8 @@ export class FilmQueue extends EventTarget {
 
   /** Makes an inspection of an uploaded film and returns its id; null until somebody asks for it. */
   #make = null;
-  #isWorking = false;
+  #isSending = false;
+  #isMakingOne = false;
 
   get bytes() {
     return sum(this.films.map(({ upload }) => upload.size));
@@ -124,29 +126,55 @@ export class FilmQueue extends EventTarget {
     this.#changed();
   }
 
-  async #work() {
+  /** Sends and makes at the same time: a film may have to wait for room that an inspection gives back. */
+  #work() {
     this.#changed();
-    if (this.#isWorking) return;
-    this.#isWorking = true;
-    for (let film; (film = this.#next()); ) {
-      if (film.upload.state === 'DONE') await this.#makeInspection(film);
-      else await film.upload.start();
+    this.#sendAll();
+    this.#makeAll();
+  }
+
+  async #sendAll() {
+    if (this.#isSending) return;
+    this.#isSending = true;
+    for (let film; (film = this.#nextToSend); ) {
+      await film.upload.start();
+      film.isLeft = film.hasFailed;
+      this.#makeAll();
+    }
+    this.#isSending = false;
+    this.#endIfDone();
+  }
+
+  async #makeAll() {
+    if (this.#isMakingOne) return;
+    this.#isMakingOne = true;
+    for (let film; (film = this.#nextToMake); ) {
+      await this.#makeInspection(film);
       film.isLeft = film.hasFailed;
     }
-    this.#isWorking = false;
-    if (this.#make && !this.isPaused) {
+    this.#isMakingOne = false;
+    this.#endIfDone();
+  }
+
+  get #open() {
+    return this.films.filter((film) => !film.inspection && !film.isLeft);
+  }
+
+  get #nextToSend() {
+    return this.isPaused ? undefined : this.#open.find(({ upload }) => upload.state !== 'DONE');
+  }
+
+  get #nextToMake() {
+    return this.#make ? this.#open.find(({ upload }) => upload.state === 'DONE') : undefined;
+  }
+
+  #endIfDone() {
+    const isWorking = this.#isSending || this.#isMakingOne || this.#nextToSend || this.#nextToMake;
+    if (this.#make && !this.isPaused && !isWorking) {
       this.#make = null;
       this.dispatchEvent(new Event('end'));
     }
     this.#changed();
-  }
-
-  /** Returns the film to work at: one that has arrived before one that has not. */
-  #next() {
-    if (this.isPaused) return undefined;
-    const open = this.films.filter((film) => !film.inspection && !film.isLeft);
-    const arrived = this.#make && open.find(({ upload }) => upload.state === 'DONE');
-    return arrived || open.find(({ upload }) => upload.state !== 'DONE');
   }
 
   async #makeInspection(film) {

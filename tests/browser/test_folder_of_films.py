@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from clips import numbered_clip, rig_for_clip
 from looks import expect_no_fault
-from playwright.sync_api import Locator, Page, Route, expect
+from playwright.sync_api import Locator, Page, Response, Route, expect
 from steps import Server, log_in
 
 
@@ -40,6 +40,10 @@ def row(page: Page, name: str) -> Locator:
 def inspections(server: Server) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = json.load(server.ask("GET", "/api/inspections"))["inspections"]
     return found
+
+
+def is_made(got: Response) -> bool:
+    return got.request.method == "POST" and got.url.endswith("/api/inspections") and got.ok
 
 
 def choose(page: Page, folder: Path) -> None:
@@ -146,6 +150,31 @@ def test_a_film_that_stops_is_named_and_the_next_one_follows(form: Page, folder:
     form.keyboard.press("Enter")
     expect(row(form, "run 9.mp4")).to_have_count(0)
     expect(form.get_by_role("button", name="Add films")).to_be_focused()
+
+
+def test_a_film_that_waits_for_room_does_not_keep_the_others_from_their_inspections(
+    form: Page, folder: Path
+) -> None:
+    """A token may have a hundred uploads that are no inspections; here it may have one."""
+    (folder / "run 2.avi").unlink()
+    begun: list[str] = []
+    made: list[str] = []
+
+    def refuse_second(route: Route) -> None:
+        begun.append(route.request.url)
+        if made or len(begun) == 1:
+            route.fallback()
+            return
+        detail = "Discard some, or wait."
+        route.fulfill(status=429, json={"code": "too_many_uploads", "detail": detail})
+
+    form.route("**/api/uploads", refuse_second)
+    form.on("response", lambda got: made.append(got.url) if is_made(got) else None)
+    choose(form, folder)
+    expect(row(form, "run 10.mp4").locator(".drop__state")).to_contain_text("Trying again")
+    form.get_by_role("button", name="Start tracking").click()
+    form.wait_for_url(lambda url: url.endswith("/"))
+    assert len(made) == 2
 
 
 def test_all_that_is_not_yet_an_inspection_can_be_removed_at_once(
