@@ -10,7 +10,7 @@
  */
 
 import { ApiError, pause, send } from './api.js';
-import { errorText } from './words.js';
+import { errorText, t } from './words.js';
 
 const CREATION = '/api/uploads';
 const REMEMBERED = 'chainage.upload:';
@@ -182,7 +182,7 @@ export class Upload extends EventTarget {
   }
 
   async #sendPiece() {
-    const piece = this.#file.slice(this.offset, this.offset + this.#pieceLength());
+    const piece = await this.#read(this.offset, this.offset + this.#pieceLength());
     const begun = performance.now();
     const response = await send('PATCH', this.#url, {
       headers: {
@@ -201,6 +201,16 @@ export class Upload extends EventTarget {
     const speed = ((offset - this.offset) / Math.max(performance.now() - begun, 1)) * 1000;
     this.speed = this.speed ? 0.7 * this.speed + 0.3 * speed : speed;
     this.#advance(offset);
+  }
+
+  /** Returns bytes of the file, which may have been on a disk that is no longer there. */
+  async #read(from, to) {
+    try {
+      return await this.#file.slice(from, to).arrayBuffer();
+    } catch (error) {
+      if (!(error instanceof DOMException)) throw error;
+      throw new ApiError(400, 'file_unreadable', t('films.unreadable'));
+    }
   }
 
   /**
@@ -229,6 +239,6 @@ export class Upload extends EventTarget {
  */
 async function checksum(piece) {
   if (!globalThis.crypto?.subtle) return {};
-  const digest = await crypto.subtle.digest('SHA-256', await piece.arrayBuffer());
+  const digest = await crypto.subtle.digest('SHA-256', piece);
   return { 'Upload-Checksum': `sha256 ${btoa(String.fromCharCode(...new Uint8Array(digest)))}` };
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -175,6 +176,25 @@ def test_a_film_that_waits_for_room_does_not_keep_the_others_from_their_inspecti
     form.get_by_role("button", name="Start tracking").click()
     form.wait_for_url(lambda url: url.endswith("/"))
     assert len(made) == 2
+
+
+def test_a_film_on_a_disk_that_goes_is_named_and_the_next_one_follows(
+    form: Page, folder: Path
+) -> None:
+    first = folder / "camera" / "run 9.mp4"
+    with first.open("ab") as file:
+        file.write(bytes(8_000_000))
+    network = form.context.new_cdp_session(form)
+    network.send("Network.enable")
+    slow = {"offline": False, "latency": 0, "downloadThroughput": -1, "uploadThroughput": 1e6}
+    network.send("Network.emulateNetworkConditions", slow)
+    choose(form, folder)
+    expect(row(form, "run 9.mp4").locator(".drop__state")).to_contain_text(re.compile(r"[1-9] %"))
+    first.unlink()
+    expect(row(form, "run 9.mp4").locator(".drop__state--failed")).to_contain_text(
+        "The file can no longer be read here."
+    )
+    expect(row(form, "run 10.mp4").locator(".drop__state")).to_have_text("Uploaded")
 
 
 def test_all_that_is_not_yet_an_inspection_can_be_removed_at_once(

@@ -61,10 +61,7 @@ class FilmPicker extends Component {
     }
     this.listen(drop, 'dragover', (event) => this.#drag(event, true));
     this.listen(drop, 'dragleave', (event) => this.#drag(event, false));
-    this.listen(drop, 'drop', async (event) => {
-      this.#drag(event, false);
-      this.#add(await droppedFiles(event.dataTransfer));
-    });
+    this.listen(drop, 'drop', (event) => this.#drop(event));
     this.listen(pause, 'click', () => (this.#isStopped ? this.queue.goOn() : this.queue.pause()));
     this.listen(clear, 'click', () => this.#clear());
     this.listen(this.queue, 'change', () => this.repaint());
@@ -111,12 +108,30 @@ class FilmPicker extends Component {
     this.parts.drop.classList.toggle('drop--over', isOver);
   }
 
+  async #drop(event) {
+    this.#drag(event, false);
+    try {
+      this.#add(await droppedFiles(event.dataTransfer));
+    } catch (error) {
+      if (!(error instanceof DOMException)) throw error;
+      this.#say(t('films.folder_unreadable'));
+    }
+  }
+
+  /** @param {string} sentence about the files that were chosen last; '' for none */
+  #say(sentence) {
+    this.parts.others.hidden = sentence === '';
+    this.parts.others.textContent = sentence;
+  }
+
   #add(found) {
     if (!found.length) return;
     const { films, others } = filmsAmong(found);
-    this.parts.others.hidden = others === 0;
-    this.parts.others.textContent = films.length ? t('films.others', { n: others }) : t('films.only_others', { n: others });
-    if (!films.length) return;
+    if (!films.length) {
+      this.#say(t('films.only_others', { n: others }));
+      return;
+    }
+    this.#say(others ? t('films.others', { n: others }) : '');
     this.queue.add(films);
     this.#chosen();
   }
