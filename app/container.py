@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from app.access.access import Access
 from app.alerts.webhook import Client, Webhook
 from app.data_folder import Records
+from app.inspections.aiming import Aiming
 from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
 from app.inspections.file_reader import CPU_S, FileReader
@@ -64,6 +65,7 @@ class Services:
 
     access: Access
     uploads: Uploads
+    aiming: Aiming
     inspections: Inspections
     films: Films
     imports: Imports
@@ -223,6 +225,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     return Services(
         access=Access(AccessStore(database), TokenFile(folder.root), token),
         uploads=uploads,
+        aiming=Aiming(uploads, media),
         inspections=inspections,
         films=films,
         imports=Imports(

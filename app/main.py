@@ -29,6 +29,7 @@ from app.web.middleware import Envelope, Guard
 from app.web.request_log import RequestLog
 from app.web.routers import (
     access,
+    aiming,
     catalogue,
     corrections,
     health,
@@ -86,9 +87,9 @@ def create_app(settings: Settings) -> FastAPI:
     # Mounted before the routes, because the first match answers.
     app.mount("/static", pages.Assets(directory=pages.static_folder()))
     for part in (
-        access, me, uploads, imports, inspections, observations, picking, corrections, media,
-        catalogue, packs, samples, sources, meter_counter, unrolled, health, metrics, live, viewer,
-        pages,
+        access, me, uploads, aiming, imports, inspections, observations, picking, corrections,
+        media, catalogue, packs, samples, sources, meter_counter, unrolled, health, metrics, live,
+        viewer, pages,
     ):  # fmt: skip
         app.include_router(part.router)
     app.add_middleware(Guard, allowed_hosts=(socket.gethostname(), *settings.allowed_hosts))

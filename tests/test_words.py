@@ -50,7 +50,7 @@ def placeholders(value: str | dict[str, str]) -> set[str]:
 
 
 def without_comments(source: str) -> str:
-    return re.sub(r"/\*.*?\*/|(?<![:'\"`])//[^\n]*", "", source, flags=re.DOTALL)
+    return re.sub(r"(?<!\w)/\*.*?\*/|(?<![:'\"`])//[^\n]*", "", source, flags=re.DOTALL)
 
 
 def used(pattern: str) -> set[str]:

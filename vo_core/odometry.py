@@ -195,8 +195,10 @@ class Odometry:
         self._agreement = 0.0
         """Running mean of `Alignment.agreement`."""
         self._has_moved = rig.mount.view == "down"
-        """Whether the wall has been seen to move.  Before, a camera that looks ahead may show nothing
-        but its own lamp on a smooth wall, which stands still however far the robot drives."""
+        """Whether the wall has been seen to move.
+
+        Before, a camera that looks ahead may show nothing but its own lamp on a smooth wall, which
+        stands still however far the robot drives."""
         self._model_mm = 0.0
         """Systematic error that may have accumulated, signed like the distance."""
         self._velocity: Matrix | None = None

@@ -158,10 +158,8 @@ class Uploads:
             self._store.delete(upload_id)
 
     @contextmanager
-    def take(self, upload_id: str) -> Iterator[tuple[Path, UploadInfo]]:
-        """Hold a complete upload to make an inspection of it; the file may be moved away.
-
-        When the block ends without an exception the upload is deleted, otherwise it stays.
+    def held(self, upload_id: str) -> Iterator[tuple[Path, UploadInfo]]:
+        """Hold a complete upload, so that nobody else uses it meanwhile.
 
         Raises:
             UploadIncomplete: Bytes are missing.
@@ -173,6 +171,15 @@ class Uploads:
                     f"Only {state.offset} of {state.info.length} bytes of the video have arrived."
                 )
             yield self._store.path(upload_id), state.info
+
+    @contextmanager
+    def take(self, upload_id: str) -> Iterator[tuple[Path, UploadInfo]]:
+        """Hold a complete upload to make an inspection of it; the file may be moved away.
+
+        When the block ends without an exception the upload is deleted, otherwise it stays.
+        """
+        with self.held(upload_id) as found:
+            yield found
             self._store.delete(upload_id)
 
     def expire(self) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import traceback
 from dataclasses import asdict
+from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -11,8 +12,11 @@ from app.jobs import limits
 from app.jobs.confinement import confine
 from app.jobs.messages import (
     Failed,
+    FirstPicture,
+    FirstPictureRequest,
     FromMedia,
     Limits,
+    MediaRequest,
     Picture,
     PictureRequest,
     Probed,
@@ -21,6 +25,9 @@ from app.jobs.messages import (
     encode,
 )
 from app.jobs.process import connection_from_arguments
+
+if TYPE_CHECKING:
+    from vo_core.types import ByteImage  # NumPy is loaded under the limits
 
 
 def main() -> None:
@@ -44,15 +51,18 @@ def _warm_up() -> None:
     """Load the decoders before the first request."""
     import cv2  # noqa: F401
 
+    import vo_core.image.axis
     import vo_core.sources  # noqa: F401
 
 
-def _answer(request: ProbeRequest | PictureRequest) -> FromMedia:
+def _answer(request: MediaRequest) -> FromMedia:
     from vo_core.errors import UnreadableVideo
 
     try:
         if isinstance(request, ProbeRequest):
             return _probe(request)
+        if isinstance(request, FirstPictureRequest):
+            return _first_picture(request)
         return _picture(request)
     except UnreadableVideo as error:
         return Failed("unreadable_video", str(error))
@@ -72,13 +82,32 @@ def _probe(request: ProbeRequest) -> Probed:
 
 
 def _picture(request: PictureRequest) -> Picture:
-    import cv2
-
     from vo_core.sources import read_frame
 
-    picture = read_frame(request.video, request.t_s)
-    _, jpeg = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, request.jpeg_quality])
-    return Picture(jpeg.tobytes())
+    return Picture(_jpeg(read_frame(request.video, request.t_s), request.jpeg_quality))
+
+
+def _first_picture(request: FirstPictureRequest) -> FirstPicture:
+    from vo_core.image.axis import AxisFinder
+    from vo_core.sources import VideoFile
+
+    with VideoFile(request.video) as video:
+        frame = next(iter(video))
+        height, width = frame.image.shape
+        axis = AxisFinder((width, height))(frame.image)
+        return FirstPicture(
+            _jpeg(frame.to_bgr(), request.jpeg_quality),
+            width,
+            height,
+            None if axis is None else axis.pixel_uv,
+        )
+
+
+def _jpeg(picture: ByteImage, quality: int) -> bytes:
+    import cv2
+
+    _, jpeg = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    return jpeg.tobytes()
 
 
 if __name__ == "__main__":

@@ -297,13 +297,32 @@ class Picture(msgspec.Struct, frozen=True, tag="picture"):
     jpeg: bytes
 
 
+class FirstPictureRequest(msgspec.Struct, frozen=True, tag="first_picture"):
+    """Parent to media worker: return the first picture and the pipe's axis in it."""
+
+    video: str
+    jpeg_quality: int
+
+
+class FirstPicture(msgspec.Struct, frozen=True, tag="first"):
+    """Media worker to parent: the first picture of a video."""
+
+    jpeg: bytes
+    width: int
+    height: int
+    axis_uv: tuple[float, float] | None
+    """Pixel of the axis of the pipe along which the camera looks; None if it does not show."""
+
+
 FromTracker = Batch | Checkpoint | Passing | Done | Failed
 ToCamera = LiveRequest | StopCapture
 FromCamera = Batch | CameraState | Done | Failed
 FromFinaliser = Finalised | Failed
 FromReopener = Done | Failed
 FromSample = Rendered | Done | Failed
-ToMedia = Limits | ProbeRequest | PictureRequest
-FromMedia = Probed | Picture | Failed
+MediaRequest = ProbeRequest | PictureRequest | FirstPictureRequest
+MediaAnswer = Probed | Picture | FirstPicture
+ToMedia = Limits | MediaRequest
+FromMedia = MediaAnswer | Failed
 
 encode = msgspec.msgpack.Encoder().encode

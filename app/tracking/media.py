@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TypeVar
 
 import msgspec
 
 from app.errors import Busy, MediaFailed, MediaTimeout
 from app.jobs.messages import (
     Failed,
+    FirstPicture,
+    FirstPictureRequest,
     FromMedia,
     Limits,
+    MediaAnswer,
+    MediaRequest,
     Picture,
     PictureRequest,
     Probed,
@@ -26,6 +33,7 @@ logger = logging.getLogger(__name__)
 PHOTO_JPEG_QUALITY = 92
 _ANSWER_TIMEOUT_S = 30.0
 _WAIT_FOR_TURN_S = 60.0
+Answer = TypeVar("Answer", bound=MediaAnswer)
 
 
 class Media:
@@ -54,31 +62,34 @@ class Media:
         Raises:
             UnreadableVideo: The file cannot be used; the text says why.
         """
-        try:
-            answer = self._ask(ProbeRequest(str(path)))
-        except UnreadableVideo as error:
-            raise UnreadableVideo(str(error).replace(path.name, name)) from error
-        assert isinstance(answer, Probed)  # noqa: S101  (checked by _ask)
-        return answer
+        with _called(path, name):
+            return self._ask(ProbeRequest(str(path)), Probed)
+
+    def first_picture(self, path: Path, name: str) -> FirstPicture:
+        """Return the first picture of a video file; messages call it `name`.
+
+        Raises:
+            UnreadableVideo: The file has no picture; the text says why.
+        """
+        with _called(path, name):
+            return self._ask(FirstPictureRequest(str(path), PHOTO_JPEG_QUALITY), FirstPicture)
 
     def picture(self, path: Path, t_s: float, jpeg_quality: int = PHOTO_JPEG_QUALITY) -> bytes:
         """Return the frame shown at presentation time `t_s`, as JPEG."""
-        answer = self._ask(PictureRequest(str(path), t_s, jpeg_quality))
-        assert isinstance(answer, Picture)  # noqa: S101  (checked by _ask)
-        return answer.jpeg
+        return self._ask(PictureRequest(str(path), t_s, jpeg_quality), Picture).jpeg
 
-    def _ask(self, request: ProbeRequest | PictureRequest) -> Probed | Picture:
+    def _ask(self, request: MediaRequest, expected: type[Answer]) -> Answer:
         if not self._turn.acquire(timeout=_WAIT_FOR_TURN_S):
             raise Busy("Too many pictures are being read from videos; try again in a moment.")
         try:
             if not self._child.is_alive():
                 logger.warning("The media process had ended; another is started.")
                 self._restart()
-            return self._checked(self._exchange(request), request)
+            return self._checked(self._exchange(request), expected)
         finally:
             self._turn.release()
 
-    def _exchange(self, request: ProbeRequest | PictureRequest) -> bytes:
+    def _exchange(self, request: MediaRequest) -> bytes:
         try:
             self._child.send(request)
             return self._child.receive(_ANSWER_TIMEOUT_S)
@@ -91,8 +102,7 @@ class Media:
             how = describe_exit(self._restart())
             raise MediaFailed(f"The media process died over this video: {how}.") from error
 
-    def _checked(self, answer: bytes, request: ProbeRequest | PictureRequest) -> Probed | Picture:
-        expected = Probed if isinstance(request, ProbeRequest) else Picture
+    def _checked(self, answer: bytes, expected: type[Answer]) -> Answer:
         try:
             message = self._answers.decode(answer)
         except msgspec.MsgspecError as error:
@@ -116,3 +126,12 @@ class Media:
         child = Child("app.jobs.media")
         child.send(self._limits)
         return child
+
+
+@contextmanager
+def _called(path: Path, name: str) -> Iterator[None]:
+    """Make messages about a file call it `name`."""
+    try:
+        yield
+    except UnreadableVideo as error:
+        raise UnreadableVideo(str(error).replace(path.name, name)) from error

@@ -10,7 +10,7 @@
  */
 
 import { ApiError, pause, send } from './api.js';
-import { errorText } from './words.js';
+import { errorText, t } from './words.js';
 
 const CREATION = '/api/uploads';
 const REMEMBERED = 'chainage.upload:';
@@ -19,7 +19,7 @@ const LARGEST_PIECE = 8 * 1024 * 1024;
 const PAUSES_S = [0, 0.3, 1, 3, 5, 10];
 const TUS = { 'Tus-Resumable': '1.0.0' };
 
-const nameOf = (file) => `${REMEMBERED}${file.name}:${file.size}:${file.lastModified}`;
+const keyOf = (file, path) => `${REMEMBERED}${path}:${file.size}:${file.lastModified}`;
 
 /**
  * Returns uploads that were begun in this browser and not yet used: [{url, name, size, whole?, refused?}].
@@ -46,14 +46,21 @@ export class Upload extends EventTarget {
   reason = null;
 
   #file;
+  #path;
+  #key;
   #url = null;
   #stop = new AbortController();
 
-  /** @param {File} file */
-  constructor(file) {
+  /**
+   * @param {File} file
+   * @param {string} path tells it apart from a file of the same name in another folder
+   */
+  constructor(file, path) {
     super();
     this.#file = file;
-    const remembered = localStorage.getItem(nameOf(file));
+    this.#path = path;
+    this.#key = keyOf(file, path);
+    const remembered = localStorage.getItem(this.#key);
     if (remembered) this.#url = JSON.parse(remembered).url;
   }
 
@@ -115,7 +122,7 @@ export class Upload extends EventTarget {
 
   /** The upload has been used: choosing the file again starts a new one. */
   forget() {
-    localStorage.removeItem(nameOf(this.#file));
+    localStorage.removeItem(this.#key);
   }
 
   /**
@@ -137,8 +144,8 @@ export class Upload extends EventTarget {
 
   /** @param {{whole?: boolean, refused?: string}} outcome */
   #remember(outcome = {}) {
-    const kept = { url: this.#url, name: this.#file.name, size: this.size, ...outcome };
-    localStorage.setItem(nameOf(this.#file), JSON.stringify(kept));
+    const kept = { url: this.#url, name: this.#path, size: this.size, ...outcome };
+    localStorage.setItem(this.#key, JSON.stringify(kept));
   }
 
   #canGoOn(error) {
@@ -175,7 +182,7 @@ export class Upload extends EventTarget {
   }
 
   async #sendPiece() {
-    const piece = this.#file.slice(this.offset, this.offset + this.#pieceLength());
+    const piece = await this.#read(this.offset, this.offset + this.#pieceLength());
     const begun = performance.now();
     const response = await send('PATCH', this.#url, {
       headers: {
@@ -194,6 +201,16 @@ export class Upload extends EventTarget {
     const speed = ((offset - this.offset) / Math.max(performance.now() - begun, 1)) * 1000;
     this.speed = this.speed ? 0.7 * this.speed + 0.3 * speed : speed;
     this.#advance(offset);
+  }
+
+  /** Returns bytes of the file, which may have been on a disk that is no longer there. */
+  async #read(from, to) {
+    try {
+      return await this.#file.slice(from, to).arrayBuffer();
+    } catch (error) {
+      if (!(error instanceof DOMException)) throw error;
+      throw new ApiError(400, 'file_unreadable', t('films.unreadable'));
+    }
   }
 
   /**
@@ -222,6 +239,6 @@ export class Upload extends EventTarget {
  */
 async function checksum(piece) {
   if (!globalThis.crypto?.subtle) return {};
-  const digest = await crypto.subtle.digest('SHA-256', await piece.arrayBuffer());
+  const digest = await crypto.subtle.digest('SHA-256', piece);
   return { 'Upload-Checksum': `sha256 ${btoa(String.fromCharCode(...new Uint8Array(digest)))}` };
 }

@@ -77,7 +77,10 @@ def test_a_wrong_line_of_our_own_file_is_named(old, new, said):
 
 def test_our_own_file_is_read_as_another_with_the_same_columns_is():
     text = Track.from_estimates(ROWS).to_csv({"any": 1})
-    ours, other = Track.from_csv(text), Track.from_csv(text.replace("looking_around", "looking_around,note"))
+    ours, other = (
+        Track.from_csv(text),
+        Track.from_csv(text.replace("looking_around", "looking_around,note")),
+    )
     for field in fields(Track):
         one, same = getattr(ours, field.name), getattr(other, field.name)
         assert one.tolist() == same.tolist()

@@ -1,22 +1,23 @@
 /**
- * New inspection: the video is uploaded while the header and the rig are filled in, or a camera is chosen.
+ * New inspection: films are uploaded while the header and the rig are filled in, or a camera is chosen. Each of
+ * several films becomes an inspection, with the same header and rig.
  */
 
 import { ApiError, get, poll, post, remove, session } from '../../core/api.js';
-import { html, render } from '../../core/html.js';
+import { html, render, setText } from '../../core/html.js';
 import { preferences } from '../../core/preferences.js';
 import { Component } from '../../core/store.js';
-import { bytes, date, duration } from '../../core/units.js';
-import { errorText, pieces, t } from '../../core/words.js';
-import { Upload, discardUpload, unfinishedUploads } from '../../core/upload.js';
+import { date } from '../../core/units.js';
+import { errorText, t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 import { topBar } from '../top-bar/top-bar.js';
+import '../film-picker/film-picker.js';
 import '../header-form/header-form.js';
 import '../rig-form/rig-form.js';
+import '../rig-wizard/rig-wizard.js';
 import '../source-picker/source-picker.js';
 
 const REMEMBERED = 'chainage.header';
-const ACCEPTED = 'video/*,.mp4,.mov,.m4v,.mkv,.avi,.mpg,.mpeg,.ts,.webm';
 
 /** Fields known only after the survey, or filled in by the program. */
 const NOT_YET = new Set(['end_condition', 'abandon_reason', 'video_files']);
@@ -32,9 +33,10 @@ const ASK_CAMERA_EVERY_S = 0.3;
 const STANDARD = { standard: 'EN 13508-2', edition: '2003+A1:2011' };
 
 class NewInspection extends Component {
-  #upload = null;
-  #file = null;
-  #isWanted = false;
+  /** The film whose picture size is compared with the rig's. */
+  #measured = null;
+  /** The name that was proposed after a film. */
+  #proposed = null;
   /** Ends the wait for the camera's first picture; null while there is no wait. */
   #connecting = null;
 
@@ -54,31 +56,14 @@ class NewInspection extends Component {
                 ${kind('live', 'live', t('new.kind_live'), false)}
               </fieldset>
               <source-picker data-part="camera" hidden></source-picker>
-              <div class="drop" data-part="drop">
-                <div class="drop__ask" data-part="ask">
-                  ${icon('film')}
-                  <p>${t('new.drop')}</p>
-                  <button type="button" class="button" data-part="pick">${t('new.pick')}</button>
-                  <p class="help">${t('new.formats')}</p>
-                </div>
-                <div class="drop__file" data-part="chosen" hidden>
-                  <p class="drop__name"><b data-part="fileName"></b> <span class="dim number" data-part="fileSize"></span></p>
-                  <progress class="bar" data-part="bar" max="1" aria-label="${t('new.upload_progress')}"></progress>
-                  <p class="drop__state number" role="status" data-part="state"></p>
-                  <div class="drop__buttons">
-                    <button type="button" class="button button--small" data-part="pause"></button>
-                    <button type="button" class="button button--small" data-part="cancel">${t('new.remove')}</button>
-                  </div>
-                </div>
-                <input type="file" accept="${ACCEPTED}" data-part="input" hidden />
-              </div>
-              <div data-part="unfinished"></div>
+              <film-picker data-part="picker"></film-picker>
               <p class="fault" role="alert" data-part="videoFault"></p>
             </section>
 
             <section class="panel new__section" aria-labelledby="new-header">
               <h2 id="new-header">${t('new.what')}</h2>
-              <div class="field">
+              <p class="help" data-part="namedAlike" hidden>${t('new.named_after_files')}</p>
+              <div class="field" data-part="nameField">
                 <label for="new-name">${t('new.name')}</label>
                 <input class="input" id="new-name" maxlength="200" autocomplete="off" data-part="name"
                   aria-describedby="new-name-fault" />
@@ -89,6 +74,7 @@ class NewInspection extends Component {
 
             <section class="panel new__section" aria-labelledby="new-rig">
               <h2 id="new-rig">${t('new.rig')}</h2>
+              <rig-wizard data-part="wizard"></rig-wizard>
               <rig-form data-part="rig"></rig-form>
             </section>
 
@@ -100,34 +86,35 @@ class NewInspection extends Component {
           </form>
         </main>`,
     );
-    const { drop, input, pick, pause, cancel, form } = this.parts;
+    const { picker, form } = this.parts;
     this.parts.header.without = NOT_YET;
+    this.parts.wizard.rig = this.parts.rig;
     this.listen(this.parts.kinds, 'change', () => this.#showKind());
     this.listen(this.parts.camera, 'source', () => (this.parts.rig.videoSize = null));
     this.listen(this.parts.stop, 'click', () => this.#connecting?.abort());
-    this.listen(pick, 'click', () => input.click());
-    this.listen(input, 'change', () => this.#choose(input.files[0]));
-    this.listen(drop, 'dragover', (event) => this.#drag(event, true));
-    this.listen(drop, 'dragleave', (event) => this.#drag(event, false));
-    this.listen(drop, 'drop', (event) => {
-      this.#drag(event, false);
-      this.#choose(event.dataTransfer.files[0]);
+    this.listen(picker, 'films', () => this.#showFilms());
+    this.listen(picker.queue, 'change', () => {
+      this.#showStart();
+      this.#showWizard();
     });
-    this.listen(pause, 'click', () => this.#pauseOrGoOn());
-    this.listen(cancel, 'click', () => this.#removeFile());
+    this.listen(picker.queue, 'end', () => this.#leave());
     this.listen(this.parts.name, 'input', () => this.#checkName());
     this.listen(form, 'submit', (event) => {
       event.preventDefault();
       this.#submit();
     });
     this.listen(window, 'beforeunload', (event) => {
-      if (this.#upload?.state === 'SENDING') event.preventDefault();
+      if (picker.queue.sending) event.preventDefault();
     });
     // The log-in page is next: the question about leaving would be in its way.
-    this.listen(session, 'signed-out', () => this.#upload?.pause());
+    this.listen(session, 'signed-out', () => picker.queue.pause());
     this.listen(this.parts.rig, 'rig', () => this.#suggestPipe());
     this.#recall();
-    this.#showUnfinished();
+    this.#showFilms();
+  }
+
+  get #queue() {
+    return this.parts.picker.queue;
   }
 
   get #isLive() {
@@ -136,46 +123,51 @@ class NewInspection extends Component {
 
   #showKind() {
     const isLive = this.#isLive;
-    const { camera, drop, unfinished, rig, name, videoFault } = this.parts;
+    const { camera, picker, wizard, name, rig, videoFault } = this.parts;
     camera.hidden = !isLive;
-    drop.hidden = unfinished.hidden = isLive;
+    wizard.hidden = isLive;
+    picker.hidden = isLive;
     videoFault.textContent = '';
-    if (!isLive && this.#file) this.#measure(this.#file);
-    else rig.videoSize = null;
+    this.#queue.stopMaking();
+    this.#measured = rig.videoSize = null;
     if (isLive && !name.value) name.value = t('new.live_name', { time: date(new Date()) });
-    this.#want(false);
+    this.#showFilms();
   }
 
-  #drag(event, isOver) {
-    event.preventDefault();
-    this.parts.drop.classList.toggle('drop--over', isOver);
+  #showFilms() {
+    const { name, nameField, namedAlike, picker, videoFault } = this.parts;
+    const { films } = this.#queue;
+    const isMany = films.length > 1 && !this.#isLive;
+    nameField.hidden = isMany;
+    namedAlike.hidden = !isMany;
+    if (films.length) videoFault.textContent = '';
+    if (films.length === 1 && (!name.value || name.value === this.#proposed)) {
+      [this.#proposed] = picker.names;
+      name.value = this.#proposed;
+      this.#checkName();
+    }
+    this.#measure(this.#isLive ? null : (films[0]?.file ?? null));
+    this.#showStart();
   }
 
-  async #choose(file) {
-    if (!file) return;
-    this.#upload?.cancel();
-    this.#file = file;
-    this.#upload = new Upload(file);
-    this.listen(this.#upload, 'change', () => this.#showUpload());
-    this.parts.ask.hidden = true;
-    this.parts.chosen.hidden = false;
-    this.parts.fileName.textContent = file.name;
-    this.parts.fileSize.textContent = bytes(file.size);
-    this.parts.videoFault.textContent = '';
-    if (!this.parts.name.value) this.parts.name.value = file.name.replace(/\.[^.]+$/, '');
-    this.#checkName();
-    this.#showUnfinished();
-    this.#measure(file);
-    await this.#upload.start();
+  /** The wizard shows the first film that has arrived. */
+  #showWizard() {
+    const { films } = this.#queue;
+    const arrived = films.find(({ upload, inspection }) => upload.state === 'DONE' && !inspection);
+    this.parts.wizard.uploadId = arrived?.upload.id ?? null;
   }
 
-  /** Returns the size of the picture, if this browser can open the file. */
+  /** Compares the picture size of a film with the rig's, if this browser can open the file. */
   #measure(file) {
+    if (file === this.#measured) return;
+    this.#measured = file;
+    this.parts.rig.videoSize = null;
+    if (!file) return;
     const video = document.createElement('video');
     const url = URL.createObjectURL(file);
     const finish = (size) => {
       URL.revokeObjectURL(url);
-      if (this.#file === file) this.parts.rig.videoSize = size;
+      if (this.#measured === file) this.parts.rig.videoSize = size;
     };
     video.preload = 'metadata';
     video.onloadedmetadata = () => finish([video.videoWidth, video.videoHeight]);
@@ -183,64 +175,54 @@ class NewInspection extends Component {
     video.src = url;
   }
 
-  #showUpload() {
-    const { state, offset, size, speed, etaS, reason } = this.#upload;
-    const share = size ? offset / size : 1;
-    this.parts.bar.value = share;
-    const percent = Math.floor(100 * share);
-    const pace = speed ? ` · ${bytes(speed)}/s` : '';
-    const left = etaS === null ? '' : ` · ${t('new.left', { time: duration(etaS) })}`;
-    this.parts.state.textContent = {
-      IDLE: '',
-      SENDING: `${t('new.sending', { percent })}${pace}${left}`,
-      WAITING: t('new.waiting', { percent, reason: reason ?? '' }),
-      PAUSED: t('new.paused', { percent }),
-      DONE: t('new.uploaded'),
-      FAILED: reason,
-      CANCELLED: '',
-    }[state];
-    const isStopped = state === 'PAUSED' || state === 'FAILED';
-    this.parts.pause.textContent = isStopped ? t('new.go_on') : t('new.pause');
-    this.parts.pause.hidden = state === 'DONE';
-    this.parts.state.classList.toggle('drop__state--failed', state === 'FAILED');
-    if (state === 'DONE' && this.#isWanted) this.#create();
-    if (state === 'FAILED') this.#want(false);
-  }
-
-  #pauseOrGoOn() {
-    if (this.#upload.state === 'PAUSED' || this.#upload.state === 'FAILED') this.#upload.start();
-    else this.#upload.pause();
-  }
-
-  async #removeFile() {
-    const upload = this.#upload;
-    this.#upload = null;
-    this.#file = null;
-    this.#want(false);
-    this.parts.rig.videoSize = null;
-    this.parts.input.value = '';
-    this.parts.ask.hidden = false;
-    this.parts.chosen.hidden = true;
-    this.parts.pick.focus();
-    await upload.cancel();
-  }
-
   #submit() {
     this.parts.fault.textContent = '';
-    const isNamed = this.#checkName();
+    const isMany = this.parts.nameField.hidden;
+    const isNamed = isMany || this.#checkName();
     const isRigGood = this.parts.rig.check();
     if (this.#isLive) {
       if (!isNamed) this.parts.name.focus();
       if (this.parts.camera.check() && isNamed && isRigGood) this.#connect();
       return;
     }
-    this.parts.videoFault.textContent = this.#upload ? '' : t('new.choose_first');
-    if (!this.#upload) this.parts.pick.focus();
+    const hasFilm = this.#queue.films.some(({ inspection }) => !inspection);
+    this.parts.videoFault.textContent = hasFilm ? '' : t('new.choose_first');
+    if (!hasFilm) this.parts.picker.focus();
     else if (!isNamed) this.parts.name.focus();
-    if (!this.#upload || !isNamed || !isRigGood) return;
-    this.#want(true);
-    if (this.#upload.state === 'DONE') this.#create();
-    else if (this.#upload.state === 'PAUSED' || this.#upload.state === 'FAILED') this.#upload.start();
+    if (hasFilm && isNamed && isRigGood) this.#make();
+  }
+
+  /** Makes an inspection of each film, with what the form says now. */
+  #make() {
+    const { picker, name, header, rig, fault } = this.parts;
+    const stated = { rig: rig.value, header: header.value };
+    this.#remember(stated.header);
+    this.#queue.makeWith(async (film) => {
+      const { films } = this.#queue;
+      const title = films.length === 1 ? name.value.trim() : picker.names[films.indexOf(film)];
+      const source = { kind: 'upload', upload_id: film.upload.id };
+      try {
+        return (await post('/api/inspections', { name: title, source, ...stated })).id;
+      } catch (error) {
+        // It would be refused for each film.
+        if (error.code === 'invalid_rig') {
+          this.#queue.stopMaking();
+          fault.textContent = errorText(error);
+        }
+        throw error;
+      }
+    });
+  }
+
+  /** Opens what has been made, or says what has failed. */
+  #leave() {
+    const { films } = this.#queue;
+    if (!films.length) return;
+    const failed = films.filter(({ inspection }) => !inspection);
+    if (!failed.length) {
+      location.assign(films.length === 1 ? `/inspections/${films[0].inspection}` : '/');
+    } else if (films.length === 1) this.parts.fault.textContent = failed[0].refused ?? failed[0].upload.reason;
+    else this.parts.fault.textContent = t('new.some_failed', { n: failed.length, made: films.length - failed.length });
   }
 
   #checkName() {
@@ -250,34 +232,24 @@ class NewInspection extends Component {
     return isNamed;
   }
 
-  /** Sets whether tracking starts as soon as the upload is complete. */
-  #want(isWanted) {
-    this.#isWanted = isWanted;
-    this.#showStart(isWanted ? t('new.starts_later') : '');
-  }
-
-  /** @param {string} waiting the pending event; nothing can be started meanwhile */
-  #showStart(waiting) {
+  /** Shows what the button does, or what it waits for; nothing can be started meanwhile. */
+  #showStart() {
+    const waiting = this.#connecting ? t('live.connecting') : this.#queue.isMaking ? t('new.starts_later') : '';
     this.parts.start.disabled = waiting !== '';
-    this.parts.start.textContent = waiting || (this.#isLive ? t('new.record') : t('new.start'));
-  }
-
-  /** @param {object} source where the pictures come from */
-  #post(source) {
-    const header = this.parts.header.value;
-    this.#remember(header);
-    const [name, rig] = [this.parts.name.value.trim(), this.parts.rig.value];
-    return post('/api/inspections', { name, source, rig, header });
+    setText(this.parts.start, waiting || (this.#isLive ? t('new.record') : t('new.start')));
   }
 
   /** Starts the camera and opens its page when it delivers pictures; otherwise deletes the inspection. */
   async #connect() {
     const { camera, stop, fault } = this.parts;
     this.#connecting = new AbortController();
-    this.#showStart(t('live.connecting'));
+    this.#showStart();
     stop.hidden = false;
     try {
-      const { id } = await this.#post({ kind: 'live', url: camera.value });
+      const stated = { rig: this.parts.rig.value, header: this.parts.header.value };
+      this.#remember(stated.header);
+      const source = { kind: 'live', url: camera.value };
+      const { id } = await post('/api/inspections', { name: this.parts.name.value.trim(), source, ...stated });
       const signal = AbortSignal.any([this.#connecting.signal, this.signal]);
       const refused = await this.#refusal(id, signal);
       if (!refused && !signal.aborted) {
@@ -294,7 +266,7 @@ class NewInspection extends Component {
     }
     this.#connecting = null;
     stop.hidden = true;
-    this.#showStart('');
+    this.#showStart();
   }
 
   /**
@@ -321,21 +293,6 @@ class NewInspection extends Component {
       rig.videoSize = [Number(size[1]), Number(size[2])];
       rig.check();
     } else camera.fault(errorText(error));
-  }
-
-  async #create() {
-    this.#isWanted = false;
-    try {
-      const { id } = await this.#post({ kind: 'upload', upload_id: this.#upload.id });
-      this.#upload.forget();
-      location.assign(`/inspections/${id}`);
-    } catch (error) {
-      if (!(error instanceof ApiError)) throw error;
-      const reason = errorText(error);
-      this.parts.fault.textContent = reason;
-      this.#want(false);
-      if (!error.isTemporary) await this.#upload.reject({ code: error.code, reason });
-    }
   }
 
   #remember(header) {
@@ -367,33 +324,10 @@ class NewInspection extends Component {
       unit_length_m: length ? length / 1000 : undefined,
     });
   }
-
-  /** After a reload only the person can open the file again, so name it. */
-  #showUnfinished() {
-    const waiting = this.#file ? [] : unfinishedUploads();
-    const list = render(
-      this.parts.unfinished,
-      html`${waiting.map((upload, i) => html`<p class="message new__unfinished">${icon('info')}
-        <span>${whatBecameOf(upload)}</span>
-        <button type="button" class="button button--small" data-part="discard${i}">${t('new.discard')}</button></p>`)}`,
-    );
-    waiting.forEach((upload, i) => {
-      list[`discard${i}`].addEventListener('click', async () => {
-        await discardUpload(upload);
-        this.#showUnfinished();
-      });
-    });
-  }
 }
 
 const rememberedOf = (header) =>
   Object.fromEntries(Object.entries(header).filter(([name]) => REMEMBERED_FIELDS.has(name)));
-
-function whatBecameOf({ name, size, whole, refused }) {
-  const named = { name: html`<b>${name}</b>`, size: bytes(size) };
-  if (refused) return pieces('new.refused', { ...named, reason: refused });
-  return whole ? pieces('new.unused', named) : pieces('new.interrupted', named);
-}
 
 const kind = (value, sign, label, isChosen) => html`<label class="new__kind">
   <input type="radio" name="kind" value="${value}" ${isChosen && html`checked`} />${icon(sign)}<b>${label}</b></label>`;

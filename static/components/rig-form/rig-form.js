@@ -76,6 +76,12 @@ class RigForm extends Component {
     this.#fill(rig);
   }
 
+  /** Sets some fields by their paths, such as 'pipe.diameter_mm'; '' empties one. */
+  change(values) {
+    for (const [path, value] of Object.entries(values)) this.#input({ path }).value = value;
+    this.#changed();
+  }
+
   /** Size of the chosen video in px, compared with the camera's; null when unknown. */
   set videoSize(size) {
     this.#videoSize = size;

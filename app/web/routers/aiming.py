@@ -1,0 +1,53 @@
+"""The first picture of an upload, and the rig of a camera that looks along the pipe in it."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Response
+
+from app.errors import (
+    MediaFailed,
+    MediaTimeout,
+    PixelOutsidePicture,
+    UploadBusy,
+    UploadIncomplete,
+    UploadNotFound,
+)
+from app.web.deps import ServicesDep, operator
+from app.web.schemas.aiming import AimIn, AimOut, FirstPictureOut
+from app.web.schemas.failures import content, failures
+from app.web.slow import slow
+from vo_core.errors import InvalidRig, UnreadableVideo
+
+router = APIRouter(prefix="/api", tags=["uploads"])
+
+_FAILURES = failures(
+    UploadNotFound, UploadIncomplete, UploadBusy, UnreadableVideo, MediaFailed, MediaTimeout
+)
+
+
+@router.get(
+    "/uploads/{upload_id}/picture",
+    response_class=Response,
+    responses=content("image/jpeg") | _FAILURES,
+)
+@operator
+@slow
+def picture(upload_id: str, services: ServicesDep) -> Response:
+    """Return the first picture of a complete upload."""
+    return Response(services.aiming.first_picture(upload_id).jpeg, media_type="image/jpeg")
+
+
+@router.get("/uploads/{upload_id}/axis", responses=_FAILURES)
+@operator
+@slow
+def axis(upload_id: str, services: ServicesDep) -> FirstPictureOut:
+    """Find the axis of the pipe in the first picture of a complete upload."""
+    return FirstPictureOut.of(services.aiming.first_picture(upload_id))
+
+
+@router.post("/aim", responses=failures(InvalidRig, PixelOutsidePicture))
+@operator
+def aim(body: AimIn, services: ServicesDep) -> AimOut:
+    """Aim a rig's camera by the pixel of the pipe's axis; nothing is stored."""
+    u, v = body.axis
+    return AimOut.of(services.aiming.aim(body.rig, (u, v)))

@@ -1,0 +1,67 @@
+"""The rig of a camera that looks along the pipe."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from app.inspections.aiming import Aim
+from app.jobs.messages import FirstPicture
+from app.survey.given import Given, Pixel
+from vo_core.geometry.wall import Points
+
+
+class FirstPictureOut(BaseModel):
+    """The first picture of a film."""
+
+    width: int
+    height: int
+    axis: tuple[float, float] | None
+    """Pixel of the pipe's axis; None if it does not show."""
+
+    @classmethod
+    def of(cls, picture: FirstPicture) -> Self:
+        """Convert what the media process has found."""
+        axis = None if picture.axis_uv is None else _pixel(picture.axis_uv)
+        return cls(width=picture.width, height=picture.height, axis=axis)
+
+
+class AimIn(Given):
+    """A rig, and where its picture shows the pipe's axis."""
+
+    rig: dict[str, Any] = Field(description="The rig file: camera, mount and pipe.")
+    axis: Pixel
+
+
+class AimOut(BaseModel):
+    """Where the camera looks, and the wall as lines in its picture."""
+
+    pitch_deg: float
+    """For `mount.pitch_deg`."""
+    right_deg: float
+    """How far the camera looks to the right; the tracker finds it by itself."""
+    rings: list[list[tuple[float, float] | None]]
+    """One, two and three radii ahead; None where the lens does not see the wall."""
+    generators: list[list[tuple[float, float] | None]]
+    """One at each hour of the clock, from the invert to the right."""
+
+    @classmethod
+    def of(cls, aim: Aim) -> Self:
+        """Round the figures."""
+        return cls(
+            pitch_deg=round(aim.pitch_deg, 2),
+            right_deg=round(aim.right_deg, 2),
+            rings=[_line(line) for line in aim.grid.rings_uv],
+            generators=[_line(line) for line in aim.grid.generators_uv],
+        )
+
+
+def _line(points: Points) -> list[tuple[float, float] | None]:
+    return [_pixel(point) if np.isfinite(point).all() else None for point in points.tolist()]
+
+
+def _pixel(point: tuple[float, float]) -> tuple[float, float]:
+    u, v = point
+    return round(u, 1), round(v, 1)

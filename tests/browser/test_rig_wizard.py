@@ -1,0 +1,161 @@
+"""The rig of a camera that looks along the pipe, stated on the first picture of its film."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from clips import numbered_clip
+from looks import expect_no_fault
+from playwright.sync_api import Page, expect
+from steps import Server, log_in
+
+from app.lab.simulation import SCENARIOS, simulate
+from vo_core.geometry.grid import grid
+
+CROOKED = replace(SCENARIOS["forward_crooked"], length_mm=20.0)
+PITCH_DEG = CROOKED.true_rig.mount.pitch_deg if CROOKED.true_rig else 0.0
+FOUND_WITHIN_DEG = 3.0
+"""`vo_core.geometry.gaze.SIGMA_RAD`: by one picture the axis is not known better."""
+ENDS = """(path) => [...path.getAttribute('d').matchAll(/[ML]([-0-9.]+) ([-0-9.]+)/g)]
+  .map((found) => [Number(found[1]), Number(found[2])])"""
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Looks 3 degrees down, 12 mm beside the axis."""
+    return simulate(CROOKED, tmp_path_factory.mktemp("crooked")).video
+
+
+@pytest.fixture
+def wizard(page: Page, server: Server, film: Path) -> Page:
+    """A first-time visitor with a film and without any rig."""
+    log_in(page, server, "/new")
+    page.locator("input[type=file]").first.set_input_files(film)
+    page.get_by_role("button", name="Set the rig on the first picture").click()
+    expect(page.locator("rig-wizard").get_by_role("status")).to_contain_text("The camera looks")
+    return page
+
+
+def pitch(page: Page) -> float:
+    return float(page.locator("#rig-mount-pitch_deg").input_value() or 0)
+
+
+def answered(page: Page, act: Callable[[], None]) -> None:
+    """Do something, and wait for what the server says to it."""
+    with page.expect_response("**/api/aim"):
+        act()
+
+
+def test_without_a_film_there_is_nothing_to_show(page: Page, server: Server) -> None:
+    log_in(page, server, "/new")
+    expect(page.get_by_role("button", name="Set the rig on the first picture")).to_be_disabled()
+    expect(page.get_by_text("Choose the film first; the picture comes")).to_be_visible()
+
+
+def test_the_axis_is_found_and_states_the_pitch(wizard: Page) -> None:
+    expect(wizard.locator("#rig-mount-view")).to_have_value("forward")
+    expect(wizard.locator("#rig-mount-pitch_deg")).to_have_value(re.compile(r"-\d"))
+    focal = float(wizard.locator("#rig-camera-fx").input_value())
+    # The lens is a guess, and the angle scales with it.
+    true = float(np.degrees(np.tan(np.radians(PITCH_DEG)) * 400 / focal))
+    assert pitch(wizard) == pytest.approx(true, abs=FOUND_WITHIN_DEG)
+    expect(wizard.get_by_text(re.compile(r"The camera looks \d\.\d° down and"))).to_be_visible()
+    expect_no_fault(wizard)
+
+
+def test_the_cross_is_moved_by_key_and_by_hand_and_put_back(wizard: Page) -> None:
+    cross = wizard.get_by_role("slider", name="Axis of the pipe")
+    found, text = pitch(wizard), cross.get_attribute("aria-valuetext")
+    focal = float(wizard.locator("#rig-camera-fx").input_value())
+    cross.focus()
+    answered(wizard, lambda: wizard.keyboard.press("Shift+ArrowDown"))
+    nose_up = np.degrees(np.arctan(10 / focal))
+    expect(wizard.locator("#rig-mount-pitch_deg")).not_to_have_value(str(found))
+    assert pitch(wizard) == pytest.approx(found + nose_up, abs=0.1)  # near the middle of the lens
+
+    picture = wizard.locator(".wizard__drawing")
+    picture.evaluate("(drawing) => drawing.scrollIntoView({ block: 'center' })")
+    box = picture.bounding_box()
+    assert box
+    wizard.mouse.move(box["x"] + 20, box["y"] + 20)
+    wizard.mouse.down()
+    wizard.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2, steps=4)
+    wizard.mouse.up()
+    expect(wizard.get_by_text("The camera looks 0.0° ")).to_be_visible()
+    assert abs(pitch(wizard)) < 0.2
+
+    wizard.get_by_role("button", name="Put it back where it was found").click()
+    expect(cross).to_have_attribute("aria-valuetext", str(text))
+    expect(wizard.locator("#rig-mount-pitch_deg")).to_have_value(str(found))
+
+
+def test_the_wall_of_the_stated_pipe_is_drawn_where_it_is(wizard: Page) -> None:
+    wizard.get_by_role("button", name="Yes, this is the axis").click()
+    diameter = wizard.get_by_label("Pipe, inside")
+    expect(diameter).to_be_focused()
+    expect(wizard.get_by_text("its focal length is a guess")).to_be_visible()
+    expect(wizard.locator(".wizard__line--ring")).to_have_attribute("d", "")
+    diameter.fill("300")
+    expect(wizard.get_by_label("Lens above the invert")).to_have_value("150")
+    expect(wizard.locator("#rig-pipe-diameter_mm")).to_have_value("300")
+    expect(wizard.locator(".wizard__line--ring")).not_to_have_attribute("d", "")
+    assert wizard.locator("#rig-tolerance-focal_percent").input_value() == "15"
+
+    # With what is true of this camera, the rings are where they are for the core.
+    assert CROOKED.true_rig
+    mount = CROOKED.true_rig.mount
+    wizard.locator("summary", has_text="Lens distortion").click()
+    wizard.locator("#rig-mount-lateral_mm").fill(str(mount.lateral_mm))
+    wizard.get_by_label("Focal length", exact=True).fill("400")
+    answered(wizard, lambda: wizard.get_by_label("Lens above the invert").fill("134"))
+    wizard.get_by_role("button", name="Is this the axis?").click()
+    answered(wizard, lambda: wizard.get_by_role("slider").press("ArrowRight"))
+    wizard.get_by_role("button", name="How wide is the pipe?").click()
+    expect(wizard.locator(".wizard__line--ring")).not_to_have_attribute("d", "")
+    tilted = mount.model_copy(update={"pitch_deg": pitch(wizard)})
+    drawn = np.array(wizard.locator(".wizard__line--ring").evaluate(ENDS))
+    expected = np.concatenate(grid(CROOKED.true_rig.model_copy(update={"mount": tilted})).rings_uv)
+    # The camera also looks a little aside, which shifts all of the rings alike.
+    aside = np.median(drawn[:, 0]) - np.median(expected[:, 0])
+    assert np.abs(aside) < 400 * np.tan(np.radians(1.5 + FOUND_WITHIN_DEG))
+    assert np.median(drawn[:, 1]) == pytest.approx(np.median(expected[:, 1]), abs=2)
+    expect_no_fault(wizard)
+
+    wizard.get_by_role("button", name="Done").click()
+    expect(wizard.get_by_role("button", name="Set the rig on the first picture")).to_be_focused()
+
+
+def test_a_rig_made_with_it_is_accepted(wizard: Page) -> None:
+    wizard.get_by_role("button", name="Yes, this is the axis").click()
+    wizard.get_by_label("Pipe, inside").fill("300")
+    expect(wizard.locator(".wizard__line--ring")).not_to_have_attribute("d", "")
+    wizard.get_by_role("button", name="Start tracking").click()
+    wizard.wait_for_url("**/inspections/*")
+
+
+def test_a_film_that_is_none_says_so(page: Page, server: Server, tmp_path: Path) -> None:
+    (tmp_path / "story.mp4").write_text("Once upon a time there was a culvert.")
+    log_in(page, server, "/new")
+    page.locator("input[type=file]").first.set_input_files(tmp_path / "story.mp4")
+    page.get_by_role("button", name="Set the rig on the first picture").click()
+    expect(page.locator("rig-wizard .fault")).to_contain_text("story.mp4")
+
+
+def test_where_no_axis_shows_the_person_is_asked_for_it(
+    page: Page, server: Server, tmp_path: Path
+) -> None:
+    log_in(page, server, "/new")
+    clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=5)
+    page.route(
+        "**/axis", lambda route: route.fulfill(json={"width": 320, "height": 240, "axis": None})
+    )
+    page.locator("input[type=file]").first.set_input_files(clip)
+    page.get_by_role("button", name="Set the rig on the first picture").click()
+    expect(page.get_by_text("The axis was not found in this picture")).to_be_visible()
+    again = page.get_by_role("button", name="Put it back where it was found")
+    expect(again).to_be_hidden()
