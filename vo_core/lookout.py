@@ -45,6 +45,12 @@ NOISE_RAD = float(np.radians(1.5))
 MOST_PERIODS = 10.0
 """Frame periods for which a turn goes on unseen."""
 
+JUMP_RAD = float(np.radians(20.0))
+"""A camera turns by less from frame to frame: an axis farther away is a chance."""
+
+JUMP_FRAMES = 3
+"""Number of consecutive frames in which it is none."""
+
 ASTRAY_RAD = float(np.radians(8.0))
 """Angle between the axis in the picture and in the estimated pose that no error explains."""
 
@@ -86,6 +92,8 @@ class Lookout:
         """Where the camera looked ahead last."""
         self.is_around = False
         """Whether the camera looks around."""
+        self._jumps = 0
+        """Number of consecutive frames whose axis is far from where the camera looked."""
         self._astray = 0
         """Number of frames since the axis was where the estimated pose shows it."""
 
@@ -103,7 +111,10 @@ class Lookout:
         """Find the axis in the next picture, (H, W) grey."""
         axis = self._find_axis(image)
         roll_rad = state.pose.roll_rad + state.mount_rad[1]
-        self.gaze = None if axis is None else gaze(self._rectify.rig, axis.pixel_uv, roll_rad)
+        seen = None if axis is None else gaze(self._rectify.rig, axis.pixel_uv, roll_rad)
+        jumps = seen is not None and bool((np.abs(seen - state.gaze) > JUMP_RAD).any())
+        self._jumps = self._jumps + 1 if jumps else 0
+        self.gaze = seen if not jumps or self._jumps >= JUMP_FRAMES else None
         is_off = self.gaze is not None and bool((np.abs(self.gaze - state.gaze) > ASTRAY_RAD).any())
         self._astray = self._astray + 1 if is_off else 0
         if self.is_around and self.gaze is not None and self._ahead is not None:

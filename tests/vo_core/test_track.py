@@ -21,7 +21,7 @@ def test_the_csv_has_the_contracts_columns_after_its_metadata():
     lines = Track.from_estimates(ROWS).to_csv({"video": "a\nb.mp4"}).splitlines()
     assert lines[:2] == ["# video: a b.mp4", HEADER]
     contract = "1,0.033333,10.0625,-0.5000,1.50000,10.0625,0.2500,0.900,weak"
-    assert lines[3] == contract + ",0.1250,0.5000,-0.25000,0.75000"
+    assert lines[3] == contract + ",0.1250,0.5000,-0.25000,0.75000,0"
 
 
 def test_a_csv_reads_back_the_same():
