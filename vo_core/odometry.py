@@ -78,7 +78,10 @@ MOVED_PX = 6.0
 """Motion of the content since the reference from which the wall has certainly moved."""
 
 OPENING_FRAMES = 60
-"""First frames that are kept, to track them again."""
+"""Most first frames that are kept, to track them again."""
+
+OPENING_BYTES = 64_000_000
+"""Most memory for them."""
 
 LEAST_CONTRAST = 0.5
 """A frame with a smaller deviation in grey levels, after averaging out noise, shows nothing."""
@@ -259,8 +262,9 @@ class Odometry:
         is_new = _contrast(patch) >= LEAST_CONTRAST and not self._is_held
         fix = self._measure(picture) if is_new else None
         if self._keyframe is None:
-            status, quality = self._begin(picture, is_new=is_new)
-            if self._keyframe is not None and not self._interlacing.is_certain:
+            is_zero = self._state.pose.x_mm == 0.0
+            status, quality = self._begin(picture, is_new=is_new, is_zero=is_zero)
+            if is_zero and self._keyframe is not None and not self._interlacing.is_certain:
                 self._first = image, self.rows
         elif fix is not None:
             if was_repeated:
@@ -327,9 +331,7 @@ class Odometry:
     def _aim(self, lookout: Lookout, image: Image) -> None:
         """Choose the vantage from which the next picture is resampled."""
         lookout.see(image, self._state)
-        if self._keyframe is None:
-            self._state = self._fixed = lookout.begin()
-        elif lookout.is_astray:
+        if self._keyframe is None or lookout.is_astray:
             self._stand_anew(lookout)
         if lookout.aim(self._predict(), self._state):
             self._pattern = FixedPattern()
@@ -360,8 +362,9 @@ class Odometry:
         """Keep the first frames; a film of few frames a second begins anew with a longer patch."""
         if len(opening) == 1 and self._overlay is not None and t_s - opening[0][1] > SLOW_S:
             self._begin_anew(self._overlay, FAR)
-        opening.append((image, t_s))
-        self._opening = opening if len(opening) < OPENING_FRAMES else None
+        opening.append((image.copy(), t_s))
+        is_full = len(opening) >= OPENING_FRAMES or len(opening) * image.nbytes >= OPENING_BYTES
+        self._opening = None if is_full else opening
 
     def _begin_anew(self, overlay: Overlay, coarsest: float) -> None:
         """Track the first frames again, now that more is known of the film.
@@ -520,12 +523,13 @@ class Odometry:
             return True
         return fix.alignment.agreement > USUAL_AGREEMENT * self._agreement
 
-    def _begin(self, picture: Picture, *, is_new: bool) -> tuple[Status, float]:
+    def _begin(self, picture: Picture, *, is_new: bool, is_zero: bool) -> tuple[Status, float]:
+        """Take the first keyframe; after a pose was given up its distance is uncertain."""
         if not is_new:
             return self._bridge(picture, is_new=False)
         self._fix_periods, self._fixed = self._clock.periods, self._state
         self._keyframe = self._fallback = self._reference(picture)
-        return "ok", 1.0
+        return ("ok", 1.0) if is_zero else ("weak", 0.0)
 
     def _take(self, fix: Fix, picture: Picture) -> tuple[Status, float]:
         share = _systematic(SCALE_ERROR, fix) * self._rectify.unevenness

@@ -141,3 +141,18 @@ def test_the_stated_pose_casts_like_the_renderer():
     wall = develop(RIG, cast(RIG, TURNED, robot_rays(RIG, [(420.0, 90.0)])))[0]
     assert wall == pytest.approx((ahead_mm[90, 420], arc_mm[90, 420]), abs=0.05)
     assert NOMINAL != TURNED
+
+
+def test_after_a_cut_to_a_turned_camera_the_axis_shows_how_it_looks():
+    straight = film(replace(SCENARIOS["forward"], length_mm=240.0))
+    mount = RIG.mount.model_copy(update={"pitch_deg": -12.0})
+    turned = RIG.model_copy(update={"mount": mount})
+    scenario = replace(SCENARIOS["forward"], rig=RIG, true_rig=turned, seed=3, length_mm=900.0)
+    after = film(scenario)
+    images = [f.image for f in straight] + [f.image for f in after]
+    track = follow(RIG, images, np.arange(len(images)) / 30)
+    driven_mm = np.diff(track.distance_mm[-30:]).sum()
+    true_mm = after[-1].x_mm - after[-30].x_mm
+    assert driven_mm == pytest.approx(true_mm, rel=0.01)
+    assert set(track.status[-30:]) == {"ok"}
+    assert track.sigma_distance_mm[-1] > 20.0
