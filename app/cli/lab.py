@@ -356,7 +356,7 @@ def bench(
         bool,
         typer.Option(
             "--forward",
-            help="The forward view as crews have it, beside its peers: forty minutes.",
+            help="The forward view as crews have it, beside its peers: half an hour.",
         ),
     ] = False,
     seed: Annotated[
