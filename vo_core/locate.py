@@ -220,14 +220,14 @@ class Locator:
         half = (self._grid.shape[0] // 2, self._grid.shape[1] // 2)
         self._coarse_blocks = BlockGrid.over(half)
         self._ring_modes: Matrix | None = None
-        if self._rig.mount.view == "forward":
+        if self._rig.looks_along_pipe:
             self._ring_modes = ring_modes(self._rig, self._grid, self._blocks.nodes())
         self._aside_mm, self._least_psr = np.inf, LOCK_PSR
-        if self._rig.mount.view == "forward":
+        if self._rig.looks_along_pipe:
             self._least_psr = FAINT_PSR
-        if self._rig.mount.view == "forward" and self._rig.pipe.diameter_mm is not None:
+        if self._rig.looks_along_pipe and self._rig.pipe.diameter_mm is not None:
             self._aside_mm = ASIDE * self._rig.pipe.diameter_mm
-        self._settled = 6 if self._rig.mount.view == "forward" else None
+        self._settled = 6 if self._rig.looks_along_pipe else None
         self._motions: dict[tuple[Pose, Pose, bool], WallMotion] = {}
         """Motion models in use, by the vantages of reference and picture."""
 

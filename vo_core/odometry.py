@@ -172,7 +172,7 @@ class Odometry:
         self._view = self._locator.view(self._rectify)
         self._overlay: Overlay | None = None
         self._lookout: Lookout | None = None
-        if rig.mount.view == "forward":
+        if rig.looks_along_pipe:
             self._overlay = Overlay((rig.camera.width, rig.camera.height))
             self._lookout = Lookout(self._locator, self._rectify, self._overlay)
         self._opening: list[tuple[Image, float]] | None = [] if self._lookout else None
@@ -191,13 +191,13 @@ class Odometry:
         """State at the last frame, and at the last frame with a fix."""
         rows, columns = self._rectify.grid.shape
         side_mm = self._rectify.grid.mm_per_px
-        self._sway = Sway(rig) if rig.mount.view == "down" else Wander(rig)
+        self._sway = Wander(rig) if rig.looks_along_pipe else Sway(rig)
         self._bed = Bed(rig, (columns * side_mm, rows * side_mm))
         self._fidelity = 1.0
         """Running mean of `Alignment.fidelity`."""
         self._agreement = 0.0
         """Running mean of `Alignment.agreement`."""
-        self._has_moved = rig.mount.view == "down"
+        self._has_moved = not rig.looks_along_pipe
         """Whether the wall has been seen to move.
 
         Before, a camera that looks ahead may show nothing but its own lamp on a smooth wall, which
@@ -306,7 +306,7 @@ class Odometry:
 
         A camera that looks down stands as its rig states; `tilt` reports if it does not.
         """
-        if self.rig.mount.view == "down":
+        if not self.rig.looks_along_pipe:
             return AS_STATED
         _, y_mm, yaw, z_mm, pitch, roll = self._state.start.tolist()
         turns = np.degrees([yaw, *self._state.mount_rad + (pitch, roll)])
@@ -545,7 +545,7 @@ class Odometry:
             self._velocity = None
         else:
             velocity = (fix.pose.vector - self._fixed.pose.vector)[:RATES] / self._gone
-            if self.rig.mount.view == "forward":
+            if self.rig.looks_along_pipe:
                 velocity[1:] = 0.0
             if self._skipping.is_coarse and self._velocity is not None:
                 # A bridge would extrapolate the noise of a single step.

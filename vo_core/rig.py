@@ -250,6 +250,11 @@ class Rig(_Part):
     pipe: Pipe
     tolerance: Tolerance = Tolerance.model_construct()
 
+    @property
+    def looks_along_pipe(self) -> bool:
+        """Whether the camera looks along a round pipe, of which it sees a whole ring."""
+        return self.mount.view == "forward" and self.pipe.shape == "circular"
+
     @model_validator(mode="after")
     def _camera_is_inside_the_pipe(self) -> Self:
         if self.pipe.diameter_mm is not None:

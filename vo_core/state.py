@@ -62,7 +62,7 @@ class State:
         """
         tilt_rad = tilt_sigma_rad(rig)
         start = np.array(START_SIGMA[rig.pipe.shape])
-        if rig.mount.view == "forward" and rig.pipe.diameter_mm is not None:
+        if rig.looks_along_pipe and rig.pipe.diameter_mm is not None:
             aside_mm = ASIDE * rig.pipe.diameter_mm
             start[1:5] = aside_mm, TURNED, aside_mm, TURNED
         covariance = np.diag(np.square([*start, tilt_rad, tilt_rad]))

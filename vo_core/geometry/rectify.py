@@ -240,7 +240,7 @@ def _visible_grid(rig: Rig, coarsest: float) -> tuple[PatchGrid, float]:
     The second value is the unevenness: the coarsest mm per px there over the finest.
     """
     camera = rig.camera
-    if rig.mount.view == "forward":
+    if rig.looks_along_pipe:
         rig = _straight(rig)
     u = np.linspace(0, camera.width - 1, 65)
     v = np.linspace(0, camera.height - 1, 49)
@@ -253,7 +253,7 @@ def _visible_grid(rig: Rig, coarsest: float) -> tuple[PatchGrid, float]:
     finest = float(np.nanmin(mm_per_px))
     with np.errstate(invalid="ignore"):
         good = mm_per_px <= coarsest * finest
-        if rig.mount.view == "forward":
+        if rig.looks_along_pipe:
             good |= wall_mm[:-1, :-1, 0] <= BEYOND_RING * _ring_mm(wall_mm)
     corners = np.zeros((49, 65), bool)
     corners[:-1, :-1] |= good
