@@ -68,7 +68,9 @@ def _turns(rig: Rig, tilt: MountTilt) -> Iterator[Notice]:
         (roll, tilt.roll_deg, tilt.roll_sigma_deg, rig.mount.roll_deg),
     )
     tolerance_deg = rig.tolerance.tilt_deg
-    for (above, below), turned_deg, sigma_deg, stated_deg in turns:
+    # Along its axis a round pipe looks the same from any roll.
+    shown = turns[:1] if rig.looks_along_pipe else turns
+    for (above, below), turned_deg, sigma_deg, stated_deg in shown:
         if abs(turned_deg) > CERTAIN * math.hypot(tolerance_deg, sigma_deg):
             yield Notice(
                 above if turned_deg > 0 else below,

@@ -202,6 +202,8 @@ def _undistort(camera: Camera, plane: Points) -> Points:
         theta = np.where((theta >= 0) & (theta < np.pi), theta, np.nan)
         ratio = np.divide(theta, bent, out=np.ones_like(bent), where=bent > 1e-12)
         return np.asarray(plane * ratio[:, None])
+    if len(plane) == 0:  # OpenCV returns no array then
+        return plane
     criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-12)
     points = cv2.undistortPoints(
         plane.reshape(-1, 1, 2), np.eye(3), np.array(camera.distortion), criteria=criteria

@@ -16,6 +16,7 @@ from vo_core.geometry.wall import (
     ray_pixels,
     robot_rays,
     sight,
+    wall_points,
 )
 
 FISHEYE = {"model": "fisheye", "fx": 210.0, "fy": 212.0, "distortion": [0.02, -0.01, 0.002, 0.0]}
@@ -113,3 +114,9 @@ def test_clock_positions_are_those_seen_in_the_direction_of_travel(phi_deg, cloc
 @given(phi=st.floats(-20, 20))
 def test_clock_lies_in_0_to_12(phi):
     assert 0 < clock_of(phi) <= 12
+
+
+@pytest.mark.parametrize("distortion", [[], [-0.2, 0.05, 0.0, 0.0]])
+def test_no_pixels_show_no_places(distortion):
+    rig = make_rig(camera={"distortion": distortion})
+    assert wall_points(rig, [], Pose()) == []
