@@ -61,6 +61,10 @@ FAINT_PSR = 6.5
 """Like `LOCK_PSR`, where a wrong peak costs only an alignment that fails: as the wall comes nearer
 it is seen more sharply, and the peak is fainter."""
 
+SETTLED = 6
+"""Plain steps of an alignment before the rest is extrapolated, where the camera looks along the
+pipe: an offset from the axis that is hardly known converges slowly."""
+
 STANDS_MM = 0.3
 """Way of a robot that stands, one sigma."""
 
@@ -220,14 +224,12 @@ class Locator:
         half = (self._grid.shape[0] // 2, self._grid.shape[1] // 2)
         self._coarse_blocks = BlockGrid.over(half)
         self._ring_modes: Matrix | None = None
+        self._aside_mm, self._least_psr = np.inf, LOCK_PSR
+        self._settled: int | None = None
         if self._rig.looks_along_pipe:
             self._ring_modes = ring_modes(self._rig, self._grid, self._blocks.nodes())
-        self._aside_mm, self._least_psr = np.inf, LOCK_PSR
-        if self._rig.looks_along_pipe:
-            self._least_psr = FAINT_PSR
-        if self._rig.looks_along_pipe and self._rig.pipe.diameter_mm is not None:
-            self._aside_mm = ASIDE * self._rig.pipe.diameter_mm
-        self._settled = 6 if self._rig.looks_along_pipe else None
+            self._aside_mm = ASIDE * (self._rig.pipe.diameter_mm or np.inf)
+            self._least_psr, self._settled = FAINT_PSR, SETTLED
         self._motions: dict[tuple[Pose, Pose, bool], WallMotion] = {}
         """Motion models in use, by the vantages of reference and picture."""
 

@@ -149,10 +149,16 @@ class Odometry:
     """Tracks the camera through a film; `step` takes one frame after the other."""
 
     def __init__(self, rig: Rig) -> None:
-        self._start(rig, COARSEST)
+        camera = rig.camera
+        overlay = Overlay((camera.width, camera.height)) if rig.looks_along_pipe else None
+        self._start(rig, COARSEST, overlay)
 
-    def _start(self, rig: Rig, coarsest: float) -> None:
-        """Start with a patch that reaches as far as `coarsest` allows, see `Rectifier`."""
+    def _start(self, rig: Rig, coarsest: float, overlay: Overlay | None) -> None:
+        """Start with a patch that reaches as far as `coarsest` allows, see `Rectifier`.
+
+        `overlay` is what is known of text and parts of the robot; None for a camera that looks
+        down, or over a floor.
+        """
         self.rig = rig
         self._scale_sigma = scale_sigma(rig)
         self._least_overlap = KEYFRAME_OVERLAP[rig.pipe.shape]
@@ -170,11 +176,10 @@ class Odometry:
         self._locator = Locator(self._rectify)
         self._coarsest = coarsest
         self._view = self._locator.view(self._rectify)
-        self._overlay: Overlay | None = None
+        self._overlay = overlay
         self._lookout: Lookout | None = None
-        if rig.looks_along_pipe:
-            self._overlay = Overlay((rig.camera.width, rig.camera.height))
-            self._lookout = Lookout(self._locator, self._rectify, self._overlay)
+        if overlay is not None:
+            self._lookout = Lookout(self._locator, self._rectify, overlay)
         self._opening: list[tuple[Image, float]] | None = [] if self._lookout else None
         """The first frames with their times, until it is known what is fixed in them."""
         self._ahead: Reference | None = None
@@ -191,7 +196,7 @@ class Odometry:
         """State at the last frame, and at the last frame with a fix."""
         rows, columns = self._rectify.grid.shape
         side_mm = self._rectify.grid.mm_per_px
-        self._sway = Wander(rig) if rig.looks_along_pipe else Sway(rig)
+        self._sway = Wander() if rig.looks_along_pipe else Sway(rig)
         self._bed = Bed(rig, (columns * side_mm, rows * side_mm))
         self._fidelity = 1.0
         """Running mean of `Alignment.fidelity`."""
@@ -373,9 +378,8 @@ class Odometry:
         agrees with that place for a long time.
         """
         opening = self._opening or []
-        self._start(self.rig, coarsest)
-        self._overlay, self._opening = overlay, None
-        self._lookout = Lookout(self._locator, self._rectify, overlay)
+        self._start(self.rig, coarsest, overlay)
+        self._opening = None
         for image, t_s in opening:
             self._track(image, t_s)
 

@@ -45,7 +45,7 @@ export function filmsAmong(found) {
 export function namesOf(paths) {
   const names = paths.map((path) => withoutEnding(path.split('/').at(-1)));
   const isAmbiguous = (name) => names.filter((other) => other === name).length > 1;
-  // The end of a path tells two films apart.
+  // The end of a path distinguishes two films.
   return paths.map((path, i) => (isAmbiguous(names[i]) ? withoutEnding(path) : names[i]).slice(-LONGEST_NAME));
 }
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import numpy as np
 
 from vo_core.geometry.wall import Pose
-from vo_core.rig import Rig
 from vo_core.types import Matrix
 
 ASIDE = 0.035
@@ -47,7 +46,7 @@ _WORTH = 5
 class Wander:
     """Learns how far a camera that looks ahead wanders; it has the methods of `Sway`."""
 
-    def __init__(self, rig: Rig) -> None:
+    def __init__(self) -> None:
         self.own = np.eye(6)
         self._variance = np.square(USUAL)
         self._count = _WORTH
