@@ -158,8 +158,17 @@ class Guard:
         has_ended = False
 
         async def send_until_ended(message: Message) -> None:
-            if not has_ended:  # nothing may be sent after it; the next `receive` reports the end
+            nonlocal has_ended
+            if has_ended:  # nothing may be sent after it; the next `receive` reports the end
+                return
+            try:
                 await send(message)
+            except RuntimeError:
+                # uvicorn itself closes a connection with a message that is too long, or without
+                # pongs, and then refuses what the route was about to send.
+                if message["type"] != "websocket.send":
+                    raise
+                has_ended = True
 
         serving = asyncio.ensure_future(self._app(connection.scope, receive, send_until_ended))
         try:
