@@ -55,10 +55,6 @@ There a picture that was coded as a whole (an I frame) becomes the keyframe at o
 are few and lead from I frame to I frame.  Two I frames agree to 0.02 degrees up to six frames apart
 (crf 38), other pictures to 0.16 degrees only."""
 
-FRESH = 0.1
-"""A picture of a coarsely coded film with a smaller share of skipped blocks counts as an I
-frame."""
-
 HELD_MM = 2.0
 """Way of a robot that stands while its camera looks around, one sigma."""
 
@@ -171,8 +167,6 @@ class Odometry:
         self._skipping = Skipping(self._blocks)
         self._is_torn = False
         """Whether the last frame holds skipped blocks."""
-        self._is_fresh = False
-        """Whether the last frame is an I frame of a coarsely coded film."""
         self._locator = Locator(self._rectify)
         self._coarsest = coarsest
         self._view = self._locator.view(self._rectify)
@@ -261,7 +255,6 @@ class Odometry:
         way_mm = (self._predict().vector - self._state.pose.vector)[:2]
         skipped = self._skipping(normal, way_mm / self._rectify.grid.mm_per_px)
         self._is_torn = bool(skipped.any())
-        self._is_fresh = self._skipping.is_coarse and skipped.mean() < FRESH
         picture = Picture(blank(self._blocks, self._pattern.remove(normal), skipped), self._view)
         was_repeated, self._is_held = self._is_held, self._is_repeated(patch)
         is_new = _contrast(patch) >= LEAST_CONTRAST and not self._is_held
@@ -564,7 +557,7 @@ class Odometry:
         self._fallback = self._reference(picture, turn_rad=_systematic(TURN_ERROR, fix))
         least = COARSE_OVERLAP if self._skipping.is_coarse else self._least_overlap
         is_out = fix.reference is not self._keyframe or fix.alignment.overlap < least
-        if is_out or self._is_fresh:
+        if is_out or self._skipping.is_fresh:
             self._keyframe = self._fallback
         sure = fix.alignment.significance >= CERTAIN and not fix.is_ambiguous
         return "ok" if sure else "weak", float(np.clip(fix.alignment.agreement, 0.0, 1.0))

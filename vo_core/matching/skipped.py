@@ -33,6 +33,10 @@ MOVED = 0.06
 STANDS = 0.85
 """In a coarsely coded film the robot stands still if this share of the blocks does."""
 
+FRESH = 0.1
+"""A picture of a coarsely coded film with a smaller share of repeated blocks counts as an I
+frame."""
+
 _SOFT_PX = 2.0
 """Sigma of the fading around a blank block, because an edge would count as texture."""
 
@@ -50,6 +54,10 @@ class Skipping:
         """Smallest share of repeated blocks in a picture so far, while the robot moved."""
         self.is_coarse = False
         """Whether the film is coded so coarsely that blocks are repeated."""
+        self.is_fresh = False
+        """Whether the last picture is an I frame of a coarsely coded film.
+
+        It is unknown, and false, where the robot hardly moves."""
 
     def __call__(self, now: GrayImage, way_px: Matrix) -> Blocks:
         """Detect the blocks of the next picture that only repeat the picture before.
@@ -64,6 +72,7 @@ class Skipping:
             (blocks,); all false if the coding is not coarse or the robot stands still.
         """
         before, self._before = self._before, now
+        self.is_fresh = False
         none = np.zeros(self._grid.rows * self._grid.columns, np.bool_)
         if before is None or np.hypot(*way_px) < LEAST_WAY_PX:
             return none
@@ -80,7 +89,10 @@ class Skipping:
         if moves.sum() > MOVED * (moves.sum() + repeats.sum()):
             self._least_repeated = min(self._least_repeated, repeated)
             self.is_coarse |= repeated > self._least_repeated + COARSE
-        return repeats if self.is_coarse and lies_still < STANDS else none
+        if not self.is_coarse or lies_still >= STANDS:
+            return none
+        self.is_fresh = repeated < FRESH
+        return repeats
 
     def forget(self) -> None:
         """Leave out the next comparison, because the next picture has another vantage."""
