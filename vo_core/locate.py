@@ -65,6 +65,13 @@ SETTLED = 6
 """Plain steps of an alignment before the rest is extrapolated, where the camera looks along the
 pipe: an offset from the axis that is hardly known converges slowly."""
 
+OPEN_AHEAD_PX = 3.0
+"""Like `OPEN_PX`, where the camera looks along the pipe.
+
+The share of a shift that driving, an offset from the axis and coding have in it is less certain
+there. A link over a longer way is uncertain by 1 to 2 px, and is right; straight lines leave 100 px
+open."""
+
 STANDS_MM = 0.3
 """Way of a robot that stands, one sigma."""
 
@@ -226,10 +233,12 @@ class Locator:
         self._ring_modes: Matrix | None = None
         self._aside_mm, self._least_psr = np.inf, LOCK_PSR
         self._settled: int | None = None
+        self._open_px = OPEN_PX
         if self._rig.looks_along_pipe:
             self._ring_modes = ring_modes(self._rig, self._grid, self._blocks.nodes())
             self._aside_mm = ASIDE * (self._rig.pipe.diameter_mm or np.inf)
             self._least_psr, self._settled = FAINT_PSR, SETTLED
+            self._open_px = OPEN_AHEAD_PX
         self._motions: dict[tuple[Pose, Pose, bool], WallMotion] = {}
         """Motion models in use, by the vantages of reference and picture."""
 
@@ -412,7 +421,7 @@ class Locator:
             settled=self._settled,
         )
         covariance = fit.covariance[np.ix_(_KEPT, _KEPT)]
-        is_open = fit.uncertainty_px[0] > OPEN_PX
+        is_open = fit.uncertainty_px[0] > self._open_px
         if not fit.converged or is_open or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
             return None
         moved_px = np.hypot(*(self._blocks.centres(fit.positions) - self._centres).T)
