@@ -93,3 +93,16 @@ def test_blank_blocks_hold_nothing_and_leave_the_others_alone():
     far[rows.min() - 8 : rows.max() + 9, columns.min() - 8 : columns.max() + 9] = False
     assert not changed[far].any()
     assert blank(GRID, view(0), np.zeros_like(blocks)).tolist() == view(0).tolist()
+
+
+def test_a_picture_of_a_robot_that_hardly_moves_is_no_i_frame():
+    pictures = coded([view(n) for n in range(20)])
+    skipping = Skipping(GRID)
+    is_fresh = []
+    for picture in pictures:
+        skipping(picture, np.array([WAY_PX, 0.0]))
+        is_fresh.append(skipping.is_fresh)
+    assert np.flatnonzero(is_fresh).tolist() == [10, 15]
+    for _ in range(3):
+        assert not skipping(pictures[-1], np.array([0.5, 0.0])).any()
+        assert not skipping.is_fresh
