@@ -15,6 +15,7 @@ from app.data_folder import Records
 from app.inspections.aiming import Aiming
 from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
+from app.inspections.counters import Counters
 from app.inspections.file_reader import CPU_S, FileReader
 from app.inspections.films import Films
 from app.inspections.imports import Imports
@@ -42,6 +43,7 @@ from app.storage.preferences import PreferenceStore
 from app.storage.runs import RunStore
 from app.storage.tokens import TokenFile
 from app.tracking.cameras import Sources
+from app.tracking.counter_queue import CounterQueue
 from app.tracking.live import Live
 from app.tracking.media import Media
 from app.tracking.photos import Photos
@@ -76,6 +78,8 @@ class Services:
     observations: Observations
     corrections: Corrections
     checks: Checks
+    counters: Counters
+    counter_queue: CounterQueue
     photos: Photos
     media: Media
     packs: Packs
@@ -132,6 +136,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     )
     media = Media(Limits(settings.child_memory_bytes, reads=folder.media))
     stack.callback(media.close)
+    child_limits = Limits(settings.child_memory_bytes, round(settings.job_cpu_h * 3600))
     run_store = RunStore(database)
     runs = Runs(tracks, records.unrolled, live)
     tracking = Tracking(
@@ -143,7 +148,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         runs,
         live,
         slots=settings.max_jobs,
-        limits=Limits(settings.child_memory_bytes, round(settings.job_cpu_h * 3600)),
+        limits=child_limits,
         stall_s=settings.stall_s,
         pace=settings.pace,
     )
@@ -153,6 +158,12 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     stack.enter_context(live.listening(None, photos.on_event))
     photos.start()
     stack.callback(photos.stop)
+    counter_queue = CounterQueue(
+        records.inspection_store, folder, records.counter_files, limits=child_limits
+    )
+    stack.enter_context(live.listening(None, counter_queue.on_event))
+    counter_queue.start()
+    stack.callback(counter_queue.stop)
     tracking.start()
     stack.callback(tracking.stop)
     recorder = Recorder(
@@ -196,6 +207,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         sources,
         recorder,
         records.observation_store,
+        records.counter_files,
     )
     samples = Samples(folder, inspections, films, records.observations)
     stack.callback(samples.stop)
@@ -225,7 +237,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     return Services(
         access=Access(AccessStore(database), TokenFile(folder.root), token),
         uploads=uploads,
-        aiming=Aiming(uploads, media),
+        aiming=Aiming(uploads, media, counter_queue),
         inspections=inspections,
         films=films,
         imports=Imports(
@@ -242,6 +254,8 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         observations=records.observations,
         corrections=records.corrections,
         checks=records.checks,
+        counters=records.counters,
+        counter_queue=counter_queue,
         photos=photos,
         media=media,
         packs=records.packs,

@@ -10,6 +10,7 @@ from pathlib import Path
 from app.errors import UnusableDatabase
 from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
+from app.inspections.counters import Counters
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.reports.report import Company, Report
@@ -22,6 +23,7 @@ from app.storage.observations import ObservationStore
 from app.storage.packs import PackStore
 from app.storage.signing_key import SigningKey
 from app.storage.tables import Inspection
+from app.tracking.counter_files import CounterFiles
 from app.tracking.live import Live
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
@@ -47,6 +49,8 @@ class Records:
         self.corrections = Corrections(
             self.inspection_store, self.correction_store, self.tracks, live
         )
+        self.counter_files = CounterFiles(places)
+        self.counters = Counters(self.inspection_store, self.counter_files, self.tracks)
         self.observations = Observations(
             self.inspection_store, self.observation_store, self.tracks, self.corrections, live
         )

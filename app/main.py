@@ -32,6 +32,7 @@ from app.web.routers import (
     aiming,
     catalogue,
     corrections,
+    counter,
     health,
     imports,
     inspections,
@@ -88,8 +89,8 @@ def create_app(settings: Settings) -> FastAPI:
     app.mount("/static", pages.Assets(directory=pages.static_folder()))
     for part in (
         access, me, uploads, aiming, imports, inspections, observations, picking, corrections,
-        media, catalogue, packs, samples, sources, meter_counter, unrolled, health, metrics, live,
-        viewer, pages,
+        counter, media, catalogue, packs, samples, sources, meter_counter, unrolled, health,
+        metrics, live, viewer, pages,
     ):  # fmt: skip
         app.include_router(part.router)
     app.add_middleware(Guard, allowed_hosts=(socket.gethostname(), *settings.allowed_hosts))

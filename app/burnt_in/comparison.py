@@ -26,9 +26,9 @@ def with_track(
             track has other frames than the film.
     """
     place = readings.place
-    shown = cast("Unit | None", place.unit or None) if place else None
+    shown: Unit | None = (place.unit or None) if place else None
     if place is None or (shown or unit) is None:
-        raise InvalidCorrection("The counter shows no unit; state m or ft with --unit.")
+        raise InvalidCorrection("The counter shows no unit; state whether it is m or ft.")
     if shown is not None and unit not in (None, shown):
         raise InvalidCorrection(f"The film shows {shown} beside its counter, not {unit}.")
     if len(track) and int(track.frame[-1]) >= len(readings.reading):

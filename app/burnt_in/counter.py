@@ -85,6 +85,31 @@ class CounterReadings:
         ]
         return "\n".join([HEADER, *rows]) + "\n"
 
+    @classmethod
+    def from_csv(
+        cls, text: str, place: CounterPlace | None, problem: str | None = None
+    ) -> CounterReadings:
+        """Read the output of `to_csv`.
+
+        Raises:
+            ValueError: It is no such table.
+        """
+        header, *rows = text.splitlines()
+        if header != HEADER:
+            raise ValueError(f"The table begins with {header[:60]!r}, not with {HEADER}.")
+        # (N, 5) as text; an unreadable frame has neither a reading nor a unit
+        columns = list(zip(*(row.split(",") for row in rows), strict=True)) or [()] * 5
+        frame, time_s, reading, _, confidence = columns
+        if list(frame) != [str(n) for n in range(len(rows))]:
+            raise ValueError("The rows are not the frames from 0 on.")
+        return cls(
+            np.array(time_s, np.float64),
+            np.array([value or "nan" for value in reading], np.float64),
+            np.array(confidence, np.float64),
+            place,
+            problem,
+        )
+
 
 def read_counter(
     video: Path,
@@ -101,7 +126,7 @@ def read_counter(
         UnreadableVideo: The video cannot be opened or holds no picture.
     """
     read = TextReader()
-    place = find_counter(list(_pictures(video)), TextDetector(), read, within)
+    place = _place(video, within, read)
     reader = None if place is None else _CounterReader(place, read)
     times_s: list[float] = []
     with VideoFile(video) as frames:
@@ -118,6 +143,19 @@ def read_counter(
                 reading[stretch.first : stretch.last + 1] = candidate.value
                 confidence[stretch.first : stretch.last + 1] = candidate.sure
     return CounterReadings(np.array(times_s), reading, confidence, place, frames.problem)
+
+
+def place_in(video: Path) -> CounterPlace | None:
+    """Find the counter of a film; None if it shows none.
+
+    Raises:
+        UnreadableVideo: The video cannot be opened or holds no picture.
+    """
+    return _place(video, None, TextReader())
+
+
+def _place(video: Path, within: Box | None, read: TextReader) -> CounterPlace | None:
+    return find_counter(list(_pictures(video)), TextDetector(), read, within)
 
 
 def _pictures(video: Path) -> Iterator[ByteImage]:

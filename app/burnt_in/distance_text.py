@@ -5,10 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 from app.burnt_in.text_model import Letter
 
-UNITS = {
+ShownUnit = Literal["m", "ft", ""]
+"""Unit beside a number; empty if none is shown."""
+
+UNITS: dict[str, ShownUnit] = {
     **dict.fromkeys(("m", "mt", "mtr", "mtrs", "meter", "meters", "metre", "metres"), "m"),
     **dict.fromkeys(("f", "ft", "feet", "foot", "'"), "ft"),
 }
@@ -52,8 +56,7 @@ class Distance:
     decimals: int
     digits: int
     """In all, leading zeros included."""
-    unit: str
-    """m, ft, or empty if none is shown."""
+    unit: ShownUnit
     is_named: bool
     """Whether a word such as DIST stands before it."""
     sure: float

@@ -15,7 +15,7 @@ from typing import TypeVar
 import numpy as np
 
 from app.burnt_in.box import Box
-from app.burnt_in.distance_text import Distance, read_distance
+from app.burnt_in.distance_text import Distance, ShownUnit, read_distance
 from app.burnt_in.fields import combs, field_of
 from app.burnt_in.text_model import Letter
 from vo_core.types import ByteImage
@@ -47,8 +47,7 @@ class CounterPlace:
     box: Box
     decimals: int
     """Digits after the point."""
-    unit: str
-    """m, ft, or empty if none is shown."""
+    unit: ShownUnit
     has_fields: bool
     """Whether the film is interlaced and one field is as legible as a whole picture."""
 
@@ -131,7 +130,7 @@ def _mostly(answers: Iterable[bool]) -> bool:
     return bool(np.mean(list(answers)) > 0.5)
 
 
-def _most_frequent(values: list[T]) -> T:
+def _most_frequent(values: Sequence[T]) -> T:
     return Counter(values).most_common(1)[0][0]
 
 

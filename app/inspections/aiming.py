@@ -1,4 +1,4 @@
-"""The rig of a camera that looks along the pipe, by the first picture of its film."""
+"""What the first pictures of a film show: where its camera looks, and the burnt-in counter."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import numpy as np
 
 from app.errors import PixelOutsidePicture
 from app.inspections.uploads import Uploads
-from app.jobs.messages import FirstPicture
+from app.jobs.messages import CounterFound, FirstPicture
+from app.tracking.counter_queue import CounterQueue
 from app.tracking.media import Media
 from vo_core import Rig
 from vo_core.geometry.gaze import gaze
@@ -29,11 +30,12 @@ class Aim:
 
 
 class Aiming:
-    """Shows the first picture of an upload, and what a rig makes of it."""
+    """Shows the first picture of an upload, what a rig makes of it, and the counter."""
 
-    def __init__(self, uploads: Uploads, media: Media) -> None:
+    def __init__(self, uploads: Uploads, media: Media, counters: CounterQueue) -> None:
         self._uploads = uploads
         self._media = media
+        self._counters = counters
 
     def first_picture(self, upload_id: str) -> FirstPicture:
         """Return the first picture of a complete upload, with the pipe's axis if it shows.
@@ -44,6 +46,17 @@ class Aiming:
         """
         with self._uploads.held(upload_id) as (path, info):
             return self._media.first_picture(path, info.filename)
+
+    def counter(self, upload_id: str) -> CounterFound:
+        """Find the burnt-in counter of a complete upload.
+
+        Raises:
+            UploadNotFound, UploadIncomplete, UploadBusy: There is no complete file.
+            UnreadableVideo: The file has no picture.
+            MediaTimeout, MediaFailed: The search took too long, or its process died.
+        """
+        with self._uploads.held(upload_id) as (path, _):
+            return self._counters.search(path)
 
     def aim(self, stated: Mapping[str, Any], axis_uv: tuple[float, float]) -> Aim:
         """Aim a rig's camera so that it sees the pipe's axis at a pixel.

@@ -39,6 +39,7 @@ from app.storage.runs import RunStore
 from app.storage.tables import ENDED, Inspection
 from app.survey.stretches import open_stretches
 from app.tracking.cameras import Sources
+from app.tracking.counter_files import SEARCHED, CounterFiles, KeptCounter
 from app.tracking.media import Media
 from app.tracking.queue import Tracking
 from app.tracking.recorder import Recorder
@@ -69,6 +70,7 @@ class Films:
         sources: Sources,
         recorder: Recorder,
         observations: ObservationStore,
+        counters: CounterFiles,
     ) -> None:
         self._inspections = inspections
         self._store = store
@@ -82,6 +84,7 @@ class Films:
         self._sources = sources
         self._recorder = recorder
         self._observations = observations
+        self._counters = counters
         self._recording_on = threading.Lock()
 
     def create_from_upload(
@@ -91,20 +94,26 @@ class Films:
         rig: Mapping[str, Any],
         header: Mapping[str, Any],
         who: str,
+        counter: KeptCounter = SEARCHED,
     ) -> str:
         """Make an inspection of a complete upload, queue it and return its id.
 
         If that fails, the upload stays for another try.
 
+        Args:
+            name, rig, header, who: Of the inspection.
+            upload_id: Of the film.
+            counter: What a person has stated about the burnt-in counter.
         Raises:
             UploadNotFound, UploadIncomplete, UploadBusy: There is no complete file.
             InvalidRig: The text names field, value and the allowed values.
             UnreadableVideo: The file is not a video that can be tracked.
             RigVideoMismatch: The rig's camera has another picture size.
+            PixelOutsidePicture: The box of the counter is not in the picture.
         """
         checked = _checked(rig)
         with self._uploads.take(upload_id) as (path, info):
-            return self._create(name, path, info.filename, checked, header, who)
+            return self._create(name, path, info.filename, checked, header, who, counter)
 
     def import_video(
         self, path: Path, rig: Rig, name: str, header: Mapping[str, Any] | None = None
@@ -131,9 +140,11 @@ class Films:
         rig: Rig,
         header: Mapping[str, Any],
         who: str,
+        counter: KeptCounter = SEARCHED,
     ) -> str:
         probed = self._media.probe(source, filename)
         rig.require_picture_size(probed.width, probed.height)
+        counter.require_picture_size(probed.width, probed.height)
         inspection = _new_inspection(
             name,
             rig,
@@ -150,6 +161,7 @@ class Films:
         try:
             self._make_place(inspection)
             move_durably(source, video)
+            self._counters.put(inspection.id, counter)
             self._store.add(inspection, who)
         except (OSError, DiskFull):
             if not source.exists():

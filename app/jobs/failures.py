@@ -12,8 +12,8 @@ _CV2_NO_MEMORY = -4
 _TOLD_PLAINLY = {"UnreadableVideo": "unreadable_video", "InvalidRig": "invalid_rig"}
 
 
-def failure_of(error: Exception) -> Failed:
-    """Return code and sentence; unexpected exceptions carry a trace for the log."""
+def failure_of(error: Exception, work: str = "Tracking") -> Failed:
+    """Return code and sentence about some work; unexpected exceptions carry a trace for the log."""
     # By name and number: when memory is too short even to load a module, its classes do not exist.
     code = _TOLD_PLAINLY.get(type(error).__name__)
     if code is not None:
@@ -22,5 +22,5 @@ def failure_of(error: Exception) -> Failed:
     is_short = isinstance(error, MemoryError | BlockingIOError)
     if is_short or getattr(error, "code", None) == _CV2_NO_MEMORY:
         return Failed("out_of_memory", _OUT_OF_MEMORY)
-    detail = "Tracking failed because of a fault in the program; it is in the log."
+    detail = f"{work} failed because of a fault in the program; it is in the log."
     return Failed("tracking_failed", detail, traceback.format_exc())

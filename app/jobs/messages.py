@@ -15,6 +15,10 @@ from app.jobs.parts import Between, Mark
 MAX_MESSAGE_BYTES = 64 * 2**20
 
 
+CornersPx = tuple[int, int, int, int]
+"""A part of a picture: left, top, right, bottom; the last two are one past it."""
+
+
 class Limits(msgspec.Struct, frozen=True, tag="limits"):
     """Limits that a child sets for itself before it opens any media."""
 
@@ -240,6 +244,51 @@ class Rendered(msgspec.Struct, frozen=True, tag="rendered"):
     total: int
 
 
+class CounterRequest(msgspec.Struct, frozen=True, tag="counter"):
+    """Parent to the process that reads burnt-in counters: its one request."""
+
+    video: str
+    limits: Limits
+    within: CornersPx | None = None
+    """A part of the picture that holds the counter; without it, it is searched."""
+    is_search: bool = False
+    """Whether to find the counter only, and not to read it in every frame."""
+
+
+class CounterAt(msgspec.Struct, frozen=True):
+    """Where a counter stands and how it is written: a `CounterPlace`."""
+
+    corners_px: CornersPx
+    decimals: int
+    unit: Literal["m", "ft", ""]
+    has_fields: bool
+
+
+class CounterProgress(msgspec.Struct, frozen=True, tag="counter_progress"):
+    """Reader to parent: frames done, and the total if it is known."""
+
+    done: int
+    total: int | None
+
+
+class CounterFound(msgspec.Struct, frozen=True, tag="counter_found"):
+    """Reader to parent: where the counter stands in the film; the end of a search."""
+
+    place: CounterAt | None
+    width: int
+    height: int
+    """Of the picture."""
+
+
+class CounterRead(msgspec.Struct, frozen=True, tag="counter_read"):
+    """Reader to parent: the readings of all frames, as a table."""
+
+    place: CounterAt | None
+    csv: str
+    problem: str | None
+    """What was wrong with the film."""
+
+
 class ProbeRequest(msgspec.Struct, frozen=True, tag="probe"):
     """Parent to media worker: probe this file."""
 
@@ -319,6 +368,7 @@ ToCamera = LiveRequest | StopCapture
 FromCamera = Batch | CameraState | Done | Failed
 FromFinaliser = Finalised | Failed
 FromReopener = Done | Failed
+FromCounterReader = CounterProgress | CounterFound | CounterRead | Failed
 FromSample = Rendered | Done | Failed
 MediaRequest = ProbeRequest | PictureRequest | FirstPictureRequest
 MediaAnswer = Probed | Picture | FirstPicture

@@ -10,6 +10,8 @@ uploads/<32 hex>.bin  .json            bytes so far; the announced size and name
 inspections/<32 hex>/video.<suffix>    the original, as it was uploaded
                      rig.json  track.csv
                      health.csv  joints.csv
+                     counter.json  counter.csv   the burnt-in distance counter: what is known of
+                                           it, and its readings
                      recording.mkv         while a camera is recorded; then it becomes the video
                      parts.csv             frames missing from that film, and where its parts begin
                      photos/<uuid>-<frame>.jpg
@@ -70,6 +72,14 @@ class Places:
     def joints(self, inspection_id: str) -> Path:
         """Return the file of the joints seen while an inspection was tracked."""
         return self.inspection(inspection_id) / "joints.csv"
+
+    def counter(self, inspection_id: str) -> Path:
+        """Return the file of what is known of the burnt-in counter of a film."""
+        return self.inspection(inspection_id) / "counter.json"
+
+    def counter_readings(self, inspection_id: str) -> Path:
+        """Return the file of the readings of that counter."""
+        return self.inspection(inspection_id) / "counter.csv"
 
     def wall(self, inspection_id: str) -> Path:
         """Return the folder of the tiles of the unrolled wall: <index>.jpg."""

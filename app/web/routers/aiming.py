@@ -1,4 +1,4 @@
-"""The first picture of an upload, and the rig of a camera that looks along the pipe in it."""
+"""The first picture of an upload, the rig of a camera that looks along the pipe, the counter."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from app.errors import (
 )
 from app.web.deps import ServicesDep, operator
 from app.web.schemas.aiming import AimIn, AimOut, FirstPictureOut
+from app.web.schemas.counter import CounterFoundOut
 from app.web.schemas.failures import content, failures
 from app.web.slow import slow
 from vo_core.errors import InvalidRig, UnreadableVideo
@@ -43,6 +44,14 @@ def picture(upload_id: str, services: ServicesDep) -> Response:
 def axis(upload_id: str, services: ServicesDep) -> FirstPictureOut:
     """Find the axis of the pipe in the first picture of a complete upload."""
     return FirstPictureOut.of(services.aiming.first_picture(upload_id))
+
+
+@router.get("/uploads/{upload_id}/counter", responses=_FAILURES)
+@operator
+@slow
+def counter(upload_id: str, services: ServicesDep) -> CounterFoundOut:
+    """Find the burnt-in distance counter of a complete upload; it takes some seconds."""
+    return CounterFoundOut.of(services.aiming.counter(upload_id))
 
 
 @router.post("/aim", responses=failures(InvalidRig, PixelOutsidePicture))

@@ -51,7 +51,7 @@ router = APIRouter(prefix="/api/inspections", tags=["inspections"])
     status_code=201,
     responses=failures(
         PackNotFound, UploadNotFound, UploadIncomplete, UploadBusy, LiveSourceRefused, InvalidRig,
-        UnreadableVideo, RigVideoMismatch, MediaFailed, MediaTimeout,
+        UnreadableVideo, RigVideoMismatch, PixelOutsidePicture, MediaFailed, MediaTimeout,
     ),
 )  # fmt: skip
 @operator
@@ -69,7 +69,12 @@ def create(
         )
     else:
         inspection_id = services.films.create_from_upload(
-            body.name, body.source.upload_id, body.rig, body.header, principal.name
+            body.name,
+            body.source.upload_id,
+            body.rig,
+            body.header,
+            principal.name,
+            body.counter.to_kept(),
         )
     response.headers["Location"] = f"/api/inspections/{inspection_id}"
     return InspectionOut.of(services.inspections.get(inspection_id))

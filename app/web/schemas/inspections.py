@@ -12,6 +12,7 @@ from app.storage.tables import IMPORTED, Inspection
 from app.survey.given import TEXT, Given, Header, Name
 from app.survey.interval import half_width_m
 from app.tracking.live import CameraStatus
+from app.web.schemas.counter import CounterIn
 from app.web.schemas.failures import ErrorOut
 from app.web.schemas.figures import metres, rounded
 
@@ -47,6 +48,10 @@ class InspectionIn(Given):
     source: Annotated[UploadSource | LiveSource, Field(discriminator="kind")]
     rig: dict[str, Any] = Field(description="The rig file: camera, mount and pipe.")
     header: Header = Field(default_factory=dict)
+    counter: CounterIn = Field(
+        default_factory=lambda: CounterIn(is_present=True, box=None, unit=None),
+        description="The burnt-in counter of an upload; by default it is searched.",
+    )
 
 
 class InspectionChange(Given):

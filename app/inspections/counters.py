@@ -1,0 +1,123 @@
+"""The burnt-in counter of a film beside its track, and what people state about it."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from cachetools import LRUCache
+from numpy.typing import NDArray
+
+from app.burnt_in.comparison import with_track
+from app.burnt_in.counter import HEADER, CounterReadings
+from app.storage.inspections import InspectionStore
+from app.tracking.counter_files import CounterFiles, KeptCounter
+from app.tracking.tracks import Tracks
+from vo_core.errors import InvalidCorrection
+from vo_core.scale.counter import MM_PER_UNIT, CounterComparison, Unit
+
+CounterState = Literal[
+    "unread", "waiting", "read", "not_found", "illegible", "declined", "cancelled", "failed"
+]
+"""`not_found`: the film shows none; `illegible`: no frame has a reading; `declined`: a person has
+said that there is none."""
+
+_COMPARED_KEPT = 8
+"""Comparisons held in memory; a page asks several times for one that takes seconds for hours of
+film."""
+
+
+@dataclass(frozen=True)
+class CounterView:
+    """What is known of a counter."""
+
+    state: CounterState
+    kept: KeptCounter | None
+    readings: CounterReadings | None
+    """None unless it was found and is legible."""
+    unit: Unit | None
+    """Of the readings: as the film shows it, or as a person states it."""
+    comparison: CounterComparison | None
+    """With the raw track; None without readings, a unit or an ended run."""
+    version: str = ""
+    """Of the readings; empty without them."""
+
+    @property
+    def reading_m(self) -> NDArray[np.float64]:
+        """(N,) the reading of each frame, NaN where it is not legible; empty without a unit."""
+        if self.readings is None or self.unit is None:
+            return np.empty(0)
+        return self.readings.reading * (MM_PER_UNIT[self.unit] / 1000)
+
+    @property
+    def csv(self) -> str:
+        """The readings as the file that `chainage counter` writes; only its header without them."""
+        return f"{HEADER}\n" if self.readings is None else self.readings.to_csv()
+
+
+@dataclass(frozen=True)
+class _Compared:
+    """A comparison, and what it was made of."""
+
+    readings: CounterReadings
+    run: tuple[int, bool]
+    unit: Unit
+    found: CounterComparison | None
+
+
+class Counters:
+    """Compares counters with tracks."""
+
+    def __init__(self, store: InspectionStore, files: CounterFiles, tracks: Tracks) -> None:
+        self._store = store
+        self._files = files
+        self._tracks = tracks
+        self._lock = threading.Lock()
+        """Guards the next field."""
+        self._compared: LRUCache[str, _Compared] = LRUCache(_COMPARED_KEPT)
+
+    def get(self, inspection_id: str) -> CounterView:
+        """Return what is known of the counter of an inspection.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+        """
+        self._store.get(inspection_id)
+        kept = self._files.get(inspection_id)
+        if kept is None:
+            return CounterView("unread", None, None, None, None)
+        if kept.state != "read":
+            return CounterView(kept.state, kept, None, kept.unit, None)
+        if kept.place is None:
+            return CounterView("not_found", kept, None, kept.unit, None)
+        readings = self._files.readings(inspection_id, kept)
+        if np.isnan(readings.reading).all():
+            return CounterView("illegible", kept, None, kept.unit, None)
+        unit = kept.place.unit or kept.unit
+        compared = None if unit is None else self._comparison(inspection_id, readings, unit)
+        return CounterView(
+            "read", kept, readings, unit, compared, self._files.version(inspection_id)
+        )
+
+    def _comparison(
+        self, inspection_id: str, readings: CounterReadings, unit: Unit
+    ) -> CounterComparison | None:
+        run = self._tracks.run(inspection_id)
+        with self._lock:
+            known = self._compared.get(inspection_id)
+        if (
+            known is not None
+            and known.readings is readings
+            and (known.run, known.unit) == (run, unit)
+        ):
+            return known.found
+        track, (_, is_growing) = self._tracks.get(inspection_id), run
+        try:
+            found = None if is_growing or not len(track) else with_track(readings, track, unit)
+        except InvalidCorrection:  # more frames than readings: the recording was continued
+            found = None
+        with self._lock:
+            self._compared[inspection_id] = _Compared(readings, run, unit, found)
+        return found

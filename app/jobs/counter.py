@@ -1,0 +1,92 @@
+"""The process that finds or reads the burnt-in counter of one film, then ends."""
+
+from __future__ import annotations
+
+import os
+import time
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import msgspec
+
+from app.jobs import limits
+from app.jobs.confinement import confine
+from app.jobs.failures import failure_of
+from app.jobs.messages import (
+    CounterAt,
+    CounterFound,
+    CounterProgress,
+    CounterRead,
+    CounterRequest,
+    encode,
+)
+from app.jobs.process import connection_from_arguments
+
+if TYPE_CHECKING:  # loaded under the limits
+    from app.burnt_in.box import Box
+    from app.burnt_in.finder import CounterPlace
+
+_REPORT_EVERY_S = 0.5
+_LEAST_PRIORITY = 19
+
+
+def main() -> None:
+    """Handle the one request on the pipe, then end."""
+    with connection_from_arguments() as connection:
+        request = msgspec.msgpack.decode(connection.recv_bytes(), type=CounterRequest)
+        if not request.is_search:  # nobody waits for it, and tracking must not be slowed down
+            os.nice(_LEAST_PRIORITY)
+        limits.apply(request.limits)
+        confine(reads=[request.video])
+        try:
+            answer = _found(request) if request.is_search else _read(request, connection)
+            connection.send_bytes(encode(answer))
+        except BrokenPipeError:
+            return  # the server has gone; the counter is read when it is back
+        except Exception as error:
+            connection.send_bytes(encode(failure_of(error, "Reading the counter")))
+
+
+def _found(request: CounterRequest) -> CounterFound:
+    from app.burnt_in.counter import place_in
+    from vo_core import VideoFile
+
+    video = Path(request.video)
+    with VideoFile(video) as film:
+        width, height = film.info.width, film.info.height
+    return CounterFound(_at(place_in(video)), width, height)
+
+
+def _read(request: CounterRequest, connection: Connection) -> CounterRead:
+    from app.burnt_in.counter import read_counter
+
+    reported_s = 0.0
+
+    def report(done: int, total: int | None) -> None:
+        nonlocal reported_s
+        if time.monotonic() >= reported_s + _REPORT_EVERY_S:
+            reported_s = time.monotonic()
+            connection.send_bytes(encode(CounterProgress(done, total)))
+
+    report(0, None)
+    readings = read_counter(Path(request.video), _box(request), report)
+    return CounterRead(_at(readings.place), readings.to_csv(), readings.problem)
+
+
+def _box(request: CounterRequest) -> Box | None:
+    from app.burnt_in.box import Box
+
+    return None if request.within is None else Box(*request.within)
+
+
+def _at(place: CounterPlace | None) -> CounterAt | None:
+    if place is None:
+        return None
+    box = place.box
+    corners_px = (box.left, box.top, box.right, box.bottom)
+    return CounterAt(corners_px, place.decimals, place.unit, place.has_fields)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,102 @@
+"""What is known of the burnt-in counter of each film: files beside its track."""
+
+from __future__ import annotations
+
+import threading
+from typing import Literal
+
+import msgspec
+from cachetools import LRUCache
+
+from app.burnt_in.counter import CounterReadings
+from app.burnt_in.finder import CounterPlace
+from app.errors import PixelOutsidePicture
+from app.jobs.messages import CornersPx
+from app.storage.files import Places, write_durably
+from vo_core.scale.counter import Unit
+
+_READINGS_KEPT = 8
+"""Inspections whose readings are held in memory, 24 bytes for each frame."""
+
+
+class KeptCounter(msgspec.Struct, frozen=True):
+    """The content of counter.json; the readings are in counter.csv."""
+
+    state: Literal["waiting", "read", "failed", "cancelled", "declined"]
+    """"declined": a person has said that the film shows no counter."""
+    within: CornersPx | None = None
+    """A box drawn by a person; without it, the counter is searched."""
+    unit: Unit | None = None
+    """Stated by a person."""
+    place: CounterPlace | None = None
+    """Where it was read; None if the film shows none."""
+    film_bytes: int = 0
+    """Size of the film that was read; a recording that was continued is read again."""
+    detail: str | None = None
+    """A sentence that says why it failed, or what was wrong with the film."""
+
+    def differs_in_unit(self, stated: KeptCounter) -> bool:
+        """Whether this was read as is stated now, except for the unit."""
+        is_same = (self.state, self.within, stated.state) == ("read", stated.within, "waiting")
+        return is_same and self.unit != stated.unit
+
+    def require_picture_size(self, width: int, height: int) -> None:
+        """Raise PixelOutsidePicture if the drawn box is not in a picture of this size."""
+        if self.within is not None and (self.within[2] > width or self.within[3] > height):
+            raise PixelOutsidePicture(
+                f"The box of the counter ends at {self.within[2]}, {self.within[3]}; the picture "
+                f"has {width}x{height} px."
+            )
+
+
+SEARCHED = KeptCounter("waiting")
+"""Nobody has stated anything: the counter is searched once the film is tracked."""
+
+
+class CounterFiles:
+    """Reads and writes these files."""
+
+    def __init__(self, places: Places) -> None:
+        self._places = places
+        self._lock = threading.Lock()
+        """Guards the next field."""
+        self._readings: LRUCache[tuple[str, int], CounterReadings] = LRUCache(_READINGS_KEPT)
+
+    def get(self, inspection_id: str) -> KeptCounter | None:
+        """Return what is known; None if nobody has asked for the counter."""
+        try:
+            content = self._places.counter(inspection_id).read_bytes()
+        except FileNotFoundError:
+            return None
+        return msgspec.json.decode(content, type=KeptCounter)
+
+    def put(self, inspection_id: str, counter: KeptCounter) -> None:
+        """Replace what is known; it is synced on return."""
+        write_durably(self._places.counter(inspection_id), msgspec.json.encode(counter))
+
+    def put_readings(self, inspection_id: str, counter: KeptCounter, csv: str) -> None:
+        """Store readings, then that they exist."""
+        write_durably(self._places.counter_readings(inspection_id), csv.encode())
+        self.put(inspection_id, counter)
+
+    def readings(self, inspection_id: str, counter: KeptCounter) -> CounterReadings:
+        """Return the readings of a counter whose state is `read`."""
+        path = self._places.counter_readings(inspection_id)
+        key = (inspection_id, path.stat().st_mtime_ns)
+        with self._lock:
+            found = self._readings.get(key)
+        if found is None:
+            found = CounterReadings.from_csv(path.read_text("utf-8"), counter.place)
+            with self._lock:
+                self._readings[key] = found
+        return found
+
+    def version(self, inspection_id: str) -> str:
+        """Return a version of the readings: others have another one."""
+        return str(self._places.counter_readings(inspection_id).stat().st_mtime_ns)
+
+    def waiting(self) -> list[str]:
+        """Return the ids of the inspections whose counter is still to be read."""
+        ids = sorted(path.name for path in self._places.inspections.iterdir() if path.is_dir())
+        found = ((id_, self.get(id_)) for id_ in ids)
+        return [id_ for id_, counter in found if counter is not None and counter.state == "waiting"]

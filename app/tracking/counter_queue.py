@@ -1,0 +1,299 @@
+"""Reads the burnt-in counters of films whose tracking has ended, one after the other.
+
+What is to be read stands in the files beside the tracks, so that nothing is lost when the server
+ends. The child has the lowest priority, so tracking goes on as fast as without it.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+
+from app.burnt_in.box import Box
+from app.burnt_in.counter import CounterReadings
+from app.burnt_in.finder import CounterPlace
+from app.errors import (
+    DiskFull,
+    InspectionNotFound,
+    MediaFailed,
+    MediaTimeout,
+    NothingRecorded,
+    NotRunning,
+)
+from app.jobs.messages import (
+    CounterAt,
+    CounterFound,
+    CounterProgress,
+    CounterRead,
+    CounterRequest,
+    Failed,
+    FromCounterReader,
+    Limits,
+)
+from app.jobs.process import Child, describe_exit
+from app.logs import about
+from app.storage.files import DataFolder
+from app.storage.inspections import InspectionStore
+from app.storage.tables import ENDED
+from app.tracking.counter_files import SEARCHED, CounterFiles, KeptCounter
+from app.tracking.live import Event, Update
+from app.tracking.videos import NO_FILM
+from app.tracking.worker import Worker
+from vo_core.errors import ChainageError, UnreadableVideo
+
+logger = logging.getLogger(__name__)
+
+CHILD = "app.jobs.counter"
+"""Module of the process that finds and reads counters."""
+
+_STOP_TIMEOUT_S = 10.0
+_PAUSE_AFTER_FAULT_S = 5.0
+_STALL_S = 600.0
+"""Time without progress that counts as a stall. Of lowest priority, a child may get no processor
+for minutes."""
+_SEARCH_S = 60.0
+"""Time that a person waits for a search, which takes some 5 s."""
+
+OnProgress = Callable[[CounterProgress], None]
+
+
+class CounterQueue(Worker):
+    """A thread that reads one counter at a time, each in a child process."""
+
+    def __init__(
+        self,
+        inspections: InspectionStore,
+        folder: DataFolder,
+        files: CounterFiles,
+        *,
+        limits: Limits,
+    ) -> None:
+        super().__init__("counters", stop_timeout_s=_STOP_TIMEOUT_S)
+        self._inspections = inspections
+        self._folder = folder
+        self._files = files
+        self._limits = limits
+        self._due: dict[str, None] = {}
+        """Inspections to look at, the oldest first; `_changed` guards this and the next fields."""
+        self._reading: str | None = None
+        self._progress: CounterProgress | None = None
+        self._child: Child | None = None
+
+    def start(self) -> None:
+        """Start with what was waiting when the server ended."""
+        self._due.update(dict.fromkeys(self._files.waiting()))
+        super().start()
+
+    def stop(self) -> None:
+        """End the child; its film is read again at the next start."""
+        with self._changed:
+            self._stopping = True
+            self._end_child()
+        super().stop()
+
+    def on_event(self, event: Event) -> None:
+        """Handle an event: a film whose tracking has ended is next."""
+        if isinstance(event, Update) and event.state in ENDED:
+            self._look_at(event.inspection_id)
+
+    def progress(self, inspection_id: str) -> CounterProgress | None:
+        """Return how far the counter of an inspection is read; None if it is not being read."""
+        with self._changed:
+            return self._progress if self._reading == inspection_id else None
+
+    def state(self, inspection_id: str, stated: KeptCounter) -> None:
+        """Store what a person states, and read the film again unless only the unit is another one.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            NothingRecorded: There is no film.
+            PixelOutsidePicture: The box is not in the picture.
+        """
+        row = self._inspections.get(inspection_id)
+        if not row.has_film:
+            raise NothingRecorded(NO_FILM)
+        stated.require_picture_size(row.video["width"], row.video["height"])
+        with self._changed:
+            kept = self._files.get(inspection_id)
+            if kept is not None and kept.differs_in_unit(stated):
+                stated = msgspec.structs.replace(kept, unit=stated.unit)
+            self._files.put(inspection_id, stated)
+            if self._reading == inspection_id:
+                self._end_child()
+        self._look_at(inspection_id)
+
+    def cancel(self, inspection_id: str) -> None:
+        """Give up reading a counter.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            NotRunning: It is neither waiting nor being read.
+        """
+        self._inspections.get(inspection_id)
+        with self._changed:
+            kept = self._files.get(inspection_id)
+            if kept is None or kept.state != "waiting":
+                raise NotRunning("The counter is not being read; there is nothing to stop.")
+            self._files.put(inspection_id, msgspec.structs.replace(kept, state="cancelled"))
+            if self._reading == inspection_id:
+                self._end_child()
+
+    def search(self, film: Path) -> CounterFound:
+        """Find the counter of a film while somebody waits.
+
+        Raises:
+            UnreadableVideo: The file has no picture.
+            MediaTimeout, MediaFailed: The process took too long, or died.
+        """
+        child = Child(CHILD)
+        request = CounterRequest(str(film), self._limits, is_search=True)
+        try:
+            found = _answer(child, request, _SEARCH_S, lambda _: None)
+        finally:
+            child.kill()
+        if not isinstance(found, CounterFound):
+            raise MediaFailed("The process that searches counters gave an invalid answer.")
+        return found
+
+    def _look_at(self, inspection_id: str) -> None:
+        with self._changed:
+            self._due[inspection_id] = None
+            self._changed.notify_all()
+
+    def _end_child(self) -> None:
+        if self._child is not None:
+            self._child.terminate()
+
+    def _work(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._due or self._stopping)
+                if self._stopping:
+                    return
+                inspection_id = next(iter(self._due))
+                del self._due[inspection_id]
+            try:
+                with about(inspection_id):
+                    self._look(inspection_id)
+            except InspectionNotFound:  # deleted meanwhile
+                continue
+            except DiskFull as full:
+                logger.warning("The counter of %s waits: %s", inspection_id, full)
+                self._try_later(inspection_id)
+            except Exception:
+                logger.exception("The counter of %s could not be read.", inspection_id)
+                self._try_later(inspection_id)
+
+    def _try_later(self, inspection_id: str) -> None:
+        self._look_at(inspection_id)
+        with self._changed:
+            self._changed.wait_for(lambda: self._stopping, _PAUSE_AFTER_FAULT_S)
+
+    def _look(self, inspection_id: str) -> None:
+        """Read the counter of an ended inspection, unless its film is read already."""
+        row = self._inspections.get(inspection_id)
+        film = self._folder.inspection(inspection_id) / row.video_file
+        if row.status not in ENDED or not row.has_film or not film.exists():
+            return
+        size = film.stat().st_size
+        with self._changed:
+            kept = self._files.get(inspection_id) or SEARCHED
+            if kept.state == "read" and kept.film_bytes != size:  # the recording was continued
+                kept = msgspec.structs.replace(kept, state="waiting")
+            if kept.state != "waiting":
+                return
+            self._files.put(inspection_id, kept)
+            self._reading, self._progress = inspection_id, CounterProgress(0, None)
+            self._child = Child(CHILD)
+        try:
+            self._read(inspection_id, film, kept)
+        finally:
+            with self._changed:
+                self._child.kill()
+                self._reading = self._progress = self._child = None
+
+    def _read(self, inspection_id: str, film: Path, kept: KeptCounter) -> None:
+        """Follow the child, and store its result unless something else is wanted meanwhile."""
+        assert self._child is not None  # noqa: S101  (its thread has just started it)
+        request = CounterRequest(str(film), self._limits, kept.within)
+
+        def note(progress: CounterProgress) -> None:
+            with self._changed:
+                self._progress = progress
+                if not film.exists():  # deleted, or a recording again
+                    self._end_child()
+
+        csv = ""
+        try:
+            found = _answer(self._child, request, _STALL_S, note)
+            if not isinstance(found, CounterRead):
+                raise MediaFailed("The process that reads counters gave an invalid answer.")
+            csv, done = found.csv, _read_of(kept, found, film.stat().st_size)
+        except (ChainageError, FileNotFoundError) as failure:
+            done = msgspec.structs.replace(kept, state="failed", detail=str(failure))
+        with self._changed:
+            if self._stopping or not film.exists() or self._files.get(inspection_id) != kept:
+                return
+            if done.state == "read":
+                self._files.put_readings(inspection_id, done, csv)
+            else:
+                self._files.put(inspection_id, done)
+        logger.info(
+            "Inspection %s: the counter is %s. %s", inspection_id, done.state, done.detail or ""
+        )
+
+
+def _answer(
+    child: Child, request: CounterRequest, stall_s: float, on_progress: OnProgress
+) -> CounterFound | CounterRead:
+    """Return the answer of a child.
+
+    Raises:
+        UnreadableVideo: The file has no picture.
+        MediaTimeout, MediaFailed: The child took too long, or died.
+    """
+    messages: msgspec.msgpack.Decoder[FromCounterReader] = msgspec.msgpack.Decoder(
+        FromCounterReader
+    )
+    try:
+        child.send(request)
+        while isinstance(message := messages.decode(child.receive(stall_s)), CounterProgress):
+            on_progress(message)
+    except TimeoutError as error:
+        raise MediaTimeout(
+            f"Reading the counter made no progress for {stall_s:g} s and was stopped."
+        ) from error
+    except (EOFError, OSError) as error:
+        how = describe_exit(child.end())
+        raise MediaFailed(f"The process that reads the counter died: {how}.") from error
+    except msgspec.MsgspecError as error:
+        raise MediaFailed("The process that reads counters gave an invalid answer.") from error
+    if not isinstance(message, Failed):
+        return message
+    if message.code == "unreadable_video":
+        raise UnreadableVideo(message.detail)
+    if message.trace:
+        logger.error("Counter: %s %s", message.detail, message.trace)
+    raise MediaFailed(message.detail)
+
+
+def place_of(found: CounterAt | None) -> CounterPlace | None:
+    """Convert the message of a child."""
+    if found is None:
+        return None
+    return CounterPlace(Box(*found.corners_px), found.decimals, found.unit, found.has_fields)
+
+
+def _read_of(kept: KeptCounter, found: CounterRead, film_bytes: int) -> KeptCounter:
+    """Return what is known after reading; raise MediaFailed if the table is none."""
+    place = place_of(found.place)
+    try:
+        CounterReadings.from_csv(found.csv, place)
+    except ValueError as error:
+        raise MediaFailed("The process that reads counters gave an invalid answer.") from error
+    return msgspec.structs.replace(
+        kept, state="read", place=place, film_bytes=film_bytes, detail=found.problem
+    )

@@ -1,0 +1,81 @@
+"""The burnt-in counter of a film: its readings, their comparison with the track, its place."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from fastapi import APIRouter, Response
+
+from app.container import Services
+from app.errors import (
+    InspectionNotFound,
+    NothingRecorded,
+    NotRunning,
+    PixelOutsidePicture,
+)
+from app.web import columns
+from app.web.deps import InspectionId, ServicesDep, operator, viewer
+from app.web.schemas.counter import CounterIn, CounterOut
+from app.web.schemas.failures import content, failures
+from app.web.slow import slow
+
+router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["counter"])
+
+
+@router.get("/counter", responses=failures(InspectionNotFound))
+@viewer
+@slow
+def get(inspection_id: InspectionId, services: ServicesDep) -> CounterOut:
+    """Return what is known of the counter, and what it and the raw track say about each other."""
+    return _shown(inspection_id, services)
+
+
+@router.put(
+    "/counter", responses=failures(InspectionNotFound, NothingRecorded, PixelOutsidePicture)
+)
+@operator
+@slow
+def put(inspection_id: InspectionId, body: CounterIn, services: ServicesDep) -> CounterOut:
+    """State where the counter is, its unit, or that there is none; it is read once the film is
+    tracked.
+    """
+    services.counter_queue.state(inspection_id, body.to_kept())
+    return _shown(inspection_id, services)
+
+
+@router.post("/counter/cancel", responses=failures(InspectionNotFound, NotRunning))
+@operator
+@slow
+def cancel(inspection_id: InspectionId, services: ServicesDep) -> CounterOut:
+    """Stop reading the counter; it is not read unless somebody asks for it again."""
+    services.counter_queue.cancel(inspection_id)
+    return _shown(inspection_id, services)
+
+
+@router.get(
+    "/counter/readings",
+    response_class=Response,
+    responses=content("text/csv", columns.MEDIA_TYPE) | failures(InspectionNotFound),
+)
+@viewer
+@slow
+def readings(
+    inspection_id: InspectionId,
+    services: ServicesDep,
+    format: Literal["csv", "columns"] = "csv",  # noqa: A002  (as that of the track)
+) -> Response:
+    """Return the reading of each frame: in its own unit as csv; in m, NaN where it is not legible,
+    as `columns`, see `app.web.columns`. Without a reading there are no rows.
+    """
+    view = services.counters.get(inspection_id)
+    if format == "csv":
+        return Response(view.csv, media_type="text/csv; charset=utf-8")
+    metres = view.reading_m
+    packed = columns.packed({"counter_m": metres}, run=view.version, total=len(metres))
+    return Response(packed, media_type=columns.MEDIA_TYPE)
+
+
+def _shown(inspection_id: str, services: Services) -> CounterOut:
+    # Before the rest: if reading ends in between, the answer is of the state after it.
+    progress = services.counter_queue.progress(inspection_id)
+    return CounterOut.of(services.counters.get(inspection_id), progress)
