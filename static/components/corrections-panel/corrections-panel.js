@@ -10,6 +10,7 @@ import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { errorText, t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
+import './counter-section.js';
 import './joints-section.js';
 import './known-length.js';
 import './outcome.js';
@@ -27,6 +28,7 @@ class CorrectionsPanel extends Component {
           <correction-outcome class="fix"></correction-outcome>
           <fieldset class="locked" ${!may('operator') && 'disabled'}><div class="fix__columns">
             <zero-section class="fix"></zero-section>
+            <counter-section class="fix"></counter-section>
             <known-length class="fix"></known-length>
             <taped-lengths class="fix"></taped-lengths>
             <joints-section class="fix"></joints-section>

@@ -6,6 +6,7 @@ import { Checks } from '../../core/checks.js';
 import { Catalogue } from '../../core/codes.js';
 import { Conflicts } from '../../core/conflicts.js';
 import { Corrections } from '../../core/corrections.js';
+import { FilmCounter } from '../../core/counter.js';
 import { Health } from '../../core/health.js';
 import { History } from '../../core/history.js';
 import { Inspection, isUnmeasured } from '../../core/inspection.js';
@@ -104,6 +105,7 @@ export class Desk extends EventTarget {
       inspection.id, outbox, this.history, (frame, pixel) => this.#placeOf(frame, pixel), signal,
     );
     this.corrections = new Corrections(inspection.id, signal);
+    this.counter = new FilmCounter(inspection.id, signal);
     this.checks = new Checks(inspection.id, signal);
     outbox.addEventListener('change', () => this.#findConflicts(), { signal });
     if (may('operator')) this.corrections.restore();

@@ -176,6 +176,7 @@ class InspectionPage extends Component {
     followLinks(desk, this.signal);
     desk.observations.load().catch(toastError);
     desk.corrections.load().catch(toastError);
+    if (desk.inspection.isUnfinished) desk.counter.load().catch(toastError);
     this.#follow({ isOpening: true });
   }
 
@@ -215,9 +216,16 @@ class InspectionPage extends Component {
     );
     this.#isFollowing = false;
     if (this.signal.aborted) return;
+    this.followCounter();
     // The server waits for the acknowledgement of pictures that came during a review.
     desk.live.acknowledge(desk.live.seq);
     this.#showMessages();
+  }
+
+  /** Follows the reading of the burnt-in counter, which begins when the tracking has ended. */
+  followCounter() {
+    const { desk } = this;
+    if (!desk.inspection.isUnfinished) desk.counter.follow((error) => this.#showMessages(errorText(error)));
   }
 
   /** A recording that has ended cannot be repeated, so this asks first. */

@@ -90,3 +90,30 @@ export class Columns {
     this.length = to;
   }
 }
+
+/** The least and the greatest value of the frames in each column; Infinity and -Infinity without any. */
+export class Band {
+  /**
+   * @param {Float64Array} distances mm of every frame
+   * @param {Float64Array} values NaN where there is none
+   * @param {number} count of columns
+   * @param {number} low distance in mm of the first
+   * @param {number} mmPerColumn
+   */
+  constructor(distances, values, count, low, mmPerColumn) {
+    this.least = new Float32Array(count).fill(Infinity);
+    this.greatest = new Float32Array(count).fill(-Infinity);
+    let before = null;
+    for (let i = 0; i < values.length; i += 1) {
+      if (Number.isNaN(values[i])) continue;
+      const at = Math.round((distances[i] - low) / mmPerColumn);
+      const first = Math.max(Math.min(before ?? at, at), 0);
+      const last = Math.min(Math.max(before ?? at, at), count - 1);
+      before = at;
+      for (let x = first; x <= last; x += 1) {
+        if (values[i] < this.least[x]) this.least[x] = values[i];
+        if (values[i] > this.greatest[x]) this.greatest[x] = values[i];
+      }
+    }
+  }
+}

@@ -25,12 +25,14 @@ const STATUS_COLOURS = ['--ok', '--weak', '--lost'];
  * @property {import('../../core/axis.js').Plot} plot
  * @property {number} screen pixels in one unit
  * @property {import('./columns.js').Columns} columns
- * @property {object} scales {speed, lateral_mm, yaw_deg}: the largest value of the lane
+ * @property {object} scales {speed, lateral_mm, yaw_deg, counter_mm}: the largest value of the lane
  * @property {object[]} observations
  * @property {import('../../core/stretches.js').Stretch[]} stretches
  * @property {string|null} selected
  * @property {import('../../core/joints.js').Joint[]} joints
  * @property {string[]} complaints the kinds that occur
+ * @property {import('./columns.js').Band|null} counter by how many mm the counter is ahead of the camera
+ * @property {{kind: string, from_mm: number, to_mm: number}[]} counterFaults
  *
  * @typedef {object} Lane
  * @property {string} name
@@ -50,6 +52,13 @@ export const LANES = [
     height: (_, isLow) => (isLow ? 15 : 17),
     paint: paintJoints,
     read: ({ joint }) => joint && jointText(joint),
+  },
+  {
+    name: 'counter',
+    height: (_, isLow) => (isLow ? 32 : 44),
+    paint: paintCounter,
+    scale: ({ counter_mm: most }) => `± ${most >= 100 ? `${most / 1000} m` : `${most} mm`}`,
+    read: ({ counter }) => counter && counterText(counter),
   },
   {
     name: 'quality',
@@ -96,6 +105,14 @@ export const jointText = ({ number, distance_m: distanceM, u95_m: u95M }) =>
   u95M === null
     ? t('strip.joint_expected', { number, where: chainage(distanceM) })
     : t('strip.joint', { number: number ?? '–', where: `${chainage(distanceM)} ${plusMinus(u95M)}` });
+
+const counterText = ({ m, ahead_mm: mm, faults }) =>
+  Number.isNaN(mm)
+    ? t('strip.counter_illegible')
+    : [
+      t('strip.counter', { counter: chainage(m), ahead: `${mm > 0 ? '+' : ''}${chainage(mm / 1000)}` }),
+      ...faults.map(({ kind }) => wordFor('counter_fault', kind)),
+    ].join(', ');
 
 const complaintText = (bits) =>
   bits ? namesOf(bits).map((name) => wordFor('complaint', name)).join(', ') : t('strip.no_complaint');
@@ -298,4 +315,57 @@ function runsOf({ complaints, count }, name) {
     else runs.push([i, i + 1]);
   }
   return runs;
+}
+
+/**
+ * Draws how far the counter is ahead of the camera, which is the middle line, with its faults: where it stuck or
+ * slipped a shaded stretch, where it was set anew a line.
+ */
+function paintCounter(scene, top, height) {
+  const { context, colour, plot, counter, counterFaults: faults, scales, pixels } = scene;
+  if (!counter) return;
+  clipTo(context, plot.left, top, plot.width, height);
+  for (const { kind, from_mm: from, to_mm: to } of faults) {
+    const [left, right] = [from, to].map((mm) => plot.toX(mm));
+    if (kind === 'reset') continue;
+    context.fillStyle = colour('--weak');
+    context.globalAlpha = kind === 'stuck' ? 0.45 : 0.25;
+    context.fillRect(left, top, Math.max(2, right - left), height);
+    context.globalAlpha = 1;
+  }
+  context.restore();
+  const middle = Math.round(top + height / 2);
+  context.fillStyle = colour('--line-strong');
+  context.fillRect(plot.left, middle, plot.width, 1);
+  inPixels(scene, top, height, (left, from, tall) => {
+    const toY = (mm) => from + tall * (0.5 - (0.5 * mm) / scales.counter_mm);
+    const line = 1.5 * pixels;
+    context.fillStyle = colour('--accent');
+    for (let i = 0; i < counter.least.length; i += 1) {
+      if (counter.least[i] > counter.greatest[i]) continue;
+      const upper = toY(counter.greatest[i]);
+      const size = Math.max(line, toY(counter.least[i]) - upper);
+      context.fillRect(left + i, Math.round(upper - line / 2), 1, Math.round(size));
+    }
+  });
+  paintFaultNames(scene, top, height);
+}
+
+function paintFaultNames({ context, colour, plot, counterFaults: faults }, top, height) {
+  clipTo(context, plot.left, top, plot.width, height);
+  context.font = `600 10px ${colour('--sans')}`;
+  context.textAlign = 'left';
+  context.textBaseline = 'middle';
+  let free = plot.left;
+  for (const { kind, from_mm: from } of faults) {
+    const x = plot.toX(from);
+    context.fillStyle = colour('--text');
+    if (kind === 'reset') for (let y = top; y < top + height; y += 5) context.fillRect(Math.round(x) - 0.5, y, 1.5, 3);
+    const name = wordFor('counter_fault', kind);
+    const wide = context.measureText(name).width;
+    if (x + 4 < free || x < plot.left || x + 4 + wide > plot.right) continue;
+    context.fillText(name, x + 4, top + 7);
+    free = x + 4 + wide + 4;
+  }
+  context.restore();
 }

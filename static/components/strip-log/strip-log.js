@@ -3,6 +3,7 @@
  */
 
 import { Plot, ticks } from '../../core/axis.js';
+import { deviations } from '../../core/counter.js';
 import { namesOf } from '../../core/health.js';
 import { html, render } from '../../core/html.js';
 import { isUnmeasured } from '../../core/inspection.js';
@@ -16,7 +17,7 @@ import { closesElsewhere } from '../menu/menu.js';
 import { paintHair, paintPlate, paintPlayhead } from '../strip/paint.js';
 import { stripSettings } from '../strip/settings.js';
 import { Strip, markText, nearestMark } from '../strip/strip.js';
-import { Columns, Speeds } from './columns.js';
+import { Band, Columns, Speeds } from './columns.js';
 import { openGoTo } from './go-to.js';
 import { LANES, MARK_PX, USUAL_LIMIT_M_PER_MIN, laneWord, paintGround } from './lanes.js';
 
@@ -33,10 +34,14 @@ const ZOOM_STEP = 0.5;
 /** Lanes of quantities that only our own tracking measures. */
 const MEASURED = new Set(['quality', 'speed', 'lateral', 'yaw', 'health']);
 /** Least ranges of the lanes. */
-const LEAST_SCALES = { speed: 1.25 * USUAL_LIMIT_M_PER_MIN, lateral_mm: 5, yaw_deg: 2 };
+const LEAST_SCALES = { speed: 1.25 * USUAL_LIMIT_M_PER_MIN, lateral_mm: 5, yaw_deg: 2, counter_mm: 20 };
 
 class StripLog extends Strip {
   #columns = null;
+  /** By how many mm the counter is ahead of the camera in each frame; null while it is not compared. */
+  #ahead = null;
+  /** The same in each column; null while it must be computed again. */
+  #counter = null;
   #speeds = new Speeds();
   #generation = 0;
   #seen = null;
@@ -81,9 +86,11 @@ class StripLog extends Strip {
     this.follow();
     this.listen(desk.track, 'change', () => this.#tracked());
     this.listen(desk.health, 'change', () => this.stale(true));
+    this.listen(desk.counter, 'change', () => this.#compare());
     this.listen(desk.selection, 'change', () => this.#revealSelected());
     this.listen(desk.playhead, 'change', () => this.#played());
     this.#tracked();
+    this.#compare();
   }
 
   // Commands of the keys and buttons ---------------------------------------------------------
@@ -134,6 +141,16 @@ class StripLog extends Strip {
     }
     this.#speeds.extend(track);
     axis.setRun(track.range);
+    this.#compare();
+  }
+
+  /** Compares the burnt-in counter with the camera, where the server has found what they say about each other. */
+  #compare() {
+    const { counter, track } = this.desk;
+    this.#ahead = counter.value?.comparison
+      ? deviations(track.column('distance_mm'), counter.readings.column('counter_m'), counter.faults)
+      : null;
+    this.#counter = null;
     this.stale();
   }
 
@@ -157,7 +174,7 @@ class StripLog extends Strip {
 
   /** @param {boolean} isMoved whether frames lie at other columns than before */
   stale(isMoved = false) {
-    if (isMoved) this.#columns = null;
+    if (isMoved) this.#columns = this.#counter = null;
     super.stale();
   }
 
@@ -168,7 +185,9 @@ class StripLog extends Strip {
     const isLow = LOW_SCREEN.matches;
     let top = TOP;
     const isUnmeasuredRun = isUnmeasured(this.desk.inspection.value);
-    const seen = LANES.filter(({ name }) => stripSettings.has(name) && !(isUnmeasuredRun && MEASURED.has(name)));
+    const isShown = ({ name }) =>
+      stripSettings.has(name) && !(isUnmeasuredRun && MEASURED.has(name)) && (name !== 'counter' || this.#ahead);
+    const seen = LANES.filter(isShown);
     const rows = seen.map((lane) => {
       const height = lane.height(complaints, isLow);
       const row = { lane, top, height };
@@ -218,6 +237,8 @@ class StripLog extends Strip {
       selected: desk.selection.value,
       joints: this.joints,
       complaints,
+      counter: this.#counter,
+      counterFaults: this.#counterFaults(),
     };
     for (const { top, height: tall } of rows) paintGround(scene, top, tall);
     this.#paintAxis(scene, axisTop);
@@ -232,6 +253,30 @@ class StripLog extends Strip {
     const count = Math.ceil(plot.width * pixels);
     this.#columns ??= new Columns(count, plot.low, plot.mmPerUnit / pixels);
     this.#columns.add(track, this.#speeds.values, health.complaints, track.length);
+    if (!this.#ahead) return;
+    this.#counter ??= new Band(track.column('distance_mm'), this.#ahead, count, plot.low, plot.mmPerUnit / pixels);
+  }
+
+  /** The faults of the counter, at the distances of the camera. */
+  #counterFaults() {
+    const { counter, track } = this.desk;
+    const distances = track.column('distance_mm');
+    return counter.faults
+      .filter(({ last_frame: last }) => last < distances.length)
+      .map(({ kind, first_frame: first, last_frame: last }) => {
+        const ends = [distances[first], distances[last]];
+        return { kind, from_mm: Math.min(...ends), to_mm: Math.max(...ends) };
+      });
+  }
+
+  /** What the counter says at a frame; null while it is not compared. */
+  #counterAt(frame) {
+    if (!this.#ahead) return null;
+    return {
+      m: this.desk.counter.readings.column('counter_m')[frame],
+      ahead_mm: this.#ahead[frame] ?? NaN,
+      faults: this.desk.counter.faults.filter(({ first_frame: first, last_frame: last }) => first <= frame && frame <= last),
+    };
   }
 
   #scales() {
@@ -242,6 +287,9 @@ class StripLog extends Strip {
       speed: Math.max(LEAST_SCALES.speed, 1.1 * most(columns.speed)),
       lateral_mm: rounded(Math.max(LEAST_SCALES.lateral_mm, most(columns.leftmost, columns.rightmost))),
       yaw_deg: rounded(Math.max(LEAST_SCALES.yaw_deg, most(columns.leastYaw, columns.mostYaw))),
+      counter_mm: this.#counter
+        ? rounded(Math.max(LEAST_SCALES.counter_mm, most(this.#counter.least, this.#counter.greatest)))
+        : LEAST_SCALES.counter_mm,
     };
   }
 
@@ -345,6 +393,7 @@ class StripLog extends Strip {
       speed: this.#speeds.values[frame],
       complaints: health.complaints[frame] ?? 0,
       joint,
+      counter: this.#counterAt(frame),
     };
     const value = row?.lane.read?.(values);
     const name = row && value && `${laneWord(row.lane.name)} ${value}`;

@@ -4,7 +4,7 @@ import { Store } from '../../core/store.js';
 
 const KEY = 'chainage.strips';
 const USUAL = {
-  lanes: ['defects', 'joints', 'quality', 'speed', 'health', 'wall'],
+  lanes: ['defects', 'joints', 'counter', 'quality', 'speed', 'health', 'wall'],
   /** Effect of a click on the unrolled wall: 'tag' or 'seek'. */
   click: 'tag',
 };
