@@ -56,7 +56,9 @@ class Aiming:
             MediaTimeout, MediaFailed: The search took too long, or its process died.
         """
         with self._uploads.held(upload_id) as (path, _):
-            return self._counters.search(path)
+            complete = path
+        # Not held meanwhile: an inspection can be made of it, and nobody waits for the answer then.
+        return self._counters.search(complete)
 
     def aim(self, stated: Mapping[str, Any], axis_uv: tuple[float, float]) -> Aim:
         """Aim a rig's camera so that it sees the pipe's axis at a pixel.

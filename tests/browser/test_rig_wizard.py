@@ -6,10 +6,13 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import counter_drives
 import numpy as np
 import pytest
 from clips import numbered_clip
+from counter_drives import CounterDrive
 from looks import expect_no_fault
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
@@ -159,3 +162,67 @@ def test_where_no_axis_shows_the_person_is_asked_for_it(
     expect(page.get_by_text("The axis was not found in this picture")).to_be_visible()
     again = page.get_by_role("button", name="Put it back where it was found")
     expect(again).to_be_hidden()
+
+
+@pytest.fixture
+def counter_step(page: Page, server: Server, tmp_path: Path) -> Page:
+    """The third picture of a film that shows a counter at its bottom, to the left."""
+    film = counter_drives.write(CounterDrive(60, stuck=None, reset_at=None), tmp_path / "drive.mp4")
+    log_in(page, server, "/new")
+    page.locator("input[type=file]").first.set_input_files(film)
+    page.get_by_role("button", name="Set the rig on the first picture").click()
+    page.get_by_role("button", name="How wide is the pipe?").click()
+    page.get_by_label("Pipe, inside").fill("300")
+    page.get_by_role("button", name="Next: is there a counter?").click()
+    expect(page.get_by_text("The distance counter was found here")).to_be_visible()
+    return page
+
+
+def made_with(page: Page) -> Any:
+    """Start tracking; return what is stated about the counter."""
+    page.get_by_role("button", name="Done").click()
+    with page.expect_request(lambda sent: sent.url.endswith("/api/inspections")) as made:
+        page.get_by_role("button", name="Start tracking").click()
+    return made.value.post_data_json.get("counter")
+
+
+def test_the_counter_is_found_and_needs_no_statement(counter_step: Page) -> None:
+    edge = counter_step.locator(".counter-box__edge")
+    left, top, width, height = (
+        float(edge.get_attribute(name) or "nan") for name in ("x", "y", "width", "height")
+    )
+    assert left < 20
+    assert top > 195
+    assert left + width < 150
+    assert top + height <= counter_drives.HEIGHT
+    expect_no_fault(counter_step)
+    assert made_with(counter_step) is None
+
+
+def test_another_box_is_drawn(counter_step: Page) -> None:
+    drawing = counter_step.locator(".counter-box__drawing")
+    drawing.evaluate("(drawing) => drawing.scrollIntoView({ block: 'center' })")
+    box = drawing.bounding_box()
+    assert box
+    scale = box["width"] / counter_drives.WIDTH
+    counter_step.mouse.move(box["x"] + 40 * scale, box["y"] + 20 * scale)
+    counter_step.mouse.down()
+    counter_step.mouse.move(box["x"] + 140 * scale, box["y"] + 60 * scale, steps=4)
+    counter_step.mouse.up()
+    expect(counter_step.get_by_text("The counter is read in this box")).to_be_visible()
+    counter_step.keyboard.press("Shift+ArrowRight")
+    counter_step.keyboard.press("Control+ArrowDown")
+    stated = made_with(counter_step)
+    assert stated["is_present"] is True
+    assert stated["box"] == pytest.approx([50, 20, 150, 61], abs=1)
+
+
+def test_that_there_is_no_counter_is_stated_and_taken_back(counter_step: Page) -> None:
+    none = counter_step.get_by_role("button", name="There is no counter")
+    none.click()
+    expect(none).to_have_attribute("aria-pressed", "true")
+    expect(counter_step.get_by_text("so none is read")).to_be_visible()
+    counter_step.get_by_role("button", name="Back to the one that was found").click()
+    expect(none).to_have_attribute("aria-pressed", "false")
+    none.click()
+    assert made_with(counter_step) == {"is_present": False}

@@ -194,8 +194,9 @@ class NewInspection extends Component {
 
   /** Makes an inspection of each film, with what the form says now. */
   #make() {
-    const { picker, name, header, rig, fault } = this.parts;
-    const stated = { rig: rig.value, header: header.value };
+    const { picker, name, header, rig, fault, wizard } = this.parts;
+    const { counter } = wizard;
+    const stated = { rig: rig.value, header: header.value, ...(counter && { counter }) };
     this.#remember(stated.header);
     this.#queue.makeWith(async (film) => {
       const { films } = this.#queue;

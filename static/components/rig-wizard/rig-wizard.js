@@ -1,6 +1,7 @@
 /**
  * The rig of a camera that looks along the pipe, asked on the first picture of its film: "Is this the axis?" and
- * "How wide is the pipe?". What is answered goes into the rig form at once.
+ * "How wide is the pipe?". What is answered goes into the rig form at once. A third picture asks "Is there a
+ * counter?"; the answer is `counter`.
  *
  * Set `rig` to that form, and `uploadId` to a film that has arrived, or null.
  */
@@ -10,6 +11,7 @@ import { html, render, setText } from '../../core/html.js';
 import { Component } from '../../core/store.js';
 import { errorText, t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
+import './counter-step.js';
 import { changesFor, statedOf } from './guess.js';
 
 const STEPS = {
@@ -19,6 +21,7 @@ const STEPS = {
   ArrowDown: [0, 1],
 };
 const LONG_STEP_PX = 10;
+const STEPS_OF_WIZARD = ['axis', 'width', 'counter'];
 
 class RigWizard extends Component {
   #rig = null;
@@ -27,6 +30,8 @@ class RigWizard extends Component {
   #first = null;
   #axis = null;
   #isLensGuessed = false;
+  /** What was answered about the counter; null: nobody has, so it is searched. */
+  #counter = null;
   /** Whether an aim is being asked for, and whether another one is wanted after it. */
   #isAsking = false;
   #isOutdated = false;
@@ -51,9 +56,15 @@ class RigWizard extends Component {
     this.listen(form, 'rig', () => this.#rigChanged());
   }
 
+  /** What is stated about the burnt-in counter of the film, for the server; null: nothing. */
+  get counter() {
+    return this.#counter;
+  }
+
   set uploadId(id) {
     if (id === this.#uploadId) return;
     this.#uploadId = id;
+    if (id === null) this.#counter = null; // the next film may be another one
     this.#close();
   }
 
@@ -104,8 +115,10 @@ class RigWizard extends Component {
         <ol class="wizard__steps">
           <li><button type="button" class="wizard__step" data-part="toAxis"><b>1</b>${t('wizard.axis')}</button></li>
           <li><button type="button" class="wizard__step" data-part="toWidth"><b>2</b>${t('wizard.width')}</button></li>
+          <li><button type="button" class="wizard__step" data-part="toCounter"><b>3</b>${t('wizard.counter')}</button></li>
         </ol>
-        <div class="wizard__picture">
+        <counter-step data-part="counter" hidden></counter-step>
+        <div class="wizard__picture" data-part="picture">
           <img src="/api/uploads/${this.#uploadId}/picture" width="${width}" height="${height}"
             alt="${t('wizard.picture')}" />
           <svg class="wizard__drawing" viewBox="-0.5 -0.5 ${width} ${height}" data-part="drawing">
@@ -129,6 +142,7 @@ class RigWizard extends Component {
         <div class="wizard__buttons">
           <button type="button" class="button button--small" data-part="again">${icon('retry')}${t('wizard.again')}</button>
           <button type="button" class="button button--small" data-part="yes">${icon('check')}${t('wizard.yes')}</button>
+          <button type="button" class="button button--small" data-part="next">${icon('check')}${t('wizard.next')}</button>
           <button type="button" class="button button--small" data-part="done">${icon('check')}${t('wizard.done')}</button>
         </div>
       </div>`,
@@ -148,6 +162,9 @@ class RigWizard extends Component {
     this.listen(cross, 'keydown', (event) => this.#key(event));
     this.listen(inside.toAxis, 'click', () => this.#showStep('axis'));
     this.listen(inside.toWidth, 'click', () => this.#showStep('width'));
+    for (const to of [inside.toCounter, inside.next]) this.listen(to, 'click', () => this.#showStep('counter'));
+    inside.counter.film = { ...this.#first, upload: this.#uploadId };
+    this.listen(inside.counter, 'answer', ({ detail }) => (this.#counter = detail));
     this.listen(inside.yes, 'click', () => {
       this.#showStep('width');
       this.parts.diameter.focus();
@@ -165,24 +182,30 @@ class RigWizard extends Component {
   }
 
   get #step() {
-    return this.parts.toAxis.getAttribute('aria-current') ? 'axis' : 'width';
+    return STEPS_OF_WIZARD.find((step) => this.#buttonOf(step).getAttribute('aria-current'));
   }
 
-  /** @param {'axis'|'width'} step */
+  #buttonOf(step) {
+    return { axis: this.parts.toAxis, width: this.parts.toWidth, counter: this.parts.toCounter }[step];
+  }
+
+  /** @param {'axis'|'width'|'counter'} step */
   #showStep(step) {
     const { parts } = this;
-    const isAxis = step === 'axis';
-    for (const [button, isCurrent] of [[parts.toAxis, isAxis], [parts.toWidth, !isAxis]]) {
-      if (isCurrent) button.setAttribute('aria-current', 'step');
-      else button.removeAttribute('aria-current');
-    }
+    const [isAxis, isWidth, isCounter] = STEPS_OF_WIZARD.map((name) => name === step);
+    for (const name of STEPS_OF_WIZARD) this.#buttonOf(name).removeAttribute('aria-current');
+    this.#buttonOf(step).setAttribute('aria-current', 'step');
     parts.drawing.classList.toggle('wizard__drawing--axis', isAxis);
     parts.cross.setAttribute('tabindex', isAxis ? '0' : '-1');
     parts.help.textContent = isAxis ? t('wizard.axis_help') : t('wizard.width_help');
-    parts.fields.hidden = parts.done.hidden = isAxis;
-    parts.guessed.hidden = isAxis || !this.#isLensGuessed;
+    parts.picture.hidden = parts.said.hidden = parts.help.hidden = isCounter;
+    parts.fields.hidden = parts.next.hidden = !isWidth;
+    parts.done.hidden = isAxis;
+    parts.guessed.hidden = !isWidth || !this.#isLensGuessed;
     parts.yes.hidden = !isAxis;
     parts.again.hidden = !isAxis || !this.#first.axis;
+    parts.counter.hidden = !isCounter;
+    if (isCounter) parts.counter.open();
     this.#rigChanged();
   }
 
