@@ -68,6 +68,7 @@ class Records:
             self.observations,
             self.corrections,
             self.checks,
+            self.counters,
             self.packs,
             self.tracks,
             self.unrolled,

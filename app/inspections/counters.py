@@ -57,6 +57,10 @@ class CounterView:
         return f"{HEADER}\n" if self.readings is None else self.readings.to_csv()
 
 
+NO_COUNTER = CounterView("unread", None, None, None, None)
+"""Nobody has asked for the counter, or there is no film."""
+
+
 @dataclass(frozen=True)
 class _Compared:
     """A comparison, and what it was made of."""
@@ -87,7 +91,7 @@ class Counters:
         self._store.get(inspection_id)
         kept = self._files.get(inspection_id)
         if kept is None:
-            return CounterView("unread", None, None, None, None)
+            return NO_COUNTER
         if kept.state != "read":
             return CounterView(kept.state, kept, None, kept.unit, None)
         if kept.place is None:
@@ -100,6 +104,10 @@ class Counters:
         return CounterView(
             "read", kept, readings, unit, compared, self._files.version(inspection_id)
         )
+
+    def kept(self, inspection_id: str) -> KeptCounter | None:
+        """Return what is stored; another one after every change."""
+        return self._files.get(inspection_id)
 
     def _comparison(
         self, inspection_id: str, readings: CounterReadings, unit: Unit

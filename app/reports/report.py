@@ -12,6 +12,7 @@ from typing import IO, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from app.inspections.counters import NO_COUNTER, CounterView
 from app.reports.bundle.signing import Signer
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.adjustment.joints import ExpectedJoint, FittedJoint
@@ -177,6 +178,7 @@ class Report:
     wall: Mapping[int, Path]
     """JPEG tiles of the unrolled wall by number, which counts raw distance (`Layout`)."""
     layout: Layout | None
+    counter: CounterView = NO_COUNTER
     stance: Stance = AS_STATED
     """Pose of the camera in the pipe at the first frame, against the rig's."""
     warning: str | None = None

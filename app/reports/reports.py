@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from app.errors import ExportNotAvailable
 from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
+from app.inspections.counters import Counters
 from app.inspections.observations import Observations, rig_of
 from app.inspections.packs import Packs
 from app.reports.bundle.signing import Signer
@@ -64,6 +65,7 @@ class Reports:
         observations: Observations,
         corrections: Corrections,
         checks: Checks,
+        counters: Counters,
         packs: Packs,
         tracks: Tracks,
         unrolled: Unrolled,
@@ -76,6 +78,7 @@ class Reports:
         self._observations = observations
         self._corrections = corrections
         self._checks = checks
+        self._counters = counters
         self._packs = packs
         self._tracks = tracks
         self._unrolled = unrolled
@@ -108,7 +111,8 @@ class Reports:
             raise ExportNotAvailable(
                 f"There is no export as {kind}; there are {', '.join(FORMATS)}."
             )
-        key = (inspection_id, kind, language, units, self._inspections.state(inspection_id))
+        state = (self._inspections.state(inspection_id), self._counters.kept(inspection_id))
+        key = (inspection_id, kind, language, units, state)
         with self._lock:
             known = self._kept.get(key)
         if known is not None:
@@ -181,6 +185,7 @@ class Reports:
                 for tile in self._unrolled.tiles(inspection_id)
             },
             layout=layout,
+            counter=self._counters.get(inspection_id),
             stance=self._tracks.stance(inspection_id),
             warning=row.warning,
             error=row.error_detail,

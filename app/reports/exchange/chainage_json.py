@@ -2,7 +2,8 @@
 
 `observations` holds derived values, like the tables. An import starts from their sources: `tags`
 (what people stated), the raw `track`, its `health`, the joint `sightings`, the `mount_tilt` against
-the rig, the `stance` of the camera in the pipe, the rig and the stated corrections.
+the rig, the `stance` of the camera in the pipe, the rig and the stated corrections. `counter` is
+derived from the film, so an import, which has none, leaves it out.
 
 An imported inspection is exported unchanged, so `events` omits the import. The history of the page,
 PDF and HTML mention it.
@@ -15,6 +16,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
+
+import numpy as np
 
 from app.reports.report import Report, Written
 from app.reports.tables import table
@@ -42,6 +45,7 @@ def write(report: Report) -> Written:
             "result": result_of(report.corrected),
             "error": report.corrected.error,
         },
+        "counter": _counter(report),
         "observations": table.rows(report),
         "events": _events(report),
         "tags": _tags(report),
@@ -85,6 +89,34 @@ def _inspection(report: Report) -> Mapping[str, Any]:
         "error_code": report.error_code,
         "created_at": iso(report.created_at),
         "finished_at": iso(report.finished_at),
+    }
+
+
+def _counter(report: Report) -> Mapping[str, Any] | None:
+    """Return what the burnt-in counter and the raw track say about each other; None without one.
+
+    Lengths are in mm; the readings are not in the report.
+    """
+    counter = report.counter
+    if counter.readings is None:
+        return None
+    found = counter.comparison
+    comparison = None
+    if found is not None:
+        comparison = {
+            "scale": found.scale,
+            "scale_sigma": None if found.scale is None else found.sigma,
+            "length": None if found.length is None else asdict(found.length),
+            "camera_mm": found.camera_mm,
+            "camera_sigma_mm": found.camera_sigma_mm,
+            "agrees": found.agrees,
+            "faults": [asdict(fault) for fault in found.faults],
+        }
+    return {
+        "unit": counter.unit,
+        "frames": len(counter.readings.reading),
+        "legible_frames": int((~np.isnan(counter.readings.reading)).sum()),
+        "comparison": comparison,
     }
 
 

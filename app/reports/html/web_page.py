@@ -22,6 +22,7 @@ from app.reports.pdf.cover import cover_rows, warnings_of
 from app.reports.pdf.header_sheet import GROUPS, header_row
 from app.reports.pdf.measurement import (
     correction_rows,
+    counter_rows,
     joint_table,
     result_rows,
     rig_rows,
@@ -112,6 +113,7 @@ def write(report: Report) -> Written:
         measured=[
             (t("measurement.result"), result_rows(report, t)),
             (t("measurement.corrections"), correction_rows(report, t)),
+            *([(t("measurement.counter"), rows)] if (rows := counter_rows(report, t)) else []),
             (t("measurement.rig"), rig_rows(report, t)),
             (t("measurement.video"), video_rows(report, t)),
         ],

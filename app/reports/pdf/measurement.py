@@ -10,6 +10,7 @@ from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import CondPageBreak, Flowable, PageBreak
 
+from app.inspections.counters import CounterView
 from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.pdf.flow import Column, Figure, Grid, Heading, note, pairs
@@ -24,9 +25,12 @@ from app.survey.interval import LEAST_M, U95, half_width_m
 from app.survey.makeup import makeup_of
 from app.survey.rounding import metres, signed
 from vo_core.image.health import complained
+from vo_core.scale.counter import Fault
 
 _BINS = 300
 _LEFT = 26 * mm
+_MOST_FAULTS = 20
+"""Faults of a counter that are told one by one; the JSON has all."""
 
 
 def measurement(report: Report, t: Translator) -> list[Flowable]:
@@ -45,6 +49,7 @@ def measurement(report: Report, t: Translator) -> list[Flowable]:
         Heading(t("measurement.corrections"), level=1, bookmark=False),
         pairs(correction_rows(report, t)),
         *(_residuals(adjusted, t) if adjusted else ()),
+        *_counter(report, t),
         CondPageBreak(45 * mm),
         Heading(t("measurement.rig"), level=1, bookmark=False),
         pairs(rig_rows(report, t)),
@@ -256,6 +261,81 @@ def joint_table(
         for joint in joints
     ]
     return [t(name) for name in names], rows
+
+
+def _counter(report: Report, t: Translator) -> list[Flowable]:
+    rows = counter_rows(report, t)
+    if not rows:
+        return []
+    heading = Heading(t("measurement.counter"), level=1, bookmark=False)
+    return [CondPageBreak(35 * mm), heading, pairs(rows)]
+
+
+def counter_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
+    """Return the readings of the burnt-in counter, its length beside the camera's, and its faults;
+    nothing if the film shows none.
+    """
+    counter = report.counter
+    if counter.state == "illegible":
+        return [(t("measurement.readings"), t("measurement.illegible"))]
+    if counter.readings is None:
+        return []
+    rows = [(t("measurement.readings"), _readings(counter, t))]
+    found = counter.comparison
+    if found is None:
+        return rows
+    if found.length is not None and found.scale is not None:
+        text = t(
+            "measurement.counter_says",
+            counter=t.length(metres(found.length.length_mm)),
+            camera=t.length(metres(found.camera_mm)),
+            half=f"{t.half_width(half_width_m(found.camera_sigma_mm))} {t.units}",
+            scale=f"{found.scale:.3f}",
+            sigma=f"{found.sigma:.3f}",
+            first=found.length.first_frame,
+            last=found.length.last_frame,
+        )
+        verdict = t("measurement.agrees" if found.agrees else "measurement.disagrees")
+        rows.append((t("measurement.counter_and_camera"), f"{text} {verdict}"))
+    return [*rows, (t("measurement.counter_faults"), _faults(found.faults, report, t))]
+
+
+def _readings(counter: CounterView, t: Translator) -> str:
+    reading_m = counter.reading_m
+    legible_m = reading_m[~np.isnan(reading_m)]
+    if counter.readings is None or not len(legible_m):
+        return t("measurement.no_unit")
+    return t(
+        "measurement.readings_of",
+        first=t.length(float(legible_m[0])),
+        last=t.length(float(legible_m[-1])),
+        legible=len(legible_m),
+        frames=len(reading_m),
+    )
+
+
+def _faults(faults: Sequence[Fault], report: Report, t: Translator) -> str:
+    """Name the faults and their places, at the corrected distances."""
+    if not faults:
+        return t("measurement.no_faults")
+
+    def place(frame: int) -> str:
+        is_tracked = frame < len(report.track)
+        return t.length(metres(float(report.track.distance_mm[frame])) if is_tracked else None)
+
+    told = [
+        t(
+            f"measurement.fault_{fault.kind}",
+            first=place(fault.first_frame),
+            last=place(fault.last_frame),
+            counted=t.length(metres(fault.counter_mm)),
+            driven=t.length(metres(fault.camera_mm)),
+        )
+        for fault in faults[:_MOST_FAULTS]
+    ]
+    if len(faults) > _MOST_FAULTS:
+        told.append(t("measurement.more_faults", n=len(faults) - _MOST_FAULTS))
+    return f"{len(faults)}: {'; '.join(told)}"
 
 
 def rig_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
