@@ -40,6 +40,7 @@ class CounterSection extends Component {
       const box = await askForBox(desk);
       if (box) this.#state({ ...this.#stated, box });
     });
+    this.listen(this, 'click', ({ target }) => this.#clicked(target.closest('button')?.dataset ?? {}));
     for (const store of [desk.counter, desk.inspection, desk.corrections, desk.track]) {
       this.listen(store, 'change', () => this.#show());
     }
@@ -55,6 +56,13 @@ class CounterSection extends Component {
   get #drawn() {
     const { is_box_drawn: isDrawn, box } = this.desk.counter.value;
     return isDrawn ? box : null;
+  }
+
+  /** Handles the buttons that come and go with what is known. */
+  #clicked({ unit, frame, use }) {
+    if (unit) this.#state({ box: this.#drawn, unit });
+    if (frame) this.desk.seek(Number(frame));
+    if (use !== undefined) this.#use(this.desk.counter.value);
   }
 
   #state(stated) {
@@ -79,14 +87,6 @@ class CounterSection extends Component {
     renderIfNew(parts.state, stateMarkup(counter, this.desk.inspection.isUnfinished));
     renderIfNew(parts.offer, this.#offer(counter));
     renderIfNew(parts.faults, comparison ? faultsMarkup(comparison.faults, this.desk.track) : html``);
-    for (const unit of this.querySelectorAll('[data-unit]')) {
-      unit.onclick = () => this.#state({ box: this.#drawn, unit: unit.dataset.unit });
-    }
-    for (const link of this.querySelectorAll('[data-frame]')) {
-      link.onclick = () => this.desk.seek(Number(link.dataset.frame));
-    }
-    const use = this.querySelector('[data-use]');
-    if (use) use.onclick = () => this.#use(counter);
   }
 
   #offer({ comparison, unit }) {
@@ -160,7 +160,7 @@ function stateMarkup(counter, isUnfinished) {
   const range = t('counter.from_to', { from: chainage(counter.first_m), to: chainage(counter.last_m) });
   return html`<p class="number">${range} <span class="dim">${share}</span></p>
     ${detail && html`<p class="help">${detail}</p>`}
-    ${!counter.comparison?.length && html`<p class="help">${t('counter.too_short')}</p>`}`;
+    ${counter.comparison && !counter.comparison.length && html`<p class="help">${t('counter.too_short')}</p>`}`;
 }
 
 function waitingMarkup(progress, isUnfinished) {
