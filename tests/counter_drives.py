@@ -33,6 +33,8 @@ class CounterDrive:
     reset_at: int | None = 150
     """Frame in which it is set to 0."""
     has_counter: bool = True
+    date: str = ""
+    """Text at the right of the band."""
 
     def counter_mm(self) -> NDArray[np.float64]:
         """(N,) what the counter has counted in each frame."""
@@ -81,10 +83,12 @@ def write(drive: CounterDrive, path: Path) -> Path:
         stream.options = {"preset": "ultrafast", "crf": "18"}
         for n, text in enumerate(drive.shown()):
             picture = wall[:, STEP_PX * n : STEP_PX * n + WIDTH].copy()
-            if drive.has_counter:
-                picture[-BAND_PX:] = 8
-                at = (12, HEIGHT - 7)
-                cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.7, 235, 2, cv2.LINE_AA)
+            picture[-BAND_PX:] = 8
+            for words, left, scale in ((text * drive.has_counter, 12, 0.7), (drive.date, 190, 0.6)):
+                at = (left, HEIGHT - 7)
+                cv2.putText(
+                    picture, words, at, cv2.FONT_HERSHEY_SIMPLEX, scale, 235, 2, cv2.LINE_AA
+                )
             frame = av.VideoFrame.from_ndarray(picture, format="gray").reformat(format="yuv420p")
             frame.pts = n
             container.mux(stream.encode(frame))

@@ -1,4 +1,4 @@
-"""Reads the burnt-in distance counter of a film."""
+"""Reads the burnt-in distance counter of a film, and its date."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from datetime import date
 from itertools import chain
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from app.burnt_in.box import Box
 from app.burnt_in.consistency import Candidate, Stretch, consistent
 from app.burnt_in.distance_text import Distance, read_distance
 from app.burnt_in.fields import combs, field_of
+from app.burnt_in.film_date import shown_date
 from app.burnt_in.finder import CounterPlace, find_counter
 from app.burnt_in.text_model import TextDetector, TextReader
 from vo_core import VideoFile
@@ -28,6 +30,9 @@ HEADER = "frame,time_s,reading,unit,confidence"
 
 PICTURES = 10
 """Number of pictures in which the counter is searched."""
+
+PICTURES_OF_DATE = 3
+"""Number of pictures in which the date is searched."""
 
 LEAST_CONFIDENCE = 0.6
 """Readings that are less certain are left out."""
@@ -154,19 +159,28 @@ def place_in(video: Path) -> CounterPlace | None:
     return _place(video, None, TextReader())
 
 
+def date_of(video: Path) -> date | None:
+    """Return the date that is burnt into a film; None if it shows none.
+
+    Raises:
+        UnreadableVideo: The video cannot be opened or holds no picture.
+    """
+    return shown_date(list(_pictures(video, PICTURES_OF_DATE)), TextDetector(), TextReader())
+
+
 def _place(video: Path, within: Box | None, read: TextReader) -> CounterPlace | None:
     return find_counter(list(_pictures(video)), TextDetector(), read, within)
 
 
-def _pictures(video: Path) -> Iterator[ByteImage]:
+def _pictures(video: Path, count: int = PICTURES) -> Iterator[ByteImage]:
     """Some pictures from the whole film, (H, W, 3) BGR."""
     with VideoFile(video) as file:
-        duration_s = file.info.duration_s or float(PICTURES)
+        duration_s = file.info.duration_s or float(count)
         first = next(iter(file))
         yield first.to_bgr()
-    for n in range(1, PICTURES):
+    for n in range(1, count):
         with suppress(UnreadableVideo):  # the film is shorter than its container states
-            yield read_frame(video, first.t_s + duration_s * n / PICTURES)
+            yield read_frame(video, first.t_s + duration_s * n / count)
 
 
 class _CounterReader:

@@ -79,7 +79,7 @@ def find_counter(
     """
     places: list[_Place] = []
     for picture in pictures:
-        for box in _joined(detect(picture)):
+        for box in joined(detect(picture)):
             if within is None or within.holds_middle_of(box):
                 _add(places, box)
     boxes = [p.box() for p in places if len(p.boxes) >= LEAST_SHARE * len(pictures)]
@@ -179,7 +179,7 @@ def _mean_sure(crops: Sequence[ByteImage], read: Read) -> float:
     return float(np.mean([r[0].sure * r[0].digits if r else 0.0 for r in found]))
 
 
-def _joined(boxes: list[Box]) -> list[Box]:
+def joined(boxes: list[Box]) -> list[Box]:
     """Join boxes that follow each other on a line, as a number and its unit."""
     lines: list[Box] = []
     for box in sorted(boxes, key=lambda box: box.left):

@@ -49,17 +49,17 @@ def main() -> None:
 
 
 def _found(request: CounterRequest) -> CounterFound:
-    from app.burnt_in.counter import place_in
+    from app.burnt_in.counter import date_of, place_in
     from vo_core import VideoFile
 
     video = Path(request.video)
     with VideoFile(video) as film:
         width, height = film.info.width, film.info.height
-    return CounterFound(_at(place_in(video)), width, height)
+    return CounterFound(_at(place_in(video)), date_of(video), width, height)
 
 
 def _read(request: CounterRequest, connection: Connection) -> CounterRead:
-    from app.burnt_in.counter import read_counter
+    from app.burnt_in.counter import date_of, read_counter
 
     reported_s = 0.0
 
@@ -70,8 +70,9 @@ def _read(request: CounterRequest, connection: Connection) -> CounterRead:
             connection.send_bytes(encode(CounterProgress(done, total)))
 
     report(0, None)
+    film_date = date_of(Path(request.video))
     readings = read_counter(Path(request.video), _box(request), report)
-    return CounterRead(_at(readings.place), readings.to_csv(), readings.problem)
+    return CounterRead(_at(readings.place), film_date, readings.to_csv(), readings.problem)
 
 
 def _box(request: CounterRequest) -> Box | None:

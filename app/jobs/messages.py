@@ -6,6 +6,7 @@ unpickles nothing: every message is decoded into these types and refused if it d
 
 from __future__ import annotations
 
+from datetime import date
 from typing import Any, Literal
 
 import msgspec
@@ -275,6 +276,8 @@ class CounterFound(msgspec.Struct, frozen=True, tag="counter_found"):
     """Reader to parent: where the counter stands in the film; the end of a search."""
 
     place: CounterAt | None
+    film_date: date | None
+    """Burnt into the film; None if it shows none."""
     width: int
     height: int
     """Of the picture."""
@@ -284,6 +287,7 @@ class CounterRead(msgspec.Struct, frozen=True, tag="counter_read"):
     """Reader to parent: the readings of all frames, as a table."""
 
     place: CounterAt | None
+    film_date: date | None
     csv: str
     problem: str | None
     """What was wrong with the film."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from datetime import date
 from typing import Literal
 
 import msgspec
@@ -30,6 +31,8 @@ class KeptCounter(msgspec.Struct, frozen=True):
     """Stated by a person."""
     place: CounterPlace | None = None
     """Where it was read; None if the film shows none."""
+    film_date: date | None = None
+    """Burnt into the film that was read; None if it shows none."""
     film_bytes: int = 0
     """Size of the film that was read; a recording that was continued is read again."""
     detail: str | None = None

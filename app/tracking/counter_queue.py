@@ -203,7 +203,7 @@ class CounterQueue(Worker):
             kept = self._files.get(inspection_id) or SEARCHED
             if kept.state == "read" and kept.film_bytes != size:  # the recording was continued
                 kept = msgspec.structs.replace(kept, state="waiting")
-            if kept.state != "waiting":
+            if kept.state != "waiting" or self._stopping:
                 return
             self._files.put(inspection_id, kept)
             self._reading, self._progress = inspection_id, CounterProgress(0, None)
@@ -295,5 +295,10 @@ def _read_of(kept: KeptCounter, found: CounterRead, film_bytes: int) -> KeptCoun
     except ValueError as error:
         raise MediaFailed("The process that reads counters gave an invalid answer.") from error
     return msgspec.structs.replace(
-        kept, state="read", place=place, film_bytes=film_bytes, detail=found.problem
+        kept,
+        state="read",
+        place=place,
+        film_date=found.film_date,
+        film_bytes=film_bytes,
+        detail=found.problem,
     )

@@ -154,3 +154,19 @@ def test_reading_is_stopped(page: Page, server: Server, unclear: str) -> None:
     section.get_by_role("button", name="Read it again").click()
     expect(section).to_contain_text("frames are legible")
     assert stored(server, unclear, "counter")["state"] == "read"
+
+
+def test_the_date_of_the_film_is_offered_for_the_header(
+    page: Page, server: Server, rig: Path, tmp_path: Path
+) -> None:
+    drive = CounterDrive(12, stuck=None, reset_at=None, has_counter=False, date="2019/05/17")
+    inspection = server.track(counter_drives.write(drive, tmp_path / "dated.mp4"), rig)
+    log_in(page, server, f"/inspections/{inspection}")
+    page.get_by_role("tab", name="Header").click()
+    offer = page.get_by_role("button", name="From the film: 2019-05-17 – use")
+    expect(offer).to_be_visible()
+    expect_no_fault(page)
+    offer.click()
+    expect(offer).to_be_hidden()
+    expect(page.locator(".header-panel__state")).to_have_text("Saved")
+    assert stored(server, inspection, "")["header"]["date"] == "2019-05-17"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import date
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -64,6 +65,8 @@ class CounterFoundOut(BaseModel):
     """Left, top, right, bottom; None if there is no counter."""
     unit: Literal["m", "ft", ""]
     """Empty if it shows none."""
+    film_date: date | None
+    """The date burnt into the film; None if it shows none, or it may mean two days."""
 
     @classmethod
     def of(cls, found: CounterFound) -> Self:
@@ -74,6 +77,7 @@ class CounterFoundOut(BaseModel):
             height=found.height,
             box=None if place is None else place.corners_px,
             unit="" if place is None else place.unit,
+            film_date=found.film_date,
         )
 
 
@@ -159,6 +163,8 @@ class CounterOut(BaseModel):
     last_m: float | None
     """First and last reading."""
     comparison: ComparisonOut | None
+    film_date: date | None
+    """The date burnt into the film; None if it shows none, or it may mean two days."""
     version: str
     """Of the readings; empty without them."""
 
@@ -185,6 +191,7 @@ class CounterOut(BaseModel):
             first_m=round(float(legible_m[0]), 4) if len(legible_m) else None,
             last_m=round(float(legible_m[-1]), 4) if len(legible_m) else None,
             comparison=None if view.comparison is None else ComparisonOut.of(view.comparison),
+            film_date=kept.film_date if kept else None,
             version=view.version,
         )
 

@@ -51,6 +51,8 @@ class HeaderForm extends Component {
   #values = {};
   /** Values written by `suggest`: a later suggestion may replace them, but not a person's entry. */
   #suggested = {};
+  /** Values that are offered beside their fields. */
+  #proposed = {};
   /** The value of each field before the person typed in it. */
   #shown = {};
 
@@ -85,6 +87,30 @@ class HeaderForm extends Component {
       if (field) this.#write(field);
     }
     this.#count();
+  }
+
+  /** Offers values beside their fields, which a person may take. */
+  propose(values) {
+    this.#proposed = values;
+    this.#showProposals();
+  }
+
+  #showProposals() {
+    if (!this.parts) return;
+    for (const field of this.#fields) {
+      const proposal = this.querySelector(`[data-proposes="${field.name}"]`);
+      const value = this.#proposed[field.name] ?? null;
+      proposal.hidden = value === null || value === this.#values[field.name];
+      if (!proposal.hidden) proposal.textContent = t('header.from_film', { value: written(field, value) });
+    }
+  }
+
+  /** Takes a proposal as if the person had typed it. */
+  #take(name) {
+    const input = this.#input(name);
+    input.value = written(this.#fieldOf(input), this.#proposed[name]);
+    input.dispatchEvent(new Event('change', { bubbles: true }));
+    input.focus();
   }
 
   /** Shows a fault beside a field; null removes it. */
@@ -145,6 +171,7 @@ class HeaderForm extends Component {
     );
     this.listen(this, 'input', ({ target }) => this.#typing(target));
     this.listen(this, 'change', ({ target }) => this.#left(target));
+    this.listen(this, 'click', ({ target }) => target.dataset.proposes && this.#take(target.dataset.proposes));
     for (const field of this.#fields) this.#write(field);
     this.#count();
   }
@@ -199,6 +226,7 @@ class HeaderForm extends Component {
   /** Marks the required fields and names the empty ones. */
   #count() {
     if (!this.parts) return;
+    this.#showProposals();
     const missing = [];
     for (const field of this.#fields) {
       const isNeeded = this.#isNeeded(field);
@@ -246,6 +274,7 @@ function fieldMarkup(field, packs) {
   return html`<div class="field${LONG.has(name) && ' header-form__field--long'}">
     <label for="${id}">${label} <span class="required" aria-hidden="true" hidden>*</span></label>
     ${unit ? html`<span class="input-with-unit">${control}<span class="unit">${unit === 'm' ? lengthUnit : unit}</span></span>` : control}
+    <button type="button" class="header-form__proposal" data-proposes="${name}" hidden></button>
     <span class="fault" id="${id}-fault"></span></div>`;
 }
 

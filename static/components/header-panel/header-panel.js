@@ -55,8 +55,16 @@ class HeaderPanel extends Component {
     });
     this.listen(form, 'field', ({ detail }) => this.#left(detail));
     this.listen(this.desk.inspection, 'change', () => this.#refresh());
+    this.listen(this.desk.counter, 'change', () => this.#propose());
     this.#showRig();
+    this.#propose();
     if (may('operator')) this.#goOn();
+  }
+
+  /** Offers what is burnt into the film. */
+  #propose() {
+    const { film_date: date } = this.desk.counter.value ?? {};
+    this.parts.form.propose({ date });
   }
 
   /** Sends the entries that an earlier page could not send. */

@@ -1,6 +1,7 @@
 /**
  * The third picture of the wizard: "Is there a counter?". It is searched in the film, drawn, and may be drawn
- * elsewhere or denied. Fires `answer` with what is stated about it, null for what the search finds.
+ * elsewhere or denied. Fires `answer` with what is stated about it, null for what the search finds, and `shown`
+ * with what else is burnt into the film: {date}.
  *
  * Set `film` to {upload, width, height}; `open` starts the search.
  */
@@ -50,7 +51,8 @@ class CounterStep extends Component {
     picture.draw({ source: `/api/uploads/${upload}/picture`, alt: t('wizard.picture'), width, height }, null);
     said.textContent = t('counter.searching');
     try {
-      const { box } = await get(`/api/uploads/${upload}/counter`, this.signal);
+      const { box, film_date: date } = await get(`/api/uploads/${upload}/counter`, this.signal);
+      this.dispatchEvent(new CustomEvent('shown', { detail: { date }, bubbles: true }));
       this.#found = box;
       const isAnswered = said.textContent !== t('counter.searching');
       if (isAnswered) this.parts.again.hidden = box === null;

@@ -110,13 +110,14 @@ def test_its_length_can_be_stated_as_a_known_one(desk: Client, driven: str) -> N
     assert answer["result"]["scale"] == pytest.approx(DRIVE.scale, abs=0.02)
 
 
-def test_a_film_without_a_counter_is_told_so(desk: Client, films: Path) -> None:
-    film = counter_drives.write(
-        CounterDrive(12, stuck=None, reset_at=None, has_counter=False), films / "none.mp4"
-    )
-    inspection = inspect(desk, film)
+def test_a_film_without_a_counter_is_told_so_and_its_date_is_read(
+    desk: Client, films: Path
+) -> None:
+    drive = CounterDrive(12, stuck=None, reset_at=None, has_counter=False, date="2019/05/17")
+    inspection = inspect(desk, counter_drives.write(drive, films / "none.mp4"))
     found = settled(desk, inspection)
     assert (found["state"], found["box"], found["comparison"]) == ("not_found", None, None)
+    assert found["film_date"] == "2019-05-17"
     assert desk.get(f"/api/inspections/{inspection}/counter/readings").text.count("\n") == 1
 
 
@@ -213,3 +214,4 @@ def test_the_counter_of_an_upload_is_found(desk: Client, films: Path, driven: st
     found = desk.get(f"/api/uploads/{upload}/counter").json()
     assert found["box"] == counter(desk, driven)["box"]
     assert (found["width"], found["height"], found["unit"]) == (320, 240, "m")
+    assert found["film_date"] is None
