@@ -191,6 +191,12 @@ class Fix:
         """Pose of the camera in the located frame."""
         return self.state.pose
 
+    @property
+    def unheld(self) -> Fix:
+        """The same, at the place along the pipe that follows without the habit prior."""
+        x_mm = self.reference.pose.x_mm + float(self.change[0])
+        return replace(self, state=replace(self.state, pose=replace(self.pose, x_mm=x_mm)))
+
 
 @dataclass(frozen=True)
 class Outlook:

@@ -6,7 +6,7 @@ turns before any wall is matched; and what is fixed in the picture is masked.
 
 An operator stops at a defect, turns the camera to it and back.  The gaze then leaves the direction
 in which the robot has driven, and returns to it, without any way between.  A camera that is pushed
-through the pipe by hand turns as far, but only while it moves.
+through the pipe by hand turns as far, but only while it moves: the wall then shows that it drives.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from vo_core.geometry.rectify import Rectifier
 from vo_core.geometry.wall import Pose
 from vo_core.image.axis import AxisFinder
 from vo_core.image.overlay import Overlay
-from vo_core.locate import Locator, View
+from vo_core.locate import Fix, Locator, View
 from vo_core.state import State
 from vo_core.types import Image, Matrix
 
@@ -63,8 +63,14 @@ ASIDE_RAD = float(np.radians(10.0))
 BACK_RAD = float(np.radians(6.0))
 """Angle below which it looks ahead again."""
 
-MEMORY_MM = 100.0
+MEMORY_MM = 20.0
 """Way over which the driving direction is averaged."""
+
+STANDS_MM = 1.0
+"""Error of the distance while a robot stands and its camera turns, one sigma."""
+
+DRIVES_FRAMES = 3
+"""Number of consecutive frames that show a held robot elsewhere, after which it drives."""
 
 
 class Lookout:
@@ -92,6 +98,8 @@ class Lookout:
         """Where the camera looked ahead last."""
         self.is_around = False
         """Whether the camera looks around."""
+        self._drives = 0
+        """Number of consecutive frames whose wall shows that the robot is not where it is held."""
         self._jumps = 0
         """Number of consecutive frames whose axis is far from where the camera looked."""
         self._astray = 0
@@ -112,7 +120,9 @@ class Lookout:
         axis = self._find_axis(image)
         roll_rad = state.pose.roll_rad + state.mount_rad[1]
         seen = None if axis is None else gaze(self._rectify.rig, axis.pixel_uv, roll_rad)
-        jumps = seen is not None and bool((np.abs(seen - state.gaze) > JUMP_RAD).any())
+        # Before the first fix nothing shows where the camera looked before.
+        jumps = seen is not None and self._ahead is not None
+        jumps = jumps and bool((np.abs(seen - state.gaze) > JUMP_RAD).any())
         self._jumps = self._jumps + 1 if jumps else 0
         self.gaze = seen if not jumps or self._jumps >= JUMP_FRAMES else None
         is_off = self.gaze is not None and bool((np.abs(self.gaze - state.gaze) > ASTRAY_RAD).any())
@@ -168,22 +178,35 @@ class Lookout:
         """Take over the mask of the overlay."""
         self.view = self._locator.view(self.view.rectify, self._overlay.mask)
 
-    def follow(self, x_mm: float, before: State, now: State, periods: float) -> None:
+    def follow(self, fix: Fix, before: State, periods: float) -> Fix:
         """Add a frame with a fix, and see whether the camera looks around.
 
         Args:
-            x_mm: Position along the pipe.
+            fix: The fix.
             before: State at the fix before.
-            now: State at this fix.
             periods: Frame periods between the two.
+        Returns:
+            The fix, at the place that the wall alone shows if a robot that was held drives.
         """
+        now, x_mm = fix.state.gaze, fix.pose.x_mm
         self._gaze_fixed = self.gaze
-        self._turn = (now.gaze - before.gaze) / periods
+        self._turn = (now - before.gaze) / periods
         if self._ahead is None:
-            self._ahead, self._last_mm = now.gaze, x_mm
+            self._ahead, self._last_mm = now, x_mm
+        self._drives = self._drives + 1 if self.is_around and self._is_elsewhere(fix) else 0
+        if self._drives >= DRIVES_FRAMES:
+            fix = fix.unheld
+            self._ahead, x_mm = now, fix.pose.x_mm
         driven = 1 - np.exp(-abs(x_mm - self._last_mm) / MEMORY_MM)
-        ahead = self._ahead + (now.gaze - self._ahead) * driven
-        aside_rad = float(np.abs(now.gaze - ahead).max())
+        ahead = self._ahead + (now - self._ahead) * driven
+        aside_rad = float(np.abs(now - ahead).max())
         self.is_around = aside_rad > (BACK_RAD if self.is_around else ASIDE_RAD)
         if not self.is_around:
             self._ahead, self._last_mm = ahead, x_mm
+        return fix
+
+    def _is_elsewhere(self, fix: Fix) -> bool:
+        """Whether the wall alone shows the robot elsewhere than where it is held."""
+        off_mm = fix.unheld.pose.x_mm - self._last_mm
+        sigma_mm = np.hypot(np.sqrt(fix.change_variance[0]), STANDS_MM)
+        return bool(abs(off_mm) > KNOWN * sigma_mm)

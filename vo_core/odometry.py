@@ -498,7 +498,7 @@ class Odometry:
         outlook, predicted = self._outlook(), self._predict()
         references = [r for r in (self._keyframe, self._fallback) if r is not None]
         if self._is_around and self._ahead is not None:
-            references.append(self._ahead)
+            references.insert(0, self._ahead)
         guesses = [predicted]
         if self._is_torn:
             # Texture that was skipped for some frames lies whole frame steps from its place.
@@ -540,6 +540,8 @@ class Odometry:
         return ("ok", 1.0) if is_zero else ("weak", 0.0)
 
     def _take(self, fix: Fix, picture: Picture) -> tuple[Status, float]:
+        if self._lookout is not None:
+            fix = self._lookout.follow(fix, self._fixed, self._gone)
         share = _systematic(SCALE_ERROR, fix) * self._rectify.unevenness
         self._model_mm += share * (fix.pose.x_mm - self._fixed.pose.x_mm)
         self._agreement += FIDELITY_GAIN * (fix.alignment.agreement - self._agreement)
@@ -559,10 +561,8 @@ class Odometry:
                 # A bridge would extrapolate the noise of a single step.
                 velocity = np.array([(velocity[0] + self._velocity[0]) / 2, 0.0, 0.0])
             self._velocity = velocity
-        if self._lookout is not None:
-            self._lookout.follow(fix.pose.x_mm, self._fixed, fix.state, self._gone)
-            if not self._lookout.is_around:
-                self._ahead = fix.reference
+        if not self._is_around:
+            self._ahead = fix.reference
         self._state = self._fixed = fix.state
         self._fix_periods = self._clock.periods
         self._fallback = self._reference(picture, turn_rad=_systematic(TURN_ERROR, fix))
