@@ -339,7 +339,7 @@ class Odometry:
 
     def _aim(self, lookout: Lookout, image: Image) -> None:
         """Choose the vantage from which the next picture is resampled."""
-        lookout.see(image, self._state)
+        lookout.see(image, self._state, self._clock.period_s)
         if self._keyframe is None or lookout.is_astray:
             self._stand_anew(lookout)
         if lookout.aim(self._predict(), self._state):
