@@ -156,3 +156,11 @@ def test_after_a_cut_to_a_turned_camera_the_axis_shows_how_it_looks():
     assert driven_mm == pytest.approx(true_mm, rel=0.01)
     assert set(track.status[-30:]) == {"ok"}
     assert track.sigma_distance_mm[-1] > 20.0
+
+
+def test_a_film_may_begin_with_the_camera_turned_far_aside():
+    turned = RIG.model_copy(update={"mount": RIG.mount.model_copy(update={"pitch_deg": -25.0})})
+    scenario = replace(SCENARIOS["forward"], true_rig=turned, seed=3, length_mm=400.0)
+    track, x_mm = tracked(scenario)
+    assert np.count_nonzero(track.status == "lost") == 0
+    assert percent(track, x_mm) < 3.0
