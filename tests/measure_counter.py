@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 from counter_films import BLACK, FONTS, GREEN, RED, YELLOW, CounterFilm, Text, write
 
-from app.burnt_in.counter import CounterReadings, read_counter
+from app.burnt_in.counter import CounterReadings, burnt_in, read_counter
 from app.lab.markdown_figures import replace_figures, write_figures
 
 MARK = "counter"
@@ -127,7 +127,7 @@ def measure(film: CounterFilm, folder: Path) -> Measured:
     """Render a film and read its counter."""
     path = folder / "film.mp4"
     truth = write(film, path)
-    return compared(read_counter(path), truth, film.step)
+    return compared(read_counter(path, burnt_in(path).place), truth, film.step)
 
 
 def main() -> None:

@@ -19,7 +19,7 @@ from app.burnt_in.consistency import Candidate, Stretch, consistent
 from app.burnt_in.distance_text import Distance, read_distance
 from app.burnt_in.fields import combs, field_of
 from app.burnt_in.film_date import shown_date
-from app.burnt_in.finder import CounterPlace, find_counter
+from app.burnt_in.finder import CounterPlace, find_counter, joined
 from app.burnt_in.text_model import TextDetector, TextReader
 from vo_core import VideoFile
 from vo_core.errors import UnreadableVideo
@@ -31,8 +31,9 @@ HEADER = "frame,time_s,reading,unit,confidence"
 PICTURES = 10
 """Number of pictures in which the counter is searched."""
 
-PICTURES_OF_DATE = 3
-"""Number of pictures in which the date is searched."""
+EVERY = 3
+"""Every third of these pictures is searched for text first, and for the date: if none shows any,
+the film has no text."""
 
 LEAST_CONFIDENCE = 0.6
 """Readings that are less certain are left out."""
@@ -116,23 +117,48 @@ class CounterReadings:
         )
 
 
-def read_counter(
-    video: Path,
-    within: Box | None = None,
-    on_progress: Callable[[int, int | None], None] | None = None,
-) -> CounterReadings:
-    """Find the counter of a film and read it in every frame.
+@dataclass(frozen=True)
+class BurntIn:
+    """What is burnt into a film."""
+
+    place: CounterPlace | None
+    """None if the film shows no counter."""
+    film_date: date | None
+    """None if it shows no date."""
+
+
+def burnt_in(video: Path, within: Box | None = None) -> BurntIn:
+    """Find the counter and the date of a film.
 
     Args:
         video: The film.
         within: A part of the picture that holds the counter; without it, it is found.
+    Raises:
+        UnreadableVideo: The video cannot be opened or holds no picture.
+    """
+    pictures, read = list(_pictures(video)), TextReader()
+    lines = _lines(pictures)
+    return BurntIn(
+        find_counter(pictures, lines, read, within),
+        shown_date(pictures[::EVERY], lines[::EVERY], read),
+    )
+
+
+def read_counter(
+    video: Path,
+    place: CounterPlace | None,
+    on_progress: Callable[[int, int | None], None] | None = None,
+) -> CounterReadings:
+    """Read the counter of a film in every frame.
+
+    Args:
+        video: The film.
+        place: Where the counter stands; without it, no frame has a reading.
         on_progress: Called after each frame with frames done and the total, if known.
     Raises:
         UnreadableVideo: The video cannot be opened or holds no picture.
     """
-    read = TextReader()
-    place = _place(video, within, read)
-    reader = None if place is None else _CounterReader(place, read)
+    reader = None if place is None else _CounterReader(place, TextReader())
     times_s: list[float] = []
     with VideoFile(video) as frames:
         for frame in frames.read_ahead():
@@ -150,37 +176,26 @@ def read_counter(
     return CounterReadings(np.array(times_s), reading, confidence, place, frames.problem)
 
 
-def place_in(video: Path) -> CounterPlace | None:
-    """Find the counter of a film; None if it shows none.
-
-    Raises:
-        UnreadableVideo: The video cannot be opened or holds no picture.
-    """
-    return _place(video, None, TextReader())
-
-
-def date_of(video: Path) -> date | None:
-    """Return the date that is burnt into a film; None if it shows none.
-
-    Raises:
-        UnreadableVideo: The video cannot be opened or holds no picture.
-    """
-    return shown_date(list(_pictures(video, PICTURES_OF_DATE)), TextDetector(), TextReader())
+def _lines(pictures: Sequence[ByteImage]) -> list[list[Box]]:
+    """Lines of text in each picture; none in any if every third picture shows none."""
+    detect = TextDetector()
+    found = {n: joined(detect(pictures[n])) for n in range(0, len(pictures), EVERY)}
+    if not any(found.values()):
+        return [[] for _ in pictures]
+    return [
+        found[n] if n in found else joined(detect(picture)) for n, picture in enumerate(pictures)
+    ]
 
 
-def _place(video: Path, within: Box | None, read: TextReader) -> CounterPlace | None:
-    return find_counter(list(_pictures(video)), TextDetector(), read, within)
-
-
-def _pictures(video: Path, count: int = PICTURES) -> Iterator[ByteImage]:
+def _pictures(video: Path) -> Iterator[ByteImage]:
     """Some pictures from the whole film, (H, W, 3) BGR."""
     with VideoFile(video) as file:
-        duration_s = file.info.duration_s or float(count)
+        duration_s = file.info.duration_s or float(PICTURES)
         first = next(iter(file))
         yield first.to_bgr()
-    for n in range(1, count):
+    for n in range(1, PICTURES):
         with suppress(UnreadableVideo):  # the film is shorter than its container states
-            yield read_frame(video, first.t_s + duration_s * n / count)
+            yield read_frame(video, first.t_s + duration_s * n / PICTURES)
 
 
 class _CounterReader:

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from contextlib import suppress
 from datetime import date
 
-from app.burnt_in.finder import Detect, Read, joined
+from app.burnt_in.box import Box
+from app.burnt_in.finder import Read
 from app.burnt_in.text_model import Letter
 from vo_core.types import ByteImage
 
@@ -25,18 +26,20 @@ _YEAR_FIRST = re.compile(r"(?<!\d)(\d{4})([-/.])(\d{1,2})\2(\d{1,2})(?!\d)")
 _YEAR_LAST = re.compile(r"(?<!\d)(\d{1,2})([-/.])(\d{1,2})\2(\d{4})(?!\d)")
 
 
-def shown_date(pictures: Sequence[ByteImage], detect: Detect, read: Read) -> date | None:
+def shown_date(
+    pictures: Sequence[ByteImage], lines: Sequence[Sequence[Box]], read: Read
+) -> date | None:
     """Return the date that most pictures of a film show; None if there is none.
 
     Args:
         pictures: (H, W, 3) BGR each, from the whole film.
-        detect: Finds lines of text.
+        lines: The lines of text in each picture.
         read: Reads a line of text.
     """
     found: Counter[date] = Counter()
-    for picture in pictures:
-        lines = (read(box.of(picture)) for box in joined(detect(picture)))
-        found.update({day for line in lines if (day := date_in(line)) is not None})
+    for picture, boxes in zip(pictures, lines, strict=True):
+        texts = (read(box.of(picture)) for box in boxes)
+        found.update({day for text in texts if (day := date_in(text)) is not None})
     if not found:
         return None
     (day, times), *others = found.most_common(2)

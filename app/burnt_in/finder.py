@@ -37,7 +37,6 @@ WORTH_FITTING = 0.01
 
 T = TypeVar("T")
 Read = Callable[[ByteImage], tuple[Letter, ...]]
-Detect = Callable[[ByteImage], list[Box]]
 
 
 @dataclass(frozen=True)
@@ -66,20 +65,23 @@ class _Place:
 
 
 def find_counter(
-    pictures: Sequence[ByteImage], detect: Detect, read: Read, within: Box | None = None
+    pictures: Sequence[ByteImage],
+    lines: Sequence[Sequence[Box]],
+    read: Read,
+    within: Box | None = None,
 ) -> CounterPlace | None:
     """Find the counter, or None if no text reads as one.
 
     Args:
         pictures: (H, W, 3) BGR each, from the whole film.
-        detect: Finds lines of text.
+        lines: The lines of text in each picture.
         read: Reads a line of text.
         within: A part of the picture that holds the counter and perhaps other lines; there the
             counter may lack a decimal point.
     """
     places: list[_Place] = []
-    for picture in pictures:
-        for box in joined(detect(picture)):
+    for found_lines in lines:
+        for box in found_lines:
             if within is None or within.holds_middle_of(box):
                 _add(places, box)
     boxes = [p.box() for p in places if len(p.boxes) >= LEAST_SHARE * len(pictures)]

@@ -118,7 +118,7 @@ def counter(
 ) -> None:
     """Read the burnt-in distance counter of a film in every frame."""
     from app.burnt_in.comparison import comparison_to_json, with_track
-    from app.burnt_in.counter import read_counter
+    from app.burnt_in.counter import burnt_in, read_counter
 
     require_folder(out, "--out")
     if comparison is not None:
@@ -129,7 +129,8 @@ def counter(
     within = None if box is None else _box(box, video)
     with progress_bar() as progress:
         task = progress.add_task(f"reading {video.name}", total=None)
-        readings = read_counter(video, within, partial(advance, progress, task))
+        place = burnt_in(video, within).place
+        readings = read_counter(video, place, partial(advance, progress, task))
     out.write_text(readings.to_csv(), encoding="utf-8")
     console.print(f"{out}: {readings}")
     if readings.place is None:

@@ -49,17 +49,18 @@ def main() -> None:
 
 
 def _found(request: CounterRequest) -> CounterFound:
-    from app.burnt_in.counter import date_of, place_in
+    from app.burnt_in.counter import burnt_in
     from vo_core import VideoFile
 
     video = Path(request.video)
     with VideoFile(video) as film:
         width, height = film.info.width, film.info.height
-    return CounterFound(_at(place_in(video)), date_of(video), width, height)
+    found = burnt_in(video)
+    return CounterFound(_at(found.place), found.film_date, width, height)
 
 
 def _read(request: CounterRequest, connection: Connection) -> CounterRead:
-    from app.burnt_in.counter import date_of, read_counter
+    from app.burnt_in.counter import HEADER, burnt_in, read_counter
 
     reported_s = 0.0
 
@@ -70,9 +71,12 @@ def _read(request: CounterRequest, connection: Connection) -> CounterRead:
             connection.send_bytes(encode(CounterProgress(done, total)))
 
     report(0, None)
-    film_date = date_of(Path(request.video))
-    readings = read_counter(Path(request.video), _box(request), report)
-    return CounterRead(_at(readings.place), film_date, readings.to_csv(), readings.problem)
+    video = Path(request.video)
+    found = burnt_in(video, _box(request))
+    if found.place is None:  # most films; none of their frames is decoded for nothing
+        return CounterRead(None, found.film_date, f"{HEADER}\n", None)
+    readings = read_counter(video, found.place, report)
+    return CounterRead(_at(found.place), found.film_date, readings.to_csv(), readings.problem)
 
 
 def _box(request: CounterRequest) -> Box | None:

@@ -6,7 +6,7 @@ from counter_films import GREEN, CounterFilm, Text, write
 from measure_counter import compared
 
 from app.burnt_in.box import Box
-from app.burnt_in.counter import read_counter
+from app.burnt_in.counter import burnt_in, read_counter
 
 pytestmark = pytest.mark.render
 AT = (60, 400)
@@ -20,7 +20,7 @@ def reading(tmp_path):
     def read(film, within=None):
         path = tmp_path / "film.mp4"
         truth = write(film, path)
-        readings = read_counter(path, within)
+        readings = read_counter(path, burnt_in(path, within).place)
         return readings, compared(readings, truth, film.step)
 
     return read

@@ -67,7 +67,7 @@ def test_two_pictures_must_show_the_same_date(texts: list[str], day: date | None
     picture = np.zeros((20, 100, 3), np.uint8)
     found = shown_date(
         [picture] * len(texts),
-        lambda _: [Box(0, 0, 100, 20)],
+        [[Box(0, 0, 100, 20)]] * len(texts),
         lambda _: letters(next(shown)),
     )
     assert found == day
