@@ -158,7 +158,7 @@ class Observations:
         return found
 
     def wall_grid(self, inspection_id: str) -> WallGrid:
-        """Return the wall points of a grid of pixels over the picture, at pose 0."""
+        """Return the rays of a grid of pixels over the picture, with pose 0."""
         return wall_grid(
             rig_of(self._inspections.get(inspection_id)), self._tracks.stance(inspection_id)
         )

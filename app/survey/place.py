@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, MutableMapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,9 +22,6 @@ from vo_core.geometry.wall import (
     Poses,
     WallPoint,
     camera_position,
-    cast,
-    clock_of,
-    develop,
     robot_rays,
     wall_points,
 )
@@ -167,41 +164,30 @@ def _wall_under(
 
 @dataclass(frozen=True)
 class WallGrid:
-    """Wall points of a grid of pixels at pose 0, relative to where the rig places the camera.
-
-    They are nan where no wall is seen.
-    """
+    """What a page needs to cast rays: those of a grid of pixels, the pipe, and pose 0."""
 
     u_px: list[float]
     v_px: list[float]
-    axial_mm: NDArray[np.float64]
-    """(rows, cols), like the other fields."""
-    right_mm: NDArray[np.float64]
-    down_mm: NDArray[np.float64]
-    clock_h: NDArray[np.float64] | None
-    """Clock positions; None on a floor."""
+    rays: NDArray[np.float64]
+    """(rows, cols, 3) unit rays in robot axes; nan outside the lens."""
+    radius_mm: float | None
+    """None on a floor."""
+    start: Pose
+    """Pose of the camera in the first frame: from the pipe's axis, or from the floor."""
 
 
 def wall_grid(rig: Rig, stance: Stance, cols: int = 33, rows: int = 25) -> WallGrid:
-    """Compute the wall points of a grid of pixels by ray casting from the pose of the first
-    frame.
-    """
+    """Compute the rays of a grid of pixels, with the pose of the first frame."""
     u_px = np.linspace(0, rig.camera.width - 1, cols)
     v_px = np.linspace(0, rig.camera.height - 1, rows)
     pixels = np.stack(np.meshgrid(u_px, v_px), axis=-1).reshape(-1, 2)
-    points = cast(rig, stance.pose, robot_rays(rig, pixels))
-    clock_h = None
-    if rig.pipe.diameter_mm is not None:
-        phis_rad = develop(rig, points)[:, 1] / (rig.pipe.diameter_mm / 2)
-        clock_h = np.array([clock_of(phi) for phi in phis_rad]).reshape(rows, cols)
-    beside_mm = points - camera_position(rig, Pose())
+    _, y_mm, z_mm = camera_position(rig, stance.pose).tolist()
     return WallGrid(
         u_px.tolist(),
         v_px.tolist(),
-        points[:, 0].reshape(rows, cols),
-        beside_mm[:, 1].reshape(rows, cols),
-        beside_mm[:, 2].reshape(rows, cols),
-        clock_h,
+        robot_rays(rig, pixels).reshape(rows, cols, 3),
+        None if rig.pipe.diameter_mm is None else rig.pipe.diameter_mm / 2,
+        replace(stance.pose, y_mm=y_mm, z_mm=z_mm),
     )
 
 

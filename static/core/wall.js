@@ -1,15 +1,17 @@
 /**
- * The wall under a pixel, by bilinear interpolation in the server's table of exact ray casts at pose 0:
- * accurate enough for a read-out under the cursor. The server computes the stored distance of a tag
- * exactly.
+ * The wall under a pixel: rays of a grid of pixels, interpolated between them, are cast onto the pipe or
+ * the floor from any pose. That is accurate enough for a read-out under the cursor; the server computes
+ * the stored distance of a tag from the lens itself.
  */
 
 import { ApiError, get } from './api.js';
 
 const RADIANS = Math.PI / 180;
+/** The server rounds its rays to 7 digits. */
+const ROUNDING = 1e-6;
 
 /**
- * @typedef {object} Pose
+ * @typedef {object} Pose since the first frame
  * @property {number} x_mm
  * @property {number} y_mm
  * @property {number} yaw_deg
@@ -19,15 +21,13 @@ const RADIANS = Math.PI / 180;
  *
  * @typedef {object} WallPoint
  * @property {number} distance_m
- * @property {number} right_mm
+ * @property {number} right_mm of the pipe's axis, or of the middle of the floor
  * @property {number|null} clock_h null for a flat floor
  */
 
 export class WallGrid {
   #grid;
-  /** Distance to the wall below the camera, in mm; null where a camera looks along the pipe. */
-  #depth;
-  /** Strips of the grid, each with its bounds on the wall, to skip the many defects outside the picture fast. */
+  /** Rows of the grid in triangles, each in a cone, to skip the many defects outside the picture fast. */
   #strips;
 
   /** Loads the wall of an inspection; null for a rig that sees no wall. */
@@ -40,11 +40,9 @@ export class WallGrid {
     }
   }
 
-  /** @param {{cols, rows, u, v, axial_mm, right_mm, down_mm, clock_h}} grid */
+  /** @param {{cols, rows, u, v, rays, radius_mm, start}} grid of the server */
   constructor(grid) {
     this.#grid = grid;
-    const seen = grid.down_mm.flat().filter((down) => down !== null).sort((a, b) => a - b);
-    this.#depth = seen[0] > 0 ? seen[seen.length >> 1] : null;
     this.#strips = stripsOf(grid);
   }
 
@@ -55,27 +53,29 @@ export class WallGrid {
    * @returns {WallPoint|null} null where the wall is not seen
    */
   at(u, v, pose) {
-    const { axial_mm: axial, right_mm: right, down_mm: down, clock_h: clock } = this.#grid;
+    const { rays } = this.#grid;
     const corners = this.#corners(u, v);
-    if (!corners || corners.some(({ i, j }) => axial[i][j] === null)) return null;
-    const mean = (table) => corners.reduce((sum, { i, j, weight }) => sum + weight * table[i][j], 0);
-    const clockH = clock ? meanClock(corners, clock) : null;
-    const [x, y] = toWorld([mean(axial), mean(right), mean(down)], clockH, pose);
-    return { distance_m: x / 1000, right_mm: y, clock_h: clockH };
+    if (!corners || corners.some(({ i, j }) => rays[i][j] === null)) return null;
+    const mean = [0, 1, 2].map((k) => corners.reduce((sum, { i, j, weight }) => sum + weight * rays[i][j][k], 0));
+    return this.#cast(mean, this.#view(pose));
   }
 
   /**
    * Returns the pixel that shows a wall point, or null when it is outside the picture.
-   * @param {number} xMm
-   * @param {number} yMm
+   * @param {WallPoint} point
    * @param {Pose} pose
    */
-  pixel(xMm, yMm, pose) {
-    const [a, r] = fromWorld(xMm, yMm, this.#depth, pose);
+  pixel(point, pose) {
+    const { radius_mm: radius } = this.#grid;
+    const { from, turn } = this.#view(pose);
+    const angle = radius === null ? 0 : angleAt(point.clock_h);
+    const [y, z] = radius === null ? [point.right_mm, 0] : [radius * Math.sin(angle), radius * Math.cos(angle)];
+    const away = [1000 * point.distance_m - from[0], y - from[1], z - from[2]];
+    const sight = unit([0, 1, 2].map((k) => turn.reduce((sum, row, i) => sum + row[k] * away[i], 0)));
     for (const strip of this.#strips) {
-      if (!isWithin(strip, a, r)) continue;
+      if (!isWithin(strip.cone, sight)) continue;
       for (const triangle of strip.triangles) {
-        const found = isWithin(triangle, a, r) && inTriangle(a, r, ...triangle.corners);
+        const found = isWithin(triangle.cone, sight) && inTriangle(sight, triangle.corners);
         if (found) return found;
       }
     }
@@ -85,11 +85,12 @@ export class WallGrid {
   /**
    * Returns the part of the wall in the picture, as points along its border.
    * @param {Pose} pose
-   * @returns {{x_mm: number, right_mm: number, clock_h: number|null}[]} without those that see no wall
+   * @returns {WallPoint[]} without those that see no wall
    */
   outline(pose) {
-    const { cols, rows, axial_mm: axial, right_mm: right, down_mm: down, clock_h: clock } = this.#grid;
+    const { cols, rows, rays } = this.#grid;
     const [last, end] = [rows - 1, cols - 1];
+    const view = this.#view(pose);
     const border = [
       ...Array.from({ length: cols }, (_, j) => [0, j]),
       ...Array.from({ length: rows }, (_, i) => [i, end]),
@@ -97,12 +98,36 @@ export class WallGrid {
       ...Array.from({ length: rows }, (_, i) => [last - i, 0]),
     ];
     return border
-      .filter(([i, j]) => axial[i][j] !== null)
-      .map(([i, j]) => {
-        const clockH = clock ? clock[i][j] : null;
-        const [x, y] = toWorld([axial[i][j], right[i][j], down[i][j]], clockH, pose);
-        return { x_mm: x, right_mm: y, clock_h: clockH };
-      });
+      .map(([i, j]) => rays[i][j] && this.#cast(rays[i][j], view))
+      .filter((point) => point !== null);
+  }
+
+  /** Returns the camera's place, from the axis or the floor, and its rotation, at a pose. */
+  #view(pose) {
+    const { start } = this.#grid;
+    return {
+      from: [pose.x_mm, start.y_mm + pose.y_mm, start.z_mm + pose.z_mm],
+      turn: rotation({
+        yaw_deg: start.yaw_deg + pose.yaw_deg,
+        pitch_deg: start.pitch_deg + pose.pitch_deg,
+        roll_deg: start.roll_deg + pose.roll_deg,
+      }),
+    };
+  }
+
+  /** Returns the wall point that a ray of the robot meets, or null: |o + t d| = R across the axis. */
+  #cast(ray, { from, turn }) {
+    const { radius_mm: radius } = this.#grid;
+    const [x, y, z] = turn.map((row) => dot(row, ray));
+    const [, right, down] = from;
+    let t = -down / z;
+    if (radius !== null) {
+      const [a, b] = [y * y + z * z, right * y + down * z];
+      t = (Math.sqrt(b * b - a * (right * right + down * down - radius * radius)) - b) / a;
+    }
+    if (!(t > 0 && t < Infinity)) return null;
+    const at = [from[0] + t * x, right + t * y, down + t * z];
+    return { distance_m: at[0] / 1000, right_mm: at[1], clock_h: radius === null ? null : clockOf(at) };
   }
 
   #corners(u, v) {
@@ -127,18 +152,11 @@ function cell(lines, value) {
   return [i, (value - lines[i]) / (lines[i + 1] - lines[i])];
 }
 
-/** Returns the mean on the circle: between 12 and 1 lies 12:30, not 6:30. */
-function meanClock(corners, clock) {
-  let sine = 0;
-  let cosine = 0;
-  for (const { i, j, weight } of corners) {
-    const angle = (clock[i][j] / 12) * 2 * Math.PI;
-    sine += weight * Math.sin(angle);
-    cosine += weight * Math.cos(angle);
-  }
-  const hours = (Math.atan2(sine, cosine) / (2 * Math.PI)) * 12;
-  return hours > 0 ? hours : hours + 12;
-}
+/** Returns the angle of a clock position from the invert, to the right. */
+const angleAt = (clockH) => (6 - clockH) * 30 * RADIANS;
+
+/** Returns the clock position of a point of a pipe, in (0, 12]. */
+const clockOf = ([, right, down]) => (18 - Math.atan2(right, down) / RADIANS / 30) % 12 || 12;
 
 /** Returns the rows of R_z(yaw) R_y(pitch) R_x(roll), right-handed. */
 function rotation({ yaw_deg: yaw, pitch_deg: pitch, roll_deg: roll }) {
@@ -153,44 +171,13 @@ function rotation({ yaw_deg: yaw, pitch_deg: pitch, roll_deg: roll }) {
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
-/**
- * Returns the outward normal of the wall at a clock position, [ahead, right, down]; of a floor without one.
- */
-function normalAt(clockH) {
-  const angle = clockH === null ? 0 : (6 - clockH) * 30 * RADIANS;
-  return [0, Math.sin(angle), Math.cos(angle)];
-}
+const unit = (vector) => vector.map((part) => part / Math.hypot(...vector));
 
-/**
- * Rotates a wall point of the grid, [ahead, right, down] of the camera, and projects it onto the wall
- * again.
- */
-function toWorld(point, clockH, pose) {
-  const ray = rotation(pose).map((row) => dot(row, point));
-  const normal = normalAt(clockH);
-  const stretch = (dot(normal, point) - normal[2] * pose.z_mm) / dot(normal, ray);
-  return [pose.x_mm + stretch * ray[0], pose.y_mm + stretch * ray[1]];
-}
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
-/**
- * Returns [ahead, right] in the grid, for a wall at this depth below the camera; without a depth, tilt is
- * ignored.
- */
-function fromWorld(x, y, depth, pose) {
-  if (depth === null) {
-    const [along, across] = rotation({ ...pose, pitch_deg: 0, roll_deg: 0 });
-    const [dx, dy] = [x - pose.x_mm, y - pose.y_mm];
-    return [along[0] * dx + across[0] * dy, along[1] * dx + across[1] * dy];
-  }
-  const ray = [x - pose.x_mm, y - pose.y_mm, depth - pose.z_mm];
-  const rows = rotation(pose);
-  const [ahead, right, down] = [0, 1, 2].map((i) => rows.reduce((sum, row, j) => sum + row[i] * ray[j], 0));
-  return [(ahead * depth) / down, (right * depth) / down];
-}
-
-/** Returns the triangles between neighbours of the grid, in one strip for each row, within their bounds. */
-function stripsOf({ cols, rows, u, v, axial_mm: axial, right_mm: right }) {
-  const corner = (i, j) => ({ a: axial[i][j], r: right[i][j], u: u[j], v: v[i] });
+/** Returns the triangles between neighbours of the grid, in one strip for each row, in their cones. */
+function stripsOf({ cols, rows, u, v, rays }) {
+  const corner = (i, j) => ({ ray: rays[i][j], u: u[j], v: v[i] });
   const halvesOf = (i, j) => [
     [corner(i, j), corner(i, j + 1), corner(i + 1, j)],
     [corner(i + 1, j + 1), corner(i, j + 1), corner(i + 1, j)],
@@ -198,29 +185,31 @@ function stripsOf({ cols, rows, u, v, axial_mm: axial, right_mm: right }) {
   const strips = Array.from({ length: rows - 1 }, (_, i) =>
     Array.from({ length: cols - 1 }, (__, j) => halvesOf(i, j))
       .flat()
-      .filter((corners) => corners.every(({ a }) => a !== null))
-      .map((corners) => ({ corners, ...boundsOf(corners) })),
+      .filter((corners) => corners.every(({ ray }) => ray !== null))
+      .map((corners) => ({ corners, cone: coneOf(corners) })),
   );
-  return strips.map((triangles) => ({ triangles, ...boundsOf(triangles.flatMap(({ corners }) => corners)) }));
+  return strips
+    .filter((triangles) => triangles.length)
+    .map((triangles) => ({ triangles, cone: coneOf(triangles.flatMap(({ corners }) => corners)) }));
 }
 
-function boundsOf(points) {
-  const [ahead, right] = [points.map(({ a }) => a), points.map(({ r }) => r)];
-  return {
-    aLow: Math.min(...ahead), aHigh: Math.max(...ahead), rLow: Math.min(...right), rHigh: Math.max(...right),
-  };
+/** Returns the axis of a cone about the rays of some corners, and the cosine of half its opening. */
+function coneOf(corners) {
+  const axis = unit([0, 1, 2].map((k) => corners.reduce((sum, { ray }) => sum + ray[k], 0)));
+  return { axis, cosine: Math.min(...corners.map(({ ray }) => dot(ray, axis))) - ROUNDING };
 }
 
-const isWithin = ({ aLow, aHigh, rLow, rHigh }, a, r) => a >= aLow && a <= aHigh && r >= rLow && r <= rHigh;
+const isWithin = ({ axis, cosine }, ray) => dot(axis, ray) >= cosine;
 
-/** Returns the pixel of the wall point (a, r) by barycentric coordinates, or null outside the triangle. */
-function inTriangle(a, r, p, q, s) {
-  const area = (q.a - p.a) * (s.r - p.r) - (s.a - p.a) * (q.r - p.r);
-  if (Math.abs(area) < 1e-9) return null;
-  const wq = ((a - p.a) * (s.r - p.r) - (s.a - p.a) * (r - p.r)) / area;
-  const ws = ((q.a - p.a) * (r - p.r) - (a - p.a) * (q.r - p.r)) / area;
-  if (wq < 0 || ws < 0 || wq + ws > 1) return null;
-  return [p.u + wq * (q.u - p.u) + ws * (s.u - p.u), p.v + wq * (q.v - p.v) + ws * (s.v - p.v)];
+/** Returns the pixel of a ray that is a sum of the corners' rays, or null outside the triangle. */
+function inTriangle(ray, [p, q, s]) {
+  const volume = dot(p.ray, cross(q.ray, s.ray));
+  if (Math.abs(volume) < 1e-12) return null;
+  const shares = [[q, s], [s, p], [p, q]].map(([one, other]) => dot(ray, cross(one.ray, other.ray)) / volume);
+  if (shares.some((share) => share < -ROUNDING)) return null;
+  const total = shares[0] + shares[1] + shares[2];
+  const mean = (name) => [p, q, s].reduce((sum, corner, k) => sum + shares[k] * corner[name], 0) / total;
+  return [mean('u'), mean('v')];
 }
 
 /**

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from math import degrees, radians, sin
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,13 @@ from clips import SIZE, numbered_clip, rig_for_clip
 from playwright.sync_api import APIResponse, Page, Route
 from steps import Server, log_in
 
+from app.lab.simulation import SCENARIOS
+from app.survey.place import wall_grid
 from app.web.columns import packed
+from app.web.schemas.observations import WallGridOut
+from vo_core import Pose
+from vo_core.geometry.stance import AS_STATED, Stance
+from vo_core.geometry.wall import wall_point
 
 TOLERANCE_MM = 2.0
 """The table is interpolated for a read-out in whole centimetres."""
@@ -181,7 +188,7 @@ def test_the_wall_under_the_cursor_is_the_one_that_the_server_states(
                   const pose = Object.fromEntries(
                     Object.entries(columns).map(([name, [first]]) => [name, first]));
                   const point = wall.at(u, v, pose);
-                  return [point, wall.pixel(point.distance_m * 1000, point.right_mm, pose)];
+                  return [point, wall.pixel(point, pose)];
                 }""",
                 [path, frame, u, v],
             )
@@ -191,6 +198,81 @@ def test_the_wall_under_the_cursor_is_the_one_that_the_server_states(
             )
             assert point["clock_h"] == pytest.approx(exact["clock"], abs=0.1)
             assert pixel == pytest.approx([u, v], abs=1.0)
+
+
+def _row(pose: Pose) -> dict[str, float]:
+    """The columns of a track that hold a pose."""
+    return {
+        "x_mm": pose.x_mm,
+        "y_mm": pose.y_mm,
+        "z_mm": pose.z_mm,
+        "yaw_deg": degrees(pose.yaw_rad),
+        "pitch_deg": degrees(pose.pitch_rad),
+        "roll_deg": degrees(pose.roll_rad),
+    }
+
+
+LOOKING = [Pose(900.0), Pose(900.0, 9.0, radians(50), -6.0, radians(-20), radians(3))]
+
+
+@pytest.mark.parametrize("pose", LOOKING, ids=["ahead", "aside"])
+def test_a_camera_that_looks_aside_has_the_wall_under_the_cursor(site: Page, pose: Pose) -> None:
+    rig, stance = SCENARIOS["forward_crooked"].rig, Stance(12.0, 1.5, 16.0, -3.0, 0.5)
+    pixels = [(3.0, 4.0), (600.0, 100.0), (320.0, 470.0), (200.5, 333.3)]
+    shown = site.evaluate(
+        """async ([grid, pixels, pose]) => {
+          const { WallGrid } = await import('/static/core/wall.js');
+          const wall = new WallGrid(grid);
+          return pixels.map(([u, v]) => {
+            const point = wall.at(u, v, pose);
+            const { distance_m: m, right_mm: right, clock_h: clock } = point;
+            return [1000 * m, right, clock, ...wall.pixel(point, pose)];
+          });
+        }""",
+        [
+            WallGridOut.of(wall_grid(rig, stance)).model_dump(),
+            pixels,
+            _row(pose),
+        ],
+    )
+    there = Pose.of(pose.vector + stance.pose.vector)
+    for pixel, seen in zip(pixels, shown, strict=True):
+        exact = wall_point(rig, pixel, there)
+        assert exact is not None
+        # Interpolated in cells of 20 px, a farther wall less exactly.
+        near = 0.01 * (exact.distance_mm - pose.x_mm) + 0.3
+        assert seen[0] == pytest.approx(exact.distance_mm, abs=near)
+        assert seen[2] == pytest.approx(exact.clock_h, abs=0.02)
+        assert seen[1] == pytest.approx(150.0 * sin(radians(30 * (6 - seen[2]))), abs=0.1)
+        assert seen[3:] == pytest.approx(pixel, abs=1.0)
+
+
+@pytest.mark.parametrize("pose", LOOKING, ids=["ahead", "aside"])
+def test_the_outline_of_the_view_crosses_the_unrolled_wall_nowhere(site: Page, pose: Pose) -> None:
+    """Ahead it goes round the pipe once, and is cut at the crown; aside it is one loop."""
+    rig = SCENARIOS["forward"].rig
+    lines = site.evaluate(
+        """async ([grid, pose]) => {
+          const { WallGrid } = await import('/static/core/wall.js');
+          const { arcAt, cutAtCrown } = await import('/static/components/wall-strip/rows.js');
+          const { radius_mm: radius } = grid;
+          const points = new WallGrid(grid).outline(pose).map((point) => ({
+            mm: Math.min(1000 * point.distance_m, pose.x_mm + 600),
+            arc: arcAt(point.clock_h, radius),
+          }));
+          return cutAtCrown(points, radius).map((line) => line.map(({ mm, arc }) => [mm, arc]));
+        }""",
+        [
+            WallGridOut.of(wall_grid(rig, AS_STATED)).model_dump(),
+            _row(pose),
+        ],
+    )
+    assert len(lines) == (2 if pose.yaw_rad == 0 else 1)
+    for line in lines:
+        along, around = np.abs(np.diff(line, axis=0)).T
+        assert around.max() < 100.0
+        assert along.max() < 250.0
+        assert min(mm for mm, _ in line) > pose.x_mm - 30
 
 
 class SlowLine:

@@ -242,5 +242,5 @@ def wall(
 @router.get("/{inspection_id}/wallgrid", responses=failures(InspectionNotFound))
 @viewer
 def wall_grid(inspection_id: InspectionId, services: ServicesDep) -> WallGridOut:
-    """Return wall points of a grid of pixels at pose 0, for the read-out under the cursor."""
+    """Return the rays of a grid of pixels, from which the page derives the wall under a pixel."""
     return WallGridOut.of(services.observations.wall_grid(inspection_id))

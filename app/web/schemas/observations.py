@@ -6,8 +6,6 @@ import math
 from datetime import datetime
 from typing import Any, Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from app.survey import rounding
@@ -15,6 +13,7 @@ from app.survey.given import Pixel
 from app.survey.place import ObservationView, WallGrid, WallUnder
 from app.survey.tag import Tag
 from app.web.schemas.figures import metres, rounded
+from vo_core import Pose
 
 
 class FrameAtOut(BaseModel):
@@ -114,39 +113,52 @@ class WallPointOut(BaseModel):
         )
 
 
+class StartOut(BaseModel):
+    """Pose of the camera in the first frame, from the pipe's axis or from the floor."""
+
+    y_mm: float
+    z_mm: float
+    yaw_deg: float
+    pitch_deg: float
+    roll_deg: float
+
+    @classmethod
+    def of(cls, pose: Pose) -> StartOut:
+        """Convert a pose."""
+        turns_rad = (pose.yaw_rad, pose.pitch_rad, pose.roll_rad)
+        yaw_deg, pitch_deg, roll_deg = (math.degrees(turn) for turn in turns_rad)
+        return cls(
+            y_mm=pose.y_mm, z_mm=pose.z_mm, yaw_deg=yaw_deg, pitch_deg=pitch_deg, roll_deg=roll_deg
+        )
+
+
 class WallGridOut(BaseModel):
-    """Wall points of a grid of pixels at pose 0, relative to the camera; None where no wall is
-    seen.
-    """
+    """The rays of a grid of pixels, the pipe and pose 0: the wall under any pixel follows."""
 
     cols: int
     rows: int
     u: list[float]
     v: list[float]
-    axial_mm: list[list[float | None]]
-    right_mm: list[list[float | None]]
-    down_mm: list[list[float | None]]
-    clock_h: list[list[float | None]] | None
+    rays: list[list[list[float] | None]]
+    """Unit rays [ahead, right, down] of the robot, in rows; None outside the lens."""
+    radius_mm: float | None
     """None on a floor."""
+    start: StartOut
 
     @classmethod
     def of(cls, grid: WallGrid) -> WallGridOut:
         """Convert the service's arrays."""
-        rows, cols = grid.axial_mm.shape
+        rows, cols, _ = grid.rays.shape
         return cls(
             cols=cols,
             rows=rows,
             u=grid.u_px,
             v=grid.v_px,
-            axial_mm=_table(grid.axial_mm),
-            right_mm=_table(grid.right_mm),
-            down_mm=_table(grid.down_mm),
-            clock_h=None if grid.clock_h is None else _table(grid.clock_h),
+            rays=[[_ray(ray) for ray in row] for row in grid.rays.tolist()],
+            radius_mm=grid.radius_mm,
+            start=StartOut.of(grid.start),
         )
 
 
-def _table(values: NDArray[np.float64]) -> list[list[float | None]]:
-    return [
-        [round(value, 4) if math.isfinite(value) else None for value in row]
-        for row in values.tolist()
-    ]
+def _ray(ray: list[float]) -> list[float] | None:
+    return [round(part, 7) for part in ray] if all(map(math.isfinite, ray)) else None

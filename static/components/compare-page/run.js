@@ -51,7 +51,7 @@ export class Run {
     return this.observations.flatMap(({ frame, pixel, severity }) => {
       const tagged = pixel && this.track.row(frame);
       const point = tagged && this.wall.at(...pixel, tagged);
-      const seen = frame === row.frame ? pixel : point && this.wall.pixel(1000 * point.distance_m, point.right_mm, row);
+      const seen = frame === row.frame ? pixel : point && this.wall.pixel(point, row);
       return seen ? [{ severity, pixel: seen }] : [];
     });
   }

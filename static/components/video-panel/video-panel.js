@@ -340,7 +340,7 @@ class VideoPanel extends Component {
     const cell = (MARK_PX * APART) / this.#layout(typeScale()).scale;
     for (const item of observations.value) {
       const point = this.#wallPoint(item);
-      const pixel = item.frame === frame ? item.pixel : point && wall.pixel(...point, row);
+      const pixel = item.frame === frame ? item.pixel : point && wall.pixel(point, row);
       if (!pixel) continue;
       const place = placeOf(pixel, cell, cell);
       const other = shown.get(place);
@@ -350,7 +350,7 @@ class VideoPanel extends Component {
   }
 
   /**
-   * Returns world X and Y of an observation in mm, or null without a pixel or before its frame is tracked.
+   * Returns the wall point of an observation, or null without a pixel or before its frame is tracked.
    */
   #wallPoint(item) {
     const { track, wall } = this.desk;
@@ -362,8 +362,7 @@ class VideoPanel extends Component {
     if (known !== undefined) return known;
     const row = item.pixel && track.row(item.frame);
     if (!row) return null;
-    const point = wall.at(...item.pixel, row);
-    const found = point && [point.distance_m * 1000, point.right_mm];
+    const found = wall.at(...item.pixel, row);
     this.#wallPoints.set(item, found);
     return found;
   }

@@ -63,6 +63,29 @@ function between(places, values, at) {
   return values[i] + share * (values[i + 1] - values[i]);
 }
 
+/**
+ * Returns a closed line on the wall as open lines, cut where it passes the crown: there the strip ends
+ * below and begins above.
+ * @param {{mm: number, arc: number}[]} points
+ * @param {number|null} radiusMm null for a floor, which has no crown
+ */
+export function cutAtCrown(points, radiusMm) {
+  const half = radiusMm === null ? Infinity : Math.PI * radiusMm;
+  const lines = [[points[0]]];
+  for (const next of [...points.slice(1), points[0]]) {
+    const last = lines.at(-1).at(-1);
+    if (Math.abs(next.arc - last.arc) > half) {
+      const side = Math.sign(last.arc);
+      const share = (half - Math.abs(last.arc)) / (2 * half - Math.abs(last.arc) - Math.abs(next.arc) || 1);
+      const mm = last.mm + share * (next.mm - last.mm);
+      lines.at(-1).push({ mm, arc: side * half });
+      lines.push([{ mm, arc: -side * half }]);
+    }
+    lines.at(-1).push(next);
+  }
+  return lines;
+}
+
 /** Hours of the circle from the invert, the most important first. */
 const HOURS = [0, -6, 6, -3, 3, -1, 1, -2, 2, -4, 4, -5, 5];
 const MM_APART = [10, 20, 50, 100, 200, 500, 1000, 2000];

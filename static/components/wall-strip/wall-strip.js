@@ -15,7 +15,7 @@ import { errorText, t } from '../../core/words.js';
 import { numberEvery, paintHair, paintMark, paintPlate, paintPlayhead, paintStretch } from '../strip/paint.js';
 import { stripSettings } from '../strip/settings.js';
 import { Strip, markText, nearestMark } from '../strip/strip.js';
-import { Rows, arcAt, clockAt, rowMarks } from './rows.js';
+import { Rows, arcAt, clockAt, cutAtCrown, rowMarks } from './rows.js';
 
 /** The grey of tile pixels that no frame has shown. */
 const UNSEEN = '#2c2c2c';
@@ -375,28 +375,22 @@ class WallStrip extends Strip {
   }
 
   #paintView(context, plot, row) {
-    const points = this.desk.wall?.outline(row) ?? [];
-    if (points.length < 3) return;
     const reach = this.radius === null ? Infinity : SEEN_RADII * this.radius;
+    const points = (this.desk.wall?.outline(row) ?? []).map((point) => ({
+      mm: Math.min(Math.max(1000 * point.distance_m, row.x_mm - reach), row.x_mm + reach),
+      arc: this.#arcOf(point),
+    }));
+    if (points.length < 3) return;
     context.beginPath();
-    for (const point of points) {
-      const x = Math.min(Math.max(point.x_mm, row.x_mm - reach), row.x_mm + reach);
-      context.lineTo(plot.toX(x), this.rows.toY(this.#turned(point)));
+    for (const line of cutAtCrown(points, this.radius)) {
+      line.forEach(({ mm, arc }, i) => context[i ? 'lineTo' : 'moveTo'](plot.toX(mm), this.rows.toY(arc)));
     }
-    context.closePath();
     for (const [width, colour] of [[3.5, 'rgb(0 0 0 / 60%)'], [1.5, '#ffd54a']]) {
       context.lineWidth = width;
       context.strokeStyle = colour;
       context.stroke();
     }
     context.lineWidth = 1;
-  }
-
-  /** Rotates the wall for a robot that has moved aside: the depth stays, the side changes. */
-  #turned({ right_mm: right, clock_h: clock }) {
-    if (this.radius === null || clock === null) return right;
-    const depth = this.radius * Math.cos(arcAt(clock, this.radius) / this.radius);
-    return this.radius * Math.atan2(right, depth);
   }
 
   #paintPointer(context, styles, plot, height) {

@@ -260,14 +260,16 @@ def test_the_wall_under_a_pixel_is_ray_cast(shared: Client, done: str) -> None:
     assert_error(nan, 422, "invalid_request")
 
 
-def test_the_wall_grid_is_the_wall_at_pose_zero(shared: Client, done: str) -> None:
+def test_the_wall_grid_has_the_rays_and_where_the_camera_starts(shared: Client, done: str) -> None:
     grid = shared.get(f"/api/inspections/{done}/wallgrid").json()
-    assert len(grid["axial_mm"]) == grid["rows"]
-    assert len(grid["axial_mm"][0]) == grid["cols"]
+    assert len(grid["rays"]) == grid["rows"]
+    assert len(grid["rays"][0]) == grid["cols"]
     assert (grid["u"][-1], grid["v"][-1]) == (255, 159)
-    assert grid["axial_mm"][0][0] == pytest.approx(-127.5 * 200 / 250)
-    assert grid["right_mm"][-1][0] == pytest.approx(79.5 * 200 / 250)
-    assert grid["clock_h"] is None
+    ahead, right, down = grid["rays"][-1][0]
+    assert (ahead / down, right / down) == pytest.approx((-127.5 / 250, 79.5 / 250), abs=1e-5)
+    assert grid["radius_mm"] is None
+    start = {"y_mm": 0.0, "z_mm": -200.0, "yaw_deg": 0.0, "pitch_deg": 0.0, "roll_deg": 0.0}
+    assert grid["start"] == start
 
 
 def test_everything_is_found_again_after_a_restart(tmp_path: Path, clip: Path) -> None:
