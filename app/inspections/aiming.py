@@ -13,7 +13,7 @@ from app.inspections.uploads import Uploads
 from app.jobs.messages import CounterFound, FirstPicture
 from app.tracking.counter_queue import CounterQueue
 from app.tracking.media import Media
-from vo_core import Rig
+from vo_core import Pose, Rig
 from vo_core.geometry.gaze import gaze
 from vo_core.geometry.grid import Grid, grid
 
@@ -75,4 +75,4 @@ class Aiming:
         pitch_deg = rig.mount.pitch_deg + float(np.degrees(pitch_rad))
         mount = rig.mount.model_copy(update={"pitch_deg": pitch_deg})
         aimed = rig.model_copy(update={"mount": mount})
-        return Aim(pitch_deg, float(np.degrees(yaw_rad)), grid(aimed, yaw_rad))
+        return Aim(pitch_deg, float(np.degrees(yaw_rad)), grid(aimed, Pose(yaw_rad=yaw_rad)))

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vo_core.errors import InvalidRig
-from vo_core.geometry.wall import Points, Pose, enclose, robot_pixels, sight
+from vo_core.geometry.wall import NOMINAL, Points, Pose, enclose, robot_pixels, sight
 from vo_core.rig import Rig
 
 RINGS_RADII = (1.0, 2.0, 3.0)
-"""Distances of the rings ahead of the camera, in radii of the pipe."""
+"""Usual distances of the rings ahead of the camera, in radii of the pipe."""
 
 GENERATORS = 12
 """Straight lines along the wall, one at each hour of the clock."""
@@ -29,13 +30,13 @@ class Grid:
     """Lines of the wall in a picture; nan where the lens does not see the wall."""
 
     rings_uv: list[Points]
-    """(RING_POINTS, 2) for each of `RINGS_RADII`."""
+    """(RING_POINTS, 2) for each ring."""
     generators_uv: list[Points]
     """(GENERATOR_POINTS, 2) for each of `GENERATORS`, from the invert to the right."""
 
 
-def grid(rig: Rig, yaw_rad: float = 0.0) -> Grid:
-    """Rings and generators that a rig's camera sees, turned aside by `yaw_rad` (from x towards y).
+def grid(rig: Rig, pose: Pose = NOMINAL, *, rings_radii: Sequence[float] = RINGS_RADII) -> Grid:
+    """Rings and generators that a rig's camera sees from a pose; they go with its distance.
 
     Raises:
         InvalidRig: The rig is of a flat floor, which has no rings.
@@ -43,7 +44,7 @@ def grid(rig: Rig, yaw_rad: float = 0.0) -> Grid:
     if rig.pipe.diameter_mm is None:
         raise InvalidRig("A flat floor has no rings; the grid needs pipe.diameter_mm.")
     radius_mm = rig.pipe.diameter_mm / 2
-    pose = Pose(yaw_rad=yaw_rad)
+    pose = replace(pose, x_mm=0.0)
 
     def seen(axial_radii: Points | float, phi_rad: Points | float) -> Points:
         axial, arc = np.broadcast_arrays(axial_radii, phi_rad)
@@ -54,6 +55,6 @@ def grid(rig: Rig, yaw_rad: float = 0.0) -> Grid:
     ahead = np.geomspace(NEAREST_RADII, FARTHEST_RADII, GENERATOR_POINTS)
     hours = 2 * np.pi * np.arange(GENERATORS) / GENERATORS
     return Grid(
-        [seen(radii, around) for radii in RINGS_RADII],
+        [seen(radii, around) for radii in rings_radii],
         [seen(ahead, float(phi)) for phi in hours],
     )

@@ -1,7 +1,7 @@
 """A rig from a film of a camera that looks along a pipe of known diameter.
 
 - `tracks`: points of the wall, followed through a part of the film.
-- `axis`: a first guess of the pipe's axis, by the flow of the points.
+- `flow`: a first guess of drive and vanishing point, by the flow of the points.
 - `lens`: the lens that is sought, and what is known of it beforehand.
 - `scene`: where a lens sees the points of a part from its views.
 - `bundle`: least squares of lens, views and points over all parts.

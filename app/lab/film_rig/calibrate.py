@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from app.lab.film_rig.axis import guess_axis
 from app.lab.film_rig.bundle import Bundle, cost_of, fit
+from app.lab.film_rig.flow import flow_of
 from app.lab.film_rig.lens import ASPECT, BEND, CENTRE, FOCAL, LensPrior, Model
 from app.lab.film_rig.refine import measured_again
 from app.lab.film_rig.scale import Factor, focal_factors
@@ -243,13 +243,13 @@ def _best_lens(
     Raises:
         UnusableFilm: No part shows a wall.
     """
-    axes = [guess_axis(tracks, size_wh) for tracks in parts]
+    flows = [flow_of(tracks, size_wh) for tracks in parts]
 
     def begun(scene: Scene) -> list[Part]:
         started = [
-            scene.start(tracks, axis, scene.prior.mean)
-            for tracks, axis in zip(parts, axes, strict=True)
-            if axis is not None
+            scene.start(tracks, flow, scene.prior.mean)
+            for tracks, flow in zip(parts, flows, strict=True)
+            if flow is not None
         ]
         return [part for part in started if part.tracks.points >= LEAST_POINTS]
 

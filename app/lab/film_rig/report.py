@@ -8,17 +8,14 @@ import numpy as np
 
 from app.lab.film_rig.bundle import Bundle
 from app.lab.film_rig.calibrate import FilmRig
-from vo_core.geometry.wall import Pose, enclose, robot_pixels, sight
-from vo_core.types import Matrix
+from vo_core.geometry.grid import grid
+from vo_core.geometry.wall import Pose
 
 PLACES = 5
 """Number of places in the film that are drawn."""
 
-RINGS = (1, 2, 3, 4, 6, 8)
-"""Axial distances of the rings from the camera, in radii."""
-
-GENERATORS = 12
-"""Straight lines along the pipe, one for each hour of the clock."""
+RINGS_RADII = (1, 2, 3, 4, 6, 8)
+"""Axial distances of the rings from the camera: far ones show whether the axis is right."""
 
 
 def plot(found: FilmRig, file: Path) -> None:
@@ -42,12 +39,13 @@ def plot(found: FilmRig, file: Path) -> None:
         tracks = bundle.parts[part].tracks
         pose = bundle.scene.poses(bundle.camera, bundle.parts[part].views)[k]
         plot_at.imshow(tracks.images[k], cmap="gray", vmin=0, vmax=255)
-        for radii, uv in _rings(bundle, pose):
+        wall = grid(bundle.scene.rig(bundle.camera), Pose.of(pose), rings_radii=RINGS_RADII)
+        for radii, uv in zip(RINGS_RADII, wall.rings_uv, strict=True):
             plot_at.plot(*uv.T, lw=1.0, color="tab:orange")
             top = uv[len(uv) // 2]
             if np.isfinite(top).all() and 0 <= top[0] < width and 0 <= top[1] < height:
                 plot_at.text(*top, f"{radii}R", color="tab:orange", fontsize=8, clip_on=True)
-        for uv in _generators(bundle, pose):
+        for uv in wall.generators_uv:
             plot_at.plot(*uv.T, lw=0.6, color="tab:cyan")
         seen = tracks.uv_px[tracks.keyframe == k]
         plot_at.plot(*seen.T, ".", ms=2, color="tab:green")
@@ -67,28 +65,3 @@ def _places(bundle: Bundle) -> list[tuple[int, int]]:
     ]
     chosen = np.linspace(0, len(all_places) - 1, min(PLACES, len(all_places))).round().astype(int)
     return [all_places[i] for i in chosen]
-
-
-def _rings(bundle: Bundle, pose: Matrix) -> list[tuple[int, Matrix]]:
-    radius_mm = bundle.scene.radius_mm
-    arc = np.linspace(-np.pi, np.pi, 181) * radius_mm + np.pi * radius_mm
-    return [
-        (radii, _pixels(bundle, pose, np.stack([np.full_like(arc, radii * radius_mm), arc], 1)))
-        for radii in RINGS
-    ]
-
-
-def _generators(bundle: Bundle, pose: Matrix) -> list[Matrix]:
-    radius_mm = bundle.scene.radius_mm
-    ahead = radius_mm * np.geomspace(0.5, 12, 60)
-    return [
-        _pixels(bundle, pose, np.stack([ahead, np.full_like(ahead, turn * radius_mm)], 1))
-        for turn in np.arange(GENERATORS) * 2 * np.pi / GENERATORS
-    ]
-
-
-def _pixels(bundle: Bundle, pose: Matrix, places_mm: Matrix) -> Matrix:
-    """Pixels of wall points (axial from the camera, arc), mm; nan outside the lens."""
-    rig = bundle.scene.rig(bundle.camera)
-    here = Pose.of(np.concatenate([[0.0], pose[1:]]))
-    return robot_pixels(rig, sight(rig, here, enclose(rig, places_mm)))

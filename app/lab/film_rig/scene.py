@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from app.lab.film_rig.axis import Axis
+from app.lab.film_rig.flow import Flow
 from app.lab.film_rig.lens import LensPrior
 from app.lab.film_rig.tracks import Tracks
 from vo_core.geometry.wall import (
@@ -82,14 +82,14 @@ class Scene:
         pipe = {"shape": "circular", "diameter_mm": self.diameter_mm}
         return Rig(camera=camera, mount=Mount.parse(mount), pipe=Pipe.parse(pipe))
 
-    def start(self, tracks: Tracks, axis: Axis, lens: Matrix) -> Part:
-        """Views by the first guess of the axis; points where their first rays meet the wall.
+    def start(self, tracks: Tracks, flow: Flow, lens: Matrix) -> Part:
+        """Views by the flow; points where their first rays meet the wall.
 
         Points that are not on the wall are left out.
         """
         views = np.zeros((len(tracks.t_s), VIEW))
-        views[:, 0] = axis.drive * self.radius_mm
-        views[:, [2, 4]] = axis.vanishing_px
+        views[:, 0] = flow.drive * self.radius_mm
+        views[:, [2, 4]] = flow.vanishing_px
         first = tracks.starts
         camera = self.prior.camera(lens)
         ahead, arc = self._developed(camera, views[tracks.keyframe[first]], tracks.uv_px[first]).T

@@ -28,7 +28,7 @@ RIG = Rig.parse(
 
 def test_rings_are_one_two_and_three_radii_ahead() -> None:
     pose = Pose(yaw_rad=0.05)
-    for radii, ring in zip((1, 2, 3), grid(RIG, 0.05).rings_uv, strict=True):
+    for radii, ring in zip((1, 2, 3), grid(RIG, pose).rings_uv, strict=True):
         inside = [uv for uv in ring if np.isfinite(uv).all() and (uv >= 0).all()]
         assert len(inside) > 20
         for u, v in inside:
@@ -39,7 +39,7 @@ def test_rings_are_one_two_and_three_radii_ahead() -> None:
 
 
 def test_generators_are_at_the_hours_and_end_at_the_axis() -> None:
-    lines = grid(RIG, 0.05).generators_uv
+    lines = grid(RIG, Pose(yaw_rad=0.05)).generators_uv
     right = wall_point(RIG, tuple(lines[3][20]), Pose(yaw_rad=0.05))
     assert right
     assert right.clock_h == pytest.approx(3, abs=1e-3)
@@ -48,6 +48,16 @@ def test_generators_are_at_the_hours_and_end_at_the_axis() -> None:
     # The last points are 30 radii ahead, and the camera is off the axis by a seventh of a radius.
     assert yaw == pytest.approx(np.degrees(0.05), abs=0.3)
     assert pitch == pytest.approx(0, abs=0.3)
+
+
+def test_the_grid_goes_with_the_camera() -> None:
+    pose = Pose(x_mm=2000.0, y_mm=8.0, yaw_rad=0.1, z_mm=-5.0, pitch_rad=0.05, roll_rad=0.1)
+    (ring,) = grid(RIG, pose, rings_radii=[2.5]).rings_uv
+    u, v = ring[len(ring) // 4]  # at 3 o'clock
+    point = wall_point(RIG, (u, v), pose)
+    assert point
+    assert point.distance_mm == pytest.approx(2000.0 + 2.5 * 150, abs=0.05)
+    assert point.clock_h == pytest.approx(3, abs=1e-3)
 
 
 def test_a_flat_floor_has_no_rings() -> None:

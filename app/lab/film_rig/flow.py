@@ -1,4 +1,7 @@
-"""A first guess of the pipe's axis in the picture, from the flow of the points alone.
+"""A first guess of drive and vanishing point from the flow of the points, for any lens.
+
+The search in one picture, by shading (`vo_core.image.axis`), is good to some degrees and has no
+drive; a fit starts from what moves.
 
 On the axis of a pipe a wall point at the axial distance x appears at the radius r = f R / x from
 the vanishing point, and driving on by dx moves it outwards by dr = r^2 dx / (f R).  A camera beside
@@ -34,18 +37,16 @@ _GRIDS = ((1.3, 15), (0.2, 7), (0.05, 5))
 
 
 @dataclass(frozen=True)
-class Axis:
+class Flow:
     """The first guess of one part."""
 
     vanishing_px: Matrix
     """(K, 2) where the pipe's axis vanishes in each keyframe."""
     drive: Matrix
     """(K,) way since the first keyframe, dx / (f R), per px."""
-    agreement: float
-    """Share of the points that move so, each by its weight."""
 
 
-def guess_axis(tracks: Tracks, size_wh: tuple[int, int]) -> Axis | None:
+def flow_of(tracks: Tracks, size_wh: tuple[int, int]) -> Flow | None:
     """The vanishing point under which the flow of most points is that of a pipe's wall.
 
     Returns:
@@ -64,10 +65,9 @@ def guess_axis(tracks: Tracks, size_wh: tuple[int, int]) -> Axis | None:
     fits = [_fit(before, now, best, sharp_px) for before, now in pairs]
     drive = np.cumsum([0.0, *(fit[0] for fit, _ in fits)])
     turn = np.cumsum([np.zeros(2), *(fit[3:5] for fit, _ in fits)], axis=0)
-    weights = np.concatenate([weight for _, weight in fits])
     # The fit measured the flow from `best` in all keyframes; the vanishing point moves with the
     # turn, and best lies in their middle.
-    return Axis(best + turn - turn.mean(axis=0), drive, float(weights.mean()))
+    return Flow(best + turn - turn.mean(axis=0), drive)
 
 
 def _pairs(tracks: Tracks) -> list[tuple[Matrix, Matrix]]:
