@@ -7,11 +7,17 @@
 - `bundle`: least squares of lens, views and points over all parts.
 - `refine`: measures the points again on patches bent as the wall is seen.
 - `scale`: the focal length by the inspected length or by joints.
-- `calibrate`: all of it together, the rig, and what the film cannot tell.
+- `calibrate`: all of it together, the rig, and what the film does not show.
 - `report`: draws the wall's grid on the film.
 """
 
-from app.lab.film_rig.calibrate import FilmRig, KnownPipe, UnusableFilm, calibrate_film
+from app.lab.film_rig.calibrate import (
+    FilmRig,
+    KnownPipe,
+    UnusableFilm,
+    calibrate_film,
+    with_lengths,
+)
 from app.lab.film_rig.report import plot
 
-__all__ = ["FilmRig", "KnownPipe", "UnusableFilm", "calibrate_film", "plot"]
+__all__ = ["FilmRig", "KnownPipe", "UnusableFilm", "calibrate_film", "plot", "with_lengths"]

@@ -55,6 +55,12 @@ UNSURE = 0.03
 DIAMETER_SIGMA = 0.01
 """Relative standard uncertainty of a stated diameter."""
 
+WAY_SIGMA = 0.01
+"""Relative standard uncertainty of the focal length that a known way implies.
+
+The way follows the other parameters of the lens, too: on rendered films with crooked cameras, coded
+at crf 30, the focal length was off by up to 0.95 % where the length was exact."""
+
 BETTER = 0.7
 """A fisheye lens is taken if its cost is less than this share of a pinhole lens's."""
 
@@ -84,9 +90,10 @@ class FilmRig:
     rig: Rig
     bundle: Bundle
     pipe: KnownPipe
-    factors: tuple[Factor, ...]
+    factors: tuple[Factor, ...] = ()
     """What the stated lengths said of the focal length."""
-    doubts: tuple[str, ...]
+    doubts: tuple[str, ...] = ()
+    """Sentences on lengths that were not used, or are unlikely."""
 
     @property
     def sigma(self) -> Matrix:
@@ -124,7 +131,7 @@ class FilmRig:
         ]  # fmt: skip
 
     def findings(self) -> list[str]:
-        """Sentences on what the film cannot tell."""
+        """Sentences on what the film does not show."""
         found = list(self.doubts)
         if self.sigma[FOCAL] > UNSURE:
             missing = [] if self.pipe.length_mm else ["the inspected length (--length-m)"]
@@ -169,19 +176,29 @@ def calibrate_film(video: Path, pipe: KnownPipe, on_progress: Progress) -> FilmR
         raise UnusableFilm(_NO_WALL)
     bundle = fit(scene, again, bundle.lens)
     _require_pipe(bundle)
-    factors: tuple[Factor, ...] = ()
-    doubts: tuple[str, ...] = ()
-    if pipe.segment_mm is not None or pipe.length_mm is not None:
-        said = focal_factors(
-            video,
-            _rig(bundle, pipe),
-            pipe.length_mm,
-            lambda done, total: on_progress("tracking the film", done, total),
-        )
-        factors, doubts = said.found, said.doubts
-        if factors:
-            bundle = _scaled(bundle, factors)
-    return FilmRig(_rig(bundle, pipe), bundle, pipe, factors, doubts)
+    found = FilmRig(_rig(bundle, pipe), bundle, pipe)
+    return with_lengths(found, video, pipe, on_progress)
+
+
+def with_lengths(found: FilmRig, video: Path, pipe: KnownPipe, on_progress: Progress) -> FilmRig:
+    """Bring a rig from a film to the scale of the lengths that are known; without one it is kept.
+
+    Args:
+        found: A rig found without lengths.
+        video: Its film, which is tracked.
+        pipe: The same pipe, with an inspected length or the distance of its joints.
+        on_progress: Called after each frame.
+    """
+    if pipe.segment_mm is None and pipe.length_mm is None:
+        return found
+    said = focal_factors(
+        video,
+        _rig(found.bundle, pipe),
+        pipe.length_mm,
+        lambda done, total: on_progress("tracking the film", done, total),
+    )
+    bundle = _scaled(found.bundle, said.found) if said.found else found.bundle
+    return FilmRig(_rig(bundle, pipe), bundle, pipe, said.found, said.doubts)
 
 
 def _moving_parts(video: VideoFile, on_progress: Progress) -> list[Tracks]:
@@ -241,9 +258,13 @@ def _best_lens(
     """Fit each model of a lens to some parts, and the one that explains them better to all.
 
     Raises:
-        UnusableFilm: No part shows a wall.
+        UnusableFilm: No part shows a wall along which the camera drives.
     """
     flows = [flow_of(tracks, size_wh) for tracks in parts]
+    # Most lenses have a focal length of about the picture's width.
+    drive = sum(size_wh[0] * float(np.ptp(flow.drive)) for flow in flows if flow is not None)
+    if drive < LEAST_DRIVE / 4:
+        raise UnusableFilm(_NO_WALL)
 
     def begun(scene: Scene) -> list[Part]:
         started = [
@@ -291,7 +312,7 @@ def _scaled(bundle: Bundle, factors: Sequence[Factor]) -> Bundle:
     prior = bundle.scene.prior
     mean, sigma = prior.mean.copy(), prior.sigma.copy()
     mean[FOCAL] = bundle.lens[FOCAL] + float(weights @ log / weights.sum())
-    sigma[FOCAL] = weights.sum() ** -0.5
+    sigma[FOCAL] = np.hypot(weights.sum() ** -0.5, WAY_SIGMA)
     scene = replace(bundle.scene, prior=replace(prior, mean=mean, sigma=sigma))
     lens = bundle.lens.copy()
     lens[FOCAL] = mean[FOCAL]

@@ -50,7 +50,7 @@ LOST_SHARE = 0.5
 
 SLOW = 0.25
 """A point slower than this share of the fast ones is left out: it is text, dirt on the lens or the
-robot, or a block that a coder did not renew, and the far wall tells little of the lens."""
+robot, or a block that a coder did not renew, and the far wall shows little of the lens."""
 
 LEAST_VIEWS = 3
 """Least number of keyframes that show a point: two views agree on almost any point."""

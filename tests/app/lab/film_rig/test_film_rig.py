@@ -7,8 +7,10 @@ from dataclasses import replace
 import av
 import numpy as np
 import pytest
+from tracks import look, straight_track
 
-from app.lab.film_rig import KnownPipe, UnusableFilm, calibrate_film, plot
+from app.lab.film_rig import KnownPipe, UnusableFilm, calibrate_film, plot, with_lengths
+from app.lab.film_rig.scale import factors_of
 from app.lab.simulation import SCENARIOS, simulate
 from app.lab.simulation.scenario import Shaking
 from vo_core.rig import Rig
@@ -91,28 +93,95 @@ def test_report_shows_the_grid(crooked, tmp_path):
     assert (tmp_path / "grid.png").read_bytes().startswith(b"\x89PNG")
 
 
+JOINTS_MM = 300.0
+
+
 @pytest.fixture(scope="module")
 def straight(tmp_path_factory):
-    """A camera that drives straight on the axis: its film tells nothing of the focal length."""
-    scenario = replace(
-        SCENARIOS["forward"], rig=rig_with(), length_mm=600.0, crf=14, sway_mm=0.0, yaw_deg=0.0
+    """A camera that drives straight on the axis, past joints 300 mm apart, and its rig.
+
+    The film shows nothing of the focal length.
+    """
+    rig = rig_with()
+    rig = rig.model_copy(
+        update={"pipe": rig.pipe.model_copy(update={"segment_length_mm": JOINTS_MM})}
     )
-    return simulate(scenario, tmp_path_factory.mktemp("straight"))
+    scenario = replace(
+        SCENARIOS["forward"],
+        rig=rig,
+        length_mm=900.0,
+        speed_mm_s=600.0,
+        acceleration_mm_s2=1200.0,
+        crf=14,
+        sway_mm=0.0,
+        yaw_deg=0.0,
+    )
+    video = simulate(scenario, tmp_path_factory.mktemp("straight")).video
+    return video, calibrate_film(video, PIPE, quiet)
 
 
 def test_a_straight_drive_asks_for_a_length(straight):
-    found = calibrate_film(straight.video, PIPE, quiet)
+    _, found = straight
     assert found.focal_percent > 5
     assert any("state the inspected length" in sentence for sentence in found.findings())
     assert abs(np.log(found.rig.camera.fx / 200)) < 3 * found.sigma[0]
 
 
-def test_the_inspected_length_gives_the_focal_length(straight):
-    found = calibrate_film(straight.video, replace(PIPE, length_mm=600.0), quiet)
-    # The length counts 0.5 %, the rest is registration.
+@pytest.mark.parametrize(
+    ("lengths", "source"),
+    [
+        ({"length_mm": 900.0}, "the inspected length"),
+        ({"length_mm": 900.0, "segment_mm": JOINTS_MM}, "the inspected length and 3 joints"),
+    ],
+    ids=["length", "length and joints"],
+)
+def test_a_known_length_gives_the_focal_length(straight, lengths, source):
+    video, rough = straight
+    found = with_lengths(rough, video, replace(PIPE, **lengths), quiet)
+    # A length counts 0.5 %, and a segment 5 mm; the rest is registration.
     assert found.rig.camera.fx == pytest.approx(200, rel=0.02)
-    assert found.focal_percent < 2
-    assert "the inspected length" in [factor.source for factor in found.factors]
+    assert found.focal_percent < 3 < rough.focal_percent
+    assert [factor.source for factor in found.factors] == [source]
+
+
+def test_a_length_that_the_film_excludes_is_left_out_with_a_sentence(straight):
+    video, rough = straight
+    found = with_lengths(rough, video, replace(PIPE, length_mm=4500.0), quiet)
+    assert any("it is not used; check the length" in said for said in found.findings())
+    assert found.rig == rough.rig
+
+
+@pytest.mark.parametrize(
+    ("length_mm", "segment_mm", "sources", "doubt"),
+    [
+        (8800.0, None, ["the inspected length"], None),
+        (12000.0, None, ["the inspected length"], "it is used all the same; check the length"),
+        (14000.0, None, [], "it is not used; check the length"),
+        (None, 1650.0, ["5 joints"], None),
+        (8800.0, 1650.0, ["the inspected length and 5 joints"], None),
+        (None, 860.0, ["3 joints"], "only one joint in 3 was seen"),
+        (8800.0, 1300.0, ["the inspected length"], "the joints are not used"),
+    ],
+)
+def test_lengths_are_compared_with_the_film_and_with_each_other(
+    length_mm, segment_mm, sources, doubt
+):
+    """The film alone says 15 %; it shows 8 m and joints 1.5 m apart, in truth 10 % more."""
+    rig = rig_with()
+    rig = rig.model_copy(
+        update={
+            "pipe": rig.pipe.model_copy(update={"segment_length_mm": segment_mm}),
+            "tolerance": rig.tolerance.model_copy(update={"focal_percent": 15.0}),
+        }
+    )
+    track = straight_track(np.linspace(0.0, 8000.0, 801), np.full(801, 5.0))
+    sightings = look(track, [1003.0 + 1500.0 * n for n in range(5)])
+    said = factors_of(track, sightings, rig, length_mm)
+    assert [factor.source for factor in said.found] == sources
+    assert [doubt in sentence for sentence in said.doubts] == ([] if doubt is None else [True])
+    if doubt is None:
+        assert said.found[0].value == pytest.approx(1.1, abs=3 * said.found[0].sigma)
+        assert said.found[0].sigma < 0.02
 
 
 def write_film(file, pictures):
