@@ -121,6 +121,36 @@ def test_looking_around_holds_the_distance_and_is_named():
     assert not track.looking_around[np.abs(yaw_deg) < 3].any()
 
 
+def test_a_camera_that_stands_and_tilts_a_little_drives_nowhere():
+    scenario = replace(
+        SCENARIOS["forward_looking_around"],
+        length_mm=600.0,
+        legs=(0.5, 0.5),
+        rest_s=9.0,
+        frames_per_s=10,
+        looks=(Look(yaw_deg=6.0, pitch_deg=12.0, hold_s=4.0),),
+    )
+    track, x_mm = tracked(scenario)
+    stands = np.flatnonzero(np.diff(x_mm) == 0)
+    assert len(stands) > 80
+    assert np.ptp(track.distance_mm[stands]) < 3.0
+
+
+def test_a_drive_in_and_out_again_closes():
+    scenario = replace(
+        SCENARIOS["forward_crooked"],
+        length_mm=1000.0,
+        legs=(0.5, -0.5),
+        rest_s=0.5,
+        frames_per_s=15,
+    )
+    track, x_mm = tracked(scenario)
+    # The film ends where it began; 6 % of the way in are allowed in the field.
+    assert abs(x_mm[-1]) < 1.0
+    assert abs(track.distance_mm[-1]) < 0.02 * x_mm.max()
+    assert np.count_nonzero(track.status == "lost") == 0
+
+
 def test_one_picture_a_second_is_enough():
     scenario = replace(SCENARIOS["forward_slow"], length_mm=1800.0)
     track, x_mm = tracked(scenario)
