@@ -53,7 +53,7 @@ export class Upload extends EventTarget {
 
   /**
    * @param {File} file
-   * @param {string} path tells it apart from a file of the same name in another folder
+   * @param {string} path distinguishes it from a file of the same name in another folder
    */
   constructor(file, path) {
     super();

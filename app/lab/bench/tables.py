@@ -110,7 +110,7 @@ def _looks_forward(row: BenchRow) -> bool:
 def _forward_accuracy(rows: Sequence[BenchRow]) -> str:
     return (
         "A camera that looks along the pipe, end error in % of the path · largest error of the "
-        "distance in mm · frames lost. **The essential matrices are told the true length of every "
+        "distance in mm · frames lost. **The essential matrices are given the true length of every "
         "step**, which they cannot measure: only their directions and rotations are their own. "
         "Counted joints are a known segment apart, the frames between them share the distance "
         "evenly.\n\n" + _by_method(rows, _forward_cell)

@@ -1,7 +1,7 @@
 """Peers for a camera that looks along the pipe.
 
 An essential matrix gives the rotation and the direction of a step, never its length.  These peers
-are told the true length of every step, so that only their directions and rotations are tested; no
+are given the true length of every step, so that only their directions and rotations are tested; no
 crew has such a peer.  Joint counting knows only the length of a pipe segment.
 """
 
@@ -238,7 +238,7 @@ class JointCounting(ForwardPeer):
         return self._estimate(t_s, np.zeros(3), np.eye(3), is_lost=False)
 
     def finish(self, track: Track, truth: Truth) -> Track:
-        """Interpolate between the frames at which joints have passed; nothing is told to it."""
+        """Interpolate between the frames at which joints have passed; it is given nothing."""
         passed = np.array(_passed(self._seen))
         if len(passed) < 2:
             return replace(track, status=np.full(len(track), "lost"))

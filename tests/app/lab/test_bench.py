@@ -271,7 +271,7 @@ def test_forward_table_puts_targets_beside_chainage_and_says_what_its_peers_are_
     assert forward_line("forward_stream", method="joint counting", end_error_percent=-9.0) == (
         "| forward_stream | -9.00 · 1 · 2 of 616 |"
     )
-    assert "told the true length of every step" in to_forward_markdown([])
+    assert "given the true length of every step" in to_forward_markdown([])
 
 
 def test_whole_bench_has_a_table_for_each_view():
