@@ -132,12 +132,12 @@ class Lookout:
         jumps = off_rad > JUMP_RAD and self._ahead is not None
         self._jumps = self._jumps + 1 if jumps else 0
         self.gaze = seen if not jumps or self._jumps >= JUMP_FRAMES else None
+        if self.is_around and self.gaze is not None and self._ahead is not None:
+            self.is_around = bool((np.abs(self.gaze - self._ahead) > BACK_RAD).any())
         # Near the border of the picture, where a pan takes it, the axis is less exact.
         is_off = self.gaze is not None and off_rad > ASTRAY_RAD and not self.is_around
         self._astray = self._astray + 1 if is_off else 0
         self._astray_s = self._astray * period_s
-        if self.is_around and self.gaze is not None and self._ahead is not None:
-            self.is_around = bool((np.abs(self.gaze - self._ahead) > BACK_RAD).any())
 
     def begin(self) -> State:
         """State before the first frame: the rig's gaze, unless the picture clearly shows another.

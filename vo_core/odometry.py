@@ -67,6 +67,9 @@ GHOST_PX = 0.25
 What a coder leaves of the picture before pulls each registration back a little: by 0.1 to 0.3 px on
 H.264 at crf 30, much the same over one frame and over six."""
 
+STOPPED_PX = 1.0
+"""Motion of the content below which the newest picture seems to be repeated."""
+
 HELD_MM = 2.0
 """Way of a robot that stands while its camera looks around, one sigma."""
 
@@ -512,6 +515,8 @@ class Odometry:
         for guess, reference in product(guesses, references):
             if self._locator.overlap(reference, guess) >= LEAST_OVERLAP:
                 fix = self._locator.locate(reference, picture, guess, outlook)
+                if fix is not None and self._is_coded_standstill(fix):
+                    continue
                 if fix is not None and self._is_usual(fix):
                     return fix
                 doubtful += [fix] if fix is not None else []
@@ -521,6 +526,15 @@ class Odometry:
             if (fix := self._locator.search(reference, picture, outlook)) is not None:
                 return fix
         return None
+
+    def _is_coded_standstill(self, fix: Fix) -> bool:
+        """Whether a coarse coding may have repeated the newest picture, as the keyframe denies it.
+
+        A robot that stands is recognised from the keyframe, too.
+        """
+        if self._lookout is None or not self._skipping.is_coarse:
+            return False
+        return fix.reference is not self._keyframe and fix.moved_px < STOPPED_PX
 
     def _is_usual(self, fix: Fix) -> bool:
         """Whether a fix agrees nearly as well as those before; else other guesses are tried, too.
