@@ -532,9 +532,8 @@ class Odometry:
 
         A robot that stands is recognised from the keyframe, too.
         """
-        if self._lookout is None or not self._skipping.is_coarse:
-            return False
-        return fix.reference is not self._keyframe and fix.moved_px < STOPPED_PX
+        is_newest = fix.reference is not self._keyframe
+        return self._is_coarse_ahead and is_newest and fix.moved_px < STOPPED_PX
 
     def _is_usual(self, fix: Fix) -> bool:
         """Whether a fix agrees nearly as well as those before; else other guesses are tried, too.
@@ -583,7 +582,7 @@ class Odometry:
         is_out = fix.reference is not self._keyframe or fix.alignment.overlap < self._least_overlap
         if is_out or self._skipping.is_fresh:
             self._keyframe = self._fallback
-            if self._lookout is not None and self._skipping.is_coarse:
+            if self._is_coarse_ahead:
                 ghost_mm = GHOST_PX * self._rectify.grid.mm_per_px
                 self._model_mm += float(np.copysign(ghost_mm, fix.change[0]))
         sure = fix.alignment.significance >= CERTAIN and not fix.is_ambiguous
@@ -592,9 +591,14 @@ class Odometry:
     @property
     def _least_overlap(self) -> float:
         """Common wall of keyframe and frame below which the frame becomes the keyframe."""
-        if not self._skipping.is_coarse:
-            return KEYFRAME_OVERLAP[self.rig.pipe.shape]
-        return COARSE_OVERLAP if self._lookout is None else COARSE_AHEAD_OVERLAP
+        if self._is_coarse_ahead:
+            return COARSE_AHEAD_OVERLAP
+        return COARSE_OVERLAP if self._skipping.is_coarse else KEYFRAME_OVERLAP[self.rig.pipe.shape]
+
+    @property
+    def _is_coarse_ahead(self) -> bool:
+        """Whether the film is coarsely coded and its camera looks along the pipe."""
+        return self._lookout is not None and self._skipping.is_coarse
 
     def _bridge(self, picture: Picture, *, is_new: bool) -> tuple[Status, float]:
         """Continue the motion before; take a new reference once the old wall is out of sight."""
