@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import JSON, DateTime, Float, ForeignKey, Index, Integer, String, Text
+from sqlalchemy import JSON, BigInteger, DateTime, Float, ForeignKey, Index, Integer, String, Text
 from sqlalchemy.engine import Dialect
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 from sqlalchemy.types import TypeDecorator
@@ -61,6 +61,7 @@ class Inspection(Base):
     """One survey of one culvert."""
 
     __tablename__ = "inspections"
+    __table_args__ = (Index("ix_inspections_queue", "status", "priority", "queued_at"),)
 
     id: Mapped[str] = mapped_column(String(32), primary_key=True)
     name: Mapped[str] = mapped_column(String(200))
@@ -72,7 +73,7 @@ class Inspection(Base):
     """Origin of the film: upload, live, or import of a survey without one."""
     source_filename: Mapped[str] = mapped_column(String(255))
     """Name given by the user; the stored file has another name."""
-    source_size: Mapped[int]
+    source_size: Mapped[int] = mapped_column(BigInteger)
     source_sha256: Mapped[str] = mapped_column(String(64))
     """Empty while a live inspection is recorded."""
     video_file: Mapped[str] = mapped_column(String(20))
@@ -99,6 +100,14 @@ class Inspection(Base):
     created_at: Mapped[datetime]
     queued_at: Mapped[datetime]
     finished_at: Mapped[datetime | None]
+    priority: Mapped[int] = mapped_column(default=0)
+    """Of two queued inspections the one with the higher number is tracked first."""
+    attempt: Mapped[int] = mapped_column(default=0)
+    """Number of the newest claim: an older one can store no result."""
+    claimed_by: Mapped[str | None] = mapped_column(String(64))
+    """Server that tracks it."""
+    claimed_until: Mapped[datetime | None]
+    """When another server may claim it, unless the claim is renewed."""
 
     @property
     def has_film(self) -> bool:
