@@ -6,7 +6,8 @@
         ├── Unauthenticated, Forbidden, CrossOrigin, UnknownHost, TooManyAttempts access
         ├── InvalidUpload, OffsetConflict, UploadBusy, ChecksumMismatch, ...      uploads
         ├── FrameOutsideVideo, StillRunning, ChangedMeanwhile, ...                inspections
-        ├── MediaFailed, MediaTimeout, Busy, DiskFull, NotReady, ...NotAvailable  not now, not yet
+        ├── MediaFailed, MediaTimeout, Busy, DiskFull, StoreUnavailable, NotReady,
+        │   ...NotAvailable                                   not now, not yet
         ├── InvalidSettings, DataFolderInUse, UnusableDatabase, UnusableBackup,   before the start
         │   AddressNotAvailable, OpenToTheNetwork
         ├── TokenNameTaken, TokenNotFound, UnreadableTokens               `chainage token`
@@ -51,6 +52,10 @@ class TileNotFound(AppError):
 
 class FrameNotFound(AppError):
     """The inspection has no picture with this number, or it is not tracked yet."""
+
+
+class BlobNotFound(AppError):
+    """The store of films, photos, tiles and tracks has nothing under this key."""
 
 
 class WallNotSeen(AppError):
@@ -143,6 +148,10 @@ class DiskFull(AppError):
         self, detail: str = "The server's disk is full. Free some space, then continue."
     ) -> None:
         super().__init__(detail)
+
+
+class StoreUnavailable(AppError):
+    """The object store does not answer, refuses the credentials, or has no such bucket."""
 
 
 class UploadIncomplete(AppError):

@@ -18,6 +18,7 @@ import pytest
 from builders import Client, make_clip, serving
 from hypothesis import settings
 from kinds import kind_of, nothing_is_started
+from object_stores import ObjectStore, moto
 from playwright.sync_api import Browser, sync_playwright
 from surveys import Survey, tracked_once
 
@@ -80,6 +81,13 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def long_clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A clip long enough to be interrupted while it is tracked."""
     return make_clip(tmp_path_factory.mktemp("clips") / "long.mp4", LONG_FRAMES)
+
+
+@pytest.fixture(scope="session")
+def object_store() -> Iterator[ObjectStore]:
+    """One S3 server for each test process."""
+    with moto() as store:
+        yield store
 
 
 @pytest.fixture(scope="session")

@@ -18,7 +18,7 @@ BROWSER = {"browser", "page", "window"}
 """Fixtures that use Chromium."""
 
 SERVER = {
-    "server", "shared", "survey", "done", "chainage", "served", "serve",
+    "server", "shared", "survey", "done", "chainage", "served", "serve", "object_store",
     "subprocess", "socket", "asyncio", "serving", "LiveServer", "Client", "Process", "process",
     "Child", "ReadyTracker", "Storm", "FileReader", "listening", "create_app",
 }  # fmt: skip

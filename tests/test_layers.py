@@ -77,7 +77,12 @@ def test_modules_form_no_cycle(package):
 
 @pytest.mark.parametrize(
     ("package", "home"),
-    [("viser", "app.viewer"), ("sqlalchemy", "app.storage"), ("alembic", "app.storage")],
+    [
+        ("viser", "app.viewer"),
+        ("sqlalchemy", "app.storage"),
+        ("alembic", "app.storage"),
+        ("obstore", "app.storage"),
+    ],
 )
 def test_a_library_is_known_in_one_place_only(package, home):
     users = importers(package, "app", "vo_core")

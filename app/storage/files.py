@@ -229,9 +229,13 @@ def move_durably(source: Path, target: Path) -> None:
 def copy_durably(source: Path, target: Path) -> None:
     """Copy a file into the data folder; the target is complete or missing."""
     part = target.with_name(f".{target.name}.part")
-    shutil.copyfile(source, part)
-    sync_file(part)
-    part.replace(target)
+    try:
+        shutil.copyfile(source, part)
+        sync_file(part)
+        part.replace(target)
+    except OSError:
+        part.unlink(missing_ok=True)
+        raise
     sync_folder(target.parent)
 
 

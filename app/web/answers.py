@@ -17,6 +17,7 @@ from starlette.websockets import WebSocket, WebSocketState
 
 from app.errors import (
     NO_ROOM,
+    BlobNotFound,
     Busy,
     ChangedMeanwhile,
     ChecksumMismatch,
@@ -50,6 +51,7 @@ from app.errors import (
     SampleBeingMade,
     SampleFailed,
     StillRunning,
+    StoreUnavailable,
     TileNotFound,
     TooManyAttempts,
     TooManyUploads,
@@ -86,6 +88,7 @@ STATUS: dict[type[Exception], int] = {
     PhotoNotFound: 404,
     FrameNotFound: 404,
     TileNotFound: 404,
+    BlobNotFound: 404,
     WallNotSeen: 404,
     PackNotFound: 404,
     Unauthenticated: 401,
@@ -127,6 +130,7 @@ STATUS: dict[type[Exception], int] = {
     NoScene: 503,
     Busy: 503,
     NotReady: 503,
+    StoreUnavailable: 503,
     IncompleteWallPoint: 422,
     InvalidCorrection: 422,
     InvalidRig: 422,
@@ -140,6 +144,7 @@ _HEADERS: Mapping[type[Exception], Mapping[str, str]] = {
     TooManyAttempts: {"Retry-After": "60"},
     UnsupportedTusVersion: {"Tus-Version": "1.0.0"},
     Busy: {"Retry-After": "2"},
+    StoreUnavailable: {"Retry-After": "5"},
 }
 
 EVERYWHERE: dict[int, tuple[str, ...]] = {
