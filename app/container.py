@@ -36,6 +36,7 @@ from app.reports.reports import Reports
 from app.settings import Settings
 from app.storage.access import AccessStore
 from app.storage.alerts import AlertStore
+from app.storage.blobs import Blobs, blobs_at
 from app.storage.database import Database
 from app.storage.files import DataFolder
 from app.storage.imports import ImportStore
@@ -44,10 +45,12 @@ from app.storage.runs import RunStore
 from app.storage.tokens import TokenFile
 from app.tracking.cameras import Sources
 from app.tracking.counter_queue import CounterQueue
+from app.tracking.dask_engine import Cluster, DaskEngine, Store
+from app.tracking.engines import Engine, Pool
 from app.tracking.live import Live
 from app.tracking.media import Media
 from app.tracking.photos import Photos
-from app.tracking.queue import Tracking
+from app.tracking.queue import Claims, Tracking
 from app.tracking.recorder import Recorder
 from app.tracking.runs import Runs
 from app.tracking.tracks import Tracks
@@ -122,6 +125,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     """Build and start the services; `stack` stops them, even if a later step fails."""
     folder = DataFolder(settings.data, reserve_bytes=settings.disk_reserve_bytes)
     stack.callback(folder.close)
+    blobs = blobs_at(None, folder.root)
     metrics = Metrics()
     database = Database(folder.database, on_write=metrics.count_write)
     stack.callback(database.close)
@@ -144,13 +148,10 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         run_store,
         folder,
         tracks,
-        records.unrolled,
         runs,
         live,
-        slots=settings.max_jobs,
-        limits=child_limits,
-        stall_s=settings.stall_s,
-        pace=settings.pace,
+        _engine(settings, folder, blobs, records, runs, child_limits),
+        Claims.of_this_process(are_shared=False),
     )
     photos = Photos(
         records.inspection_store, records.observation_store, folder, media, tracks, live
@@ -270,6 +271,40 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         meter_counter=meter_counter,
         health=Health(database, folder, media, tracking, photos),
         metrics=metrics,
+    )
+
+
+def _engine(
+    settings: Settings,
+    folder: DataFolder,
+    blobs: Blobs,
+    records: Records,
+    runs: Runs,
+    limits: Limits,
+) -> Engine:
+    """Return what tracks the films: the cluster that is set, or else this machine."""
+    if settings.dask is None:
+        return Pool(
+            folder,
+            blobs,
+            records.tracks,
+            records.unrolled,
+            runs,
+            slots=settings.max_jobs,
+            limits=limits,
+            stall_s=settings.stall_s,
+            pace=settings.pace,
+        )
+    cluster = Cluster(settings.dask, settings.dask_ca, settings.dask_cert, settings.dask_key)
+    return DaskEngine(
+        cluster,
+        blobs,
+        Store(None, str(folder.root)),
+        records.tracks,
+        records.unrolled,
+        runs,
+        limits=limits,
+        stall_s=settings.stall_s,
     )
 
 

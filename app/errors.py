@@ -8,6 +8,7 @@
         ├── FrameOutsideVideo, StillRunning, ChangedMeanwhile, ...                inspections
         ├── MediaFailed, MediaTimeout, Busy, DiskFull, StoreUnavailable, NotReady,
         │   ...NotAvailable                                   not now, not yet
+        ├── EngineUnavailable, WorkerLost, ClaimLost              tracking by several machines
         ├── InvalidSettings, DataFolderInUse, UnusableDatabase, UnusableBackup,   before the start
         │   AddressNotAvailable, OpenToTheNetwork
         ├── TokenNameTaken, TokenNotFound, UnreadableTokens               `chainage token`
@@ -238,6 +239,18 @@ class NoScene(AppError):
 
 class Busy(AppError):
     """Too many requests are already waiting."""
+
+
+class EngineUnavailable(AppError):
+    """The cluster that tracks films cannot be reached."""
+
+
+class WorkerLost(AppError):
+    """A worker of the cluster was lost with its run, which another worker can do again."""
+
+
+class ClaimLost(AppError):
+    """Another server has claimed the inspection meanwhile, so this result is not used."""
 
 
 class NotReady(AppError):

@@ -4,6 +4,7 @@ import re
 from ipaddress import IPv4Network, IPv6Network, ip_network
 from pathlib import Path
 from typing import Annotated, Any, Self
+from urllib.parse import urlsplit
 
 import cv2
 import numpy as np
@@ -22,6 +23,7 @@ _SECRET = ("token", "webhook_secret", "webhook_url")
 _LOGO_BYTES = 2 * 2**20
 _LOGO_STARTS = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
 """First bytes of a PNG, and of a JPEG."""
+_THIS_MACHINE = ("127.0.0.1", "::1", "localhost")
 GIB = 2**30
 MIB = 2**20
 
@@ -152,6 +154,22 @@ class Settings(BaseSettings):
         "inspected while they grow.",
     )
 
+    dask: str | None = Field(
+        default=None,
+        pattern=r"^(tls|tcp)://[A-Za-z0-9._\-\[\]:]+:[0-9]{1,5}$",
+        description="Address of a Dask scheduler whose workers track the films in place of this "
+        "machine, such as `tls://scheduler:8786`; `tcp://` on this machine only.",
+    )
+    dask_ca: Path | None = Field(
+        default=None, description="Certificate of the authority of the cluster (PEM)."
+    )
+    dask_cert: Path | None = Field(
+        default=None, description="Certificate of this server for the cluster (PEM)."
+    )
+    dask_key: Path | None = Field(
+        default=None, description="Private key of that certificate (PEM, without a password)."
+    )
+
     pace: float | None = Field(
         default=None,
         gt=0,
@@ -182,6 +200,22 @@ class Settings(BaseSettings):
     def _certificate_with_key(self) -> Self:
         if (self.tls_cert is None) != (self.tls_key is None):
             raise ValueError("CHAINAGE_TLS_CERT and CHAINAGE_TLS_KEY go together")
+        return self
+
+    @model_validator(mode="after")
+    def _scheduler_is_safe(self) -> Self:
+        """Whoever reaches a scheduler can run code on its workers."""
+        address = urlsplit(self.dask or "")
+        if address.scheme == "tls" and not (self.dask_ca and self.dask_cert and self.dask_key):
+            raise ValueError(
+                "CHAINAGE_DASK with tls:// needs CHAINAGE_DASK_CA, CHAINAGE_DASK_CERT and "
+                "CHAINAGE_DASK_KEY"
+            )
+        if address.scheme == "tcp" and address.hostname not in _THIS_MACHINE:
+            raise ValueError(
+                "CHAINAGE_DASK: whoever reaches a scheduler can run code on its workers, so tcp:// "
+                "is allowed on this machine only; use tls://"
+            )
         return self
 
     @model_validator(mode="after")

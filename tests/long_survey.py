@@ -29,7 +29,7 @@ from app.storage.imports import ImportStore
 from app.storage.tables import Inspection
 from app.survey.records import Event, Observation
 from app.survey.tag import StatedTag
-from app.tracking.queue import track_metadata
+from app.tracking.runs import track_metadata
 from app.tracking.tracks import Tracks
 from app.tracking.videos import file_name, video_columns
 from vo_core import Estimate

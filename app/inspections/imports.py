@@ -31,7 +31,7 @@ from app.survey.records import BROUGHT_IN, Event, Observation
 from app.survey.stated import Stated
 from app.survey.tag import StatedTag
 from app.survey.track_rows import estimate_at, is_unmeasured
-from app.tracking.queue import track_metadata
+from app.tracking.runs import track_metadata
 from app.tracking.tracks import Tracks
 from app.tracking.videos import NO_FILM, unfilmed_columns
 from vo_core import Rig, Track

@@ -23,8 +23,8 @@ from app.survey.track_rows import estimate_at, since
 from app.survey.versions import require_version, version_of
 from app.tracking.live import CameraStatus, Live, Progress
 from app.tracking.media import Media
-from app.tracking.queue import Tracking, track_metadata
-from app.tracking.runs import Runs
+from app.tracking.queue import Tracking
+from app.tracking.runs import Runs, track_metadata
 from app.tracking.tracks import Tracks
 from app.tracking.videos import NO_FILM
 from vo_core import Estimate, Track

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from typing import Any
 
-from sqlalchemy import and_, select, update
+from sqlalchemy import ColumnElement, and_, select, update
 from sqlalchemy.orm import Session
 
-from app.errors import StillRunning
+from app.errors import ClaimLost, StillRunning
 from app.storage.database import Database
 from app.storage.inspections import existing
 from app.storage.tables import ENDED, EventRow, Inspection, ObservationRow
@@ -35,20 +35,35 @@ class RunStore:
     def __init__(self, database: Database) -> None:
         self._database = database
 
-    def queue_interrupted(self) -> int:
-        """Queue again the inspections that were being tracked when the server ended; return their
-        number.
+    def queue_interrupted(self, *, lapsed_only: bool) -> int:
+        """Queue again the inspections whose tracking was interrupted; return their number.
 
         Recordings must be finalised first: see `interrupted_recordings`.
+
+        Args:
+            lapsed_only: Leave those that another server may still be tracking.
         """
 
         def queue(session: Session) -> int:
-            rows = session.scalars(select(Inspection).where(_IS_TRACKED)).all()
+            query = select(Inspection).where(_IS_TRACKED)
+            if lapsed_only:
+                query = query.where(_has_lapsed())
+            rows = session.scalars(query).all()
             for row in rows:
-                row.status = "queued"
+                _unclaim(row)
             return len(rows)
 
         return self._database.write(queue)
+
+    def release(self, owner: str) -> None:
+        """Queue again what a server has claimed, as it stops."""
+
+        def queue(session: Session) -> None:
+            query = select(Inspection).where(_IS_TRACKED, Inspection.claimed_by == owner)
+            for row in session.scalars(query):
+                _unclaim(row)
+
+        self._database.write(queue)
 
     def interrupted_recordings(self) -> list[Inspection]:
         """Return the inspections that were being recorded when the server ended."""
@@ -58,20 +73,59 @@ class RunStore:
             )
             return list(session.scalars(query))
 
-    def claim_oldest_queued(self) -> Inspection | None:
-        """Set the oldest queued inspection to `running`; None if there is none."""
+    def claim_next(self, owner: str, claim_s: float) -> Inspection | None:
+        """Claim the queued inspection that is first in order, or one whose claim has lapsed.
+
+        Args:
+            owner: Who claims it.
+            claim_s: How long the claim holds unless it is renewed.
+        Returns:
+            The inspection, which is `running` now, with the number of this attempt; None if there
+            is nothing to track.
+        """
         with self._database.read() as session:
-            if session.scalar(_OLDEST_QUEUED) is None:
+            if _next_id(session) is None:
                 return None  # read first, as a write costs a sync of the disk
 
         def claim(session: Session) -> Inspection | None:
-            inspection_id = session.scalar(_OLDEST_QUEUED)
+            inspection_id = _next_id(session)
             row = session.get(Inspection, inspection_id) if inspection_id else None
             if row is not None:
                 row.status = "running"
+                row.attempt += 1
+                row.claimed_by = owner
+                row.claimed_until = datetime.now(UTC) + timedelta(seconds=claim_s)
             return row
 
         return self._database.write(claim)
+
+    def renew(
+        self, owner: str, claim_s: float, progress: Mapping[str, tuple[int, float | None]]
+    ) -> set[str]:
+        """Renew the claims of an owner and store the progress; return the ids that are still its.
+
+        Args:
+            owner: Who has claimed them.
+            claim_s: How long the claims hold from now on.
+            progress: Frames done and frames per second, by inspection.
+        """
+
+        def apply(session: Session) -> set[str]:
+            query = select(Inspection).where(_IS_TRACKED, Inspection.claimed_by == owner)
+            until = datetime.now(UTC) + timedelta(seconds=claim_s)
+            rows = {row.id: row for row in session.scalars(query)}
+            for inspection_id in rows.keys() & progress.keys():
+                row = rows[inspection_id]
+                row.claimed_until = until
+                row.frames_done, row.fps = progress[inspection_id]
+            return set(rows)
+
+        return self._database.write(apply)
+
+    def require_claim(self, inspection_id: str, attempt: int | None) -> None:
+        """Raise ClaimLost unless this attempt is the newest; InspectionNotFound without a row."""
+        with self._database.read() as session:
+            _require_claim(existing(session, inspection_id), attempt)
 
     def cancel_unless_ended(self, inspection_id: str) -> str:
         """Set an inspection that is not running to `cancelled`; return its previous status.
@@ -196,18 +250,28 @@ class RunStore:
         inspection_id: str,
         outcome: Outcome,
         *,
+        attempt: int | None = None,
         frames_done: int,
         fps: float | None,
         last: Estimate | None,
     ) -> None:
         """Store the result of a run, its number of frames and the place of the last tracked frame.
 
+        Args:
+            inspection_id: The inspection.
+            outcome: How the run ended.
+            attempt: Number of its claim; None for a recording, which nobody claims.
+            frames_done, fps, last: Of the run.
         Raises:
             InspectionNotFound: No inspection has this id.
+            ClaimLost: The inspection has been claimed again since.
         """
 
         def record(session: Session) -> None:
             row = existing(session, inspection_id)
+            if attempt is not None:
+                _require_claim(row, attempt)
+            row.claimed_by = row.claimed_until = None
             row.status = outcome.status
             row.error_code = outcome.error_code
             row.error_detail = outcome.error_detail
@@ -224,12 +288,35 @@ class RunStore:
 
 
 _IS_TRACKED = and_(Inspection.status == "running", Inspection.source_sha256 != "")
-_OLDEST_QUEUED = (
+_FIRST_QUEUED = (
     select(Inspection.id)
     .where(Inspection.status == "queued")
-    .order_by(Inspection.queued_at, Inspection.id)
+    .order_by(Inspection.priority.desc(), Inspection.queued_at, Inspection.id)
     .limit(1)
 )
+
+
+def _has_lapsed() -> ColumnElement[bool]:
+    return Inspection.claimed_until < datetime.now(UTC)
+
+
+def _next_id(session: Session) -> str | None:
+    """Return the inspection to track next: interrupted ones first, as they were first before."""
+    lapsed = select(Inspection.id).where(_IS_TRACKED, _has_lapsed()).limit(1)
+    return session.scalar(lapsed) or session.scalar(_FIRST_QUEUED)
+
+
+def _unclaim(row: Inspection) -> None:
+    row.status = "queued"
+    row.claimed_by = row.claimed_until = None
+
+
+def _require_claim(row: Inspection, attempt: int | None) -> None:
+    if row.attempt != attempt or row.status != "running":
+        raise ClaimLost(
+            f"Attempt {attempt} of inspection {row.id} ended after another had begun; its result "
+            "is not used."
+        )
 
 
 def _require_ended(row: Inspection) -> None:

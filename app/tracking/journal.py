@@ -22,8 +22,8 @@ import app.jobs
 import vo_core
 from app.errors import DiskFull
 from app.jobs.messages import Batch, Checkpoint, KeptCheckpoint, encode
-from app.storage.files import DataFolder, append_durably, write_durably
-from app.storage.tables import Inspection
+from app.storage.files import Places, append_durably, write_durably
+from app.tracking.runs import TrackedFilm
 from app.tracking.unrolled import Unrolled
 
 logger = logging.getLogger(__name__)
@@ -49,12 +49,12 @@ class Resumption:
 class Journal:
     """The journal of one inspection, used by the thread that follows its tracking."""
 
-    def __init__(self, folder: DataFolder, unrolled: Unrolled, inspection: Inspection) -> None:
+    def __init__(self, folder: Places, unrolled: Unrolled, inspection: TrackedFilm) -> None:
         self._id = inspection.id
         self._unrolled = unrolled
         self._journal = folder.journal(inspection.id)
         self._checkpoint = folder.checkpoint(inspection.id)
-        self._stamp = _stamp(inspection)
+        self._stamp = stamp_of(inspection)
         self._bytes = 0
         """Bytes of the journal covered by the checkpoint."""
         self._unsaved = bytearray()
@@ -88,8 +88,8 @@ class Journal:
         entry = encode(msgspec.structs.replace(batch, jpeg=b"", tiles=[]))
         self._unsaved += len(entry).to_bytes(_LENGTH_BYTES, "big") + entry
 
-    def keep(self, checkpoint: Checkpoint) -> None:
-        """Sync all results, then the checkpoint; without free space, neither."""
+    def keep(self, checkpoint: Checkpoint) -> bool:
+        """Sync all results, then the checkpoint; without free space neither, and return False."""
         try:
             self._unrolled.sync(self._id, self._tiles)
             end = append_durably(self._journal, self._bytes, self._unsaved)
@@ -98,9 +98,10 @@ class Journal:
         except (DiskFull, OSError):
             # Tracking itself needs no free space, and the previous checkpoint is still valid.
             logger.warning("A checkpoint of %s could not be written.", self._id, exc_info=True)
-            return
+            return False
         self._bytes = end
         self._unsaved, self._tiles = bytearray(), set()
+        return True
 
     def drop(self) -> None:
         """Delete journal and checkpoint: the run has ended or starts again."""
@@ -119,9 +120,9 @@ def _decoded(journal: bytes) -> list[Batch]:
     return found
 
 
-def _stamp(inspection: Inspection) -> str:
-    """Return a digest of everything that a checkpoint depends on."""
-    rig = json.dumps(inspection.rig, sort_keys=True)
+def stamp_of(inspection: TrackedFilm) -> str:
+    """Return a digest of everything that a result depends on: program, film and rig."""
+    rig = json.dumps(dict(inspection.rig), sort_keys=True)
     parts = "\n".join((_program(), inspection.source_sha256, rig))
     return hashlib.sha256(parts.encode()).hexdigest()
 

@@ -1,62 +1,67 @@
-"""The queue of videos and the child processes that track them.
+"""The queue of films, and the threads that have them tracked by an engine.
 
-The table of inspections is the queue. An inspection that was `running` when the server ended is
-queued again at the next start and continues from its last checkpoint. One thread for each slot
-takes the oldest, starts a child and drains its pipe, so that tracking never waits for the server.
+The table of inspections is the queue and the truth. A thread claims the next inspection for a
+while and renews the claim as long as it follows the run; when its server dies, the claim lapses and
+another thread, perhaps of another server, claims it again, under a higher number. A result is
+accepted from the newest claim only, so that a run that was thought lost cannot add a second one.
 """
 
 from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import partial
+from uuid import uuid4
 
-import msgspec
-
-from app.errors import DiskFull, NothingRecorded, NotRunning
-from app.jobs.messages import (
-    Batch,
-    Checkpoint,
-    Done,
-    Failed,
-    FromTracker,
-    Limits,
-    Passing,
-    TrackRequest,
+from app.errors import (
+    ClaimLost,
+    DiskFull,
+    EngineUnavailable,
+    NothingRecorded,
+    NotRunning,
+    WorkerLost,
 )
-from app.jobs.process import Child, describe_exit
 from app.logs import about
 from app.storage.files import DataFolder
 from app.storage.inspections import InspectionStore
 from app.storage.runs import Outcome, RunStore
 from app.storage.tables import ENDED, Inspection
-from app.tracking.journal import Journal, Resumption
+from app.tracking.engines import Engine
 from app.tracking.live import Live, Progress
 from app.tracking.runs import Run, Runs
 from app.tracking.tracks import Tracks
-from app.tracking.unrolled import Unrolled
 from app.tracking.videos import NO_FILM
+from app.tracking.work import Manifest
 
 logger = logging.getLogger(__name__)
 
 _STOP_TIMEOUT_S = 10.0
 _PAUSE_AFTER_FAULT_S = 5.0
-_MOST_DEATHS = 3
-"""Tracking processes that may die in a row without a newer checkpoint; then the video is at
-fault."""
+_MOST_LOSSES = 5
+"""Workers of a cluster that may be lost in a row without progress; then the film is at fault."""
+CLAIM_S = 60.0
+"""Time after which an inspection whose claim was not renewed may be claimed by others."""
+_RENEWAL_S = 15.0
+_LOOK_AGAIN_S = 5.0
+"""Nobody reports that a claim has lapsed, or that a cluster has another worker."""
 
 
-class _Died(Exception):
-    """The tracking process ended without a result; `code` is that of the API."""
+@dataclass(frozen=True)
+class Claims:
+    """Who claims here, and whether others may do so on the same database."""
 
-    def __init__(self, code: str, detail: str) -> None:
-        super().__init__(detail)
-        self.code = code
+    owner: str
+    are_shared: bool
+
+    @classmethod
+    def of_this_process(cls, *, are_shared: bool) -> Claims:
+        """Return claims under a name that no other process has."""
+        return cls(uuid4().hex, are_shared)
 
 
 class Tracking:
-    """Starts, follows and stops the tracking of inspections."""
+    """Claims, follows and stops the tracking of inspections."""
 
     def __init__(
         self,
@@ -64,49 +69,46 @@ class Tracking:
         store: RunStore,
         folder: DataFolder,
         tracks: Tracks,
-        unrolled: Unrolled,
         runs: Runs,
         live: Live,
-        *,
-        slots: int,
-        limits: Limits,
-        stall_s: float,
-        pace: float | None,
+        engine: Engine,
+        claims: Claims,
     ) -> None:
         self._inspections = inspections
         self._store = store
         self._folder = folder
         self._tracks = tracks
-        self._unrolled = unrolled
         self._runs = runs
         self._live = live
-        self._limits = limits
-        self._stall_s = stall_s
-        self._pace = pace
-        self._messages: msgspec.msgpack.Decoder[FromTracker] = msgspec.msgpack.Decoder(FromTracker)
+        self._engine = engine
+        self._claims = claims
         self._stopping = False
         self._changed = runs.changed
+        self._wakes = 0
         self._threads = [
-            threading.Thread(target=self._work, name=f"tracking-{n}", daemon=True)
-            for n in range(slots)
+            threading.Thread(target=self._work, args=(slot,), name=f"tracking-{slot}", daemon=True)
+            for slot in range(engine.most_slots)
         ]
+        self._renewer = threading.Thread(target=self._renew, name="claims", daemon=True)
 
     def start(self) -> None:
         """Queue again what was running when the server ended, and start."""
-        interrupted = self._store.queue_interrupted()
+        interrupted = self._store.queue_interrupted(lapsed_only=self._claims.are_shared)
         if interrupted:
             logger.info("%d interrupted inspections continue.", interrupted)
-        for thread in self._threads:
+        for thread in (*self._threads, self._renewer):
             thread.start()
 
     def stop(self) -> None:
-        """End the children; their inspections continue at the next start."""
+        """End the runs; their inspections continue at the next start, or on another server."""
         with self._changed:
             self._stopping = True
             self._changed.notify_all()
         self._runs.ask_all_to_stop("shutdown")
-        for thread in self._threads:
+        for thread in (*self._threads, self._renewer):
             thread.join(_STOP_TIMEOUT_S)
+        self._store.release(self._claims.owner)
+        self._engine.close()
 
     def is_alive(self) -> bool:
         """Return whether every slot can take work."""
@@ -115,6 +117,7 @@ class Tracking:
     def wake(self) -> None:
         """Wake the slots: an inspection was queued."""
         with self._changed:
+            self._wakes += 1
             self._changed.notify_all()
 
     def cancel(self, inspection_id: str) -> None:
@@ -153,25 +156,28 @@ class Tracking:
         if row.status in ENDED and not video.exists():
             raise NothingRecorded("Nothing was recorded; start a new live inspection.")
         if row.status in ENDED:
-            self._journal(row).drop()
+            self._engine.drop(row.id)
 
     def queued(self, inspection_id: str) -> None:
         """Publish that an inspection was queued to be tracked from its first frame."""
         self._live.publish(inspection_id, "queued", Progress(0, None, None, None))
         self.wake()
 
-    def _work(self) -> None:
+    def _work(self, slot: int) -> None:
         while not self._stopping:
             try:
-                run = self._next_run()
+                run = self._next_run(slot)
                 if run is not None:
                     self._run_in_slot(run)
             except DiskFull as full:
                 logger.warning("A tracking slot waits: %s", full)
                 self._pause()
+            except ClaimLost as lost:
+                logger.warning("%s", lost)
             except Exception:
-                # For example the database accepts no writes: the row still says `running`, so the
-                # next start tracks it again; meanwhile the slot serves others.
+                # For example the database accepts no writes: the row still says `running`, so that
+                # its claim lapses or the next start tracks it again; meanwhile the slot serves
+                # others.
                 logger.exception("A fault of the server interrupted a tracking slot.")
                 self._pause()
 
@@ -186,27 +192,54 @@ class Tracking:
         finally:
             self._runs.remove(run)
 
-    def _next_run(self) -> Run | None:
-        """Wait for the oldest queued inspection; None when the server stops."""
-        with self._changed:
-            while not self._stopping:
-                inspection = self._store.claim_oldest_queued()
+    def _next_run(self, slot: int) -> Run | None:
+        """Wait for the next inspection that may be claimed; None when the server stops."""
+        while not self._stopping:
+            with self._changed:
+                wakes = self._wakes
+            if slot < self._engine.slots():
+                inspection = self._store.claim_next(self._claims.owner, CLAIM_S)
                 if inspection is not None:
-                    run = Run(inspection)
+                    run = Run(inspection, _film(inspection), attempt=inspection.attempt)
                     self._runs.add(run)
                     return run
-                self._changed.wait()
+            with self._changed:
+                if not self._stopping and self._wakes == wakes:
+                    self._changed.wait(_LOOK_AGAIN_S)
         return None
+
+    def _renew(self) -> None:
+        """Renew the claims of all runs of files, until the server stops."""
+        while True:
+            with self._changed:
+                if self._changed.wait_for(lambda: self._stopping, _RENEWAL_S):
+                    return
+            progress = self._runs.of_files()
+            if not progress:
+                continue
+            try:
+                ours = self._store.renew(self._claims.owner, CLAIM_S, progress)
+            except Exception:
+                # The next renewal comes before the claims lapse.
+                logger.exception("The claims of running inspections could not be renewed.")
+                continue
+            for inspection_id in progress.keys() - ours:
+                # It was deleted, or another server took it over while this one was not looking.
+                self._runs.ask_to_stop(inspection_id, "shutdown")
 
     def _run(self, run: Run) -> None:
         inspection = run.inspection
         logger.info("Inspection %s (%s): tracking starts.", inspection.id, inspection.name)
-        journal = self._journal(inspection)
-        outcome = self._followed(run, journal)
-        if outcome is None or not self._runs.keep_end(run, partial(self._keep, run, outcome)):
+        manifest = self._tracked(run)
+        try:
+            if manifest is None or not self._runs.keep_end(run, partial(self._keep, run, manifest)):
+                self._tracks.forget(inspection.id)
+                return
+        except ClaimLost:
             self._tracks.forget(inspection.id)
-            return
-        journal.drop()
+            raise
+        self._engine.drop(inspection.id)
+        outcome = manifest.outcome
         logger.info(
             "Inspection %s (%s): %s after %d frames. %s",
             inspection.id, inspection.name, outcome.status, run.frames_done,
@@ -214,124 +247,37 @@ class Tracking:
         )  # fmt: skip
         self._live.publish(inspection.id, outcome.status, run.progress())
 
-    def _keep(self, run: Run, outcome: Outcome) -> None:
-        self._tracks.finish(run.inspection.id, track_metadata(run.inspection))
-        self._store.record_outcome(
-            run.inspection.id, outcome, frames_done=run.frames_done, fps=run.fps, last=run.last
-        )
-
-    def _journal(self, inspection: Inspection) -> Journal:
-        return Journal(self._folder, self._unrolled, inspection)
-
-    def _followed(self, run: Run, journal: Journal) -> Outcome | None:
-        """Follow one child after another until one has a result; None if the next start
-        continues.
-        """
-        deaths = frames = 0
+    def _tracked(self, run: Run) -> Manifest | None:
+        """Have a film tracked, again if a worker is lost; None if another run continues."""
+        losses = frames = 0
         while True:
-            resumption = journal.read()
-            if resumption is None:
-                journal.drop()
-                self._runs.begin(run)
-            else:
-                logger.info(
-                    "Inspection %s: from frame %d on.", run.inspection.id, resumption.frames
-                )
-                self._runs.resume(run, resumption.found)
-                if resumption.frames > frames:
-                    deaths, frames = 0, resumption.frames
             try:
-                return self._follow(run, journal, resumption)
-            except _Died as death:
-                deaths += 1
-                logger.warning("Tracking %s: %s", run.inspection.id, death)
-                if deaths == _MOST_DEATHS:
-                    detail = f"{death} It was tried {deaths} times."
-                    return Outcome("failed", death.code, detail)
+                return self._engine.track(run)
+            except WorkerLost as loss:
+                losses = 1 if run.frames_done > frames else losses + 1
+                frames = max(frames, run.frames_done)
+                logger.warning("Tracking %s: %s", run.inspection.id, loss)
+                if losses == _MOST_LOSSES:
+                    detail = f"{loss} It was tried {losses} times."
+                    return Manifest(Outcome("failed", "worker_lost", detail), run.frames_done)
+            except EngineUnavailable as gone:
+                logger.warning("Tracking %s waits: %s", run.inspection.id, gone)
+                if not self._runs.wait_hindered(run, str(gone), _PAUSE_AFTER_FAULT_S):
+                    return None if run.stop == "shutdown" else Manifest(Outcome("cancelled"), 0)
 
-    def _follow(self, run: Run, journal: Journal, resumption: Resumption | None) -> Outcome | None:
-        """Start a child and drain it until it ends; None if the next start continues.
-
-        Raises:
-            _Died: The child ended or hung without a result and was not asked to stop.
-        """
-        child = Child("app.jobs.tracker")
-        try:
-            self._runs.give_child(run, child)
-            outcome = self._drain(run, child, journal, resumption)
-        except TimeoutError as error:
-            child.kill()
-            raise _Died(
-                "tracking_stalled",
-                f"Tracking made no progress for {self._stall_s:g} s and was stopped.",
-            ) from error
-        except (EOFError, BrokenPipeError) as error:
-            how = describe_exit(child.end())
-            if run.stop is None:
-                raise _Died(
-                    "tracking_process_died", f"The tracking process died: {how}."
-                ) from error
-            outcome = Outcome("cancelled")
-        except msgspec.MsgspecError:
-            logger.exception(
-                "The tracking process of %s sent an invalid message.", run.inspection.id
-            )
-            child.kill()
-            outcome = Outcome(
-                "failed", "tracking_failed", "The tracking process gave an invalid answer."
-            )
-        finally:
-            child.end()
-        with self._changed:
-            if run.stop == "shutdown" and outcome.status != "done":
-                return None
-            if run.stop == "cancelled" and outcome.status != "done":
-                return Outcome("cancelled")
-        return outcome
-
-    def _drain(
-        self, run: Run, child: Child, journal: Journal, resumption: Resumption | None
-    ) -> Outcome:
-        inspection = run.inspection
-        child.send(self._request(inspection, resumption))
-        while True:
-            message = self._messages.decode(child.receive(self._stall_s))
-            match message:
-                case Batch():
-                    self._runs.take(run, message)
-                    journal.note(message)
-                case Checkpoint():
-                    journal.keep(message)
-                case Passing():
-                    logger.debug(
-                        "Tracking %s: decoding frame %d again.", inspection.id, message.frames
-                    )
-                case Done():
-                    return Outcome("done", warning=message.problem)
-                case Failed():
-                    if message.trace:
-                        logger.error("Tracking %s: %s", inspection.id, message.trace)
-                    return Outcome("failed", message.code, message.detail)
-
-    def _request(self, inspection: Inspection, resumption: Resumption | None) -> TrackRequest:
-        video = str(self._folder.inspection(inspection.id) / inspection.video_file)
-        marks = self._tracks.marks(inspection.id)
-        if resumption is None:
-            return TrackRequest(video, inspection.rig, self._limits, self._pace, marks=marks)
-        limits = self._limits
-        if limits.cpu_s is not None:  # of the whole run, over all its processes
-            rest_s = max(limits.cpu_s - round(resumption.cpu_s), 1)
-            limits = msgspec.structs.replace(limits, cpu_s=rest_s)
-        return TrackRequest(
-            video, inspection.rig, limits, self._pace, str(resumption.checkpoint), marks
+    def _keep(self, run: Run, manifest: Manifest) -> None:
+        self._store.require_claim(run.inspection.id, run.attempt)
+        self._engine.settle(run, manifest)
+        self._store.record_outcome(
+            run.inspection.id,
+            manifest.outcome,
+            attempt=run.attempt,
+            frames_done=manifest.frames_done,
+            fps=manifest.fps,
+            last=manifest.last,
         )
 
 
-def track_metadata(inspection: Inspection) -> Mapping[str, object]:
-    """Return the comment lines of a track file, which state its origin."""
-    return {
-        "inspection": inspection.id,
-        "name": inspection.name,
-        "video": inspection.source_filename,
-        "video_sha256": inspection.source_sha256,
-    }
+def _film(row: Inspection) -> str:
+    """Return the key of the film in the blob store."""
+    return f"inspections/{row.id}/{row.video_file}"

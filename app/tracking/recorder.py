@@ -46,8 +46,8 @@ from app.storage.runs import Outcome, RunStore
 from app.storage.tables import Inspection
 from app.tracking.cameras import LiveSource
 from app.tracking.live import CameraStatus, Live, Progress
-from app.tracking.queue import Tracking, track_metadata
-from app.tracking.runs import Run, Runs
+from app.tracking.queue import Tracking
+from app.tracking.runs import Run, Runs, TrackedFilm, track_metadata
 from app.tracking.tracks import Tracks
 from app.tracking.videos import video_columns
 
@@ -294,7 +294,7 @@ class Recorder:
         limits = Limits(self._memory_bytes, file_bytes=self._folder.disk_bytes())
         return LiveRequest(
             run.source.camera,
-            run.inspection.rig,
+            dict(run.inspection.rig),
             str(self._folder.recording(run.inspection.id)),
             str(self._folder.marks(run.inspection.id)),
             limits,
@@ -377,13 +377,13 @@ class Recorder:
         if old is not None:
             old.unlink(missing_ok=True)
 
-    def _queue(self, inspection: Inspection, warning: str) -> None:
+    def _queue(self, inspection: TrackedFilm, warning: str) -> None:
         self._tracks.forget(inspection.id)
         self._store.queue_recording(inspection.id, warning)
         self._live.publish(inspection.id, "queued", Progress(0, None, None, None))
         self._tracking.wake()
 
-    def _finalised(self, inspection: Inspection) -> Path | None:
+    def _finalised(self, inspection: TrackedFilm) -> Path | None:
         """Make the recording the inspection's video; return a file to delete once nobody reads it.
 
         A recording that cannot be finalised stays unchanged.

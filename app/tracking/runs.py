@@ -5,15 +5,15 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 import msgspec
 
 from app.errors import DiskFull
 from app.jobs.messages import Batch
 from app.jobs.process import Child
-from app.storage.tables import Inspection
 from app.survey.track_rows import estimate_at
 from app.tracking.live import CameraStatus, Live, Progress
 from app.tracking.tracks import Tracks
@@ -32,11 +32,51 @@ _WAITS_FOR_ROOM = (
 )
 
 
+class TrackedFilm(Protocol):
+    """An inspection as far as its tracking is concerned; see the columns of the same name."""
+
+    @property
+    def id(self) -> str:
+        """Id of the inspection."""
+
+    @property
+    def name(self) -> str:
+        """Name of the inspection."""
+
+    @property
+    def rig(self) -> Mapping[str, Any]:
+        """Camera, mount and pipe."""
+
+    @property
+    def video(self) -> Mapping[str, Any]:
+        """Result of the probe."""
+
+    @property
+    def source_filename(self) -> str:
+        """Name of the film given by the user."""
+
+    @property
+    def source_sha256(self) -> str:
+        """Digest of the film."""
+
+
+def track_metadata(film: TrackedFilm) -> Mapping[str, object]:
+    """Return the comment lines of a track file, which state its origin."""
+    return {
+        "inspection": film.id,
+        "name": film.name,
+        "video": film.source_filename,
+        "video_sha256": film.source_sha256,
+    }
+
+
 @dataclass
 class Run:
     """One inspection that is being tracked."""
 
-    inspection: Inspection
+    inspection: TrackedFilm
+    film: str = ""
+    """Key of the film in the blob store; empty for a camera."""
     child: Child | None = None
     stop: str | None = None
     """Reason to stop: "cancelled" or "finished" by a person, or "shutdown"."""
@@ -51,7 +91,9 @@ class Run:
     patience_s: float = 10.0
     """Time allowed for its end."""
     hindrance: str | None = None
-    """A sentence that says why its end cannot be stored yet."""
+    """A sentence that says why it cannot go on, or why its end cannot be stored yet."""
+    attempt: int | None = None
+    """Number of the claim under which a file is tracked."""
 
     def progress(self) -> Progress:
         """Return the progress."""
@@ -148,6 +190,15 @@ class Runs:
         with self.changed:
             return [run.fps for run in self._runs.values() if run.fps is not None]
 
+    def of_files(self) -> dict[str, tuple[int, float | None]]:
+        """Return frames done and frames per second of every run of a file, by inspection."""
+        with self.changed:
+            return {
+                run.inspection.id: (run.frames_done, run.fps)
+                for run in self._runs.values()
+                if run.camera is None
+            }
+
     def cameras(self) -> int:
         """Return the number of cameras being recorded."""
         with self.changed:
@@ -166,7 +217,20 @@ class Runs:
             run = self._runs.get(inspection_id)
             if run is not None:
                 _ask_to_stop(run, why)
+                self.changed.notify_all()
             return run
+
+    def stop_of(self, run: Run) -> str | None:
+        """Return why a run was asked to stop; None if it was not."""
+        with self.changed:
+            return run.stop
+
+    def report(self, run: Run, frames_done: int, fps: float | None) -> None:
+        """Publish the progress of a run whose results are elsewhere until its end."""
+        with self.changed:
+            run.frames_done, run.fps = frames_done, fps
+            progress = run.progress()
+        self._live.publish(run.inspection.id, "running", progress)
 
     def ask_all_to_stop(self, why: str) -> None:
         """Ask all runs to stop."""
@@ -176,8 +240,8 @@ class Runs:
             self.changed.notify_all()
 
     def hindrance(self, inspection_id: str) -> str | None:
-        """Return why the end of a running inspection cannot be stored yet; None if nothing prevents
-        it.
+        """Return why a running inspection cannot go on, or its end cannot be stored yet; None if
+        nothing prevents it.
         """
         with self.changed:
             run = self._runs.get(inspection_id)
@@ -199,6 +263,14 @@ class Runs:
                         return False
             else:
                 return True
+
+    def wait_hindered(self, run: Run, why: str, pause_s: float) -> bool:
+        """Wait before another try; return False as soon as the run is asked to stop."""
+        with self.changed:
+            run.hindrance = why
+            is_stopped = self.changed.wait_for(lambda: run.stop is not None, pause_s)
+            run.hindrance = None
+        return not is_stopped
 
     def take(self, run: Run, batch: Batch) -> None:
         """Store the results of a child and notify the listeners."""

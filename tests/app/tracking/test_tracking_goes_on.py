@@ -22,7 +22,7 @@ from builders import (
 )
 
 TRACKER = "app.jobs.tracker"
-GOES_ON = "app.tracking.queue"
+GOES_ON = "app.tracking.film_run"
 FRAMES, PACE = 300, 8.0
 STALL_S = 4.0
 """A child on a busy machine starts in less."""

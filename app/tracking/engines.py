@@ -1,0 +1,115 @@
+"""Engines that track films: the child processes of this machine, or a cluster (`dask_engine`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from app.jobs.messages import Limits
+from app.storage.blobs import Blobs
+from app.storage.files import DataFolder
+from app.tracking.film_run import FilmTracker
+from app.tracking.runs import Run, Runs, track_metadata
+from app.tracking.tracks import Tracks
+from app.tracking.unrolled import Unrolled
+from app.tracking.work import Manifest
+
+
+@dataclass(frozen=True)
+class EngineState:
+    """What an engine can do now."""
+
+    kind: str
+    """local or dask."""
+    workers: int
+    """Films that it tracks at once."""
+    dashboard_url: str | None = None
+    """Page of the engine itself."""
+    problem: str | None = None
+    """A sentence that says why it tracks nothing."""
+
+
+class Engine(Protocol):
+    """Tracks films, each in the thread that asks for it."""
+
+    most_slots: int
+    """Films that it may ever track at once."""
+
+    def slots(self) -> int:
+        """Return the films that it can track at once now."""
+
+    def state(self) -> EngineState:
+        """Return its state for people."""
+
+    def track(self, run: Run) -> Manifest | None:
+        """Track the film of a run; None if the run was asked to shut down.
+
+        Raises:
+            WorkerLost: A worker was lost; another try continues from its checkpoint.
+            EngineUnavailable: There is nobody who could track it now.
+        """
+
+    def settle(self, run: Run, manifest: Manifest) -> None:
+        """Bring the results to their place; may be called again after a failure.
+
+        Raises:
+            DiskFull: There is no room for them.
+        """
+
+    def drop(self, inspection_id: str) -> None:
+        """Delete what is left of earlier runs: the inspection has ended, or starts again."""
+
+    def close(self) -> None:
+        """Let go of everything."""
+
+
+class Pool:
+    """Tracks in child processes of this machine; the results grow in the data folder."""
+
+    def __init__(
+        self,
+        folder: DataFolder,
+        blobs: Blobs,
+        tracks: Tracks,
+        unrolled: Unrolled,
+        runs: Runs,
+        *,
+        slots: int,
+        limits: Limits,
+        stall_s: float,
+        pace: float | None,
+    ) -> None:
+        self.most_slots = slots
+        self._folder = folder
+        self._blobs = blobs
+        self._tracks = tracks
+        self._limits = limits
+        self._tracker = FilmTracker(folder, tracks, unrolled, runs, stall_s=stall_s, pace=pace)
+
+    def slots(self) -> int:
+        """Return the number of child processes that may track at once."""
+        return self.most_slots
+
+    def state(self) -> EngineState:
+        """Return its state for people."""
+        return EngineState("local", self.most_slots)
+
+    def track(self, run: Run) -> Manifest | None:
+        """Track the film of a run."""
+        with self._blobs.local(run.film) as video:
+            outcome = self._tracker.track(run, video, self._limits)
+        if outcome is None:
+            return None
+        return Manifest(outcome, run.frames_done, run.fps, run.last)
+
+    def settle(self, run: Run, manifest: Manifest) -> None:
+        """Write the files of the track."""
+        self._tracks.finish(run.inspection.id, track_metadata(run.inspection))
+
+    def drop(self, inspection_id: str) -> None:
+        """Delete journal and checkpoint."""
+        self._folder.checkpoint(inspection_id).unlink(missing_ok=True)
+        self._folder.journal(inspection_id).unlink(missing_ok=True)
+
+    def close(self) -> None:
+        """Nothing is open."""

@@ -1,0 +1,190 @@
+"""Follows the tracking of one film: one child process after another, until one has a result.
+
+The same code runs in the server, in its own data folder, and on a worker of a cluster, in a scratch
+folder (`work`), so that both give the same files to the byte.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+
+from app.jobs.messages import (
+    Batch,
+    Checkpoint,
+    Done,
+    Failed,
+    FromTracker,
+    Limits,
+    Passing,
+    TrackRequest,
+)
+from app.jobs.process import Child, describe_exit
+from app.storage.files import Places
+from app.storage.runs import Outcome
+from app.tracking.journal import Journal, Resumption
+from app.tracking.runs import Run, Runs, TrackedFilm
+from app.tracking.tracks import Tracks
+from app.tracking.unrolled import Unrolled
+
+logger = logging.getLogger(__name__)
+
+_MOST_DEATHS = 3
+"""Tracking processes that may die in a row without a newer checkpoint; then the video is at
+fault."""
+
+
+class _Died(Exception):
+    """The tracking process ended without a result; `code` is that of the API."""
+
+    def __init__(self, code: str, detail: str) -> None:
+        super().__init__(detail)
+        self.code = code
+
+
+class FilmTracker:
+    """Tracks films; what it finds is in `tracks` and `unrolled`, and in the folder's journals."""
+
+    def __init__(
+        self,
+        folder: Places,
+        tracks: Tracks,
+        unrolled: Unrolled,
+        runs: Runs,
+        *,
+        stall_s: float,
+        pace: float | None = None,
+        on_checkpoint: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Prepare the tracking.
+
+        Args:
+            folder: Where journal and checkpoint are kept.
+            tracks, unrolled, runs: Receive the results.
+            stall_s: Seconds without progress after which a child is ended.
+            pace: Most seconds of video tracked per second.
+            on_checkpoint: Called whenever the results up to a checkpoint are on the disk.
+        """
+        self._folder = folder
+        self._tracks = tracks
+        self._unrolled = unrolled
+        self._runs = runs
+        self._stall_s = stall_s
+        self._pace = pace
+        self._on_checkpoint = on_checkpoint
+        self._messages: msgspec.msgpack.Decoder[FromTracker] = msgspec.msgpack.Decoder(FromTracker)
+
+    def track(self, run: Run, video: Path, limits: Limits) -> Outcome | None:
+        """Track a film, from its last checkpoint on if there is one.
+
+        Args:
+            run: Was added to the runs.
+            video: The film.
+            limits: For the run as a whole, over all its processes.
+        Returns:
+            How it ended; None if the run was asked to shut down and another will continue it.
+        """
+        journal = self.journal(run.inspection)
+        deaths = frames = 0
+        while True:
+            resumption = journal.read()
+            if resumption is None:
+                journal.drop()
+                self._runs.begin(run)
+            else:
+                logger.info(
+                    "Inspection %s: from frame %d on.", run.inspection.id, resumption.frames
+                )
+                self._runs.resume(run, resumption.found)
+                if resumption.frames > frames:
+                    deaths, frames = 0, resumption.frames
+            request = self._request(run, video, limits, resumption)
+            try:
+                return self._follow(run, journal, request)
+            except _Died as death:
+                deaths += 1
+                logger.warning("Tracking %s: %s", run.inspection.id, death)
+                if deaths == _MOST_DEATHS:
+                    detail = f"{death} It was tried {deaths} times."
+                    return Outcome("failed", death.code, detail)
+
+    def journal(self, film: TrackedFilm) -> Journal:
+        """Return the journal of a film."""
+        return Journal(self._folder, self._unrolled, film)
+
+    def _follow(self, run: Run, journal: Journal, request: TrackRequest) -> Outcome | None:
+        """Start a child and drain it until it ends; None if another run continues.
+
+        Raises:
+            _Died: The child ended or hung without a result and was not asked to stop.
+        """
+        child = Child("app.jobs.tracker")
+        try:
+            self._runs.give_child(run, child)
+            outcome = self._drain(run, child, journal, request)
+        except TimeoutError as error:
+            child.kill()
+            raise _Died(
+                "tracking_stalled",
+                f"Tracking made no progress for {self._stall_s:g} s and was stopped.",
+            ) from error
+        except (EOFError, BrokenPipeError) as error:
+            how = describe_exit(child.end())
+            if run.stop is None:
+                raise _Died(
+                    "tracking_process_died", f"The tracking process died: {how}."
+                ) from error
+            outcome = Outcome("cancelled")
+        except msgspec.MsgspecError:
+            logger.exception(
+                "The tracking process of %s sent an invalid message.", run.inspection.id
+            )
+            child.kill()
+            outcome = Outcome(
+                "failed", "tracking_failed", "The tracking process gave an invalid answer."
+            )
+        finally:
+            child.end()
+        stop = self._runs.stop_of(run)
+        if outcome.status == "done" or stop is None:
+            return outcome
+        return None if stop == "shutdown" else Outcome("cancelled")
+
+    def _drain(self, run: Run, child: Child, journal: Journal, request: TrackRequest) -> Outcome:
+        inspection = run.inspection
+        child.send(request)
+        while True:
+            message = self._messages.decode(child.receive(self._stall_s))
+            match message:
+                case Batch():
+                    self._runs.take(run, message)
+                    journal.note(message)
+                case Checkpoint():
+                    if journal.keep(message):
+                        self._on_checkpoint()
+                case Passing():
+                    logger.debug(
+                        "Tracking %s: decoding frame %d again.", inspection.id, message.frames
+                    )
+                case Done():
+                    return Outcome("done", warning=message.problem)
+                case Failed():
+                    if message.trace:
+                        logger.error("Tracking %s: %s", inspection.id, message.trace)
+                    return Outcome("failed", message.code, message.detail)
+
+    def _request(
+        self, run: Run, video: Path, limits: Limits, resumption: Resumption | None
+    ) -> TrackRequest:
+        inspection = run.inspection
+        marks = self._tracks.marks(inspection.id)
+        rig = dict(inspection.rig)
+        if resumption is None:
+            return TrackRequest(str(video), rig, limits, self._pace, marks=marks)
+        if limits.cpu_s is not None:
+            rest_s = max(limits.cpu_s - round(resumption.cpu_s), 1)
+            limits = msgspec.structs.replace(limits, cpu_s=rest_s)
+        return TrackRequest(str(video), rig, limits, self._pace, str(resumption.checkpoint), marks)

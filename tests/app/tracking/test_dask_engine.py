@@ -1,0 +1,125 @@
+"""Films tracked by a cluster: the same results, whoever is killed on the way."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from builders import Client, children_of, make_clip, serving, wait_until
+from clusters import Cluster, cluster
+
+FRAMES = 600
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_clip(tmp_path_factory.mktemp("film") / "film.mp4", FRAMES)
+
+
+@pytest.fixture(scope="module")
+def local(film: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """The results of this machine alone."""
+    with serving(tmp_path_factory.mktemp("local")) as client:
+        return left_by(client, client.tracked(film))
+
+
+@pytest.fixture(scope="module")
+def workers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
+    with cluster(tmp_path_factory.mktemp("workers"), 2) as running:
+        yield running
+
+
+@pytest.fixture
+def served(workers: Cluster, tmp_path: Path) -> Iterator[Client]:
+    with serving(tmp_path / "data", dask=workers.address) as client:
+        yield client
+
+
+def left_by(client: Client, inspection_id: str) -> dict[str, bytes]:
+    """The files of a track, without the comments that name its inspection."""
+    folder = client.data / "inspections" / inspection_id
+    paths = [folder / f"{name}.csv" for name in ("track", "health", "joints")]
+    paths += sorted((folder / "wall").iterdir())
+    return {
+        path.relative_to(folder).as_posix(): b"\n".join(
+            line for line in path.read_bytes().splitlines() if line[:12] != b"# inspection"
+        )
+        for path in paths
+    }
+
+
+def busy_workers(workers: Cluster) -> list[int]:
+    """Indices of the workers that have a tracking process."""
+    return [
+        n
+        for n, worker in enumerate(workers.workers)
+        if worker.poll() is None
+        and any("app.jobs.tracker" in command for command in children_of(worker.pid).values())
+    ]
+
+
+def test_two_films_at_once_give_what_this_machine_alone_gives(
+    served: Client, film: Path, local: dict[str, bytes]
+) -> None:
+    ids = [served.inspect(film) for _ in range(2)]
+    for inspection_id in ids:
+        assert served.wait(inspection_id)["status"] == "done"
+        assert left_by(served, inspection_id) == local
+        assert served.get(f"/api/inspections/{inspection_id}/track").text.count("\n") > FRAMES
+        # Nothing is left of what was on the way.
+        assert not (served.data / "inspections" / inspection_id / "runs").exists()
+
+
+def test_a_run_shows_its_progress_and_can_be_stopped(served: Client, film: Path) -> None:
+    inspection_id = served.inspect(film)
+    wait_until(lambda: served.inspection(inspection_id)["progress"]["frames_done"])
+    served.post(f"/api/inspections/{inspection_id}/cancel").raise_for_status()
+    ended = served.wait(inspection_id)
+    assert ended["status"] == "cancelled"
+    assert 0 < ended["progress"]["frames_done"] < FRAMES
+
+
+def test_a_worker_that_is_killed_costs_a_retry(
+    served: Client, workers: Cluster, film: Path, local: dict[str, bytes]
+) -> None:
+    inspection_id = served.inspect(film)
+    (busy,) = wait_until(lambda: busy_workers(workers))
+    killed = workers.workers.pop(busy)
+    killed.send_signal(signal.SIGKILL)
+    killed.wait()
+    assert served.wait(inspection_id)["status"] == "done"
+    assert left_by(served, inspection_id) == local
+    workers.add_worker()
+    workers.wait_for_workers(2)
+
+
+def test_a_scheduler_that_is_killed_costs_a_wait(
+    served: Client, workers: Cluster, film: Path, local: dict[str, bytes]
+) -> None:
+    inspection_id = served.inspect(film)
+    wait_until(lambda: busy_workers(workers))
+    workers.scheduler.send_signal(signal.SIGKILL)
+    workers.scheduler.wait()
+    assert served.get("/healthz").status_code == 200
+    for worker in workers.workers:
+        worker.kill()
+        worker.wait()
+    workers.workers.clear()
+    workers.start_scheduler()
+    for _ in range(2):
+        workers.add_worker()
+    assert served.wait(inspection_id)["status"] == "done"
+    assert left_by(served, inspection_id) == local
+
+
+def test_a_server_that_comes_back_goes_on(
+    workers: Cluster, film: Path, local: dict[str, bytes], tmp_path: Path
+) -> None:
+    with serving(tmp_path / "data", dask=workers.address) as client:
+        inspection_id = client.inspect(film)
+        wait_until(lambda: client.inspection(inspection_id)["progress"]["frames_done"])
+    with serving(tmp_path / "data", dask=workers.address) as client:
+        assert client.wait(inspection_id)["status"] == "done"
+        assert left_by(client, inspection_id) == local

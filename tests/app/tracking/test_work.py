@@ -1,0 +1,149 @@
+"""`run(spec) -> manifest`: the same results as the server's own, to the byte, however it goes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import signal
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+from builders import clip_rig, make_clip, serving, wait_until
+
+from app.storage.blobs import FolderBlobs
+from app.tracking.work import Report, run
+
+FRAMES = 300
+MIB = 2**20
+RUN = """
+import json, sys
+from pathlib import Path
+from app.storage.blobs import FolderBlobs
+from app.tracking.work import run
+run(json.loads(sys.argv[1]), FolderBlobs(Path(sys.argv[2])))
+"""
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_clip(tmp_path_factory.mktemp("film") / "film.mp4", FRAMES)
+
+
+@pytest.fixture(scope="module")
+def served(film: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, dict[str, bytes]]:
+    """Id of an inspection that a server has tracked by itself, and the files of its results."""
+    with serving(tmp_path_factory.mktemp("served")) as client:
+        inspection_id = client.tracked(film)
+        folder = client.data / "inspections" / inspection_id
+        paths = [folder / f"{name}.csv" for name in ("track", "health", "joints")]
+        paths += (folder / "wall").iterdir()
+        return inspection_id, {
+            path.relative_to(folder).as_posix(): path.read_bytes() for path in paths
+        }
+
+
+@pytest.fixture
+def blobs(tmp_path: Path, film: Path) -> FolderBlobs:
+    """A store with the film."""
+    store = FolderBlobs(tmp_path / "store")
+    store.put_file("films/film.mp4", film)
+    return store
+
+
+def spec(inspection_id: str, film: Path, **changed: Any) -> dict[str, Any]:
+    return {
+        "id": inspection_id,
+        "name": "Culvert 7",
+        "rig": clip_rig(),
+        "video": {"frames": FRAMES},
+        "source_filename": film.name,
+        "source_sha256": hashlib.sha256(film.read_bytes()).hexdigest(),
+        "film": "films/film.mp4",
+        "place": "runs/7",
+        "memory_bytes": 1536 * MIB,
+        "cpu_s": 600,
+        "stall_s": 60.0,
+        "checkpoint_s": 0.0,
+    } | changed
+
+
+def results(blobs: FolderBlobs, manifest: Mapping[str, Any]) -> dict[str, bytes]:
+    """The files that a manifest names, as their digests say."""
+    found = {name: blobs.get(f"{manifest['place']}/{name}") for name in manifest["files"]}
+    for name, content in found.items():
+        stated = manifest["files"][name]
+        assert (stated["size"], stated["sha256"]) == (
+            len(content),
+            hashlib.sha256(content).hexdigest(),
+        )
+    return found
+
+
+def test_a_run_elsewhere_gives_the_servers_own_results_to_the_byte(
+    blobs: FolderBlobs, film: Path, served: tuple[str, dict[str, bytes]]
+) -> None:
+    inspection_id, files = served
+    reports: list[Report] = []
+    given = spec(inspection_id, film)
+    manifest = run(json.loads(json.dumps(given)), blobs, report=reports.append)
+    assert json.loads(json.dumps(manifest)) == manifest
+    assert manifest["outcome"]["status"] == "done"
+    assert manifest["frames_done"] == reports[-1].frames_done == FRAMES
+    assert results(blobs, manifest) == files
+    # Whoever asks again, having lost the answer, gets it without the work.
+    again: list[Report] = []
+    assert run(given, blobs, report=again.append) == manifest
+    assert again == []
+    # With another rig it is another work.
+    other = run(spec(inspection_id, film, rig=clip_rig(fx=260.0)), blobs)
+    assert results(blobs, other)["track.csv"] != files["track.csv"]
+
+
+def test_a_run_that_is_killed_is_continued_by_another(
+    blobs: FolderBlobs,
+    film: Path,
+    served: tuple[str, dict[str, bytes]],
+    tmp_path: Path,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    inspection_id, files = served
+    given = spec(inspection_id, film)
+    killed = subprocess.Popen(
+        [sys.executable, "-c", RUN, json.dumps(given), str(tmp_path / "store")]
+    )
+    place = tmp_path / "store" / "runs" / "7"
+    wait_until(lambda: any(place.glob("*/checkpoint")))
+    killed.send_signal(signal.SIGKILL)
+    killed.wait()
+    with caplog.at_level("INFO", "app.tracking.film_run"):
+        manifest = run(given, blobs)
+    (message,) = [record.getMessage() for record in caplog.records if "on." in record.msg]
+    assert not message.endswith("from frame 0 on.")
+    assert results(blobs, manifest) == files
+
+
+def test_a_run_that_is_stopped_keeps_its_track_so_far(blobs: FolderBlobs, film: Path) -> None:
+    done: list[int] = []
+    manifest = run(
+        spec(32 * "a", film),
+        blobs,
+        is_stopped=lambda: bool(done),
+        report=lambda report: done.append(report.frames_done) if report.frames_done else None,
+    )
+    assert manifest["outcome"]["status"] == "cancelled"
+    assert 0 < manifest["frames_done"] < FRAMES
+    track = results(blobs, manifest)["track.csv"].decode()
+    rows = [line for line in track.splitlines() if line[0].isdigit()]
+    assert len(rows) == manifest["frames_done"]
+    # It is no result: the next run is not stopped by it.
+    assert run(spec(32 * "a", film), blobs)["frames_done"] == FRAMES
+
+
+def test_a_film_that_cannot_be_tracked_is_a_result_too(blobs: FolderBlobs, film: Path) -> None:
+    blobs.put("films/film.mp4", b"no film")
+    outcome = run(spec(32 * "a", film), blobs)["outcome"]
+    assert (outcome["status"], outcome["error_code"]) == ("failed", "unreadable_video")

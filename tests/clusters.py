@@ -1,0 +1,79 @@
+"""A Dask cluster of real processes, which a test may kill one by one."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import distributed
+from builders import PATIENCE_S
+
+_QUIET = ["--no-dashboard"]
+_FAST = {
+    # A worker that is killed is missed at once, as its connection breaks; one that hangs is not
+    # what is tested.
+    "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "5s",
+    "DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": "30s",
+    "DASK_DISTRIBUTED__COMM__RETRY__COUNT": "0",
+}
+
+
+class Cluster:
+    """A scheduler on a port of its own, and its workers."""
+
+    def __init__(self, scratch: Path) -> None:
+        self._scratch = scratch
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self.port = free.getsockname()[1]
+        self.address = f"tcp://127.0.0.1:{self.port}"
+        self.workers: list[subprocess.Popen[bytes]] = []
+        self.start_scheduler()
+
+    def start_scheduler(self) -> None:
+        self.scheduler = self._started(
+            "scheduler", "--host", "127.0.0.1", "--port", str(self.port), *_QUIET
+        )
+
+    def add_worker(self) -> subprocess.Popen[bytes]:
+        worker = self._started(
+            "worker", self.address, "--nthreads", "1", "--no-nanny", "--host", "127.0.0.1", *_QUIET,
+            "--death-timeout", str(PATIENCE_S), "--local-directory", str(self._scratch),
+        )  # fmt: skip
+        self.workers.append(worker)
+        return worker
+
+    def wait_for_workers(self, count: int) -> None:
+        with distributed.Client(self.address, timeout=PATIENCE_S, set_as_default=False) as client:
+            client.wait_for_workers(count, timeout=PATIENCE_S)
+
+    def stop(self) -> None:
+        for process in (*self.workers, self.scheduler):
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+
+    def _started(self, *command: str) -> subprocess.Popen[bytes]:
+        return subprocess.Popen(
+            [sys.executable, "-m", "dask", *command],
+            env=os.environ | _FAST,
+            stderr=subprocess.DEVNULL,
+        )
+
+
+@contextmanager
+def cluster(scratch: Path, workers: int) -> Iterator[Cluster]:
+    """A running cluster."""
+    made = Cluster(scratch)
+    try:
+        for _ in range(workers):
+            made.add_worker()
+        made.wait_for_workers(workers)
+        yield made
+    finally:
+        made.stop()
