@@ -32,7 +32,7 @@ certificate proxy "DNS:${CHAINAGE_HOST:-localhost}"
 if [[ ! -f postgres-password ]]; then
     secret=$(password)
     printf '%s' "$secret" >postgres-password
-    printf 'postgres:5432:chainage:chainage:%s\n' "$secret" >pgpass
+    printf 'CHAINAGE_DATABASE=postgresql://chainage:%s@postgres/chainage\n' "$secret" >database.env
 fi
 if [[ ! -f store.env ]]; then
     secret=$(password)
@@ -44,5 +44,5 @@ if [[ ! -f store.env ]]; then
 JSON
 fi
 # Each container reads its own secrets as another user.
-chmod 0444 ./*.crt node.key proxy.key postgres-password pgpass store.json
+chmod 0444 ./*.crt node.key proxy.key postgres-password store.json
 echo "docker/secrets is ready; keep it to yourself."

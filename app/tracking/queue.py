@@ -27,7 +27,7 @@ from app.storage.files import DataFolder
 from app.storage.inspections import InspectionStore
 from app.storage.runs import Outcome, RunStore
 from app.storage.tables import ENDED, Inspection
-from app.tracking.engines import Engine
+from app.tracking.engines import Engine, EngineState
 from app.tracking.live import Live, Progress
 from app.tracking.runs import Run, Runs
 from app.tracking.tracks import Tracks
@@ -113,6 +113,10 @@ class Tracking:
     def is_alive(self) -> bool:
         """Return whether every slot can take work."""
         return all(thread.is_alive() for thread in self._threads)
+
+    def engine_state(self) -> EngineState:
+        """Return what tracks the films, and how many at once."""
+        return self._engine.state()
 
     def wake(self) -> None:
         """Wake the slots: an inspection was queued."""

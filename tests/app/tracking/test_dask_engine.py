@@ -10,7 +10,7 @@ import pytest
 from builders import Client, children_of, make_clip, serving, wait_until
 from clusters import Cluster, cluster
 
-FRAMES = 600
+FRAMES = 400
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +33,7 @@ def workers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
 
 @pytest.fixture
 def served(workers: Cluster, tmp_path: Path) -> Iterator[Client]:
-    with serving(tmp_path / "data", dask=workers.address) as client:
+    with serving(tmp_path / "data", **workers.settings) as client:
         yield client
 
 
@@ -117,9 +117,9 @@ def test_a_scheduler_that_is_killed_costs_a_wait(
 def test_a_server_that_comes_back_goes_on(
     workers: Cluster, film: Path, local: dict[str, bytes], tmp_path: Path
 ) -> None:
-    with serving(tmp_path / "data", dask=workers.address) as client:
+    with serving(tmp_path / "data", **workers.settings) as client:
         inspection_id = client.inspect(film)
         wait_until(lambda: client.inspection(inspection_id)["progress"]["frames_done"])
-    with serving(tmp_path / "data", dask=workers.address) as client:
+    with serving(tmp_path / "data", **workers.settings) as client:
         assert client.wait(inspection_id)["status"] == "done"
         assert left_by(client, inspection_id) == local
