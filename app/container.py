@@ -37,7 +37,7 @@ from app.settings import Settings
 from app.storage.access import AccessStore
 from app.storage.alerts import AlertStore
 from app.storage.blobs import Blobs, blobs_at
-from app.storage.database import Database
+from app.storage.database import Database, stored_at
 from app.storage.files import DataFolder
 from app.storage.imports import ImportStore
 from app.storage.preferences import PreferenceStore
@@ -126,8 +126,9 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     folder = DataFolder(settings.data, reserve_bytes=settings.disk_reserve_bytes)
     stack.callback(folder.close)
     blobs = blobs_at(None, folder.root)
-    metrics = Metrics()
-    database = Database(folder.database, on_write=metrics.count_write)
+    stored = stored_at(settings.database_url, folder.root)
+    metrics = Metrics(f"{stored.kind} {stored.version()}")
+    database = Database(stored, on_write=metrics.count_write)
     stack.callback(database.close)
     client = _client(settings)
     live = Live()

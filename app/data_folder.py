@@ -16,7 +16,7 @@ from app.inspections.packs import Packs
 from app.reports.report import Company, Report
 from app.reports.reports import Reports
 from app.storage.corrections import CorrectionStore
-from app.storage.database import Database, copy_database, revision_of
+from app.storage.database import Database, stored_at
 from app.storage.files import Places
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
@@ -94,26 +94,24 @@ def _draw_scene(report: Report) -> str:
 
 
 @contextmanager
-def reading(data: Path, company: Company) -> Iterator[Records]:
+def reading(data: Path, company: Company, database_url: str | None = None) -> Iterator[Records]:
     """Open the present state of a data folder for reading.
 
     Nothing in it changes, except that the first bundle makes its signing key.
 
-    The database is copied, so that one of an older version can be migrated and a writing server
-    does not interfere.
-
+    Args:
+        data: The data folder; a server may be using it.
+        company: Whose reports are made.
+        database_url: The database; None for the file in the data folder.
     Raises:
         UnusableDatabase: The database is missing, damaged or of a newer version.
     """
-    places = Places(data)
-    if not places.database.is_file():
-        raise UnusableDatabase(f"There is no database in the folder {data}; name it with --data.")
-    revision_of(places.database)
+    stored = stored_at(database_url, data)
+    if stored.revision() is None:
+        raise UnusableDatabase(stored.missing)
     with tempfile.TemporaryDirectory(prefix="chainage-") as folder:
-        snapshot = Path(folder) / places.database.name
-        copy_database(places.database, snapshot)
-        database = Database(snapshot)
+        database = Database(stored.to_read(Path(folder)))
         try:
-            yield Records(database, places, Live(), company)
+            yield Records(database, Places(data), Live(), company)
         finally:
             database.close()

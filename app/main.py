@@ -20,7 +20,7 @@ from app import logs
 from app.container import Services, running
 from app.errors import AddressNotAvailable, AppError, InvalidSettings, OpenToTheNetwork
 from app.settings import Settings
-from app.storage.database import revision_of
+from app.storage.database import stored_at
 from app.storage.files import DataFolder
 from app.web import answers
 from app.web.deps import enforce_role
@@ -180,7 +180,7 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
     # Reported here in one sentence; at the start of the application the log would get a traceback.
     folder = DataFolder(settings.data, reserve_bytes=0)
     try:
-        revision_of(folder.database)
+        stored_at(settings.database_url, folder.root).revision()
     finally:
         folder.close()
     app = create_app(settings.model_copy(update={"allowed_hosts": (*settings.allowed_hosts, host)}))

@@ -19,7 +19,7 @@ PREFIX = "CHAINAGE_"
 _ADDRESS = r"^https?://[A-Za-z0-9._\-\[\]:]+(/[!-~]*)?$"
 """Web addresses without user name and password: the signature already identifies the sender."""
 _PEER = re.compile(r"(([A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]):)?[0-9]{1,5}")
-_SECRET = ("token", "webhook_secret", "webhook_url")
+_SECRET = ("database", "token", "webhook_secret", "webhook_url")
 _LOGO_BYTES = 2 * 2**20
 _LOGO_STARTS = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
 """First bytes of a PNG, and of a JPEG."""
@@ -39,6 +39,11 @@ class Settings(BaseSettings):
     data: Path = Field(
         default=Path("chainage-data"),
         description="Data folder: database, uploads and inspections. One server at a time uses it.",
+    )
+    database: SecretStr | None = Field(
+        default=None,
+        description="PostgreSQL database, such as `postgresql://chainage:password@db.example/"
+        "chainage`, in place of the file `chainage.db` in the data folder.",
     )
     token: SecretStr | None = Field(
         default=None,
@@ -192,6 +197,11 @@ class Settings(BaseSettings):
             raise InvalidSettings("; ".join(map(_reason, error.errors())) + ".") from error
 
     @property
+    def database_url(self) -> str | None:
+        """URL of the database; None for the file in the data folder."""
+        return None if self.database is None else self.database.get_secret_value()
+
+    @property
     def has_tls(self) -> bool:
         """Whether the server uses TLS."""
         return self.tls_cert is not None
@@ -223,6 +233,13 @@ class Settings(BaseSettings):
         if (self.webhook_url is None) != (self.webhook_secret is None):
             raise ValueError("CHAINAGE_WEBHOOK_URL and CHAINAGE_WEBHOOK_SECRET go together")
         return self
+
+    @field_validator("database")
+    @classmethod
+    def _of_postgresql(cls, url: SecretStr | None) -> SecretStr | None:
+        if url is not None and not url.get_secret_value().startswith("postgresql://"):
+            raise ValueError("It is an address that begins with postgresql://")
+        return url
 
     @field_validator("meter_counter")
     @classmethod

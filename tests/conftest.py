@@ -6,7 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 
 # Two test processes share two cores.  The threads of OpenBLAS, which reads this when NumPy is
@@ -20,7 +20,8 @@ from hypothesis import settings
 from kinds import kind_of, nothing_is_started
 from object_stores import ObjectStore, moto
 from playwright.sync_api import Browser, sync_playwright
-from surveys import Survey, tracked_once
+from postgres import PostgresServer, postgres_server
+from surveys import Survey, served, tracked_once
 
 # The same of the threads of OpenCV.
 cv2.setNumThreads(1)
@@ -107,20 +108,46 @@ def done(survey: Survey) -> str:
     return survey.id
 
 
+@pytest.fixture(scope="session")
+def postgres() -> Iterator[PostgresServer]:
+    """One database server for each process, with a database of its own for each test."""
+    with postgres_server() as running:
+        yield running
+
+
 @pytest.fixture(scope="module")
-def shared(survey: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+def database_kind(request: pytest.FixtureRequest) -> str:
+    """Kind of the database; `postgres.ON_BOTH` sets it."""
+    return str(getattr(request, "param", "sqlite"))
+
+
+@pytest.fixture(scope="module")
+def new_url(request: pytest.FixtureRequest, database_kind: str) -> Callable[[], str | None]:
+    """Make an empty database of this kind; None stands for the file in the data folder."""
+    if database_kind == "sqlite":
+        return lambda: None
+    running: PostgresServer = request.getfixturevalue("postgres")
+    return running.new_database
+
+
+@pytest.fixture(scope="module")
+def shared(
+    survey: Survey,
+    new_url: Callable[[], str | None],
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Iterator[Client]:
     """One server for the tests of a file that do not disturb each other.
 
     They add to what is `done`, but do not change it.
     """
-    with serving(survey.copied_to(tmp_path_factory.mktemp("data"))) as client:
+    with served(survey, tmp_path_factory.mktemp("data"), new_url()) as client:
         yield client
 
 
 @pytest.fixture
-def server(survey: Survey, tmp_path: Path) -> Iterator[Client]:
+def server(survey: Survey, new_url: Callable[[], str | None], tmp_path: Path) -> Iterator[Client]:
     """A server of a test's own, where it may do anything to what is `done`."""
-    with serving(survey.copied_to(tmp_path / "data")) as client:
+    with served(survey, tmp_path / "data", new_url()) as client:
         yield client
 
 

@@ -18,9 +18,10 @@ BROWSER = {"browser", "page", "window"}
 """Fixtures that use Chromium."""
 
 SERVER = {
-    "server", "shared", "survey", "done", "chainage", "served", "serve", "object_store",
-    "subprocess", "socket", "asyncio", "serving", "LiveServer", "Client", "Process", "process",
-    "Child", "ReadyTracker", "Storm", "FileReader", "listening", "create_app",
+    "server", "shared", "survey", "done", "chainage", "served", "serve", "postgres",
+    "database_kind", "object_store", "subprocess", "socket", "asyncio", "serving", "LiveServer",
+    "Client", "Process", "process", "Child", "ReadyTracker", "Storm", "FileReader", "listening",
+    "create_app",
 }  # fmt: skip
 """Fixtures, and names in a test file, that are a server or another process."""
 

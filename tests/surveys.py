@@ -7,12 +7,16 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from builders import Client, serving
 from locks import alone
+
+from app.storage.database import stored_at
 
 
 @dataclass(frozen=True)
@@ -25,6 +29,16 @@ class Survey:
     def copied_to(self, data: Path) -> Path:
         """A data folder of somebody's own."""
         return shutil.copytree(self.data, data, dirs_exist_ok=True)
+
+
+@contextmanager
+def served(survey: Survey, data: Path, database_url: str | None) -> Iterator[Client]:
+    """Run a server over a copy of the survey, with its rows at the URL if there is one."""
+    survey.copied_to(data)
+    if database_url is not None:
+        stored_at(database_url, data).take_over(data / "chainage.db")
+    with serving(data, database=database_url) as client:
+        yield client
 
 
 def tracked_once(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -19,6 +19,9 @@ from rich.progress import (
 )
 from rich.table import Table
 
+if TYPE_CHECKING:
+    from app.settings import Settings  # slow to import, and few commands need it
+
 # No markup: file names and values from files contain brackets.
 out = Console(markup=False, highlight=False, soft_wrap=True)
 err = Console(markup=False, highlight=False, soft_wrap=True, stderr=True)
@@ -28,11 +31,16 @@ Data = Annotated[
 ]
 
 
-def data_folder(data: Path | None) -> Path:
-    """Return the named data folder, else that of the settings."""
+def settings_of(data: Path | None) -> Settings:
+    """Return the settings, with the named data folder if there is one."""
     from app.settings import Settings
 
-    return (Settings.load() if data is None else Settings.load(data=data)).data
+    return Settings.load() if data is None else Settings.load(data=data)
+
+
+def data_folder(data: Path | None) -> Path:
+    """Return the named data folder, else that of the settings."""
+    return settings_of(data).data
 
 
 def require_folder(file: Path, option: str) -> None:

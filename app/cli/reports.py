@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from rich.table import Column, Table
 
-from app.cli.console import Data, err, out, require_folder
+from app.cli.console import Data, err, out, require_folder, settings_of
 
 if TYPE_CHECKING:
     # slow to import, and few commands need it
@@ -46,7 +46,6 @@ def export(
     from app.errors import ExportNotAvailable, UnusableDatabase
     from app.reports.formats import FORMATS
     from app.reports.report import Company
-    from app.settings import Settings
 
     if format not in FORMATS:
         raise typer.BadParameter(
@@ -55,10 +54,10 @@ def export(
     require_folder(file, "--out")
     if file.is_dir():
         raise typer.BadParameter(f"{file} is a folder", param_hint="--out")
-    settings = Settings.load() if data is None else Settings.load(data=data)
+    settings = settings_of(data)
     company = Company(settings.company_name, settings.company_logo)
     try:
-        with reading(settings.data, company) as reader:
+        with reading(settings.data, company, settings.database_url) as reader:
             row = _the_one(reader.named(inspection), inspection)
             written = reader.reports.export(row.id, format, language=lang, units=units).written
             _replace(file, written.blocks())

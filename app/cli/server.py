@@ -15,11 +15,11 @@ from rich.progress import (
 from app.cli.console import (
     Data,
     advance,
-    data_folder,
     err,
     out,
     progress_bar,
     require_folder,
+    settings_of,
 )
 from app.cli.reports import own_fingerprint
 from vo_core import ChainageError
@@ -93,35 +93,37 @@ def backup(
     file: Annotated[Path, typer.Argument(help="Archive to write (ZIP); it is replaced whole.")],
     data: Data = None,
 ) -> None:
-    """Write a data folder into an archive; a server may go on using it.
+    """Write a data folder and its database into an archive; a server may go on using it.
 
     The server's own token and uploads without an inspection are left out.
     """
     from app.storage import backup as archives
 
     require_folder(file, "FILE")
-    folder = data_folder(data)
+    settings = settings_of(data)
     with progress_bar() as progress:
         task = progress.add_task("backing up, MiB", total=None)
-        done = archives.back_up(folder, file, partial(_advance_mib, progress, task))
+        on_progress = partial(_advance_mib, progress, task)
+        done = archives.back_up(settings.data, file, on_progress, settings.database_url)
     out.print(f"{file}: {_summarised(done)}")
     for name in done.missing:
-        err.print(f"warning: {name} is missing in {folder}", style="yellow")
+        err.print(f"warning: {name} is missing in {settings.data}", style="yellow")
 
 
 def restore(
     file: Annotated[Path, typer.Argument(help="Archive that `chainage backup` wrote.")],
     data: Data = None,
 ) -> None:
-    """Restore a data folder from an archive, after checking every file in it."""
+    """Restore a data folder and its database from an archive, after checking every file in it."""
     from app.storage import backup as archives
 
-    folder = data_folder(data)
-    require_folder(folder, "--data")
+    settings = settings_of(data)
+    require_folder(settings.data, "--data")
     with progress_bar() as progress:
         task = progress.add_task("restoring, MiB", total=None)
-        done = archives.restore(file, folder, partial(_advance_mib, progress, task))
-    out.print(f"{folder}: {_summarised(done)}")
+        on_progress = partial(_advance_mib, progress, task)
+        done = archives.restore(file, settings.data, on_progress, settings.database_url)
+    out.print(f"{settings.data}: {_summarised(done)}")
 
 
 def _advance_mib(progress: Progress, task: TaskID, done: int, total: int) -> None:

@@ -72,7 +72,7 @@ class _Video(_Part):
     codec: Annotated[str, StringConstraints(max_length=100, pattern=LINE)] = ""
     container: Annotated[str, StringConstraints(max_length=100, pattern=LINE)] = ""
     pixel_format: Annotated[str, StringConstraints(max_length=100, pattern=LINE)] | None = None
-    frames: Annotated[int, Field(ge=0, le=2**31)] | None = None
+    frames: Annotated[int, Field(ge=0, le=2**31 - 1)] | None = None
     duration_s: Annotated[float, Field(ge=0, le=1e8)] | None = None
     rate_hz: Annotated[float, Field(ge=0, le=1e6)] | None = None
     media_type: Annotated[str, StringConstraints(max_length=100, pattern=LINE)] = ""
@@ -87,7 +87,7 @@ class _Inspection(_Part):
     rig: dict[str, Any]
     source: _Source
     video: _Video
-    revision: Annotated[int, Field(ge=0, le=2**31)]
+    revision: Annotated[int, Field(ge=0, le=2**30)]
     warning: _Sentence | None = None
     error: _Sentence | None = None
     error_code: Annotated[str, StringConstraints(pattern=r"^[a-z0-9_]{1,50}$")] | None = None
@@ -120,7 +120,7 @@ class _Event(_Part):
 
 class _Tag(_Part):
     id: _ObservationId
-    seq: Annotated[int, Field(ge=1, le=2**31)]
+    seq: Annotated[int, Field(ge=1, le=2**30)]
     fields: StatedTag
     photo_sha256: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")] | None = None
     """Older exports have none."""

@@ -16,7 +16,7 @@ from typing import Any
 
 from cachetools import LRUCache
 
-from app.errors import ChangedMeanwhile, DiskFull, described
+from app.errors import Busy, ChangedMeanwhile, DiskFull, described
 from app.storage.corrections import CorrectionStore, Rescaling
 from app.storage.inspections import InspectionStore
 from app.storage.tables import ENDED, Inspection
@@ -321,8 +321,8 @@ class Corrections:
             self._store.record_corrected_end(
                 inspection.id, inspection.revision, distance_mm, sigma_mm
             )
-        except DiskFull as full:  # it is computed again the next time
-            logger.warning("The corrected end of %s could not be kept: %s", inspection.id, full)
+        except (Busy, DiskFull) as error:  # it is computed again the next time
+            logger.warning("The corrected end of %s could not be kept: %s", inspection.id, error)
 
     def _last_solution(self, inspection_id: str) -> _Solution:
         """Return the last solution of this revision and run, however old."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sqlite3
 import threading
 import time
 from dataclasses import dataclass
@@ -16,7 +15,6 @@ from app.tracking.queue import Tracking
 from vo_core.errors import ChainageError
 
 _CACHED_S = 2.0
-_GOOD_SQLITE = (3, 51, 3)
 
 
 @dataclass(frozen=True)
@@ -62,7 +60,7 @@ class Health:
             raise NotReady("server: The last check has not ended yet.")
         try:
             if time.monotonic() - self._checked_at > _CACHED_S:
-                self._checks = [self._writes(), self._room(), self._workers(), _sqlite()]
+                self._checks = [self._writes(), self._room(), self._workers(), self._version()]
                 self._checked_at = time.monotonic()
             checks = self._checks
         finally:
@@ -102,14 +100,10 @@ class Health:
         media = "ready" if self._media.is_alive() else "ended, another starts when it is needed"
         return Check("workers", True, f"Tracking and photos run; the media process is {media}.")
 
-
-def _sqlite() -> Check:
-    version = sqlite3.sqlite_version
-    if sqlite3.sqlite_version_info < _GOOD_SQLITE:
-        return Check(
-            "sqlite",
-            True,
-            f"Version {version}; before 3.51.3 two writers could corrupt a database, "
-            "so the server has only one.",
-        )
-    return Check("sqlite", True, f"Version {version}.")
+    def _version(self) -> Check:
+        stored = self._database.dialect
+        name = stored.kind.lower()
+        try:
+            return Check(name, True, f"Version {stored.version()}. {stored.remark()}".rstrip())
+        except ChainageError as error:
+            return Check(name, False, str(error))

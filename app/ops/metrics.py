@@ -7,7 +7,6 @@ is a label.
 from __future__ import annotations
 
 import os
-import sqlite3
 import threading
 from collections.abc import Iterator
 from contextlib import suppress
@@ -42,11 +41,12 @@ _SECONDS = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0,
 class Metrics:
     """Counts events, and reads the services when the metrics are requested."""
 
-    def __init__(self) -> None:
+    def __init__(self, database: str) -> None:
+        """Store the kind and version of the database."""
         self._registry = CollectorRegistry()
         ProcessCollector(registry=self._registry)
         Info("chainage_build", "Versions.", registry=self._registry).info(
-            {"version": version("chainage"), "sqlite": sqlite3.sqlite_version}
+            {"version": version("chainage"), "database": database}
         )
         self._requests = Counter(
             "chainage_http_requests",

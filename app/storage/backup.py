@@ -5,6 +5,9 @@ members cannot expand when they are read. Its `manifest.json` lists the size and
 every file. The database is copied first, in the state of one moment; then the files of its
 inspections, which are only ever appended to, replaced whole or deleted. The server's own token and
 uploads without an inspection are left out.
+
+The database of an archive is always an SQLite file, so an archive of one kind of database restores
+into the other.
 """
 
 from __future__ import annotations
@@ -30,8 +33,9 @@ import msgspec
 
 from app.errors import UnusableBackup
 from app.storage import signing_key
-from app.storage.database import copy_database, revision_of
+from app.storage.database import FILE, stored_at
 from app.storage.files import DataFolder, raise_if_full, sync_folder
+from app.storage.sqlite import revision_of
 from app.storage.tables import ENDED
 
 OnProgress = Callable[[int, int], None]
@@ -39,7 +43,7 @@ OnProgress = Callable[[int, int], None]
 
 _FORMAT = 1
 _MANIFEST = "manifest.json"
-_DATABASE = "chainage.db"
+_DATABASE = FILE
 _TOKENS = "tokens.json"
 _ROOT_FILES = (_TOKENS, signing_key.FILE)
 """Files beside the database, copied if they exist."""
@@ -93,28 +97,31 @@ class _Changed(Exception):
     """A file disappeared while it was copied: its inspection was deleted or is tracked again."""
 
 
-def back_up(data: Path, target: Path, on_progress: OnProgress) -> Summary:
+def back_up(
+    data: Path, target: Path, on_progress: OnProgress, database_url: str | None = None
+) -> Summary:
     """Write everything acknowledged so far into the archive `target`.
 
     Args:
         data: The data folder; a server may be using it.
         target: The archive; replaced whole, or unchanged after a failure.
         on_progress: Called with the progress.
+        database_url: The database; None for the file in the data folder.
     Raises:
         UnusableBackup: There is no database, or inspections keep being deleted.
         UnusableDatabase: The database is damaged or of a newer version.
         DiskFull: There is no room for the archive.
     """
-    if not (data / _DATABASE).is_file():
-        raise UnusableBackup(f"There is no database in the folder {data}; name it with --data.")
-    revision_of(data / _DATABASE)  # so that damage is reported with the name of this file
+    stored = stored_at(database_url, data)
+    if stored.revision() is None:  # it reports damage with the name of the database
+        raise UnusableBackup(stored.missing)
     missing: list[str] = []
     with tempfile.TemporaryDirectory(prefix=".chainage-backup-", dir=target.parent) as folder:
         part = Path(folder) / "part"
         for _ in range(_TRIES):
             try:
                 snapshot = Path(folder) / _DATABASE
-                copy_database(data / _DATABASE, snapshot)
+                stored.copy_to(snapshot)
                 revision_of(snapshot)
                 found = _members(data, snapshot)
                 gone = sorted(_named_by(snapshot) - found.keys())
@@ -133,15 +140,19 @@ def back_up(data: Path, target: Path, on_progress: OnProgress) -> Summary:
     raise UnusableBackup("The inspections are changing all the time; try again when it is calmer.")
 
 
-def restore(archive: Path, data: Path, on_progress: OnProgress) -> Summary:
+def restore(
+    archive: Path, data: Path, on_progress: OnProgress, database_url: str | None = None
+) -> Summary:
     """Create a data folder from an archive; after a failure the folder is unchanged.
 
     Args:
         archive: An archive written by `back_up`.
         data: A folder that is empty or does not exist.
         on_progress: Called with the progress.
+        database_url: An empty database; None for a file in the data folder.
     Raises:
-        UnusableBackup: The archive is damaged or foreign, or the folder is not empty.
+        UnusableBackup: The archive is damaged or foreign, or the folder or the database is not
+        empty.
         UnusableDatabase: A newer version made the archive.
         DiskFull: There is no room for the files.
     """
@@ -149,6 +160,8 @@ def restore(archive: Path, data: Path, on_progress: OnProgress) -> Summary:
         raise UnusableBackup(
             f"The folder {data} is not empty, and a server may be using it; name a new one."
         )
+    stored = stored_at(database_url, data)
+    stored.require_empty()
     with _held(data) as folder, _opened(archive) as source:
         manifest = _manifest_of(source, archive)
         folder.require_room(sum(entry.size for entry in manifest.files.values()))
@@ -157,6 +170,8 @@ def restore(archive: Path, data: Path, on_progress: OnProgress) -> Summary:
         _extract(source, manifest, part, on_progress)
         summary = _checked(part, manifest)
         _settle(part, folder.root)
+        stored.take_over(part / _DATABASE)  # the last step: without it the rest is not used
+        part.rmdir()
     return summary
 
 
@@ -363,12 +378,12 @@ def _checked(part: Path, manifest: Manifest) -> Summary:
 
 
 def _settle(part: Path, root: Path) -> None:
-    """Move the extracted files into place, the database last: without it the rest is not used."""
+    """Move the extracted files into place, except for the database."""
     for folder in sorted((path for path in part.rglob("*") if path.is_dir()), reverse=True):
         sync_folder(folder)
-    for path in sorted(part.iterdir(), key=lambda path: path.name == _DATABASE):
-        path.replace(root / path.name)  # `inspections` replaces the empty one
-    part.rmdir()
+    for path in part.iterdir():
+        if path.name != _DATABASE:
+            path.replace(root / path.name)  # `inspections` replaces the empty one
     sync_folder(root)
 
 

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from cachetools import LRUCache
-from sqlalchemy import Row, Text, func, or_, select, type_coerce
+from sqlalchemy import Row, Text, cast, func, or_, select
 from sqlalchemy.orm import Session
 
 from app.errors import ObservationNotFound
@@ -183,7 +183,7 @@ class ObservationStore:
 
 
 _COLUMNS = tuple(
-    type_coerce(column, Text).label(column.name) if column.name == "fields" else column
+    cast(column, Text).label(column.name) if column.name == "fields" else column
     for column in ObservationRow.__table__.columns
     if column.name != "frame"  # it is in the fields
 )

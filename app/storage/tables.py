@@ -73,7 +73,7 @@ class Inspection(Base):
     """Origin of the film: upload, live, or import of a survey without one."""
     source_filename: Mapped[str] = mapped_column(String(255))
     """Name given by the user; the stored file has another name."""
-    source_size: Mapped[int] = mapped_column(BigInteger)
+    source_size: Mapped[int] = mapped_column(BigInteger().with_variant(Integer, "sqlite"))
     source_sha256: Mapped[str] = mapped_column(String(64))
     """Empty while a live inspection is recorded."""
     video_file: Mapped[str] = mapped_column(String(20))

@@ -56,7 +56,7 @@ Pixel = Annotated[
     list[Annotated[float, Field(ge=-100_000, le=100_000)]], Field(min_length=2, max_length=2)
 ]
 """The service checks whether the picture has this pixel."""
-Frame = Annotated[int, Field(ge=0, le=2**31)]
+Frame = Annotated[int, Field(ge=0, le=2**31 - 1)]
 Metres = Annotated[float, Field(gt=0, le=100_000)]
 Remark = Annotated[
     str, StringConstraints(strip_whitespace=True, min_length=1, max_length=4000, pattern=TEXT)

@@ -15,11 +15,14 @@ import alembic.config
 import pytest
 from alembic.script import ScriptDirectory
 from builders import TOKEN, clip_rig, make_clip, serving
-from sqlalchemy import create_engine
+from postgres import ON_BOTH
+from sqlalchemy import create_engine, inspect
 
 import app.storage
 from app.errors import UnusableDatabase
-from app.storage.database import Database, revision_of
+from app.storage.database import Database, stored_at
+from app.storage.dialect import Dialect
+from app.storage.sqlite import Sqlite, revision_of
 
 Command = Callable[..., Any]
 
@@ -148,8 +151,8 @@ ROWS = {
 """What a database of each version may hold: a row of every table."""
 
 
-def of_version(data: Path, revision: str) -> None:
-    """A data folder as that version left it."""
+def of_version(data: Path, revision: str, url: str | None = None) -> Dialect:
+    """A data folder as that version left it, and its database, which may be at a URL."""
     data.mkdir()
     path = data / "chainage.db"
     engine = create_engine(f"sqlite:///{path}")
@@ -176,6 +179,10 @@ def of_version(data: Path, revision: str) -> None:
     (place / "rig.json").write_text(json.dumps(clip_rig()))
     (place / "track.csv").write_text(track())
     (place / "photos" / f"{TAG}-10.jpg").write_bytes(b"\xff\xd8 a photo")
+    stored = stored_at(url, data)
+    if url is not None:
+        stored.take_over(path)
+    return stored
 
 
 def track() -> str:
@@ -185,11 +192,16 @@ def track() -> str:
     )
 
 
+@ON_BOTH
 @pytest.mark.parametrize("revision", OLDER)
-def test_everything_of_an_older_version_is_there(tmp_path: Path, revision: str) -> None:
-    of_version(tmp_path / "data", revision)
+def test_everything_of_an_older_version_is_there(
+    tmp_path: Path, new_url: Callable[[], str | None], revision: str
+) -> None:
+    url = new_url()
+    stored = of_version(tmp_path / "data", revision, url)
+    before = dump(stored, tmp_path)
     offset_m = 1.0 if revision >= "0002" else 0.0
-    with serving(tmp_path / "data") as client:
+    with serving(tmp_path / "data", database=url) as client:
         path = f"/api/inspections/{INSPECTION}"
         inspection = client.inspection(INSPECTION)
         assert (inspection["name"], inspection["status"]) == ("An old run", "done")
@@ -216,39 +228,71 @@ def test_everything_of_an_older_version_is_there(tmp_path: Path, revision: str) 
             assert browser.get(path).status_code == 200
         assert client.tag(INSPECTION).status_code == 200
     copy = tmp_path / "data" / f"chainage.db.before-{NEWEST}"
-    assert (revision_of(copy), revision_of(tmp_path / "data" / "chainage.db")) == (revision, NEWEST)
+    assert (revision_of(copy), stored.revision()) == (revision, NEWEST)
+    assert dump(Sqlite(copy), tmp_path) == before
 
 
-def test_a_migration_that_fails_leaves_the_database_as_it_was(tmp_path: Path) -> None:
-    of_version(tmp_path / "data", "0001")
-    path = tmp_path / "data" / "chainage.db"
-    with sqlite3.connect(path) as database:
-        database.execute("CREATE TABLE code_packs (x)")  # 0002 makes one, after other changes
-    before = dump(path)
-    with pytest.raises(Exception, match="code_packs already exists"):
-        Database(path)
-    assert dump(path) == before
-
-
-def dump(path: Path) -> list[str]:
-    with sqlite3.connect(path) as database:
-        return list(database.iterdump())
-
-
-def test_a_database_of_a_newer_version_is_refused_in_a_sentence(
-    tmp_path: Path, chainage: Command
+@ON_BOTH
+def test_a_migration_that_fails_leaves_the_database_as_it_was(
+    tmp_path: Path, new_url: Callable[[], str | None]
 ) -> None:
-    Database(tmp_path / "chainage.db").close()
-    with sqlite3.connect(tmp_path / "chainage.db") as database:
-        database.execute("UPDATE alembic_version SET version_num = '9999'")
-    before = dump(tmp_path / "chainage.db")
+    stored = of_version(tmp_path / "data", "0001", new_url())
+    execute(stored, "CREATE TABLE code_packs (x INTEGER)")  # 0002 makes one, after other changes
+    before = tables_of(stored)
+    with pytest.raises(Exception, match=r"code_packs.* already exists"):
+        Database(stored)
+    assert stored.revision() == "0001"
+    assert tables_of(stored) == before
+
+
+def execute(stored: Dialect, statement: str) -> None:
+    engine = stored.writer()
+    with engine.begin() as connection:
+        connection.exec_driver_sql(statement)
+    engine.dispose()
+
+
+def tables_of(stored: Dialect) -> dict[str, list[str]]:
+    """Every column of every table."""
+    engine = stored.reader()
+    columns = {
+        table: [str(column["name"]) for column in inspect(engine).get_columns(table)]
+        for table in inspect(engine).get_table_names()
+    }
+    engine.dispose()
+    return columns
+
+
+def dump(stored: Dialect, folder: Path) -> list[str]:
+    """All tables and rows, in the form of SQLite."""
+    copy = folder / "dumped.db"
+    stored.copy_to(copy)
+    with sqlite3.connect(copy) as database:
+        return sorted(database.iterdump())
+
+
+@ON_BOTH
+def test_a_database_of_a_newer_version_is_refused_in_a_sentence(
+    tmp_path: Path,
+    new_url: Callable[[], str | None],
+    chainage: Command,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    url = new_url()
+    stored = stored_at(url, tmp_path)
+    Database(stored).close()
+    execute(stored, "UPDATE alembic_version SET version_num = '9999'")
+    before = tables_of(stored)
+    if url is not None:
+        monkeypatch.setenv("CHAINAGE_DATABASE", url)
     with pytest.raises(UnusableDatabase):
-        Database(tmp_path / "chainage.db")
-    refused = chainage("serve", "--port", "0", "--data", tmp_path)
-    assert refused.code == 1
-    assert "newer version of Chainage" in refused.err
-    assert "Traceback" not in refused.err
-    assert dump(tmp_path / "chainage.db") == before
+        Database(stored)
+    for command in (["serve", "--port", "0"], ["backup", tmp_path / "backup.zip"]):
+        refused = chainage(*command, "--data", tmp_path)
+        assert refused.code == 1
+        assert "newer version of Chainage" in refused.err
+        assert "Traceback" not in refused.err
+    assert tables_of(stored) == before
 
 
 def test_what_is_no_database_is_refused_in_a_sentence(tmp_path: Path, chainage: Command) -> None:

@@ -5,7 +5,7 @@ import subprocess
 import sys
 import threading
 import uuid
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -14,23 +14,25 @@ import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from builders import TOKEN, clip_rig, make_clip, serving, wait_until
+from postgres import ON_BOTH
 from sqlalchemy import text
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session
 
 from app.errors import DataFolderInUse
-from app.storage.database import Database
+from app.storage.database import Database, stored_at
 from app.storage.files import DataFolder, write_durably
 from app.storage.tables import Base, EventRow, LoginSession
 
 
 @pytest.fixture
-def database(tmp_path: Path) -> Iterator[Database]:
-    opened = Database(tmp_path / "chainage.db")
+def database(new_url: Callable[[], str | None], tmp_path: Path) -> Iterator[Database]:
+    opened = Database(stored_at(new_url(), tmp_path))
     yield opened
     opened.close()
 
 
+@ON_BOTH
 def test_the_migrations_make_the_tables_that_the_code_uses(database: Database) -> None:
     with database.read() as session:
         context = MigrationContext.configure(session.connection())
@@ -53,6 +55,7 @@ def add_login(session: Session, digest: str) -> None:
     session.add(row)
 
 
+@ON_BOTH
 def test_a_write_that_fails_leaves_nothing_and_the_next_one_works(database: Database) -> None:
     def fail(session: Session) -> None:
         add_login(session, "a")
@@ -67,6 +70,7 @@ def test_a_write_that_fails_leaves_nothing_and_the_next_one_works(database: Data
         assert session.get(LoginSession, "b") is not None
 
 
+@ON_BOTH
 def test_writes_from_many_threads_are_done_one_after_the_other(database: Database) -> None:
     writing = []
 
@@ -87,6 +91,7 @@ def test_writes_from_many_threads_are_done_one_after_the_other(database: Databas
         assert session.scalar(text("SELECT count(*) FROM sessions")) == 80
 
 
+@ON_BOTH
 def test_instants_come_back_aware(database: Database) -> None:
     now = datetime.now(UTC)
     event = EventRow(inspection_id="i", action="a", who="w", at=now, before=None, after={"x": 1})

@@ -83,7 +83,7 @@ def test_the_work_of_the_server_is_counted(server: Client, clip: Path, done: str
     assert found["process_resident_memory_bytes", ()] > 2**20
     assert found["process_cpu_seconds_total", ()] > 0
     (build,) = [dict(labels) for name, labels in found if name == "chainage_build_info"]
-    assert build.keys() == {"version", "sqlite"}
+    assert build.keys() == {"version", "database"}
 
 
 def test_a_run_shows_while_it_lasts_and_a_replaced_process_is_counted(

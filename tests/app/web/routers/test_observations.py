@@ -15,6 +15,7 @@ from builders import (
     serving,
     wait_until,
 )
+from postgres import ON_BOTH
 
 
 def path(inspection_id: str, name: str = "") -> str:
@@ -40,6 +41,7 @@ def test_a_tag_with_a_pixel_gets_the_distance_of_that_wall_point(shared: Client,
     assert tag["distance_m"] == pytest.approx((30 * STEP_MM - 80) / 1000, abs=0.001)
 
 
+@ON_BOTH
 def test_everything_that_was_entered_comes_back(shared: Client, done: str) -> None:
     entered = {
         "frame": 12, "pixel": [3.5, 70.0], "code": "BAB", "char1": "B", "char2": "A",
@@ -54,6 +56,7 @@ def test_everything_that_was_entered_comes_back(shared: Client, done: str) -> No
     assert tag in listed(shared, done)
 
 
+@ON_BOTH
 def test_the_same_put_again_changes_nothing(shared: Client, done: str) -> None:
     name = str(uuid.uuid4())
     first = shared.tag(done, name, code="BAF").json()
@@ -62,6 +65,7 @@ def test_the_same_put_again_changes_nothing(shared: Client, done: str) -> None:
     assert sum(tag["id"] == name for tag in listed(shared, done)) == 1
 
 
+@ON_BOTH
 def test_another_put_replaces_all_fields_and_keeps_the_number(shared: Client, done: str) -> None:
     name = str(uuid.uuid4())
     first = shared.tag(done, name, code="BAF", severity=2).json()
@@ -72,6 +76,7 @@ def test_another_put_replaces_all_fields_and_keeps_the_number(shared: Client, do
     assert first["edited_at"] is None
 
 
+@ON_BOTH
 def test_delete_is_undone_by_restore_and_both_may_be_repeated(server: Client, done: str) -> None:
     first = server.tag(done, code="BAB").json()
     for _ in range(2):
@@ -224,6 +229,7 @@ def test_in_a_pipe_the_pixel_gives_the_clock(server: Client, clip: Path) -> None
     assert entered["clock"] == 11
 
 
+@ON_BOTH
 def test_counts_and_the_worst_severity_are_in_the_list(server: Client, done: str) -> None:
     for severity in (2, 5, None):
         server.tag(done, severity=severity)

@@ -8,6 +8,7 @@ from typing import Any
 import httpx
 import pytest
 from builders import Client, assert_error
+from postgres import ON_BOTH
 
 TABLE = (
     "code,char1,char2,label,group,needs_clock,needs_q1,unit_q1,needs_q2,unit_q2,"
@@ -31,6 +32,7 @@ def pack(server: Client) -> dict[str, Any]:
     return dict(added.json())
 
 
+@ON_BOTH
 def test_a_pack_is_listed_and_its_codes_are_returned(server: Client, pack: dict[str, Any]) -> None:
     assert server.get("/api/packs").json() == {"packs": [pack]}
     assert (pack["name"], pack["codes"], pack["created_by"]) == ("Road agency", 2, "server")
@@ -58,6 +60,7 @@ def test_a_name_out_of_bounds_is_refused(shared: Client, name: str) -> None:
     assert_error(add(shared, name), 422, "invalid_request")
 
 
+@ON_BOTH
 def test_a_name_can_be_had_once(server: Client, pack: dict[str, Any]) -> None:
     assert_error(add(server, " Road agency "), 409, "pack_name_taken")
 
@@ -87,6 +90,7 @@ def test_a_pack_in_use_stays_until_nobody_uses_it(
     assert_error(server.get("/api/codes", params={"pack": pack["id"]}), 404, "pack_not_found")
 
 
+@ON_BOTH
 def test_a_chosen_pack_that_was_deleted_is_the_built_in_one_again(
     server: Client, pack: dict[str, Any]
 ) -> None:
