@@ -152,7 +152,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         runs,
         live,
         _engine(settings, folder, blobs, records, runs, child_limits),
-        Claims.of_this_process(are_shared=False),
+        Claims.of_this_process(are_shared=settings.database is not None),
     )
     photos = Photos(
         records.inspection_store, records.observation_store, folder, media, tracks, live

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
 import pytest
 from builders import clip_rig
+from postgres import ON_BOTH
 
 from app.errors import ClaimLost
-from app.storage.database import Database
+from app.storage.database import Database, stored_at
 from app.storage.inspections import InspectionStore
 from app.storage.runs import Outcome, RunStore
 from app.storage.tables import Inspection
@@ -21,9 +22,12 @@ DONE = Outcome("done")
 LONG_S, LAPSED_S = 3600.0, -1.0
 
 
+pytestmark = ON_BOTH
+
+
 @pytest.fixture
-def database(tmp_path: Path) -> Iterator[Database]:
-    opened = Database(tmp_path / "chainage.db")
+def database(new_url: Callable[[], str | None], tmp_path: Path) -> Iterator[Database]:
+    opened = Database(stored_at(new_url(), tmp_path))
     yield opened
     opened.close()
 
