@@ -33,6 +33,8 @@ from app.ops.health import Health
 from app.ops.metrics import Metrics, WatchedServices
 from app.reports.report import Company
 from app.reports.reports import Reports
+from app.search.indexer import IndexWorker
+from app.search.search import Search
 from app.settings import Settings
 from app.storage.access import AccessStore
 from app.storage.alerts import AlertStore
@@ -89,6 +91,7 @@ class Services:
     preferences: Preferences
     samples: Samples
     reports: Reports
+    search: Search
     live: Live
     scenes: Scenes
     clicks: Clicks
@@ -186,6 +189,10 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     stack.enter_context(live.listening(None, scaling.on_event))
     scaling.start()
     stack.callback(scaling.stop)
+    index_worker = IndexWorker(records.indexer)
+    stack.enter_context(live.listening(None, index_worker.on_event))
+    index_worker.start()
+    stack.callback(index_worker.stop)
     inspections = Inspections(
         records.inspection_store,
         folder,
@@ -264,6 +271,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         preferences=Preferences(PreferenceStore(database)),
         samples=samples,
         reports=records.reports,
+        search=Search(records.defect_index, index_worker),
         live=live,
         scenes=scenes,
         clicks=Clicks(),

@@ -15,8 +15,10 @@ from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.reports.report import Company, Report
 from app.reports.reports import Reports
+from app.search.indexer import Indexer
 from app.storage.corrections import CorrectionStore
 from app.storage.database import Database, stored_at
+from app.storage.defect_index import DefectIndex
 from app.storage.files import Places
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
@@ -62,6 +64,15 @@ class Records:
             self.tracks,
             self.packs,
             places,
+        )
+        self.defect_index = DefectIndex(database)
+        self.indexer = Indexer(
+            self.defect_index,
+            self.inspection_store,
+            self.observations,
+            self.corrections,
+            self.tracks,
+            self.packs,
         )
         self.reports = Reports(
             self.inspection_store,

@@ -46,6 +46,7 @@ from app.web.routers import (
     pages,
     picking,
     samples,
+    search,
     sources,
     unrolled,
     uploads,
@@ -89,7 +90,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.mount("/static", pages.Assets(directory=pages.static_folder()))
     for part in (
         access, me, uploads, aiming, imports, inspections, observations, picking, corrections,
-        counter, media, catalogue, packs, samples, sources, meter_counter, unrolled, health,
+        counter, media, catalogue, packs, samples, search, sources, meter_counter, unrolled, health,
         metrics, live, viewer, pages,
     ):  # fmt: skip
         app.include_router(part.router)

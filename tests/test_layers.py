@@ -97,7 +97,7 @@ ROOMS = (
     ("jobs", "access"),
     ("tracking",),
     ("inspections",),
-    ("alerts", "meter_counter", "reports"),
+    ("alerts", "meter_counter", "reports", "search"),
     ("viewer",),
     ("ops",),
     ("data_folder",),
@@ -142,6 +142,7 @@ def room_of(name):
         ("tracking", ["fastapi", "starlette", "viser"]),
         ("inspections", ["fastapi", "starlette", "viser"]),
         ("reports", ["fastapi", "starlette", "viser"]),
+        ("search", ["fastapi", "starlette", "viser"]),
     ],
 )
 def test_a_room_does_not_bring_strangers_along(room, strangers):

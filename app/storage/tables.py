@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from typing import Any
 
 from sqlalchemy import JSON, BigInteger, DateTime, Float, ForeignKey, Index, Integer, String, Text
@@ -185,7 +185,10 @@ class EventRow(Base):
     """A row of `app.survey.records.Event`."""
 
     __tablename__ = "events"
-    __table_args__ = (Index("ix_events_subject", "inspection_id", "observation_id"),)
+    __table_args__ = (
+        Index("ix_events_subject", "inspection_id", "observation_id"),
+        Index("ix_events_newest", "inspection_id", "id"),
+    )
 
     id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
     inspection_id: Mapped[str] = mapped_column(String(32))
@@ -299,3 +302,87 @@ class Heartbeat(Base):
 
     id: Mapped[int] = mapped_column(primary_key=True)
     at: Mapped[datetime]
+
+
+class IndexedInspection(Base):
+    """What the search knows of an inspection; derived, so that it may be deleted at any time."""
+
+    __tablename__ = "indexed_inspections"
+
+    inspection_id: Mapped[str] = mapped_column(
+        String(32), ForeignKey("inspections.id", ondelete="CASCADE"), primary_key=True
+    )
+    index_version: Mapped[int]
+    """How it was derived; the next three columns tell from which state of the inspection."""
+    revision: Mapped[int]
+    finished_at: Mapped[datetime | None]
+    newest_event: Mapped[int | None]
+    name: Mapped[str] = mapped_column(String(200))
+    project: Mapped[str | None] = mapped_column(Text)
+    asset: Mapped[str | None] = mapped_column(Text, index=True)
+    surveyed_on: Mapped[date]
+    folded: Mapped[str] = mapped_column(Text)
+    """Name, project and asset without case and accents."""
+    distance_m: Mapped[float | None] = mapped_column(Float)
+    """Corrected distance of the end, with half of its 95 % interval."""
+    distance_u95_m: Mapped[float | None] = mapped_column(Float)
+    defects: Mapped[int]
+    worst_severity: Mapped[int | None]
+    frames: Mapped[int | None]
+    """Tracked frames; None where no film was measured. Shares of them follow."""
+    weak_share: Mapped[float | None] = mapped_column(Float)
+    lost_share: Mapped[float | None] = mapped_column(Float)
+    too_fast_share: Mapped[float | None] = mapped_column(Float)
+    dark_share: Mapped[float | None] = mapped_column(Float)
+    overexposed_share: Mapped[float | None] = mapped_column(Float)
+    blurred_share: Mapped[float | None] = mapped_column(Float)
+    dirty_lens_share: Mapped[float | None] = mapped_column(Float)
+
+
+class IndexedDefect(Base):
+    """An observation with its derived place, for the search; deleted with its inspection's row."""
+
+    __tablename__ = "indexed_defects"
+    __table_args__ = (
+        Index("ix_indexed_defects_created", "created_at"),
+        Index("ix_indexed_defects_severity", "severity"),
+        Index("ix_indexed_defects_code", "code"),
+        Index("ix_indexed_defects_asset", "asset"),
+    )
+
+    inspection_id: Mapped[str] = mapped_column(
+        String(32),
+        ForeignKey("indexed_inspections.inspection_id", ondelete="CASCADE"),
+        primary_key=True,
+    )
+    observation_id: Mapped[str] = mapped_column(String(36), primary_key=True)
+    revision: Mapped[int]
+    """Of the inspection whose corrections gave the distance."""
+    inspection: Mapped[str] = mapped_column(String(200))
+    """Its name; like project, asset and day a copy, so that one table answers."""
+    project: Mapped[str | None] = mapped_column(Text)
+    asset: Mapped[str | None] = mapped_column(Text)
+    surveyed_on: Mapped[date]
+    seq: Mapped[int]
+    frame: Mapped[int]
+    code: Mapped[str | None] = mapped_column(String(8))
+    char1: Mapped[str | None] = mapped_column(String(2))
+    char2: Mapped[str | None] = mapped_column(String(2))
+    label: Mapped[str | None] = mapped_column(Text)
+    label_ms: Mapped[str | None] = mapped_column(Text)
+    quant1: Mapped[float | None] = mapped_column(Float)
+    unit1: Mapped[str | None] = mapped_column(String(8))
+    quant2: Mapped[float | None] = mapped_column(Float)
+    unit2: Mapped[str | None] = mapped_column(String(8))
+    severity: Mapped[int | None]
+    continuous: Mapped[str | None] = mapped_column(String(4))
+    distance_m: Mapped[float | None] = mapped_column(Float)
+    distance_u95_m: Mapped[float | None] = mapped_column(Float)
+    clock: Mapped[int | None]
+    clock_to: Mapped[int | None]
+    clock_hours: Mapped[int]
+    """The hours that it covers, as bits: 1 for 1 o'clock to 2048 for 12 o'clock."""
+    remark: Mapped[str | None] = mapped_column(Text)
+    created_at: Mapped[datetime]
+    folded: Mapped[str] = mapped_column(Text)
+    """What the search of text reads: remark, code, label and what the inspection is called."""

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from app.survey.catalogue.header import required_to_issue
 from app.survey.catalogue.table import Code, CodeTable
 from app.survey.corrected import Corrected
+from app.survey.film_quality import LOST_PERCENT, POOR_PERCENT, share
 from app.survey.interval import half_width_m
 from app.survey.place import ObservationView
 from app.survey.rounding import decimals, metres
@@ -31,10 +32,6 @@ Param = str | int | float
 SAME_PLACE_MM = 10.0
 """Distances this close count as equal: they are shown to a centimetre."""
 SEVERE = 4
-LOST_PERCENT = 1.0
-"""Largest share of frames that may be lost, in percent."""
-POOR_PERCENT = 5.0
-"""Largest share of frames that may have the same complaint of picture health, in percent."""
 SHORT_PERCENT = 1.0
 """An end that falls short by a larger share of the known length, in percent, was not reached."""
 SHORT_FLOOR_MM = 300.0
@@ -367,7 +364,7 @@ def joints(case: Case) -> Iterator[Issue]:
 def pictures(case: Case) -> Iterator[Issue]:
     """Report what clients reject videos for: light, blur, speed, a dirty lens."""
     for name, frames in complained(case.health).items():
-        percent = round(100 * float(frames.mean()), 1) if len(frames) else 0.0
+        percent = round(100 * share(frames), 1)
         if percent > POOR_PERCENT:
             text = f"{percent:g} % of the pictures are {name.replace('_', ' ')}."
             yield Issue(
@@ -377,8 +374,8 @@ def pictures(case: Case) -> Iterator[Issue]:
 
 def the_run(case: Case) -> Iterator[Issue]:
     """Check lost frames, the length, and the corrections."""
-    lost = int(np.count_nonzero(case.track.status == "lost"))
-    percent = round(100 * lost / len(case.track), 1) if lost else 0.0
+    is_lost = case.track.status == "lost"
+    lost, percent = int(np.count_nonzero(is_lost)), round(100 * share(is_lost), 1)
     if percent > LOST_PERCENT:
         text = f"The wall was lost in {percent:g} % of the frames."
         yield Issue("warn", "lost", text, params={"percent": percent, "frames": lost})

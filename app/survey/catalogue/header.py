@@ -140,6 +140,21 @@ def number_of(value: object) -> float | None:
     return number if math.isfinite(number) else None
 
 
+def project_of(header: Mapping[str, object]) -> str | None:
+    """Return the project that an inspection belongs to: as stated, else its job; else None."""
+    return _first_text(header, "project", "job_ref", "client_job_ref")
+
+
+def asset_of(header: Mapping[str, object]) -> str | None:
+    """Return the name of what was inspected; None if it is not stated."""
+    return _first_text(header, "asset_id")
+
+
+def _first_text(header: Mapping[str, object], *names: str) -> str | None:
+    found = (str(value).strip() for name in names if (value := header.get(name)) is not None)
+    return next((text for text in found if text), None)
+
+
 def is_empty(value: Value) -> bool:
     """Return whether a value is missing or blank text; zero and false are answers."""
     return value is None or (isinstance(value, str) and not value.strip())

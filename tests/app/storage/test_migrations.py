@@ -147,6 +147,7 @@ ROWS = {
     "0003": ROWS_0003,
     "0004": ROWS_0004,
     "0005": ROWS_0004,
+    "0006": ROWS_0004,
 }
 """What a database of each version may hold: a row of every table."""
 

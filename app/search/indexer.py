@@ -1,0 +1,197 @@
+"""Keeps the index of the search: an inspection that changed is derived again, as a whole.
+
+Nothing tells what is to be done but the rows themselves: each says from which state of its
+inspection it was made. So nothing is lost when the server ends, and another server that works on
+the same database finds the same work.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterator, Mapping
+from datetime import date, datetime
+from typing import Any
+
+from app.errors import Busy, DiskFull, InspectionNotFound
+from app.inspections.corrections import Corrections
+from app.inspections.observations import Observations
+from app.inspections.packs import Packs
+from app.storage.defect_index import DefectFacts, DefectIndex, InspectionFacts, Token
+from app.storage.inspections import InspectionStore
+from app.storage.tables import ENDED, Inspection
+from app.survey.catalogue.header import asset_of, project_of
+from app.survey.catalogue.table import CodeTable
+from app.survey.clock_hours import hour_bits
+from app.survey.film_quality import quality_of
+from app.survey.folding import storable
+from app.survey.interval import half_width_m
+from app.survey.place import ObservationView
+from app.survey.rounding import metres
+from app.tracking.live import DistancesCorrected, Event, ObservationsChanged, Update
+from app.tracking.tracks import Tracks
+from app.tracking.worker import Worker
+
+logger = logging.getLogger(__name__)
+
+_STOP_TIMEOUT_S = 10.0
+_LOOK_EVERY_S = 30.0
+"""Longest time until a change is noticed that another server made."""
+_LEAST_PAUSE_S = 0.01
+
+
+class Indexer:
+    """Derives what the index holds of an inspection, and stores it."""
+
+    def __init__(
+        self,
+        index: DefectIndex,
+        inspections: InspectionStore,
+        observations: Observations,
+        corrections: Corrections,
+        tracks: Tracks,
+        packs: Packs,
+    ) -> None:
+        self._index = index
+        self._inspections = inspections
+        self._observations = observations
+        self._corrections = corrections
+        self._tracks = tracks
+        self._packs = packs
+        self._failed: dict[str, Token] = {}
+        """Inspections that could not be derived, and in which state."""
+
+    def index_next(self) -> Iterator[str]:
+        """Index all inspections that are not in the index as they are; yield the id of each.
+
+        Raises:
+            Busy, DiskFull: The database accepts nothing now.
+        """
+        for inspection_id, token in self._index.stale().items():
+            if self._failed.get(inspection_id) == token:
+                continue
+            try:
+                self.index(inspection_id)
+            except InspectionNotFound:  # deleted meanwhile
+                continue
+            except (Busy, DiskFull):
+                raise
+            except Exception:
+                # One damaged inspection must not keep the others out of the search.
+                logger.exception("Inspection %s could not be indexed.", inspection_id)
+                self._failed[inspection_id] = token
+            yield inspection_id
+
+    def index(self, inspection_id: str) -> None:
+        """Derive an inspection and replace what is indexed of it.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+        """
+        token = self._index.token(inspection_id)
+        row = self._inspections.get(inspection_id)
+        if token is None:
+            return
+        views = self._observations.all(inspection_id)
+        table = self._packs.table_of(row.header)
+        self._index.put(
+            inspection_id, token, self._facts(row), [_defect(view, table) for view in views]
+        )
+
+    def _facts(self, row: Inspection) -> InspectionFacts:
+        distance_mm, sigma_mm = self._corrections.end(row) or (None, None)
+        return InspectionFacts(
+            name=storable(row.name),
+            project=_stored(project_of(row.header)),
+            asset=_stored(asset_of(row.header)),
+            surveyed_on=surveyed_on(row.header, row.created_at),
+            distance_m=None if distance_mm is None else metres(distance_mm),
+            distance_u95_m=None if sigma_mm is None else half_width_m(sigma_mm),
+            quality=quality_of(self._tracks.get(row.id), self._tracks.health(row.id).columns()),
+        )
+
+
+def surveyed_on(header: Mapping[str, Any], created_at: datetime) -> date:
+    """Return the day of a survey: of the header, else the day when the inspection was made."""
+    try:
+        return date.fromisoformat(str(header.get("date")))
+    except ValueError:
+        return created_at.date()
+
+
+def _defect(view: ObservationView, table: CodeTable) -> DefectFacts:
+    row, tag, place = view.row, view.row.tag, view.place
+    kind = table.named(tag.code, tag.char1, tag.char2)
+    return DefectFacts(
+        observation_id=row.id,
+        seq=row.seq,
+        frame=row.frame,
+        code=tag.code,
+        char1=tag.char1,
+        char2=tag.char2,
+        label=kind.label if kind else None,
+        label_ms=kind.label_ms if kind else None,
+        quant1=tag.quant1,
+        unit1=kind.unit_q1 if kind and tag.quant1 is not None else None,
+        quant2=tag.quant2,
+        unit2=kind.unit_q2 if kind and tag.quant2 is not None else None,
+        severity=tag.severity,
+        continuous=tag.continuous,
+        distance_m=metres(place.distance_mm) if place else None,
+        distance_u95_m=place.u95_m if place else None,
+        clock=view.clock,
+        clock_to=tag.clock_to,
+        clock_hours=hour_bits(view.clock, tag.clock_to),
+        remark=_stored(tag.remark),
+        created_at=row.created_at,
+    )
+
+
+def _stored(text: str | None) -> str | None:
+    return None if text is None else storable(text)
+
+
+class IndexWorker(Worker):
+    """A thread that indexes what has changed, at most half of the time."""
+
+    def __init__(self, indexer: Indexer) -> None:
+        super().__init__("search-index", stop_timeout_s=_STOP_TIMEOUT_S)
+        self._indexer = indexer
+        self._is_due = True
+
+    def on_event(self, event: Event) -> None:
+        """Handle an event."""
+        if isinstance(event, ObservationsChanged | DistancesCorrected) or (
+            isinstance(event, Update) and event.state in ENDED
+        ):
+            self.look()
+
+    def look(self) -> None:
+        """Look soon for what is to be indexed."""
+        with self._changed:
+            self._is_due = True
+            self._changed.notify_all()
+
+    def _work(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._is_due or self._stopping, _LOOK_EVERY_S)
+                if self._stopping:
+                    return
+                self._is_due = False
+            try:
+                self._index_all()
+            except (Busy, DiskFull) as fault:
+                logger.warning("The index of the search must wait: %s", fault)
+            except Exception:
+                logger.exception("The index of the search could not be continued.")
+
+    def _index_all(self) -> None:
+        began_s = time.monotonic()
+        for _ in self._indexer.index_next():
+            took_s = time.monotonic() - began_s
+            with self._changed:
+                # People who use the server meanwhile get at least half of its time.
+                if self._changed.wait_for(lambda: self._stopping, max(took_s, _LEAST_PAUSE_S)):
+                    return
+            began_s = time.monotonic()

@@ -1,0 +1,126 @@
+"""What became of the defects of an asset from survey to survey.
+
+A defect of a later survey is the same as one of an earlier survey if it has the same main code,
+lies at the same distance within their 95 % intervals, and at most an hour of the clock away. The
+characters of a code may differ, because a crack that grows becomes a fracture. Surveys from the
+other end have other distances; a defect matches within its own direction only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from datetime import date
+
+UNSTATED_U95_M = 0.3
+"""Half-width assumed for a distance without an interval, as another program measured it: counters
+of cables are read to a tenth of a metre, and slip."""
+_CLOCK_REACH_H = 1
+"""A clock position is entered as a whole hour."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A defect as one survey saw it."""
+
+    inspection_id: str
+    observation_id: str
+    code: str
+    distance_m: float
+    u95_m: float | None
+    clock: int | None
+    severity: int | None
+
+    @property
+    def reach_m(self) -> float:
+        """Half of the interval in which it lies."""
+        return UNSTATED_U95_M if self.u95_m is None else self.u95_m
+
+
+@dataclass(frozen=True)
+class Survey:
+    """One survey of the asset, with its defects that have a code and a distance."""
+
+    on: date
+    direction: str
+    """Direction of the header; surveys of different directions are not compared."""
+    defects: Sequence[Seen]
+
+
+@dataclass
+class Trace:
+    """One defect through the surveys, oldest first."""
+
+    direction: str
+    seen: list[Seen] = field(default_factory=list)
+    days: list[date] = field(default_factory=list)
+
+    @property
+    def first_severity(self) -> int | None:
+        """The first severity that was stated; `last_severity` is the last one."""
+        return next((one.severity for one in self.seen if one.severity is not None), None)
+
+    @property
+    def last_severity(self) -> int | None:
+        """The last severity that was stated."""
+        return next((one.severity for one in self.seen[::-1] if one.severity is not None), None)
+
+    @property
+    def has_grown(self) -> bool:
+        """Whether it is more severe than when it was first seen."""
+        first, last = self.first_severity, self.last_severity
+        return first is not None and last is not None and last > first
+
+
+def traces_of(surveys: Sequence[Survey]) -> list[Trace]:
+    """Follow every defect through the surveys.
+
+    Args:
+        surveys: Oldest first.
+    Returns:
+        Each defect of each survey in exactly one trace, in the order of their last distances.
+    """
+    known: dict[tuple[str, str], list[Trace]] = {}
+    for survey in surveys:
+        by_code: dict[str, list[Seen]] = {}
+        for seen in survey.defects:
+            by_code.setdefault(seen.code, []).append(seen)
+        for code, defects in by_code.items():
+            traces = known.setdefault((survey.direction, code), [])
+            matched = _matched(traces, defects)
+            for number, seen in enumerate(defects):
+                trace = matched.get(number)
+                if trace is None:
+                    trace = Trace(survey.direction)
+                    traces.append(trace)
+                trace.seen.append(seen)
+                trace.days.append(survey.on)
+    found = [trace for traces in known.values() for trace in traces]
+    return sorted(found, key=lambda trace: trace.seen[-1].distance_m)
+
+
+def _matched(traces: Sequence[Trace], defects: Sequence[Seen]) -> dict[int, Trace]:
+    """Match the defects, by their number, with traces: the nearest pairs first."""
+    pairs = sorted(
+        (abs(seen.distance_m - trace.seen[-1].distance_m), number, place)
+        for place, trace in enumerate(traces)
+        for number, seen in enumerate(defects)
+        if _is_same(trace.seen[-1], seen)
+    )
+    matched: dict[int, Trace] = {}
+    taken: set[int] = set()
+    for _, number, place in pairs:
+        if number not in matched and place not in taken:
+            matched[number] = traces[place]
+            taken.add(place)
+    return matched
+
+
+def _is_same(before: Seen, after: Seen) -> bool:
+    beyond_m = abs(after.distance_m - before.distance_m) - before.reach_m - after.reach_m
+    if round(beyond_m, 3) > 0:  # distances are published to the millimetre
+        return False
+    if before.clock is None or after.clock is None:
+        return True
+    hours = abs(after.clock - before.clock)
+    return min(hours, 12 - hours) <= _CLOCK_REACH_H

@@ -1,0 +1,28 @@
+"""Text without case and accents, for searching."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+_MOST_WORDS = 10
+_UNSTORABLE = re.compile("[\x00\ud800-\udfff]")
+
+
+def folded(*texts: object) -> str:
+    """Return the texts as one, in lower case and without accents; None and "" are left out."""
+    text = " ".join(str(text) for text in texts if text is not None)
+    plain = unicodedata.normalize("NFKD", storable(text)).casefold()
+    split = unicodedata.normalize("NFKD", plain)  # a letter may get its accent from casefold
+    bare = "".join(letter for letter in split if not unicodedata.combining(letter))
+    return " ".join(bare.split())
+
+
+def words_of(text: str) -> list[str]:
+    """Return the folded words of a query; more than ten would only cost time."""
+    return folded(text).split()[:_MOST_WORDS]
+
+
+def storable(text: str) -> str:
+    """Replace what no database holds: a NUL, or half of a character of an imported file."""
+    return _UNSTORABLE.sub("\ufffd", text)

@@ -1,0 +1,49 @@
+"""What may be asked of the search over all inspections."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date
+from typing import Generic, Literal, TypeVar
+
+Problem = Literal["lost", "too_fast", "too_dark", "overexposed", "blurred", "lens_dirty"]
+"""What is wrong with a film; `app.survey.film_quality` decides it."""
+DefectSort = Literal[
+    "created_at", "surveyed_on", "severity", "code", "distance_m", "inspection", "asset", "project"
+]
+QualitySort = Literal[
+    "name", "surveyed_on", "frames", "weak_share", "lost_share", "too_fast_share", "dark_share",
+    "overexposed_share", "blurred_share", "dirty_lens_share",
+]  # fmt: skip
+"""Columns of the index by which a list may be sorted."""
+Sort = TypeVar("Sort")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Page(Generic[Sort]):
+    """Which rows of a sorted list are wanted."""
+
+    sort: Sort
+    descending: bool
+    offset: int
+    limit: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class DefectFilter:
+    """Which defects are wanted; None and "" want all."""
+
+    code: str | None = None
+    """Beginning of the code."""
+    severity_from: int | None = None
+    text: str = ""
+    """Words that all occur, in any order, without regard to case and accents."""
+    project: str | None = None
+    asset: str | None = None
+    from_m: float | None = None
+    to_m: float | None = None
+    clock_hours: int | None = None
+    """Hours of which the defect covers at least one, as bits."""
+    after: date | None = None
+    """First day of the surveys, and the last one."""
+    before: date | None = None

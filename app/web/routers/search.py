@@ -1,0 +1,132 @@
+"""Across all inspections: their defects, the history of an asset, the quality of the films."""
+
+from __future__ import annotations
+
+from datetime import date
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Query
+
+from app.survey.clock_hours import hour_bits
+from app.survey.given import LINE
+from app.survey.search_terms import DefectFilter, DefectSort, Page, Problem, QualitySort
+from app.web.deps import ServicesDep, viewer
+from app.web.schemas.search import (
+    AssetOut,
+    AssetsOut,
+    FilmOut,
+    FilmsOut,
+    FoundDefectOut,
+    FoundDefectsOut,
+    HistoryOut,
+)
+
+router = APIRouter(prefix="/api/archive", tags=["search"])
+
+_CLOCK = r"^([1-9]|1[0-2])(-([1-9]|1[0-2]))?$"
+Text = Annotated[
+    str,
+    Query(
+        max_length=200,
+        pattern=LINE,
+        description="Words that all occur, whatever their case and accents.",
+    ),
+]
+Name = Annotated[str | None, Query(max_length=20_000, pattern=LINE)]
+Distance = Annotated[float | None, Query(ge=-1e6, le=1e6, allow_inf_nan=False)]
+Offset = Annotated[int, Query(ge=0, le=10_000_000)]
+Limit = Annotated[int, Query(ge=1, le=500)]
+Descending = Annotated[bool, Query(description="The highest, newest or last first.")]
+
+
+@router.get("/defects")
+@viewer
+def defects(
+    services: ServicesDep,
+    code: Annotated[
+        str,
+        Query(pattern=r"^([A-Z][A-Z0-9]{0,7})?$", description="The code or how it begins."),
+    ] = "",
+    severity_from: Annotated[int | None, Query(ge=0, le=5)] = None,
+    text: Text = "",
+    project: Name = None,
+    asset: Name = None,
+    from_m: Distance = None,
+    to_m: Distance = None,
+    clock: Annotated[
+        str | None,
+        Query(pattern=_CLOCK, description="An hour, or hours clockwise: 11-1 is around the crown."),
+    ] = None,
+    after: Annotated[date | None, Query(description="First day of the surveys.")] = None,
+    before: Annotated[date | None, Query(description="Last day of the surveys.")] = None,
+    sort: DefectSort = "created_at",
+    descending: Descending = True,
+    offset: Offset = 0,
+    limit: Limit = 50,
+) -> FoundDefectsOut:
+    """Return the defects of all inspections that fit, with the places by the present corrections.
+
+    Project and asset are whole names; `text` finds parts of them.
+    """
+    wanted = DefectFilter(
+        code=code,
+        severity_from=severity_from,
+        text=text,
+        project=project,
+        asset=asset,
+        from_m=from_m,
+        to_m=to_m,
+        clock_hours=None if clock is None else hour_bits(*map(int, clock.split("-"))),
+        after=after,
+        before=before,
+    )
+    page = Page(sort=sort, descending=descending, offset=offset, limit=limit)
+    pending = services.search.pending()
+    total, found = services.search.defects(wanted, page)
+    return FoundDefectsOut(
+        total=total, pending=pending, defects=[FoundDefectOut.of(defect) for defect in found]
+    )
+
+
+@router.get("/assets")
+@viewer
+def assets(
+    services: ServicesDep, search: Text = "", offset: Offset = 0, limit: Limit = 50
+) -> AssetsOut:
+    """Return the assets that were inspected, sorted by name."""
+    pending = services.search.pending()
+    total, found = services.search.assets(search, offset, limit)
+    return AssetsOut(total=total, pending=pending, assets=[AssetOut.of(one) for one in found])
+
+
+@router.get("/assets/{asset:path}")
+@viewer
+def asset_history(
+    asset: Annotated[str, Path(min_length=1, max_length=20_000, pattern=LINE)],
+    services: ServicesDep,
+) -> HistoryOut:
+    """Return the inspections of an asset, oldest first, and what became of its defects.
+
+    An asset that was never inspected has an empty history.
+    """
+    pending = services.search.pending()
+    return HistoryOut.of(asset, services.search.history(asset), pending)
+
+
+@router.get("/quality")
+@viewer
+def quality(
+    services: ServicesDep,
+    problem: Annotated[
+        Problem | None, Query(description="Only films in which too many frames have it.")
+    ] = None,
+    sort: QualitySort = "lost_share",
+    descending: Descending = True,
+    offset: Offset = 0,
+    limit: Limit = 50,
+) -> FilmsOut:
+    """Return how suitable the films were for measuring, the worst first."""
+    page = Page(sort=sort, descending=descending, offset=offset, limit=limit)
+    pending = services.search.pending()
+    total, found = services.search.films(problem, page)
+    return FilmsOut(total=total, pending=pending, films=[FilmOut.of(row) for row in found])

@@ -1,0 +1,241 @@
+"""What was found across all inspections."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from datetime import date, datetime
+
+from pydantic import BaseModel
+
+from app.search.search import History
+from app.storage.defect_index import Asset, FoundDefect, FoundInspection
+from app.storage.tables import IndexedInspection
+from app.survey.asset_history import Trace
+from app.survey.film_quality import problems_of
+from app.survey.search_terms import Problem
+
+
+class FoundDefectOut(BaseModel):
+    """An observation of any inspection."""
+
+    inspection_id: str
+    inspection: str
+    project: str | None
+    asset: str | None
+    surveyed_on: date
+    """Day of the survey, by the header; else when the inspection was made."""
+    revision: int
+    """Revision of the inspection whose corrections gave the distance."""
+    observation_id: str
+    seq: int
+    frame: int
+    code: str | None
+    char1: str | None
+    char2: str | None
+    label: str | None
+    label_ms: str | None
+    severity: int | None
+    continuous: str | None
+    distance_m: float | None
+    distance_u95_m: float | None
+    clock: int | None
+    clock_to: int | None
+    remark: str | None
+    photo: bool
+    created_at: datetime
+
+    @classmethod
+    def of(cls, found: FoundDefect) -> FoundDefectOut:
+        """Convert the row of the index."""
+        row = {name: getattr(found.row, name) for name in cls.model_fields if name != "photo"}
+        return cls(**row, photo=found.has_photo)
+
+
+class FoundDefectsOut(BaseModel):
+    """A page of the defects that fit."""
+
+    total: int
+    pending: int
+    """Inspections that are not indexed in their present state, so that the answer may lack them."""
+    defects: list[FoundDefectOut]
+
+
+class AssetOut(BaseModel):
+    """An asset with its inspections in figures."""
+
+    asset: str
+    project: str | None
+    """Of its newest inspection."""
+    inspections: int
+    last_at: date
+    worst_severity: int | None
+
+    @classmethod
+    def of(cls, asset: Asset) -> AssetOut:
+        """Convert the result of the index."""
+        return cls(
+            asset=asset.asset,
+            project=asset.project,
+            inspections=asset.inspections,
+            last_at=asset.last_on,
+            worst_severity=asset.worst_severity,
+        )
+
+
+class AssetsOut(BaseModel):
+    """A page of the assets, sorted by name."""
+
+    total: int
+    pending: int
+    assets: list[AssetOut]
+
+
+class SurveyOut(BaseModel):
+    """An inspection in the history of its asset."""
+
+    id: str
+    name: str
+    project: str | None
+    at: date
+    direction: str | None
+    status: str
+    length_m: float | None
+    """Corrected distance of the end."""
+    length_u95_m: float | None
+    worst_severity: int | None
+    defects: list[FoundDefectOut]
+
+    @classmethod
+    def of(cls, found: FoundInspection, defects: list[FoundDefect]) -> SurveyOut:
+        """Convert the rows of the index."""
+        row, direction = found.row, found.inspection.header.get("direction")
+        return cls(
+            id=row.inspection_id,
+            name=row.name,
+            project=row.project,
+            at=row.surveyed_on,
+            direction=None if direction is None else str(direction),
+            status=found.inspection.status,
+            length_m=row.distance_m,
+            length_u95_m=row.distance_u95_m,
+            worst_severity=row.worst_severity,
+            defects=[FoundDefectOut.of(defect) for defect in defects],
+        )
+
+
+class SightingOut(BaseModel):
+    """A defect in one of the surveys."""
+
+    inspection_id: str
+    observation_id: str
+    severity: int | None
+
+
+class TraceOut(BaseModel):
+    """One defect through the surveys: the same code near the same place."""
+
+    code: str
+    label: str | None
+    label_ms: str | None
+    distance_m: float
+    """By the newest survey that saw it, like code and clock."""
+    distance_u95_m: float | None
+    clock: int | None
+    first_severity: int | None
+    last_severity: int | None
+    has_grown: bool
+    """Whether it is more severe than when it was first seen."""
+    first_at: date
+    last_at: date
+    seen: list[SightingOut]
+    """Oldest first."""
+
+    @classmethod
+    def of(cls, trace: Trace, rows: Mapping[tuple[str, str], FoundDefect]) -> TraceOut:
+        """Convert a trace; `rows` are the defects by inspection and observation."""
+        last = trace.seen[-1]
+        row = rows[last.inspection_id, last.observation_id].row
+        return cls(
+            code=last.code,
+            label=row.label,
+            label_ms=row.label_ms,
+            distance_m=last.distance_m,
+            distance_u95_m=last.u95_m,
+            clock=last.clock,
+            first_severity=trace.first_severity,
+            last_severity=trace.last_severity,
+            has_grown=trace.has_grown,
+            first_at=trace.days[0],
+            last_at=trace.days[-1],
+            seen=[
+                SightingOut(
+                    inspection_id=one.inspection_id,
+                    observation_id=one.observation_id,
+                    severity=one.severity,
+                )
+                for one in trace.seen
+            ],
+        )
+
+
+class HistoryOut(BaseModel):
+    """The inspections of an asset, oldest first, and what became of its defects."""
+
+    asset: str
+    total: int
+    """Number of its inspections; the newest of them follow."""
+    pending: int
+    inspections: list[SurveyOut]
+    traces: list[TraceOut]
+    """Every defect once, by its newest distance."""
+
+    @classmethod
+    def of(cls, asset: str, history: History, pending: int) -> HistoryOut:
+        """Convert the service's result."""
+        rows = {
+            (one.row.inspection_id, one.row.observation_id): one
+            for _, defects in history.inspections
+            for one in defects
+        }
+        return cls(
+            asset=asset,
+            total=history.total,
+            pending=pending,
+            inspections=[SurveyOut.of(*one) for one in history.inspections],
+            traces=[TraceOut.of(trace, rows) for trace in history.traces],
+        )
+
+
+class FilmOut(BaseModel):
+    """How suitable a film was for measuring: shares of its frames, from 0 to 1."""
+
+    inspection_id: str
+    name: str
+    project: str | None
+    asset: str | None
+    surveyed_on: date
+    frames: int
+    weak_share: float
+    lost_share: float
+    too_fast_share: float | None
+    """None where the health of the pictures was not measured, like the next ones."""
+    dark_share: float | None
+    overexposed_share: float | None
+    blurred_share: float | None
+    dirty_lens_share: float | None
+    problems: list[Problem]
+    """What more frames have than the checks of a report let pass."""
+
+    @classmethod
+    def of(cls, row: IndexedInspection) -> FilmOut:
+        """Convert the row of the index."""
+        values = {name: getattr(row, name) for name in cls.model_fields if name != "problems"}
+        return cls(**values, problems=problems_of(values))
+
+
+class FilmsOut(BaseModel):
+    """A page of the measured films."""
+
+    total: int
+    pending: int
+    films: list[FilmOut]
