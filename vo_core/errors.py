@@ -5,6 +5,7 @@
     │   └── RigVideoMismatch the rig's camera has pictures of another size than the video
     ├── InvalidTrack         a track file that cannot be read: names the line
     ├── InvalidCorrection    a known length or joints that do not fit the track
+    ├── UndeterminedSeam     two parts of a film whose common frames do not tie their tracks
     ├── UnreadableVideo      a video that cannot be opened or that holds no decodable picture
     └── ShapeMismatch        an array whose shape or type does not fit: expected and found
 
@@ -37,6 +38,15 @@ class InvalidCorrection(ChainageError):
         super().__init__(detail)
         self.reason = reason
         self.values = values
+
+
+class UndeterminedSeam(ChainageError):
+    """The frames that two parts of a film have in common do not tie their tracks together."""
+
+    def __init__(self, detail: str, part: int) -> None:
+        """Store the sentence, and the number of the earlier part, which must reach further."""
+        super().__init__(detail)
+        self.part = part
 
 
 class UnreadableVideo(ChainageError):

@@ -326,6 +326,28 @@ class Odometry:
         return Stance(y_mm, yaw_deg, z_mm, pitch_deg, roll_deg)
 
     @property
+    def start(self) -> Stance:
+        """Pose of the camera in the pipe at the first frame, whichever way it looks.
+
+        `stance` leaves it out for a camera that looks down: its rays are cast from the rig's pose.
+        """
+        if self.rig.looks_along_pipe:
+            return self.stance
+        _, y_mm, yaw, z_mm, pitch, roll = self._state.start.tolist()
+        yaw_deg, pitch_deg, roll_deg = np.degrees([yaw, pitch, roll]).tolist()
+        return Stance(y_mm, yaw_deg, z_mm, pitch_deg, roll_deg)
+
+    @property
+    def systematic_mm(self) -> float:
+        """Part of `sigma_registration_mm` that keeps its sign along the way, signed."""
+        return self._model_mm
+
+    @property
+    def bed_mm(self) -> float:
+        """Part of `sigma_distance_mm` by beds, signed like the way on them."""
+        return self._bed.doubt_mm
+
+    @property
     def _gone(self) -> float:
         """Frame periods since the last fix."""
         return self._clock.periods - self._fix_periods

@@ -21,6 +21,7 @@ import av
 import numpy as np
 from av.container import InputContainer
 from av.error import FFmpegError
+from av.packet import Packet
 from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
@@ -39,6 +40,11 @@ MAX_FRAMES = 1_000_000
 
 _OPEN_AND_READ_TIMEOUT_S = (10, 10)
 _FRAMES_AHEAD = 4
+_CHECKED_FRAMES = 60
+"""Number of frames decoded to check that decoding from a key frame gives what it should."""
+_ENTRIES_TRIED = (0, 1, 4, 16)
+"""Which of the key frames before the wanted frame are tried: a seek in a file without an index may
+end after the place that was asked for."""
 _LUMA_FIRST = ("yuv4", "yuvj4", "nv12", "nv21", "gray")
 """Eight-bit planar formats whose first plane is the grey picture; others are converted."""
 
@@ -95,6 +101,7 @@ class VideoFile:
         self.problem: str | None = None
         self._container, self._stream = _open(self.path)
         self.info = _describe(self._container, self._stream)
+        self._entered: _Entered | None = None
         self._thread = ThreadPoolExecutor(1, "decode")
 
     def __enter__(self) -> Self:
@@ -111,10 +118,11 @@ class VideoFile:
 
     def __iter__(self) -> Iterator[Frame]:
         """Yield every decodable frame once, in presentation order."""
-        decoder = _Decoder(self._container, self._stream)
+        entered = self._entered or _Entered.at_start(_Decoder(self._container, self._stream))
+        decoder, self._entered = entered.decoder, None
         size_wh = (self.info.width, self.info.height)
-        index, last_s = 0, None
-        for picture, t_s in decoder.pictures():
+        index, last_s = entered.index, entered.last_s
+        for picture, t_s in entered.pictures:
             if (picture.width, picture.height) != size_wh:
                 decoder.faults.append(
                     f"the picture changes to {picture.width}x{picture.height} at {t_s:.2f} s"
@@ -138,6 +146,23 @@ class VideoFile:
             ahead.append(self._thread.submit(next, source, None))
             yield frame
 
+    def seek_frame(self, index: int) -> None:
+        """Let the next loop start at frame `index` or somewhat before it.
+
+        Its frames have the same numbers and the same pictures as in a loop over the whole file. The
+        packets tell the numbers without decoding, and decoding starts at a key frame; the frames
+        after it must be the ones that the packets announce. Where they are not, or where packets
+        have no times, the next loop starts with frame 0.
+        """
+        announced = _Announced.of(self.path)
+        entries = announced.entries(index - _CHECKED_FRAMES)
+        for entry in (entries[n] for n in _ENTRIES_TRIED if n < len(entries)):
+            self._entered = _enter(self._container, self._stream, announced, entry)
+            if self._entered is not None:
+                return
+        self._container.close()
+        self._container, self._stream = _open(self.path)
+
     def seek(self, t_s: float) -> None:
         """Seek to about the key frame at or before `t_s`; the next loop starts there.
 
@@ -147,6 +172,91 @@ class VideoFile:
         if base is not None:
             with suppress(FFmpegError, OverflowError):
                 self._container.seek(int(t_s / base), stream=self._stream, backward=True)
+
+
+@dataclass(frozen=True)
+class _Announced:
+    """What the packets of a file say of its frames."""
+
+    numbers: dict[int, int]
+    """Number of the frame with a presentation time, in units of the stream; empty if unknown."""
+    keys: list[tuple[int, int]]
+    """Presentation time, and time for seeking, of the key frames after which all later frames come
+    in the file, in order."""
+
+    @classmethod
+    def of(cls, path: Path) -> _Announced:
+        """Pass over the packets of a file."""
+        times: list[int] = []
+        keys: list[tuple[int, int]] = []
+        latest = -math.inf
+        container, stream = _open(path)
+        with container:
+            for packet in _packets(container, stream):
+                if packet.pts is None or packet.is_corrupt or len(times) > MAX_FRAMES:
+                    return cls({}, [])
+                if packet.is_discard:
+                    continue
+                if packet.is_keyframe and packet.pts > latest:
+                    keys.append((packet.pts, packet.pts if packet.dts is None else packet.dts))
+                times.append(packet.pts)
+                latest = max(latest, packet.pts)
+        numbers = {pts: number for number, pts in enumerate(sorted(times))}
+        return cls(numbers, keys) if len(numbers) == len(times) else cls({}, [])
+
+    def entries(self, index: int) -> list[tuple[int, int]]:
+        """Key frames at or before frame `index`, the nearest first."""
+        return [key for key in reversed(self.keys) if self.numbers[key[0]] <= index]
+
+
+@dataclass(frozen=True)
+class _Entered:
+    """A file that is being decoded, not always from its beginning."""
+
+    decoder: _Decoder
+    pictures: Iterator[tuple[VideoFrame, float]]
+    """The pictures that follow."""
+    index: int
+    """Number of the first of them."""
+    last_s: float | None
+    """Time of the frame before it; None if there was none."""
+
+    @classmethod
+    def at_start(cls, decoder: _Decoder) -> _Entered:
+        return cls(decoder, decoder.pictures(), 0, None)
+
+
+def _packets(container: InputContainer, stream: VideoStream) -> Iterator[Packet[VideoStream]]:
+    """Yield the packets up to the end or to the first that cannot be read."""
+    with suppress(FFmpegError):
+        yield from (packet for packet in container.demux(stream) if packet.size)
+
+
+def _enter(
+    container: InputContainer, stream: VideoStream, announced: _Announced, key: tuple[int, int]
+) -> _Entered | None:
+    """Decode from a key frame on; None unless the frames come as announced."""
+    pts, seek_to = key
+    decoder = _Decoder(container, stream)
+    try:
+        container.seek(seek_to, stream=stream, backward=True)
+    except FFmpegError:
+        return None
+    pictures = decoder.pictures()
+    # Frames before the key frame may lack what they refer to, and so may pictures that are shown
+    # before it and come after it.
+    number, last_s = announced.numbers[pts], None
+    for picture, t_s in pictures:
+        if picture.pts is not None and picture.pts < pts:
+            continue
+        if picture.pts is None or announced.numbers.get(picture.pts) != number:
+            return None
+        number, last_s = number + 1, t_s
+        if number == announced.numbers[pts] + _CHECKED_FRAMES:
+            decoder.faults.clear()
+            decoder.damaged_packets = 0
+            return _Entered(decoder, pictures, number, last_s)
+    return None
 
 
 def read_frame(path: Path | str, t_s: float) -> ByteImage:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+import zlib
 from dataclasses import astuple, replace
 from typing import TYPE_CHECKING, Self
 
@@ -11,20 +12,33 @@ import cv2
 import msgspec
 
 from app.jobs.gaps import between, place_after
-from app.jobs.messages import Batch, Gauged, Row, Seen, Standing, Tilted, WallTile
+from app.jobs.messages import (
+    Batch,
+    FrameRange,
+    Gauged,
+    Row,
+    Seen,
+    Standing,
+    Tie,
+    Tilted,
+    WallLayer,
+    WallTile,
+)
 from vo_core import Odometry, Rig
 from vo_core.joints.finder import JointFinder
+from vo_core.mosaic.layers import png_of
 from vo_core.mosaic.mosaic import Mosaic
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.jobs.parts import Between
+    from vo_core.geometry.stance import Stance
     from vo_core.image.health import Health
     from vo_core.joints.finder import Sighting
-    from vo_core.mosaic.mosaic import Tile
     from vo_core.sources import Frame
     from vo_core.track import Estimate
+    from vo_core.types import ByteImage
 
 PREVIEW_WIDTH_PX = 960
 PREVIEW_JPEG_QUALITY = 72
@@ -43,6 +57,7 @@ class Follower:
         start: Row | None = None,
         between: Between | None = None,
         preview_width_px: int = PREVIEW_WIDTH_PX,
+        frames: FrameRange | None = None,
     ) -> None:
         """Start a run; one that continues another begins at `start`, else at (0, 0, 0).
 
@@ -51,6 +66,7 @@ class Follower:
             start: The last frame of the run before.
             between: The robot's movement since then, if another part of the recording begins.
             preview_width_px: Width of the pictures in the batches.
+            frames: The frames of a chunk; None for the whole film.
         """
         self._rig = rig
         self._odometry = Odometry(rig)
@@ -59,6 +75,8 @@ class Follower:
         self._start, self._between = start, between
         self._is_first = True
         self._preview_width_px = preview_width_px
+        self._frames = frames
+        self._ties: list[Tie] = []
         self._last_row = start
         self._sightings: list[Sighting] = []
         self._rows: list[Row] = []
@@ -77,7 +95,9 @@ class Follower:
                     row = msgspec.structs.replace(row, status="lost")
             row = _placed(row, self._start)
         self._is_first = False
-        self._look(frame, self._odometry.stance.added_to(_along(estimate, row)))
+        if self._frames is not None:
+            self._ties.append(self._tie(frame, self._frames))
+        self._look(frame, self._origin().added_to(_along(estimate, row)))
         if self._last_row is not None:
             self._rows.extend(between(self._last_row, row, skipped))
         self._rows.append(row)
@@ -99,6 +119,10 @@ class Follower:
                     msgspec.structs.replace(held, frame=frame, time_s=time_s, quality=0.0)
                 )
 
+    def reach(self, frames: FrameRange) -> None:
+        """Go on as a chunk of these frames, which begin where its frames begin."""
+        self._frames = frames
+
     def finish(self) -> None:
         """End the run: the next batch holds everything held back, possibly no frame."""
         self._is_finished = True
@@ -109,7 +133,7 @@ class Follower:
         """
         if self._last is None and not self._is_finished:
             return None
-        tiles = self._wall.finish() if self._is_finished else self._wall.changed()
+        tiles, layers = self._wall_pictures()
         if self._is_finished:
             self._joints.finish()
         jpeg = b"" if self._last is None else _preview(self._last, self._preview_width_px)
@@ -117,14 +141,17 @@ class Follower:
             self._rows,
             jpeg,
             health=self._health,
-            tiles=[_wall_tile(tile) for tile in tiles],
+            tiles=tiles,
             sightings=[
                 Seen(*astuple(sighting)) for sighting in (*self._sightings, *self._joints.take())
             ],
             tilt=Tilted(*astuple(self._odometry.tilt)),
             stance=self._stance(),
+            ties=self._ties,
+            start=None if self._frames is None else Standing(*astuple(self._odometry.start)),
+            layers=layers,
         )
-        self._rows, self._health, self._last = [], [], None
+        self._rows, self._health, self._ties, self._last = [], [], [], None
         self._sightings = []
         return batch
 
@@ -151,6 +178,30 @@ class Follower:
         if self._last_row.frame - self._start.frame < self._start.frame:
             return None
         return Standing(*(getattr(stance, name) - getattr(self._start, name) for name in _STANCE))
+
+    def _origin(self) -> Stance:
+        """Return where the camera stood in the pipe at the pose 0.
+
+        A later chunk begins anywhere on the way of the robot, and its wall is joined to others.
+        """
+        if self._frames is None or self._frames.first == 0:
+            return self._odometry.stance
+        return self._odometry.start
+
+    def _tie(self, frame: Frame, frames: FrameRange) -> Tie:
+        """Note what the join of chunks needs of a frame that was just tracked."""
+        last = frames.end is not None and frame.index >= frames.end - frames.shared
+        first = frames.first > 0 and frame.index < frames.first + frames.shared
+        picture = (zlib.crc32(frame.image.tobytes()) or 1) if first or last else 0
+        return Tie(frame.index, self._odometry.systematic_mm, self._odometry.bed_mm, picture)
+
+    def _wall_pictures(self) -> tuple[list[WallTile], list[WallLayer]]:
+        """Return the changed tiles; for a chunk those that it has left."""
+        if self._frames is None:
+            tiles = self._wall.finish() if self._is_finished else self._wall.changed()
+            return [wall_tile(tile.index, tile.picture) for tile in tiles], []
+        left = self._wall.finish() if self._is_finished else self._wall.left()
+        return [], [WallLayer(tile.index, png_of(tile)) for tile in left]
 
     def _look(self, frame: Frame, estimate: Estimate) -> None:
         """Collect the other results of a tracked frame, from its pose in the pipe."""
@@ -197,10 +248,11 @@ def _gauged(frame: int, health: Health) -> Gauged:
     return Gauged(frame, *(round(value, 4) for value in astuple(health)))
 
 
-def _wall_tile(tile: Tile) -> WallTile:
+def wall_tile(index: int, picture: ByteImage) -> WallTile:
+    """Encode a tile of the unrolled wall, (height, width, 3) BGR."""
     quality = [cv2.IMWRITE_JPEG_QUALITY, WALL_JPEG_QUALITY]
-    _, jpeg = cv2.imencode(".jpg", tile.picture, quality)
-    return WallTile(tile.index, jpeg.tobytes())
+    _, jpeg = cv2.imencode(".jpg", picture, quality)
+    return WallTile(index, jpeg.tobytes())
 
 
 def _placed(row: Row, start: Row) -> Row:

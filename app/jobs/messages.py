@@ -7,11 +7,14 @@ unpickles nothing: every message is decoded into these types and refused if it d
 from __future__ import annotations
 
 from datetime import date
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
 from app.jobs.parts import Between, Mark
+
+if TYPE_CHECKING:
+    from vo_core.sources import Frame
 
 MAX_MESSAGE_BYTES = 64 * 2**20
 
@@ -31,6 +34,21 @@ class Limits(msgspec.Struct, frozen=True, tag="limits"):
     """Files and folders that the media process may read; other children derive theirs."""
 
 
+class FrameRange(msgspec.Struct, frozen=True):
+    """The frames of a chunk: a part of a film that is tracked by itself."""
+
+    first: int
+    """Number of the first frame."""
+    end: int | None
+    """Number of the frame after the last; None for the rest of the film."""
+    shared: int
+    """Number of frames that each of the chunks before and after it tracks too."""
+
+    def holds(self, frame: Frame) -> bool:
+        """Whether a frame of the film comes before the end of the chunk."""
+        return self.end is None or frame.index < self.end
+
+
 class TrackRequest(msgspec.Struct, frozen=True, tag="track"):
     """Parent to tracker: its one request."""
 
@@ -43,6 +61,8 @@ class TrackRequest(msgspec.Struct, frozen=True, tag="track"):
     """File of the `KeptCheckpoint` to resume from; None to begin with the first frame."""
     marks: list[Mark] = []
     """Marks of a camera's film."""
+    frames: FrameRange | None = None
+    """Frames to track, for a chunk; None for the whole film. Its results are for `chunks.join`."""
 
 
 class CameraInput(msgspec.Struct, frozen=True):
@@ -164,6 +184,26 @@ class WallTile(msgspec.Struct, frozen=True, array_like=True):
     jpeg: bytes
 
 
+class WallLayer(msgspec.Struct, frozen=True, array_like=True):
+    """A tile of a chunk's own wall."""
+
+    index: int
+    png: bytes
+    """Four channels: the picture, and how well each place was seen."""
+
+
+class Tie(msgspec.Struct, frozen=True, array_like=True):
+    """What the join of chunks needs of a frame beside its row."""
+
+    frame: int
+    systematic_mm: float
+    """`Odometry.systematic_mm`."""
+    bed_mm: float
+    """`Odometry.bed_mm`."""
+    picture: int
+    """Checksum of the picture if two chunks track it, never 0; else 0."""
+
+
 class Batch(msgspec.Struct, frozen=True, tag="batch"):
     """Tracker to parent: the frames since the last batch, and the picture of the last of them."""
 
@@ -182,6 +222,12 @@ class Batch(msgspec.Struct, frozen=True, tag="batch"):
     stance: Standing | None = None
     """Where the camera stood at the first frame of the run; None while the newest part shows it
     worse than those before."""
+    ties: list[Tie] = []
+    """Of a chunk: one for each row."""
+    start: Standing | None = None
+    """Of a chunk: `Odometry.start`."""
+    layers: list[WallLayer] = []
+    """Of a chunk, in place of `tiles`: the tiles that it has left."""
 
 
 class Checkpoint(msgspec.Struct, frozen=True, tag="checkpoint"):
@@ -191,6 +237,7 @@ class Checkpoint(msgspec.Struct, frozen=True, tag="checkpoint"):
     """
 
     frames: int
+    """Number of the next frame; the frames of a chunk count from the beginning of the film."""
     cpu_s: float
     """Processor time used so far."""
     state: bytes

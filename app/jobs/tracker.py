@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from itertools import takewhile
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,11 +26,12 @@ from app.jobs.messages import (
     TrackRequest,
     encode,
 )
+from app.jobs.parts import Numbered
 from app.jobs.process import connection_from_arguments
 
 if TYPE_CHECKING:
     from app.jobs.follow import Follower
-    from app.jobs.parts import Numbered
+    from vo_core.sources import VideoFile
 
 BATCH_S = 1 / 15
 """Shortest time between batches with a picture."""
@@ -64,19 +66,21 @@ def _track(request: TrackRequest, connection: Connection) -> None:
     from app.jobs.follow import Follower
     from vo_core import Rig, VideoFile
 
+    chunk = request.frames
     if request.checkpoint is None:
-        begun = Checkpoint(0, 0.0, b"")
-        follower = Follower(Rig.parse(request.rig))
+        begun = Checkpoint(chunk.first if chunk else 0, 0.0, b"")
+        follower = Follower(Rig.parse(request.rig), frames=chunk)
     else:
         begun = _read(Path(request.checkpoint))
         follower = Follower.from_state(begun.state)
+        if chunk is not None:
+            follower.reach(chunk)
     checkpoints = _Checkpoints(connection, begun.cpu_s)
     pace = _Pace(request.pace)
     sent_at = 0.0
     with VideoFile(request.video) as video:
-        numbered = parts.numbered(video.read_ahead(), request.marks)
         end = begun.frames
-        for found in _from(begun.frames, numbered, connection):
+        for found in _from(end, _numbered(video, request, end), connection):
             frame = found.frame
             # Sent before the frame is added, so that the last batch contains a frame.
             if time.monotonic() - sent_at >= BATCH_S:
@@ -89,6 +93,10 @@ def _track(request: TrackRequest, connection: Connection) -> None:
             pace.keep(frame.t_s)
             end = frame.index + 1
         follower.leave_out(parts.left_out_after(request.marks, end))
+        if chunk is not None and end == chunk.end:
+            # From here the chunk goes on if its frames do not tie it to the next one.
+            _send(follower, connection)
+            checkpoints.make(follower, end)
         follower.finish()
         _send(follower, connection)
         connection.send_bytes(encode(Done(video.problem)))
@@ -96,6 +104,14 @@ def _track(request: TrackRequest, connection: Connection) -> None:
 
 def _read(path: Path) -> Checkpoint:
     return msgspec.msgpack.decode(path.read_bytes(), type=KeptCheckpoint).checkpoint
+
+
+def _numbered(video: VideoFile, request: TrackRequest, first: int) -> Iterator[Numbered]:
+    """Yield the frames to track, and possibly some before frame `first`."""
+    if request.frames is None:
+        return parts.numbered(video.read_ahead(), request.marks)
+    video.seek_frame(first)
+    return (Numbered(f) for f in takewhile(request.frames.holds, video.read_ahead()))
 
 
 def _from(first: int, frames: Iterator[Numbered], connection: Connection) -> Iterator[Numbered]:
@@ -135,14 +151,18 @@ class _Checkpoints:
             self._begun_s, self._due_s = started_s, started_s + least_s
         if started_s < self._due_s:
             return
+        self.make(follower, frames)
+        now = time.monotonic()
+        pause_s = min(max(_REDONE * (now - self._begun_s), least_s), most_s)
+        self._due_s = now + max(pause_s, (now - started_s) / _CHECKPOINT_COST)
+
+    def make(self, follower: Follower, frames: int) -> None:
+        """Send a checkpoint right after a batch, when `frames` are tracked."""
         state = follower.state()
         # A state too long for a message is not sent; an earlier checkpoint is good enough.
         if len(state) <= _MOST_STATE_BYTES:
             cpu_s = self._spent_cpu_s + time.process_time()
             self._connection.send_bytes(encode(Checkpoint(frames, cpu_s, state)))
-        now = time.monotonic()
-        pause_s = min(max(_REDONE * (now - self._begun_s), least_s), most_s)
-        self._due_s = now + max(pause_s, (now - started_s) / _CHECKPOINT_COST)
 
 
 class _Pace:

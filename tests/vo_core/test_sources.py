@@ -3,6 +3,7 @@
 from fractions import Fraction
 
 import av
+import cv2
 import numpy as np
 import pytest
 
@@ -79,6 +80,90 @@ def test_a_time_after_the_end_is_refused(video):
 def test_old_containers_are_read(tmp_path, name, codec):
     with VideoFile(write_video(tmp_path / name, [n / 25 for n in range(30)], codec=codec)) as v:
         assert len(list(v)) == 30
+
+
+OPEN = {"x264-params": "open-gop=1:keyint=30:bframes=3"}
+REFRESHED = {"x264-params": "intra-refresh=1:keyint=30"}
+
+
+def write_moving(path, *, codec="libx264", frames=230, gop=30, times_s=None, **options):
+    """A film of a passing texture, of which no two pictures are alike."""
+    texture = np.random.default_rng(5).integers(0, 256, (12, 4 * frames + 16), np.uint8)
+    texture = cv2.resize(texture, None, fx=4, fy=4)
+    ticks = 25 if times_s is None else 1000
+    with av.open(path, "w") as container:
+        stream = container.add_stream(codec, rate=25, options=options)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
+        stream.gop_size = gop
+        if times_s is not None:
+            stream.codec_context.time_base = Fraction(1, ticks)
+        for n in range(frames):
+            picture = np.ascontiguousarray(texture[:, 5 * n : 5 * n + 64])
+            frame = av.VideoFrame.from_ndarray(picture, format="gray").reformat(format="yuv420p")
+            frame.pts = n if times_s is None else round(ticks * times_s[n])
+            frame.time_base = Fraction(1, ticks)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    return path
+
+
+def pictures(source):
+    return [(frame.index, frame.t_s, frame.image.tobytes()) for frame in source]
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "starts"),
+    [
+        ("a.mp4", {"bf": "3"}, 180),
+        ("a.mkv", OPEN, 180),
+        ("a.ts", OPEN, 180),
+        ("a.mp4", REFRESHED, 180),
+        (
+            "uneven.mp4",
+            {"bf": "3", "times_s": [0.05 * n - 0.02 * (n % 3) for n in range(230)]},
+            180,
+        ),
+        ("a.ts", {"codec": "mpeg2video", "bf": "2"}, 180),
+        ("a.mpg", {"codec": "mpeg2video", "bf": "2"}, 0),
+        ("a.avi", {"codec": "mpeg4", "bf": "2"}, 210),
+        ("one_key_frame.mp4", {"gop": 1000}, 60),
+        ("reordered_without_times.avi", {"bf": "3"}, 0),
+    ],
+)
+def test_frames_from_the_middle_are_those_of_the_whole_film(tmp_path, name, options, starts):
+    path = write_moving(tmp_path / name, **options)
+    with VideoFile(path) as source:
+        whole = pictures(source)
+        problem = source.problem
+    for wanted in (40, 215):
+        with VideoFile(path) as source:
+            source.seek_frame(wanted)
+            found = pictures(source.read_ahead())
+        assert found == whole[found[0][0] :]
+        assert found[0][0] <= wanted
+        assert source.problem == problem
+    # Where the packets tell the numbers, little is decoded that is not asked for.
+    assert found[0][0] >= starts
+
+
+def test_what_an_edit_list_hides_has_no_number(tmp_path):
+    whole, cut = write_moving(tmp_path / "whole.mp4", bf="3"), tmp_path / "cut.mp4"
+    with av.open(whole) as source, av.open(cut, "w") as target:
+        given = source.streams.video[0]
+        stream = target.add_stream_from_template(given)
+        for packet in source.demux(given):
+            if packet.dts is not None:
+                packet.pts, packet.dts = packet.pts - 13 * 512, packet.dts - 13 * 512
+                packet.stream = stream
+                target.mux(packet)
+    with VideoFile(cut) as source:
+        shown = pictures(source)
+    assert len(shown) < 230
+    with VideoFile(cut) as source:
+        source.seek_frame(150)
+        found = pictures(source)
+    assert found == shown[found[0][0] :]
+    assert 60 < found[0][0] <= 150
 
 
 @pytest.mark.parametrize("keep", [0.5, 0.9])

@@ -110,4 +110,9 @@ class Bed:
     @property
     def sigma_mm(self) -> float:
         """Standard uncertainty of the distance by beds; it stays after the bed has ended."""
-        return DEPTH_MM / self._height_mm * abs(self._way_mm)
+        return abs(self.doubt_mm)
+
+    @property
+    def doubt_mm(self) -> float:
+        """The same, signed like the way on beds, so that the doubts of consecutive ways add up."""
+        return DEPTH_MM / self._height_mm * self._way_mm

@@ -128,6 +128,8 @@ class Tile:
     index: int
     picture: ByteImage
     """(height_px, width_px, 3) BGR."""
+    weight: GrayImage
+    """(height_px, width_px) how well each place was seen, 1 completely; 0 where it was not."""
 
 
 class Mosaic:
@@ -196,11 +198,16 @@ class Mosaic:
 
     def changed(self) -> list[Tile]:
         """Return the tiles changed since the last call, growing ones only every `OPEN_S`."""
-        tiles, self._left = self._left, []
+        tiles = self.left()
         now_s = self._last.time_s if self._last is not None else 0.0
         if not self._published_s <= now_s < self._published_s + OPEN_S:
             self._published_s = now_s
-            tiles += [Tile(k, tile.picture()) for k, tile in self._open.items() if tile.is_changed]
+            tiles += [tile.published(k) for k, tile in self._open.items() if tile.is_changed]
+        return tiles
+
+    def left(self) -> list[Tile]:
+        """Return the changed tiles that the camera has left since the last call."""
+        tiles, self._left = self._left, []
         return tiles
 
     def finish(self) -> list[Tile]:
@@ -233,7 +240,7 @@ class Mosaic:
     def _leave(self, k: int) -> None:
         tile = self._open.pop(k)
         if tile.is_changed:
-            self._left.append(Tile(k, tile.picture()))
+            self._left.append(tile.published(k))
         if tile.is_whole():
             self._done.add(k)
             return
@@ -318,12 +325,14 @@ class _Painted:
         """Whether the tile was well seen along its whole length."""
         return bool((self.weight.max(axis=0) > CLEAR).all())
 
-    def picture(self) -> ByteImage:
-        """Return the current picture in BGR, and mark it as published."""
+    def published(self, index: int) -> Tile:
+        """Return the current picture as tile `index`, and mark it as published."""
         self.is_changed = False
         shown = cv2.cvtColor(self.colour, cv2.COLOR_YCrCb2BGR)
         seen = (self.weight >= LEAST_WEIGHT).astype(np.uint8)
-        return np.asarray(cv2.copyTo(shown, seen, np.full_like(shown, UNSEEN_GREY)), np.uint8)
+        picture = cv2.copyTo(shown, seen, np.full_like(shown, UNSEEN_GREY))
+        weight = self.weight * (seen / np.float32(FULL))
+        return Tile(index, np.asarray(picture, np.uint8), np.asarray(weight, np.float32))
 
 
 @dataclass(frozen=True)

@@ -17,18 +17,20 @@ from app.jobs.messages import (
     Batch,
     Checkpoint,
     Done,
+    FrameRange,
     FromTracker,
     Gauged,
     KeptCheckpoint,
     Limits,
     Row,
     Seen,
+    Tie,
     TrackRequest,
     encode,
 )
 from app.jobs.process import Child
 from vo_core import Rig
-from vo_core.sources import Frame, frame_of
+from vo_core.sources import Frame, VideoFile, frame_of
 
 LIMITS = Limits(1536 * 2**20, 600)
 FRAMES = 300
@@ -42,12 +44,16 @@ class Found:
         self.health: list[Gauged] = []
         self.sightings: list[Seen] = []
         self.tiles: dict[int, bytes] = {}
+        self.ties: list[Tie] = []
+        self.layers: dict[int, bytes] = {}
 
     def take(self, batch: Batch) -> None:
         self.rows += batch.rows
         self.health += batch.health
         self.sightings += batch.sightings
         self.tiles |= {tile.index: tile.jpeg for tile in batch.tiles}
+        self.ties += batch.ties
+        self.layers |= {layer.index: layer.png for layer in batch.layers}
 
 
 def follow(request: TrackRequest, found: Found, *, leave_at: int | None = None) -> Checkpoint:
@@ -92,6 +98,37 @@ def test_what_goes_on_from_a_checkpoint_finds_the_same_to_the_bit(tmp_path: Path
     assert [row.frame for row in whole.rows] == list(range(FRAMES))
     assert vars(parts) == vars(whole)
     assert later.frames == 0 or later.cpu_s > checkpoint.cpu_s
+
+
+def test_a_chunk_has_the_frames_of_the_film_and_goes_on_after_its_end(tmp_path: Path) -> None:
+    video = str(uneven_clip(tmp_path / "clip.ts"))
+    frames = FrameRange(100, 160, 20)
+    request = TrackRequest(video, clip_rig(), LIMITS, frames=frames)
+    found = Found()
+    checkpoint = follow(request, found)
+    with VideoFile(video) as film:
+        shown = list(film)
+    follower = Follower(Rig.parse(clip_rig()), frames=frames)
+    for frame in shown[100:160]:
+        follower.add(frame)
+    batch = follower.batch()
+    assert batch is not None
+    assert found.rows == batch.rows
+    assert found.ties == batch.ties
+    assert [tie.picture > 0 for tie in found.ties] == [True] * 20 + [False] * 20 + [True] * 20
+    assert len(found.layers) > 0
+    assert found.tiles == {}
+    assert checkpoint.frames == 160
+
+    kept = tmp_path / "checkpoint"
+    kept.write_bytes(encode(KeptCheckpoint("", 0, checkpoint)))
+    longer = msgspec.structs.replace(request, frames=FrameRange(100, 190, 20))
+    at_once = Found()
+    follow(longer, at_once)
+    follow(msgspec.structs.replace(longer, checkpoint=str(kept)), found)
+    assert found.rows == at_once.rows
+    assert found.health == at_once.health
+    assert found.layers == at_once.layers
 
 
 def barred_frames(count: int) -> Iterator[Frame]:

@@ -1,0 +1,250 @@
+"""A film that is tracked in chunks has the results of one run over it, uncertainty included."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import av
+import cv2
+import msgspec
+import numpy as np
+import pytest
+from builders import half_size
+from films import film
+
+from app.jobs import chunks
+from app.jobs.chunks import Chunk, Joined, extended, gather, join, join_walls, plan
+from app.jobs.follow import Follower
+from app.jobs.messages import Batch, FrameRange, Gauged, Row
+from app.lab.simulation import SCENARIOS, RenderedFrame
+from vo_core import Rig
+from vo_core.errors import UndeterminedSeam
+from vo_core.sources import Frame, frame_of
+
+SHARED = 170
+CLOSE_MM = 0.12
+"""Largest difference of the distances; tracks by other keyframes differ by half of it.
+
+A seam that is wrong by one frame moves what follows by 25 mm."""
+
+DRIVE = replace(
+    SCENARIOS["nominal"],
+    rig=Rig.parse(half_size(SCENARIOS["nominal"].rig)),
+    seed=3,
+    length_mm=9500.0,
+    speed_mm_s=750.0,
+    acceleration_mm_s2=3000.0,
+    legs=(0.52, 0.48),
+    rest_s=0.8,
+)
+"""A drive with a stop in its middle, in small pictures."""
+
+
+def frames_of(frames: Sequence[RenderedFrame], black: Iterable[int] = ()) -> list[Frame]:
+    """Return the film, with some frames in which nothing shows."""
+    hidden = set(black)
+
+    def frame(each: RenderedFrame) -> Frame:
+        image = np.zeros_like(each.image) if each.index in hidden else each.image
+        return frame_of(av.VideoFrame.from_ndarray(image, format="gray"), each.index, each.t_s)
+
+    return [frame(each) for each in frames]
+
+
+def followed(film: Sequence[Frame], frames: FrameRange | None = None) -> list[Batch]:
+    """Return what a tracker of these frames sends."""
+    follower, batches = Follower(DRIVE.rig, frames=frames), []
+    for frame in film[frames.first if frames else 0 : frames.end if frames else None]:
+        follower.add(frame)
+        if frame.index % 40 == 0:
+            batches.append(follower.batch())
+    follower.finish()
+    batches.append(follower.batch())
+    return [batch for batch in batches if batch is not None]
+
+
+class Tracked:
+    """A film, tracked as a whole and in chunks."""
+
+    def __init__(self, film: Sequence[Frame], ranges: Sequence[FrameRange]) -> None:
+        whole = followed(film)
+        self.rows = [row for batch in whole for row in batch.rows]
+        self.whole = whole[-1]
+        self.health = [each for batch in whole for each in batch.health]
+        self.sightings = [seen for batch in whole for seen in batch.sightings]
+        self.tiles = {tile.index: tile.jpeg for batch in whole for tile in batch.tiles}
+        batches = [followed(film, frames) for frames in ranges]
+        self.chunks = [
+            through_json(gather(frames, found))
+            for frames, found in zip(ranges, batches, strict=True)
+        ]
+        self.layers = [
+            {layer.index: layer.png for batch in found for layer in batch.layers}
+            for found in batches
+        ]
+
+
+def through_json(chunk: Chunk) -> Chunk:
+    return msgspec.json.decode(msgspec.json.encode(chunk), type=Chunk)
+
+
+@pytest.fixture(scope="module")
+def drive() -> list[RenderedFrame]:
+    return film(DRIVE)
+
+
+@pytest.fixture(scope="module")
+def tracked(drive: list[RenderedFrame]) -> Tracked:
+    """The robot stands still at the end of the first chunk; the second one ends in the dark."""
+    x_mm = np.array([frame.x_mm for frame in drive])
+    standing = int(np.flatnonzero(np.abs(x_mm - x_mm[len(drive) // 2]) < 1).mean())
+    second = standing - SHARED // 2
+    ranges = [
+        FrameRange(0, standing, SHARED),
+        FrameRange(standing - SHARED, second + 2 * SHARED, SHARED),
+        FrameRange(second + SHARED, None, SHARED),
+    ]
+    dark = range(second + 2 * SHARED - 6, second + 2 * SHARED + 3)
+    return Tracked(frames_of(drive, dark), ranges)
+
+
+@pytest.fixture(scope="module")
+def joined(tracked: Tracked) -> Joined:
+    return join(tracked.chunks, DRIVE.rig)
+
+
+def column(rows: Iterable[Row | Gauged], name: str) -> np.ndarray:
+    return np.array([getattr(row, name) for row in rows], np.float64)
+
+
+def test_joined_track_is_the_serial_one_within_its_sigma_interval_included(
+    tracked: Tracked, joined: Joined
+) -> None:
+    rows = joined.batch.rows
+    assert [(row.frame, row.time_s) for row in rows] == [
+        (row.frame, row.time_s) for row in tracked.rows
+    ]
+    first = joined.placed[1].first
+    assert rows[:first] == tracked.rows[:first]
+    off_mm = column(rows, "distance_mm") - column(tracked.rows, "distance_mm")
+    sigma_mm = column(tracked.rows, "sigma_registration_mm")
+    assert np.abs(off_mm).max() < CLOSE_MM
+    assert np.all(np.abs(off_mm) <= sigma_mm)
+    for name in ("sigma_registration_mm", "sigma_distance_mm"):
+        ratio = column(rows, name)[first:] / column(tracked.rows, name)[first:]
+        assert ratio.min() > 0.97, name
+        assert ratio.max() < 1.06, name
+    for name, close in {"y_mm": 1.0, "yaw_deg": 0.3, "z_mm": 0.1, "roll_deg": 0.3}.items():
+        assert np.abs(column(rows, name) - column(tracked.rows, name)).max() < close, name
+    assert [row.status for row in rows] == [row.status for row in tracked.rows]
+
+
+def test_joints_health_tilt_and_stance_are_those_of_one_run(
+    tracked: Tracked, joined: Joined
+) -> None:
+    batch = joined.batch
+
+    def joints(rows: list[Row], batch: Batch | Tracked) -> list[float]:
+        return sorted(rows[s.frame].distance_mm + s.ahead_mm for s in batch.sightings)
+
+    assert joints(batch.rows, batch) == pytest.approx(joints(tracked.rows, tracked), abs=0.5)
+    assert [each.frame for each in batch.health] == [each.frame for each in tracked.health]
+    for name in ("overlap", "brightness", "overexposed", "fixed_pattern"):
+        off = column(batch.health, name) - column(tracked.health, name)
+        assert np.abs(off).max() < 0.02, name
+    assert batch.stance == tracked.whole.stance
+    assert batch.tilt is not None
+    assert tracked.whole.tilt is not None
+    assert batch.tilt.pitch_deg == pytest.approx(tracked.whole.tilt.pitch_deg, abs=0.02)
+    assert batch.tilt.roll_sigma_deg == pytest.approx(tracked.whole.tilt.roll_sigma_deg, rel=0.1)
+
+
+def test_the_joined_wall_shows_every_part_of_the_wall_where_one_run_shows_it(
+    tracked: Tracked, joined: Joined
+) -> None:
+    tiles = list(
+        join_walls(joined.placed, DRIVE.rig, tracked.layers, lambda c, k: tracked.layers[c].get(k))
+    )
+    assert {tile.index for tile in tiles} == set(tracked.tiles)
+    for tile in tiles:
+        one, other = (_fine(jpeg) for jpeg in (tile.jpeg, tracked.tiles[tile.index]))
+        (along_px, around_px), _ = cv2.phaseCorrelate(one, other)
+        # Half a pixel by whole pixels, and what a pixel of sway makes.
+        assert abs(along_px) < 0.75, tile.index
+        assert abs(around_px) < 1.5, tile.index
+
+
+def _fine(jpeg: bytes) -> np.ndarray:
+    grey = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_GRAYSCALE).astype(np.float32)
+    return grey - cv2.GaussianBlur(grey, (0, 0), 8)
+
+
+def test_a_chunk_whose_numbers_are_off_by_one_is_not_joined(tracked: Tracked) -> None:
+    one, other, _ = tracked.chunks
+    late = msgspec.structs.replace(
+        other,
+        rows=[msgspec.structs.replace(row, frame=row.frame + 1) for row in other.rows],
+        ties=[msgspec.structs.replace(tie, frame=tie.frame + 1) for tie in other.ties],
+    )
+    with pytest.raises(UndeterminedSeam, match="different pictures"):
+        join([one, late], DRIVE.rig)
+
+
+def test_a_chunk_that_was_decoded_to_other_pictures_is_not_joined(tracked: Tracked) -> None:
+    one, other, _ = tracked.chunks
+    ties = [*other.ties[:3], msgspec.structs.replace(other.ties[3], picture=1), *other.ties[4:]]
+    with pytest.raises(UndeterminedSeam, match="different pictures"):
+        join([one, msgspec.structs.replace(other, ties=ties)], DRIVE.rig)
+
+
+def test_chunks_that_share_too_little_say_which_one_must_go_on(tracked: Tracked) -> None:
+    one, other, last = tracked.chunks
+    short = msgspec.structs.replace(one, rows=one.rows[:-130], ties=one.ties[:-130])
+    short = msgspec.structs.replace(
+        short, frames=msgspec.structs.replace(one.frames, end=len(short.rows))
+    )
+    with pytest.raises(UndeterminedSeam) as error:
+        join([short, other, last], DRIVE.rig)
+    assert error.value.part == 0
+
+
+def test_chunks_after_the_end_of_a_film_count_for_nothing(tracked: Tracked) -> None:
+    one, other, _ = tracked.chunks
+    longer = FrameRange(other.frames.first, 10**6, SHARED)
+    beyond = FrameRange(10**6 - SHARED, None, SHARED)
+    found = join(
+        [
+            one,
+            msgspec.structs.replace(other, frames=longer),
+            msgspec.structs.replace(other, rows=[], ties=[], frames=beyond),
+        ],
+        DRIVE.rig,
+    )
+    assert found.batch.rows[-1].frame == other.rows[-1].frame
+    assert len(found.placed) == 2
+
+
+def test_short_films_are_not_split_and_long_ones_into_equal_work() -> None:
+    assert plan(None, 4) == plan(chunks.LEAST_FRAMES, 4) == [FrameRange(0, None, 0)]
+    assert plan(10**6, 1) == [FrameRange(0, None, 0)]
+    for frames in (2 * chunks.LEAST_FRAMES, 180_000):
+        ranges = plan(frames, 5)
+        ends = [frames if each.end is None else each.end for each in ranges]
+        work = [end - each.first for each, end in zip(ranges, ends, strict=True)]
+        assert max(work) - min(work) <= 4
+        assert min(work) >= chunks.LEAST_FRAMES - 4
+        for before, after in zip(ends, ranges[1:], strict=False):
+            assert before - after.first == chunks.SHARED_FRAMES
+    assert len(plan(180_000, 5)) == 5
+
+
+def test_a_chunk_goes_on_into_the_next_one_and_at_last_replaces_it() -> None:
+    ranges = [FrameRange(0, 50, 10), FrameRange(40, 90, 10), FrameRange(80, None, 10)]
+    further = extended(ranges, 0)
+    assert further == [FrameRange(0, 60, 10), *ranges[1:]]
+    assert extended(further, 0) == [FrameRange(0, 80, 10), *ranges[1:]]
+    assert extended([FrameRange(0, 80, 10), *ranges[1:]], 0) == [
+        FrameRange(0, 90, 10),
+        ranges[2],
+    ]
