@@ -154,6 +154,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         tracks,
         runs,
         live,
+        blobs,
         _engine(settings, folder, blobs, records, runs, child_limits),
         Claims.of_this_process(are_shared=settings.database is not None),
     )
@@ -310,7 +311,6 @@ def _engine(
         blobs,
         Store(None, str(folder.root)),
         records.tracks,
-        records.unrolled,
         runs,
         limits=limits,
         stall_s=settings.stall_s,

@@ -17,7 +17,18 @@ import msgspec
 import numpy as np
 
 from app.jobs.follow import wall_tile
-from app.jobs.messages import Batch, FrameRange, Gauged, Row, Seen, Standing, Tie, Tilted, WallTile
+from app.jobs.messages import (
+    Batch,
+    FrameRange,
+    Gauged,
+    Placed,
+    Row,
+    Seen,
+    Standing,
+    Tie,
+    Tilted,
+    WallTile,
+)
 from vo_core import Estimate, Rig, Track
 from vo_core.geometry.stance import Stance
 from vo_core.geometry.tilt import MountTilt
@@ -48,21 +59,6 @@ class Chunk(msgspec.Struct, frozen=True):
     tilt: Tilted
     stance: Standing
     start: Standing
-
-
-class Placed(msgspec.Struct, frozen=True):
-    """Where the results of a chunk lie in those of the film."""
-
-    first: int
-    """First frame whose results come from the chunk."""
-    x_mm: float
-    """Added to its distances."""
-    sigma_mm: float
-    """Standard deviation of `x_mm`, as the shared frames show it."""
-    columns: int
-    """Pixels by which its wall is moved along the pipe."""
-    rows: int
-    """Pixels by which its wall is moved around the pipe."""
 
 
 class Joined(msgspec.Struct, frozen=True):

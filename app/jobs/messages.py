@@ -49,6 +49,21 @@ class FrameRange(msgspec.Struct, frozen=True):
         return self.end is None or frame.index < self.end
 
 
+class Placed(msgspec.Struct, frozen=True):
+    """Where the results of a chunk lie in those of the film."""
+
+    first: int
+    """First frame whose results come from the chunk."""
+    x_mm: float
+    """Added to its distances."""
+    sigma_mm: float
+    """Standard deviation of `x_mm`, as the shared frames show it."""
+    columns: int
+    """Pixels by which its wall is moved along the pipe."""
+    rows: int
+    """Pixels by which its wall is moved around the pipe."""
+
+
 class TrackRequest(msgspec.Struct, frozen=True, tag="track"):
     """Parent to tracker: its one request."""
 
@@ -340,6 +355,16 @@ class CounterRead(msgspec.Struct, frozen=True, tag="counter_read"):
     """What was wrong with the film."""
 
 
+class JoinWallsRequest(msgspec.Struct, frozen=True, tag="join_walls"):
+    """Parent to the process that joins the walls of chunks: its one request."""
+
+    folders: list[str]
+    """Of each chunk, the folder of its layers, `<index>.png`."""
+    placed: list[Placed]
+    rig: dict[str, Any]
+    limits: Limits
+
+
 class ProbeRequest(msgspec.Struct, frozen=True, tag="probe"):
     """Parent to media worker: probe this file."""
 
@@ -419,6 +444,7 @@ ToCamera = LiveRequest | StopCapture
 FromCamera = Batch | CameraState | Done | Failed
 FromFinaliser = Finalised | Failed
 FromReopener = Done | Failed
+FromWallJoiner = Batch | Done | Failed
 FromCounterReader = CounterProgress | CounterFound | CounterRead | Failed
 FromSample = Rendered | Done | Failed
 MediaRequest = ProbeRequest | PictureRequest | FirstPictureRequest

@@ -23,8 +23,17 @@ from app.storage.blobs import Blobs, blobs_at
 from app.tracking.engines import EngineState
 from app.tracking.runs import Run, Runs
 from app.tracking.tracks import Tracks
-from app.tracking.unrolled import Unrolled
-from app.tracking.work import Manifest, Report, Spec, Stored, run
+from app.tracking.work import (
+    IsStopped,
+    Manifest,
+    OnReport,
+    Report,
+    Spec,
+    run,
+    runs_of,
+    settle,
+    spec_of,
+)
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -76,7 +85,6 @@ class DaskEngine:
         blobs: Blobs,
         store: Store,
         tracks: Tracks,
-        unrolled: Unrolled,
         runs: Runs,
         *,
         limits: Limits,
@@ -88,14 +96,13 @@ class DaskEngine:
             cluster: The scheduler.
             blobs: The store, for the results.
             store: The same store, for the workers.
-            tracks, unrolled, runs: Of the server.
+            tracks, runs: Of the server.
             limits, stall_s: Of each run.
         """
         self._cluster = cluster
         self._blobs = blobs
         self._store = store
         self._tracks = tracks
-        self._unrolled = unrolled
         self._runs = runs
         self._limits = limits
         self._stall_s = stall_s
@@ -162,69 +169,58 @@ class DaskEngine:
             self._connected = None
 
     def track(self, run: Run) -> Manifest | None:
-        """Submit the film of a run and follow it.
+        """Track the film of a run; its results come at its end."""
+        self._runs.begin(run)
+        manifest = self.run(
+            self.spec(run),
+            lambda: self._runs.stop_of(run) is not None,
+            lambda news: self._runs.report(run, news.frames_done, news.fps),
+        )
+        if self._runs.stop_of(run) == "shutdown" and not manifest.is_whole:
+            return None
+        self._runs.report(run, manifest.frames_done, manifest.fps)
+        return manifest
+
+    def spec(self, run: Run) -> Spec:
+        """Return the spec of the whole film of a run."""
+        return spec_of(run, self._tracks.marks(run.inspection.id), self._limits, self._stall_s)
+
+    def run(self, spec: Spec, is_stopped: IsStopped, report: OnReport) -> Manifest:
+        """Submit a spec and follow it.
 
         Raises:
             WorkerLost: Its worker was lost.
             EngineUnavailable: The scheduler is gone.
         """
-        self._runs.begin(run)
         with self._lock:
             client = self._client()
-        task = _Task(client, self._spec(run), self._store)
+        task = _Task(client, spec, self._store)
         stopped_s: float | None = None
         try:
             while not task.is_done(_POLL_S):
                 if (news := task.news) is not None:
-                    self._runs.report(run, news.frames_done, news.fps)
+                    report(news)
                 if client.status != "running":
                     raise EngineUnavailable(
                         f"The connection to the scheduler at {self._cluster.address} was lost. It "
                         "is tried again."
                     )
-                if stopped_s is None and self._runs.stop_of(run) is not None:
+                if stopped_s is None and is_stopped():
                     task.stop()
                     stopped_s = time.monotonic()
                 if stopped_s is not None and time.monotonic() - stopped_s > _STOPPING_S:
                     raise WorkerLost("The worker did not stop when it was asked to.")
-            manifest = task.result()
+            return task.result()
         finally:
             task.forget()
-        if self._runs.stop_of(run) == "shutdown" and manifest.outcome.status != "done":
-            return None
-        self._runs.report(run, manifest.frames_done, manifest.fps)
-        return manifest
-
-    def _spec(self, run: Run) -> Spec:
-        film = run.inspection
-        return Spec(
-            id=film.id,
-            name=film.name,
-            rig=dict(film.rig),
-            video=dict(film.video),
-            source_filename=film.source_filename,
-            source_sha256=film.source_sha256,
-            film=run.film,
-            place=_place(film.id),
-            marks=self._tracks.marks(film.id),
-            memory_bytes=self._limits.memory_bytes,
-            cpu_s=self._limits.cpu_s,
-            stall_s=self._stall_s,
-        )
 
     def settle(self, run: Run, manifest: Manifest) -> None:
         """Copy the results to their place; a file that arrived damaged is refused."""
-        inspection_id = run.inspection.id
-        for name, stored in manifest.files.items():
-            content = self._blobs.get(f"{manifest.place}/{name}")
-            if Stored.of(content) != stored:
-                raise WorkerLost(f"{name} of inspection {inspection_id} is damaged in the store.")
-            self._blobs.put(f"inspections/{inspection_id}/{name}", content)
-        self._tracks.forget(inspection_id)
+        settle(manifest, run.inspection.id, self._blobs, self._tracks)
 
     def drop(self, inspection_id: str) -> None:
         """Delete the places of all runs."""
-        self._blobs.delete_all(_place(inspection_id))
+        self._blobs.delete_all(runs_of(inspection_id))
 
     def close(self) -> None:
         """Disconnect."""
@@ -305,9 +301,5 @@ def run_on_worker(spec: bytes, store: bytes, topic: str) -> bytes:
             worker.log_event(topic, (progress.frames_done, progress.fps))
 
     blobs = msgspec.json.decode(store, type=Store).opened()
-    manifest = run(msgspec.json.decode(spec), blobs, is_stopped=stop.is_set, report=report)
-    return msgspec.json.encode(manifest)
-
-
-def _place(inspection_id: str) -> str:
-    return f"inspections/{inspection_id}/runs"
+    order = msgspec.json.decode(spec, type=Spec)
+    return msgspec.json.encode(run(order, blobs, is_stopped=stop.is_set, report=report))

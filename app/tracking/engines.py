@@ -12,7 +12,16 @@ from app.tracking.film_run import FilmTracker
 from app.tracking.runs import Run, Runs, track_metadata
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
-from app.tracking.work import Manifest
+from app.tracking.work import (
+    IsStopped,
+    Manifest,
+    OnReport,
+    Spec,
+    run,
+    runs_of,
+    settle,
+    spec_of,
+)
 
 
 @dataclass(frozen=True)
@@ -49,8 +58,14 @@ class Engine(Protocol):
             EngineUnavailable: There is nobody who could track it now.
         """
 
+    def spec(self, run: Run) -> Spec:
+        """Return the spec of the whole film of a run."""
+
+    def run(self, spec: Spec, is_stopped: IsStopped, report: OnReport) -> Manifest:
+        """Run a spec, see `work.run`; raises the errors of `track`."""
+
     def settle(self, run: Run, manifest: Manifest) -> None:
-        """Bring the results to their place; may be called again after a failure.
+        """Bring the results to their place, if they are not there; may be called again.
 
         Raises:
             DiskFull: There is no room for them.
@@ -84,6 +99,7 @@ class Pool:
         self._blobs = blobs
         self._tracks = tracks
         self._limits = limits
+        self._stall_s = stall_s
         self._tracker = FilmTracker(folder, tracks, unrolled, runs, stall_s=stall_s, pace=pace)
 
     def slots(self) -> int:
@@ -95,19 +111,31 @@ class Pool:
         return EngineState("local", self.most_slots)
 
     def track(self, run: Run) -> Manifest | None:
-        """Track the film of a run."""
+        """Track the film of a run, whose results grow where everybody sees them."""
         with self._blobs.local(run.film) as video:
             outcome = self._tracker.track(run, video, self._limits)
         if outcome is None:
             return None
         return Manifest(outcome, run.frames_done, run.fps, run.last)
 
+    def spec(self, run: Run) -> Spec:
+        """Return the spec of the whole film of a run."""
+        return spec_of(run, self._tracks.marks(run.inspection.id), self._limits, self._stall_s)
+
+    def run(self, spec: Spec, is_stopped: IsStopped, report: OnReport) -> Manifest:
+        """Run a spec in this thread; a child process does the work."""
+        return run(spec, self._blobs, is_stopped=is_stopped, report=report)
+
     def settle(self, run: Run, manifest: Manifest) -> None:
-        """Write the files of the track."""
-        self._tracks.finish(run.inspection.id, track_metadata(run.inspection))
+        """Write the files of the track, or copy those of its chunks."""
+        if manifest.place:
+            settle(manifest, run.inspection.id, self._blobs, self._tracks)
+        else:
+            self._tracks.finish(run.inspection.id, track_metadata(run.inspection))
 
     def drop(self, inspection_id: str) -> None:
-        """Delete journal and checkpoint."""
+        """Delete journal and checkpoint, and what chunks have left."""
+        self._blobs.delete_all(runs_of(inspection_id))
         self._folder.checkpoint(inspection_id).unlink(missing_ok=True)
         self._folder.journal(inspection_id).unlink(missing_ok=True)
 

@@ -26,7 +26,7 @@ from app.jobs.process import Child, describe_exit
 from app.storage.files import Places
 from app.storage.runs import Outcome
 from app.tracking.journal import Journal, Resumption
-from app.tracking.runs import Run, Runs, TrackedFilm
+from app.tracking.runs import Run, Runs
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
 
@@ -57,6 +57,7 @@ class FilmTracker:
         *,
         stall_s: float,
         pace: float | None = None,
+        on_batch: Callable[[Batch], None] = lambda batch: None,
         on_checkpoint: Callable[[], None] = lambda: None,
     ) -> None:
         """Prepare the tracking.
@@ -66,6 +67,7 @@ class FilmTracker:
             tracks, unrolled, runs: Receive the results.
             stall_s: Seconds without progress after which a child is ended.
             pace: Most seconds of video tracked per second.
+            on_batch: Called with all results, pictures included.
             on_checkpoint: Called whenever the results up to a checkpoint are on the disk.
         """
         self._folder = folder
@@ -74,6 +76,7 @@ class FilmTracker:
         self._runs = runs
         self._stall_s = stall_s
         self._pace = pace
+        self._on_batch = on_batch
         self._on_checkpoint = on_checkpoint
         self._messages: msgspec.msgpack.Decoder[FromTracker] = msgspec.msgpack.Decoder(FromTracker)
 
@@ -87,7 +90,15 @@ class FilmTracker:
         Returns:
             How it ended; None if the run was asked to shut down and another will continue it.
         """
-        journal = self.journal(run.inspection)
+        first = 0 if run.frames is None else run.frames.first
+        journal = Journal(self._folder, self._unrolled, run.inspection, first)
+        outcome = self._tracked(run, video, limits, journal)
+        if run.frames is not None:
+            journal.finish()  # chunks are joined by everything that it has
+        return outcome
+
+    def _tracked(self, run: Run, video: Path, limits: Limits, journal: Journal) -> Outcome | None:
+        """Start one child after another until one has a result."""
         deaths = frames = 0
         while True:
             resumption = journal.read()
@@ -110,10 +121,6 @@ class FilmTracker:
                 if deaths == _MOST_DEATHS:
                     detail = f"{death} It was tried {deaths} times."
                     return Outcome("failed", death.code, detail)
-
-    def journal(self, film: TrackedFilm) -> Journal:
-        """Return the journal of a film."""
-        return Journal(self._folder, self._unrolled, film)
 
     def _follow(self, run: Run, journal: Journal, request: TrackRequest) -> Outcome | None:
         """Start a child and drain it until it ends; None if another run continues.
@@ -161,6 +168,7 @@ class FilmTracker:
             match message:
                 case Batch():
                     self._runs.take(run, message)
+                    self._on_batch(message)
                     journal.note(message)
                 case Checkpoint():
                     if journal.keep(message):
@@ -183,8 +191,11 @@ class FilmTracker:
         marks = self._tracks.marks(inspection.id)
         rig = dict(inspection.rig)
         if resumption is None:
-            return TrackRequest(str(video), rig, limits, self._pace, marks=marks)
+            return TrackRequest(str(video), rig, limits, self._pace, marks=marks, frames=run.frames)
         if limits.cpu_s is not None:
             rest_s = max(limits.cpu_s - round(resumption.cpu_s), 1)
             limits = msgspec.structs.replace(limits, cpu_s=rest_s)
-        return TrackRequest(str(video), rig, limits, self._pace, str(resumption.checkpoint), marks)
+        checkpoint = str(resumption.checkpoint)
+        return TrackRequest(
+            str(video), rig, limits, self._pace, checkpoint, marks, frames=run.frames
+        )

@@ -49,11 +49,15 @@ class Resumption:
 class Journal:
     """The journal of one inspection, used by the thread that follows its tracking."""
 
-    def __init__(self, folder: Places, unrolled: Unrolled, inspection: TrackedFilm) -> None:
+    def __init__(
+        self, folder: Places, unrolled: Unrolled, inspection: TrackedFilm, first: int = 0
+    ) -> None:
+        """Prepare the journal of a film, or of a chunk of it that begins with the frame `first`."""
         self._id = inspection.id
         self._unrolled = unrolled
         self._journal = folder.journal(inspection.id)
         self._checkpoint = folder.checkpoint(inspection.id)
+        self._first = first
         self._stamp = stamp_of(inspection)
         self._bytes = 0
         """Bytes of the journal covered by the checkpoint."""
@@ -69,14 +73,14 @@ class Journal:
             if kept.stamp != self._stamp:
                 logger.info("The checkpoint of %s is of another program or rig.", self._id)
                 return None
-            found = _decoded(self._journal.read_bytes()[: kept.journal_bytes])
+            found = batches_of(self._journal.read_bytes()[: kept.journal_bytes])
         except FileNotFoundError:
             return None
         except msgspec.MsgspecError:
             logger.exception("The checkpoint of %s cannot be read.", self._id)
             return None
         at = kept.checkpoint
-        if sum(len(batch.rows) for batch in found) != at.frames:
+        if sum(len(batch.rows) for batch in found) != at.frames - self._first:
             logger.error("The journal of %s does not match its checkpoint.", self._id)
             return None
         self._bytes = kept.journal_bytes
@@ -85,7 +89,7 @@ class Journal:
     def note(self, batch: Batch) -> None:
         """Add results, which reach the disk with the next checkpoint."""
         self._tiles.update(tile.index for tile in batch.tiles)
-        entry = encode(msgspec.structs.replace(batch, jpeg=b"", tiles=[]))
+        entry = encode(msgspec.structs.replace(batch, jpeg=b"", tiles=[], layers=[]))
         self._unsaved += len(entry).to_bytes(_LENGTH_BYTES, "big") + entry
 
     def keep(self, checkpoint: Checkpoint) -> bool:
@@ -103,13 +107,23 @@ class Journal:
         self._unsaved, self._tiles = bytearray(), set()
         return True
 
+    def finish(self) -> None:
+        """Add the results after the last checkpoint to the file.
+
+        Raises:
+            DiskFull: There is no room for them.
+        """
+        self._bytes = append_durably(self._journal, self._bytes, self._unsaved)
+        self._unsaved = bytearray()
+
     def drop(self) -> None:
         """Delete journal and checkpoint: the run has ended or starts again."""
         self._checkpoint.unlink(missing_ok=True)
         self._journal.unlink(missing_ok=True)
 
 
-def _decoded(journal: bytes) -> list[Batch]:
+def batches_of(journal: bytes) -> list[Batch]:
+    """Decode a journal; raise msgspec.MsgspecError if it is none."""
     decoder = msgspec.msgpack.Decoder(Batch)
     found: list[Batch] = []
     at = 0

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from uuid import uuid4
@@ -23,10 +25,12 @@ from app.errors import (
     WorkerLost,
 )
 from app.logs import about
+from app.storage.blobs import Blobs
 from app.storage.files import DataFolder
 from app.storage.inspections import InspectionStore
 from app.storage.runs import Outcome, RunStore
 from app.storage.tables import ENDED, Inspection
+from app.tracking.chunked import ChunkedTracking, Pieces
 from app.tracking.engines import Engine, EngineState
 from app.tracking.live import Live, Progress
 from app.tracking.runs import Run, Runs
@@ -71,6 +75,7 @@ class Tracking:
         tracks: Tracks,
         runs: Runs,
         live: Live,
+        blobs: Blobs,
         engine: Engine,
         claims: Claims,
     ) -> None:
@@ -85,6 +90,10 @@ class Tracking:
         self._stopping = False
         self._changed = runs.changed
         self._wakes = 0
+        self._busy = 0
+        """Slots that have something to do."""
+        self._pieces = Pieces(self._changed)
+        self._chunked = ChunkedTracking(engine, runs, blobs, self._pieces, self._persistent)
         self._threads = [
             threading.Thread(target=self._work, args=(slot,), name=f"tracking-{slot}", daemon=True)
             for slot in range(engine.most_slots)
@@ -172,7 +181,11 @@ class Tracking:
             try:
                 run = self._next_run(slot)
                 if run is not None:
-                    self._run_in_slot(run)
+                    with self._occupied():
+                        self._run_in_slot(run)
+                elif (piece := self._pieces.take()) is not None:
+                    with self._occupied():
+                        piece.do()
             except DiskFull as full:
                 logger.warning("A tracking slot waits: %s", full)
                 self._pause()
@@ -189,6 +202,16 @@ class Tracking:
         with self._changed:
             self._changed.wait_for(lambda: self._stopping, _PAUSE_AFTER_FAULT_S)
 
+    @contextmanager
+    def _occupied(self) -> Iterator[None]:
+        with self._changed:
+            self._busy += 1
+        try:
+            yield
+        finally:
+            with self._changed:
+                self._busy -= 1
+
     def _run_in_slot(self, run: Run) -> None:
         try:
             with about(run.inspection.id):
@@ -197,10 +220,16 @@ class Tracking:
             self._runs.remove(run)
 
     def _next_run(self, slot: int) -> Run | None:
-        """Wait for the next inspection that may be claimed; None when the server stops."""
+        """Wait for the next inspection that may be claimed.
+
+        Returns:
+            Its run; None when the server stops, or when there is a piece of another run to do.
+        """
         while not self._stopping:
             with self._changed:
                 wakes = self._wakes
+                if self._pieces:
+                    return None
             if slot < self._engine.slots():
                 inspection = self._store.claim_next(self._claims.owner, CLAIM_S)
                 if inspection is not None:
@@ -208,7 +237,7 @@ class Tracking:
                     self._runs.add(run)
                     return run
             with self._changed:
-                if not self._stopping and self._wakes == wakes:
+                if not (self._stopping or self._pieces or self._wakes != wakes):
                     self._changed.wait(_LOOK_AGAIN_S)
         return None
 
@@ -252,11 +281,23 @@ class Tracking:
         self._live.publish(inspection.id, outcome.status, run.progress())
 
     def _tracked(self, run: Run) -> Manifest | None:
-        """Have a film tracked, again if a worker is lost; None if another run continues."""
+        """Have a film tracked; None if another run continues.
+
+        A long film gets the slots that have nothing else to do.
+        """
+        with self._changed:
+            idle = max(self._engine.slots() - self._busy, 0)
+        ranges = self._chunked.ranges(run, 1 + idle)
+        if len(ranges) == 1:
+            return self._persistent(run, lambda: self._engine.track(run))
+        return self._chunked.track(run, ranges)
+
+    def _persistent(self, run: Run, work: Callable[[], Manifest | None]) -> Manifest | None:
+        """Try again whenever a worker is lost; None if another run continues."""
         losses = frames = 0
         while True:
             try:
-                return self._engine.track(run)
+                return work()
             except WorkerLost as loss:
                 losses = 1 if run.frames_done > frames else losses + 1
                 frames = max(frames, run.frames_done)

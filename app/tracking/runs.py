@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import msgspec
 
 from app.errors import DiskFull
-from app.jobs.messages import Batch
+from app.jobs.messages import Batch, FrameRange
 from app.jobs.process import Child
 from app.survey.track_rows import estimate_at
 from app.tracking.live import CameraStatus, Live, Progress
@@ -94,6 +94,8 @@ class Run:
     """A sentence that says why it cannot go on, or why its end cannot be stored yet."""
     attempt: int | None = None
     """Number of the claim under which a file is tracked."""
+    frames: FrameRange | None = None
+    """Of a chunk of a film: its frames."""
 
     def progress(self) -> Progress:
         """Return the progress."""

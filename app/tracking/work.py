@@ -1,4 +1,4 @@
-"""The contract for work elsewhere: `run(spec) -> manifest`, JSON in and JSON out.
+"""The contract for work elsewhere: `run(spec) -> manifest`, both of them JSON.
 
 A spec names one film of the blob store and everything that its track depends on. `run` tracks it in
 a scratch folder with the code that a server uses in its own folder, puts the results into the store
@@ -16,24 +16,29 @@ import secrets
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 import msgspec
 
-from app.jobs import parts
-from app.jobs.messages import KeptCheckpoint, Limits
+from app.errors import WorkerLost
+from app.jobs.chunks import gather, join
+from app.jobs.messages import Batch, FrameRange, JoinWallsRequest, KeptCheckpoint, Limits
 from app.jobs.parts import Mark
 from app.storage.blobs import Blobs
 from app.storage.files import Places
 from app.storage.runs import Outcome
 from app.tracking.film_run import FilmTracker
-from app.tracking.journal import stamp_of
+from app.tracking.journal import batches_of, stamp_of
 from app.tracking.live import Event, Live, Update, WallChanged
 from app.tracking.runs import Run, Runs, track_metadata
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
+from app.tracking.walls import joined_walls
+from vo_core import Rig
+from vo_core.errors import UndeterminedSeam
 from vo_core.track import Estimate
 
 logger = logging.getLogger(__name__)
@@ -41,30 +46,9 @@ logger = logging.getLogger(__name__)
 Decoded = TypeVar("Decoded", covariant=True)
 
 _POLL_S = 0.5
-_MANIFEST, _CHECKPOINT, _JOURNAL = "manifest.json", "checkpoint", "journal"
-
-
-class Spec(msgspec.Struct, frozen=True, kw_only=True):
-    """What is to be tracked, and within which limits; see `TrackedFilm` for the first fields."""
-
-    id: str
-    name: str
-    rig: dict[str, Any]
-    video: dict[str, Any]
-    source_filename: str
-    source_sha256: str
-    film: str
-    """Key of the film in the blob store."""
-    place: str
-    """Key of the place under which each run makes its own."""
-    marks: list[Mark] = []
-    """Frames that are not in the film, and where its parts begin."""
-    memory_bytes: int
-    cpu_s: int | None
-    stall_s: float
-    """Seconds without progress after which a child process is ended."""
-    checkpoint_s: float = 15.0
-    """Shortest time between two checkpoints that are put into the store."""
+_MANIFEST, _CHECKPOINT, _JOURNAL, _PARTS = "manifest.json", "checkpoint", "journal", "journal-parts"
+LAYERS = "layers"
+"""Folder of the pictures of a chunk's own wall."""
 
 
 class Stored(msgspec.Struct, frozen=True):
@@ -91,7 +75,44 @@ class Manifest(msgspec.Struct, frozen=True):
     place: str = ""
     """Where the results are in the store; empty if they are at their place already."""
     files: dict[str, Stored] = {}
-    """The results by name: track.csv, health.csv, joints.csv, and the tiles of the wall."""
+    """The results by name: track.csv, health.csv, joints.csv, and the tiles of the wall; of a chunk
+    the batches of its tracker, and the layers of its wall."""
+    frames: FrameRange | None = None
+    """Of a chunk: its frames."""
+    seam: int | None = None
+    """The chunk that must reach further, if its frames do not tie it to the next one."""
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the film, or the chunk, was tracked to its end."""
+        return self.outcome.status == "done"
+
+
+class Spec(msgspec.Struct, frozen=True, kw_only=True):
+    """What is to be tracked, and within which limits; see `TrackedFilm` for the first fields."""
+
+    id: str
+    name: str
+    rig: dict[str, Any]
+    video: dict[str, Any]
+    source_filename: str
+    source_sha256: str
+    film: str
+    """Key of the film in the blob store."""
+    place: str
+    """Key of the place under which each run makes its own."""
+    marks: list[Mark] = []
+    """Frames that are not in the film, and where its parts begin."""
+    memory_bytes: int
+    cpu_s: int | None
+    stall_s: float
+    """Seconds without progress after which a child process is ended."""
+    checkpoint_s: float = 15.0
+    """Shortest time between two checkpoints that are put into the store."""
+    frames: FrameRange | None = None
+    """The frames of a chunk, whose results can only be joined; None for the whole film."""
+    joins: list[Manifest] = []
+    """The chunks of the film in their order, to be joined; then nothing is tracked."""
 
 
 class Report(msgspec.Struct, frozen=True):
@@ -101,42 +122,39 @@ class Report(msgspec.Struct, frozen=True):
     fps: float | None
 
 
+IsStopped = Callable[[], bool]
+OnReport = Callable[[Report], None]
+
+
 def run(
-    spec: Mapping[str, Any],
+    spec: Spec,
     blobs: Blobs,
     *,
-    is_stopped: Callable[[], bool] = lambda: False,
-    report: Callable[[Report], None] = lambda report: None,
-) -> dict[str, Any]:
-    """Track the film of a spec and return the manifest.
+    is_stopped: IsStopped = lambda: False,
+    report: OnReport = lambda report: None,
+) -> Manifest:
+    """Track the film of a spec, a chunk of it, or join its chunks.
 
     Args:
-        spec: A `Spec` as JSON.
+        spec: What is to be done.
         blobs: The store with the film, which receives the results.
         is_stopped: Asked about twice a second; once it is true, the track ends where it is.
         report: Called with the progress, in one thread at a time.
     Returns:
-        A `Manifest` as JSON. A film that cannot be tracked gives one too, with the reason.
+        The results. A film that cannot be tracked gives a manifest too, with the reason.
     Raises:
-        msgspec.ValidationError: The spec is invalid.
-        AppError: The store or the scratch folder fails.
+        AppError: The store, the scratch folder or the join of the walls fails.
     """
-    order = msgspec.convert(dict(spec), Spec)
-    found: dict[str, Any] = msgspec.to_builtins(_found_or_run(order, blobs, is_stopped, report))
-    return found
-
-
-def _found_or_run(
-    spec: Spec, blobs: Blobs, is_stopped: Callable[[], bool], report: Callable[[Report], None]
-) -> Manifest:
     left = [blob.key for blob in blobs.listed(spec.place)]
     finished = _finished(spec, blobs, left)
     if finished is not None:
         return finished
     with tempfile.TemporaryDirectory(prefix="chainage-work-") as scratch:
         work = _Work(spec, blobs, Path(scratch))
+        if spec.joins:
+            return work.join()
         work.prepare(left)
-        return work.run(is_stopped, report)
+        return work.track(is_stopped, report)
 
 
 def _finished(spec: Spec, blobs: Blobs, left: Iterable[str]) -> Manifest | None:
@@ -145,7 +163,7 @@ def _finished(spec: Spec, blobs: Blobs, left: Iterable[str]) -> Manifest | None:
     for key in left:
         if key.endswith(f"/{_MANIFEST}"):
             found = _decoded(msgspec.json.Decoder(Manifest), blobs.get(key))
-            if found and found.stamp == stamp and found.outcome.status == "done":
+            if found and found.stamp == stamp and found.frames == spec.frames and found.is_whole:
                 return found
     return None
 
@@ -171,6 +189,7 @@ class _Work:
         self._blobs = blobs
         self._place = f"{spec.place}/{secrets.token_hex(8)}"
         self._places = Places(scratch)
+        self._folder = self._places.inspection(spec.id)
         self._live = Live()
         self._tracks = Tracks(self._places)
         self._unrolled = Unrolled(self._places, self._live)
@@ -178,12 +197,14 @@ class _Work:
         self._pushed_s = time.monotonic()
         self._journal_bytes = 0
         """Bytes of the journal that are in the store."""
-        self._tiles: set[int] = set()
-        """Tiles that changed since they were put into the store."""
+        self._painted: set[str] = set()
+        """Names of pictures of the wall that changed since they were put into the store."""
+        self._folder.mkdir(parents=True)
 
-    def run(self, is_stopped: Callable[[], bool], report: Callable[[Report], None]) -> Manifest:
+    def track(self, is_stopped: IsStopped, report: OnReport) -> Manifest:
+        """Track the film, or a chunk of it."""
         spec = self._spec
-        run = Run(spec)
+        run = Run(spec, frames=spec.frames)
         self._runs.add(run)
         tracker = FilmTracker(
             self._places,
@@ -191,6 +212,7 @@ class _Work:
             self._unrolled,
             self._runs,
             stall_s=spec.stall_s,
+            on_batch=self._take_layers,
             on_checkpoint=self._push_if_due,
         )
         with (
@@ -200,37 +222,84 @@ class _Work:
         ):
             outcome = tracker.track(run, film, Limits(spec.memory_bytes, spec.cpu_s))
         assert outcome is not None  # noqa: S101  (nobody asks it to shut down)
-        self._tracks.finish(spec.id, track_metadata(spec))
-        return self._put_results(run, outcome)
+        if spec.frames is None:
+            return self._put_results(run, outcome)
+        self._push()  # a longer chunk continues from the last checkpoint
+        names = [_JOURNAL, *(f"{LAYERS}/{path.name}" for path in self._layers())]
+        return self._put(run, outcome, names)
 
-    def _hear(self, event: Event, report: Callable[[Report], None]) -> None:
+    def join(self) -> Manifest:
+        """Join the results of the chunks."""
+        spec = self._spec
+        layers = [self._folder / f"{LAYERS}-{number}" for number in range(len(spec.joins))]
+        found = []
+        for chunk, folder in zip(spec.joins, layers, strict=True):
+            assert chunk.frames is not None  # noqa: S101  (every chunk states them)
+            batches = batches_of(self._blobs.get(f"{chunk.place}/{_JOURNAL}"))
+            found.append(gather(chunk.frames, batches))
+            folder.mkdir()
+            for name in chunk.files:
+                if name.startswith(f"{LAYERS}/"):
+                    content = self._blobs.get(f"{chunk.place}/{name}")
+                    (folder / name.rpartition("/")[2]).write_bytes(content)
+        run = Run(spec)
+        self._runs.add(run)
+        self._runs.begin(run)
+        try:
+            joined = join(found, Rig.parse(spec.rig))
+        except UndeterminedSeam as open_one:
+            outcome = Outcome("failed", "undetermined_seam", str(open_one))
+            return Manifest(outcome, 0, seam=open_one.part)
+        self._runs.take(run, joined.batch)
+        limits = Limits(spec.memory_bytes, spec.cpu_s)
+        request = JoinWallsRequest(
+            [str(folder) for folder in layers[: len(joined.placed)]],
+            joined.placed,
+            spec.rig,
+            limits,
+        )
+        for tile in joined_walls(request, spec.stall_s):
+            self._unrolled.take(spec.id, {tile.index: tile.jpeg})
+        return self._put_results(run, _outcome_of(spec.joins))
+
+    def _hear(self, event: Event, report: OnReport) -> None:
         if isinstance(event, WallChanged):
-            self._tiles.update(event.indices)
+            self._painted.update(f"wall/{index}.jpg" for index in event.indices)
         elif isinstance(event, Update):
             report(Report(event.progress.frames_done, event.progress.fps))
 
+    def _take_layers(self, batch: Batch) -> None:
+        """Write the finished pictures of a chunk's own wall."""
+        for layer in batch.layers:
+            name = f"{LAYERS}/{layer.index}.png"
+            path = self._folder / name
+            path.parent.mkdir(exist_ok=True)
+            path.write_bytes(layer.png)
+            self._painted.add(name)
+
+    def _layers(self) -> list[Path]:
+        folder = self._folder / LAYERS
+        return sorted(folder.iterdir()) if folder.exists() else []
+
     def prepare(self, left: Sequence[str]) -> None:
-        """Make the folder, with the newest checkpoint of the runs that left these keys."""
-        inspection_id = self._spec.id
-        self._places.inspection(inspection_id).mkdir(parents=True)
-        if self._spec.marks:
-            parts.append(self._places.marks(inspection_id), self._spec.marks)
+        """Take over the newest checkpoint of the runs that left these keys."""
         best = self._newest_checkpoint(left)
         if best is None:
             return
         place, kept = best
         journal = b"".join(
-            self._blobs.get(key) for key in sorted(left) if key.startswith(f"{place}/{_JOURNAL}/")
+            self._blobs.get(key) for key in sorted(left) if key.startswith(f"{place}/{_PARTS}/")
         )
-        self._places.journal(inspection_id).write_bytes(journal[: kept.journal_bytes])
-        wall = self._places.wall(inspection_id)
-        wall.mkdir()
+        self._places.journal(self._spec.id).write_bytes(journal[: kept.journal_bytes])
         for key in left:
-            if key.startswith(f"{place}/wall/"):
-                name = key.rpartition("/")[2]
-                (wall / name).write_bytes(self._blobs.get(key))
-                self._tiles.add(int(name.removesuffix(".jpg")))
-        self._places.checkpoint(inspection_id).write_bytes(msgspec.msgpack.encode(kept))
+            name = key.removeprefix(f"{place}/")
+            if name.startswith(("wall/", f"{LAYERS}/")):
+                path = self._folder / name
+                path.parent.mkdir(exist_ok=True)
+                path.write_bytes(self._blobs.get(key))
+                self._painted.add(name)
+        checkpoint = self._places.checkpoint(self._spec.id)
+        checkpoint.write_bytes(msgspec.msgpack.encode(kept))
 
     def _newest_checkpoint(self, left: Iterable[str]) -> tuple[str, KeptCheckpoint] | None:
         stamp = stamp_of(self._spec)
@@ -238,44 +307,106 @@ class _Work:
         for key in left:
             if key.endswith(f"/{_CHECKPOINT}"):
                 kept = _decoded(msgspec.msgpack.Decoder(KeptCheckpoint), self._blobs.get(key))
-                if kept and kept.stamp == stamp:
+                if kept and kept.stamp == stamp and self._is_within(kept.checkpoint.frames):
                     found.append((key.removesuffix(f"/{_CHECKPOINT}"), kept))
         return max(found, key=lambda each: each[1].checkpoint.frames, default=None)
 
+    def _is_within(self, frame: int) -> bool:
+        frames = self._spec.frames
+        return frames is None or frames.end is None or frame <= frames.end
+
     def _push_if_due(self) -> None:
+        if time.monotonic() - self._pushed_s >= self._spec.checkpoint_s:
+            self._push()
+
+    def _push(self) -> None:
         """Put the results up to the checkpoint into the store, and then the checkpoint."""
-        if time.monotonic() - self._pushed_s < self._spec.checkpoint_s:
+        checkpoint = self._places.checkpoint(self._spec.id)
+        if not checkpoint.exists():
             return
-        inspection_id = self._spec.id
-        with self._places.journal(inspection_id).open("rb") as file:
+        with self._places.journal(self._spec.id).open("rb") as file:
             file.seek(self._journal_bytes)
             entries = file.read()
-        self._blobs.put(f"{self._place}/{_JOURNAL}/{self._journal_bytes:012d}", entries)
+        self._blobs.put(f"{self._place}/{_PARTS}/{self._journal_bytes:012d}", entries)
         self._journal_bytes += len(entries)
-        tiles, self._tiles = self._tiles, set()
-        for index in sorted(tiles):
-            self._blobs.put(
-                f"{self._place}/wall/{index}.jpg", self._unrolled.picture(inspection_id, index)
-            )
-        self._blobs.put(
-            f"{self._place}/{_CHECKPOINT}", self._places.checkpoint(inspection_id).read_bytes()
-        )
+        painted, self._painted = self._painted, set()
+        for name in sorted(painted):
+            self._blobs.put(f"{self._place}/{name}", (self._folder / name).read_bytes())
+        self._blobs.put(f"{self._place}/{_CHECKPOINT}", checkpoint.read_bytes())
         self._pushed_s = time.monotonic()
 
     def _put_results(self, run: Run, outcome: Outcome) -> Manifest:
-        folder = self._places.inspection(self._spec.id)
+        """Put the results of the whole film into the store."""
+        self._tracks.finish(self._spec.id, track_metadata(self._spec))
         names = ["track.csv", "health.csv", "joints.csv"]
         names += [f"wall/{tile.index}.jpg" for tile in self._unrolled.tiles(self._spec.id)]
+        return self._put(run, outcome, names)
+
+    def _put(self, run: Run, outcome: Outcome, names: Iterable[str]) -> Manifest:
+        """Put files into the store, and then the manifest that names them."""
         files = {}
         for name in names:
-            content = (folder / name).read_bytes()
+            content = (self._folder / name).read_bytes()
             self._blobs.put(f"{self._place}/{name}", content)
             files[name] = Stored.of(content)
         manifest = Manifest(
-            outcome, run.frames_done, run.fps, run.last, stamp_of(self._spec), self._place, files
+            outcome,
+            run.frames_done,
+            run.fps,
+            run.last,
+            stamp_of(self._spec),
+            self._place,
+            files,
+            self._spec.frames,
         )
         self._blobs.put(f"{self._place}/{_MANIFEST}", msgspec.json.encode(manifest))
         return manifest
+
+
+def _outcome_of(chunks: Sequence[Manifest]) -> Outcome:
+    """Return how the film as a whole ended: as the first chunk that is not whole."""
+    outcome = next((each.outcome for each in chunks if not each.is_whole), chunks[-1].outcome)
+    warnings = dict.fromkeys(each.outcome.warning for each in chunks if each.outcome.warning)
+    return replace(outcome, warning=" ".join(warnings) or None)
+
+
+def runs_of(inspection_id: str) -> str:
+    """Return the key under which the runs of an inspection make their places."""
+    return f"inspections/{inspection_id}/runs"
+
+
+def spec_of(run: Run, marks: list[Mark], limits: Limits, stall_s: float) -> Spec:
+    """Return the spec of the whole film of a server's run."""
+    film = run.inspection
+    return Spec(
+        id=film.id,
+        name=film.name,
+        rig=dict(film.rig),
+        video=dict(film.video),
+        source_filename=film.source_filename,
+        source_sha256=film.source_sha256,
+        film=run.film,
+        place=f"{runs_of(film.id)}/whole",
+        marks=marks,
+        memory_bytes=limits.memory_bytes,
+        cpu_s=limits.cpu_s,
+        stall_s=stall_s,
+    )
+
+
+def settle(manifest: Manifest, inspection_id: str, blobs: Blobs, tracks: Tracks) -> None:
+    """Copy the results of a run to their place in the store.
+
+    Raises:
+        WorkerLost: A file is not what the manifest says.
+        DiskFull: There is no room for it.
+    """
+    for name, stored in manifest.files.items():
+        content = blobs.get(f"{manifest.place}/{name}")
+        if Stored.of(content) != stored:
+            raise WorkerLost(f"{name} of inspection {inspection_id} is damaged in the store.")
+        blobs.put(f"inspections/{inspection_id}/{name}", content)
+    tracks.forget(inspection_id)
 
 
 class _polling:  # noqa: N801  (used like a function)

@@ -11,20 +11,21 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 from builders import clip_rig, make_clip, serving, wait_until
 
 from app.storage.blobs import FolderBlobs
-from app.tracking.work import Report, run
+from app.tracking.work import Report, Spec, run
 
 FRAMES = 300
 MIB = 2**20
 RUN = """
-import json, sys
+import msgspec, sys
 from pathlib import Path
 from app.storage.blobs import FolderBlobs
-from app.tracking.work import run
-run(json.loads(sys.argv[1]), FolderBlobs(Path(sys.argv[2])))
+from app.tracking.work import Spec, run
+run(msgspec.json.decode(sys.argv[1], type=Spec), FolderBlobs(Path(sys.argv[2])))
 """
 
 
@@ -71,6 +72,13 @@ def spec(inspection_id: str, film: Path, **changed: Any) -> dict[str, Any]:
     } | changed
 
 
+def ran(given: Mapping[str, Any], blobs: FolderBlobs, **more: Any) -> dict[str, Any]:
+    """Run a spec; it and the manifest pass through JSON."""
+    order = msgspec.json.decode(json.dumps(given), type=Spec)
+    found: dict[str, Any] = json.loads(msgspec.json.encode(run(order, blobs, **more)))
+    return found
+
+
 def results(blobs: FolderBlobs, manifest: Mapping[str, Any]) -> dict[str, bytes]:
     """The files that a manifest names, as their digests say."""
     found = {name: blobs.get(f"{manifest['place']}/{name}") for name in manifest["files"]}
@@ -89,17 +97,16 @@ def test_a_run_elsewhere_gives_the_servers_own_results_to_the_byte(
     inspection_id, files = served
     reports: list[Report] = []
     given = spec(inspection_id, film)
-    manifest = run(json.loads(json.dumps(given)), blobs, report=reports.append)
-    assert json.loads(json.dumps(manifest)) == manifest
+    manifest = ran(given, blobs, report=reports.append)
     assert manifest["outcome"]["status"] == "done"
     assert manifest["frames_done"] == reports[-1].frames_done == FRAMES
     assert results(blobs, manifest) == files
     # Whoever asks again, having lost the answer, gets it without the work.
     again: list[Report] = []
-    assert run(given, blobs, report=again.append) == manifest
+    assert ran(given, blobs, report=again.append) == manifest
     assert again == []
     # With another rig it is another work.
-    other = run(spec(inspection_id, film, rig=clip_rig(fx=260.0)), blobs)
+    other = ran(spec(inspection_id, film, rig=clip_rig(fx=260.0)), blobs)
     assert results(blobs, other)["track.csv"] != files["track.csv"]
 
 
@@ -120,7 +127,7 @@ def test_a_run_that_is_killed_is_continued_by_another(
     killed.send_signal(signal.SIGKILL)
     killed.wait()
     with caplog.at_level("INFO", "app.tracking.film_run"):
-        manifest = run(given, blobs)
+        manifest = ran(given, blobs)
     (message,) = [record.getMessage() for record in caplog.records if "on." in record.msg]
     assert not message.endswith("from frame 0 on.")
     assert results(blobs, manifest) == files
@@ -128,7 +135,7 @@ def test_a_run_that_is_killed_is_continued_by_another(
 
 def test_a_run_that_is_stopped_keeps_its_track_so_far(blobs: FolderBlobs, film: Path) -> None:
     done: list[int] = []
-    manifest = run(
+    manifest = ran(
         spec(32 * "a", film),
         blobs,
         is_stopped=lambda: bool(done),
@@ -140,10 +147,10 @@ def test_a_run_that_is_stopped_keeps_its_track_so_far(blobs: FolderBlobs, film: 
     rows = [line for line in track.splitlines() if line[0].isdigit()]
     assert len(rows) == manifest["frames_done"]
     # It is no result: the next run is not stopped by it.
-    assert run(spec(32 * "a", film), blobs)["frames_done"] == FRAMES
+    assert ran(spec(32 * "a", film), blobs)["frames_done"] == FRAMES
 
 
 def test_a_film_that_cannot_be_tracked_is_a_result_too(blobs: FolderBlobs, film: Path) -> None:
     blobs.put("films/film.mp4", b"no film")
-    outcome = run(spec(32 * "a", film), blobs)["outcome"]
+    outcome = ran(spec(32 * "a", film), blobs)["outcome"]
     assert (outcome["status"], outcome["error_code"]) == ("failed", "unreadable_video")

@@ -1,0 +1,49 @@
+"""The process that joins the unrolled walls of the chunks of a film; it decodes their pictures."""
+
+from __future__ import annotations
+
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import msgspec
+
+from app.jobs import limits
+from app.jobs.confinement import confine
+from app.jobs.failures import failure_of
+from app.jobs.messages import Batch, Done, JoinWallsRequest, encode
+from app.jobs.process import connection_from_arguments
+
+
+def main() -> None:
+    """Handle the one request on the pipe, then end."""
+    with connection_from_arguments() as connection:
+        request = msgspec.msgpack.decode(connection.recv_bytes(), type=JoinWallsRequest)
+        limits.apply(request.limits)
+        confine(reads=request.folders)
+        try:
+            _join(request, connection)
+        except BrokenPipeError:
+            return  # nobody wants the wall any more
+        except Exception as error:
+            connection.send_bytes(encode(failure_of(error)))
+
+
+def _join(request: JoinWallsRequest, connection: Connection) -> None:
+    # Imported here so that the decoders are loaded under the limits.
+    from app.jobs.chunks import join_walls
+    from vo_core import Rig
+
+    folders = [Path(folder) for folder in request.folders]
+    indices = [[int(path.stem) for path in folder.iterdir()] for folder in folders]
+
+    def read(number: int, index: int) -> bytes | None:
+        path = folders[number] / f"{index}.png"
+        return path.read_bytes() if path.exists() else None
+
+    for tile in join_walls(request.placed, Rig.parse(request.rig), indices, read):
+        connection.send_bytes(encode(Batch([], b"", tiles=[tile])))
+    connection.send_bytes(encode(Done(None)))
+
+
+if __name__ == "__main__":
+    main()
