@@ -42,6 +42,7 @@ from app.storage.blobs import Blobs, blobs_at
 from app.storage.database import Database, stored_at
 from app.storage.files import DataFolder
 from app.storage.imports import ImportStore
+from app.storage.members import Hooks, members_of
 from app.storage.preferences import PreferenceStore
 from app.storage.runs import RunStore
 from app.storage.tokens import TokenFile
@@ -54,7 +55,9 @@ from app.tracking.media import Media
 from app.tracking.photos import Photos
 from app.tracking.queue import Claims, Tracking
 from app.tracking.recorder import Recorder
+from app.tracking.relay import Relay
 from app.tracking.runs import Runs
+from app.tracking.succession import Duties, Succession
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
 from app.viewer.clicks import Clicks
@@ -126,7 +129,11 @@ async def running(settings: Settings) -> AsyncIterator[Services]:
 
 def _start(settings: Settings, stack: ExitStack) -> Services:
     """Build and start the services; `stack` stops them, even if a later step fails."""
-    folder = DataFolder(settings.data, reserve_bytes=settings.disk_reserve_bytes)
+    folder = DataFolder(
+        settings.data,
+        reserve_bytes=settings.disk_reserve_bytes,
+        is_shared=settings.database is not None,
+    )
     stack.callback(folder.close)
     blobs = blobs_at(None, folder.root)
     stored = stored_at(settings.database_url, folder.root)
@@ -135,7 +142,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     stack.callback(database.close)
     client = _client(settings)
     live = Live()
-    stack.enter_context(live.listening(None, metrics.on_event))
+    members = members_of(stored)
     company = Company(settings.company_name, settings.company_logo)
     records = Records(database, folder, live, company, has_webhook=client is not None)
     tracks = records.tracks
@@ -147,6 +154,11 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     child_limits = Limits(settings.child_memory_bytes, round(settings.job_cpu_h * 3600))
     run_store = RunStore(database)
     runs = Runs(tracks, records.unrolled, live)
+    relay = Relay(members, records.inspection_store, tracks, runs, live, records.corrections.forget)
+    if members.are_several:
+        stack.enter_context(live.listening(None, relay.on_event))
+        runs.follower = relay
+    stack.enter_context(live.listening(None, relay.of_here(metrics.on_event)))
     tracking = Tracking(
         records.inspection_store,
         run_store,
@@ -156,20 +168,21 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         live,
         blobs,
         _engine(settings, folder, blobs, records, runs, child_limits),
-        Claims.of_this_process(are_shared=settings.database is not None),
+        Claims(members.name, members.are_several),
     )
     photos = Photos(
         records.inspection_store, records.observation_store, folder, media, tracks, live
     )
-    stack.enter_context(live.listening(None, photos.on_event))
+    stack.enter_context(live.listening(None, relay.of_here(photos.on_event)))
     photos.start()
     stack.callback(photos.stop)
     counter_queue = CounterQueue(
         records.inspection_store, folder, records.counter_files, limits=child_limits
     )
-    stack.enter_context(live.listening(None, counter_queue.on_event))
+    stack.enter_context(live.listening(None, relay.of_here(counter_queue.on_event)))
     counter_queue.start()
     stack.callback(counter_queue.stop)
+    stack.enter_context(live.listening(None, tracking.on_event))
     tracking.start()
     stack.callback(tracking.stop)
     recorder = Recorder(
@@ -180,20 +193,18 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         runs,
         live,
         tracking,
+        members=members,
         memory_bytes=settings.child_memory_bytes,
         reserve_bytes=settings.disk_reserve_bytes,
     )
-    recorder.start()
     stack.callback(recorder.stop)
     sources = Sources(settings.camera_networks, settings.watch_folder)
     scaling = Scaling(records.correction_store, tracks, records.corrections)
-    stack.enter_context(live.listening(None, scaling.on_event))
+    stack.enter_context(live.listening(None, relay.of_here(scaling.on_event)))
     scaling.start()
     stack.callback(scaling.stop)
     index_worker = IndexWorker(records.indexer)
     stack.enter_context(live.listening(None, index_worker.on_event))
-    index_worker.start()
-    stack.callback(index_worker.stop)
     inspections = Inspections(
         records.inspection_store,
         folder,
@@ -232,12 +243,18 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     alert_store = AlertStore(database)
     webhook = Webhook(client, alert_store, inspections, records.observations, records.packs)
     stack.enter_context(live.listening(None, webhook.on_event))
-    webhook.start()
-    stack.callback(webhook.stop)
     meter_counter = MeterCounter(_peer(settings), records.corrections)
     stack.enter_context(live.listening(None, meter_counter.on_event))
-    meter_counter.start()
-    stack.callback(meter_counter.stop)
+    duties = Duties(
+        of_the_leader=(index_worker, webhook, meter_counter),
+        left_behind=(photos, counter_queue, recorder),
+    )
+    stack.callback(duties.stop)
+    succession = Succession(members, run_store, tracking.queued, duties.take_over)
+    succession.start()
+    stack.callback(succession.stop)
+    members.start(Hooks(relay.receive, relay.reset, duties.lead))
+    stack.callback(members.stop)
     metrics.observe(
         WatchedServices(
             records.inspection_store, folder, runs, media, recorder, scenes, alert_store

@@ -179,7 +179,7 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
     """
     logs.configure(settings.log_format)
     # Reported here in one sentence; at the start of the application the log would get a traceback.
-    folder = DataFolder(settings.data, reserve_bytes=0)
+    folder = DataFolder(settings.data, reserve_bytes=0, is_shared=settings.database is not None)
     try:
         stored_at(settings.database_url, folder.root).revision()
     finally:

@@ -249,10 +249,17 @@ class Corrections:
         far = int(adjusted.extended(raw).distance_mm.argmax())
         return makeup_of(adjusted, raw, far if frame is None else frame)
 
-    def forget(self, inspection_id: str) -> None:
-        """Drop what is held in memory: the rig or the run is another one."""
+    def forget(self, inspection_id: str | None) -> None:
+        """Drop what is held in memory: the rig or the run is another one.
+
+        None stands for all inspections, of which another server may have changed any.
+        """
         with self._lock:
             self._forgotten += 1
+            if inspection_id is None:
+                self._statements.clear()
+                self._solutions.clear()
+                return
             self._statements.pop(inspection_id, None)
             self._solutions.pop(inspection_id, None)
             self._solving.pop(inspection_id, None)

@@ -196,6 +196,7 @@ class Films:
             checked,
             header,
             status="running",
+            claimed_by=self._recorder.owner,
             source_kind="live",
             source_filename=source.shown,
             source_size=0,
@@ -267,6 +268,7 @@ class Films:
             "source_filename": source.shown,
             "video_file": RECORDING,
             "video": unrecorded_columns(*size_wh),
+            "claimed_by": self._recorder.owner,
         }
         try:
             row = self._run_store.record_on(inspection_id, who, between, values)

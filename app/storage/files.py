@@ -116,22 +116,31 @@ class Places:
 class DataFolder(Places):
     """Creates and locks the data folder, and measures free space."""
 
-    def __init__(self, root: Path, *, reserve_bytes: int) -> None:
+    def __init__(self, root: Path, *, reserve_bytes: int, is_shared: bool = False) -> None:
+        """Create and lock the folder.
+
+        Args:
+            root: The folder.
+            reserve_bytes: Space that stays free.
+            is_shared: Whether other servers of the same PostgreSQL database may use it too.
+        Raises:
+            DataFolderInUse: Another server uses it, which does not share it.
+        """
         super().__init__(root)
         self._reserve_bytes = reserve_bytes
         self.root.mkdir(mode=0o700, parents=True, exist_ok=True)
         self.uploads.mkdir(exist_ok=True)
         self.inspections.mkdir(exist_ok=True)
-        self._lock = self._take_lock()
+        self._lock = self._take_lock(fcntl.LOCK_SH if is_shared else fcntl.LOCK_EX)
 
     def close(self) -> None:
         """Release the folder for another server."""
         self._lock.close()
 
-    def _take_lock(self) -> BinaryIO:
+    def _take_lock(self, kind: int) -> BinaryIO:
         lock = (self.root / "lock").open("wb")
         try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(lock, kind | fcntl.LOCK_NB)
         except BlockingIOError as error:
             lock.close()
             raise DataFolderInUse(

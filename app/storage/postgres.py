@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import (
     URL,
@@ -32,8 +33,11 @@ from app.errors import Busy, DiskFull, InvalidSettings, UnusableBackup, Unusable
 from app.storage import revisions, sqlite
 from app.storage.copying import copy_rows, numbered_columns
 
+if TYPE_CHECKING:
+    import psycopg  # an extra
+
 SCHEME = "postgresql"
-_WRITING = int.from_bytes(b"chainage")
+WRITING = int.from_bytes(b"chainage")
 """Key of the advisory lock of the one writing transaction."""
 _READERS = 8
 _MORE_READERS = 8
@@ -183,6 +187,21 @@ class Postgres:
         """Return the same database, every write to which fails."""
         return Postgres(self._given, folder, is_read_only=True)
 
+    @contextmanager
+    def session(self, options: str = "") -> Iterator[psycopg.Connection]:
+        """Connect the driver itself, committing every statement, until the block ends.
+
+        Raises:
+            psycopg.Error: The database cannot be reached.
+        """
+        import psycopg
+
+        url = self._url.set(drivername=SCHEME).render_as_string(hide_password=False)
+        connect = _connection(_BOUNDS)
+        connect["options"] = f"{connect['options']} {options}"
+        with psycopg.connect(url, autocommit=True, **connect) as connection:
+            yield connection
+
     def translated(self, error: BaseException) -> BaseException:
         """Return DiskFull or Busy for an error of the driver that means this, else the error."""
         if isinstance(error, exc.TimeoutError):  # every connection is in use
@@ -219,14 +238,18 @@ class Postgres:
             )
 
     def _engine(self, settings: dict[str, str], **options: object) -> Engine:
-        connect = {
-            "connect_timeout": _CONNECT_S,
-            "application_name": "chainage",
-            "keepalives_idle": _SILENCE_MS // 1000,
-            "tcp_user_timeout": _SILENCE_MS,
-            "options": " ".join(f"-c {name}={value}" for name, value in settings.items()),
-        }
-        return create_engine(self._url, connect_args=connect, **options)
+        return create_engine(self._url, connect_args=_connection(settings), **options)
+
+
+def _connection(settings: dict[str, str]) -> dict[str, Any]:
+    """Return the arguments of a connection with these settings of the server."""
+    return {
+        "connect_timeout": _CONNECT_S,
+        "application_name": "chainage",
+        "keepalives_idle": _SILENCE_MS // 1000,
+        "tcp_user_timeout": _SILENCE_MS,
+        "options": " ".join(f"-c {name}={value}" for name, value in settings.items()),
+    }
 
 
 def _driver_url(url: str) -> URL:
@@ -247,7 +270,7 @@ def _driver_url(url: str) -> URL:
 
 def _take_turn(connection: Connection) -> None:
     """Wait until no other transaction writes, and keep the others out until this one ends."""
-    connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_WRITING})")
+    connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({WRITING})")
 
 
 def _continue_numbers(connection: Connection) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from typing import Any
@@ -38,7 +38,7 @@ class RunStore:
     def queue_interrupted(self, *, lapsed_only: bool) -> int:
         """Queue again the inspections whose tracking was interrupted; return their number.
 
-        Recordings must be finalised first: see `interrupted_recordings`.
+        Recordings must be finalised first: see `adopt_recordings`.
 
         Args:
             lapsed_only: Leave those that another server may still be tracking.
@@ -55,23 +55,46 @@ class RunStore:
 
         return self._database.write(queue)
 
-    def release(self, owner: str) -> None:
-        """Queue again what a server has claimed, as it stops."""
+    def release(self, owner: str) -> list[str]:
+        """Queue again what a server has claimed, as it stops or has died; return the ids."""
 
-        def queue(session: Session) -> None:
+        def queue(session: Session) -> list[str]:
             query = select(Inspection).where(_IS_TRACKED, Inspection.claimed_by == owner)
-            for row in session.scalars(query):
+            rows = session.scalars(query).all()
+            for row in rows:
                 _unclaim(row)
+            return [row.id for row in rows]
 
-        self._database.write(queue)
+        return self._database.write(queue)
 
-    def interrupted_recordings(self) -> list[Inspection]:
-        """Return the inspections that were being recorded when the server ended."""
+    def owners(self) -> set[str]:
+        """Return the servers that track or record an inspection."""
+        query = select(Inspection.claimed_by).where(Inspection.status == "running").distinct()
         with self._database.read() as session:
+            return {owner for owner in session.scalars(query) if owner is not None}
+
+    def adopt_recordings(self, owner: str, is_alive: Callable[[str], bool]) -> list[Inspection]:
+        """Claim the recordings whose server has ended, and return them.
+
+        Args:
+            owner: Who recovers them.
+            is_alive: Whether the server of a name runs.
+        """
+
+        def adopt(session: Session) -> list[Inspection]:
             query = select(Inspection).where(
                 Inspection.status == "running", Inspection.source_sha256 == ""
             )
-            return list(session.scalars(query))
+            rows = [
+                row
+                for row in session.scalars(query)
+                if row.claimed_by is None or not is_alive(row.claimed_by)
+            ]
+            for row in rows:
+                row.claimed_by = owner
+            return rows
+
+        return self._database.write(adopt)
 
     def claim_next(self, owner: str, claim_s: float) -> Inspection | None:
         """Claim the queued inspection that is first in order, or one whose claim has lapsed.

@@ -82,10 +82,12 @@ class CounterQueue(Worker):
         self._progress: CounterProgress | None = None
         self._child: Child | None = None
 
-    def start(self) -> None:
-        """Start with what was waiting when the server ended."""
-        self._due.update(dict.fromkeys(self._files.waiting()))
-        super().start()
+    def take_over(self) -> None:
+        """Read the counters that a server which has ended left waiting."""
+        waiting = self._files.waiting()
+        with self._changed:
+            self._due.update(dict.fromkeys(waiting))
+            self._changed.notify_all()
 
     def stop(self) -> None:
         """End the child; its film is read again at the next start."""

@@ -55,10 +55,12 @@ class Photos(Worker):
         self._dirty: set[str] = set()
         """Inspections that may lack photos; the event of a new photo adds its own as well."""
 
-    def start(self) -> None:
-        """Start with the photos that the last run of the server left missing."""
-        self._dirty.update(self._observations.inspections_without_photos())
-        super().start()
+    def take_over(self) -> None:
+        """Make the photos that a server which has ended left missing."""
+        missing = self._observations.inspections_without_photos()
+        with self._changed:
+            self._dirty.update(missing)
+            self._changed.notify_all()
 
     def on_event(self, event: Event) -> None:
         """Handle an event: a tag or the end of a track may allow more photos."""

@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
-from uuid import uuid4
 
 from app.errors import (
     ClaimLost,
@@ -32,7 +31,7 @@ from app.storage.runs import Outcome, RunStore
 from app.storage.tables import ENDED, Inspection
 from app.tracking.chunked import ChunkedTracking, Pieces
 from app.tracking.engines import Engine, EngineState
-from app.tracking.live import Live, Progress
+from app.tracking.live import Event, Live, Progress, Update
 from app.tracking.runs import Run, Runs
 from app.tracking.tracks import Tracks
 from app.tracking.videos import NO_FILM
@@ -57,11 +56,6 @@ class Claims:
 
     owner: str
     are_shared: bool
-
-    @classmethod
-    def of_this_process(cls, *, are_shared: bool) -> Claims:
-        """Return claims under a name that no other process has."""
-        return cls(uuid4().hex, are_shared)
 
 
 class Tracking:
@@ -132,6 +126,11 @@ class Tracking:
         with self._changed:
             self._wakes += 1
             self._changed.notify_all()
+
+    def on_event(self, event: Event) -> None:
+        """Handle an event: an inspection was queued, perhaps by another server."""
+        if isinstance(event, Update) and event.state == "queued":
+            self.wake()
 
     def cancel(self, inspection_id: str) -> None:
         """Stop an inspection and keep its track so far.

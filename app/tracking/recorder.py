@@ -42,6 +42,7 @@ from app.logs import about
 from app.settings import MIB
 from app.storage.files import DataFolder, sha256_of, sync_folder
 from app.storage.inspections import InspectionStore
+from app.storage.members import Members
 from app.storage.runs import Outcome, RunStore
 from app.storage.tables import Inspection
 from app.tracking.cameras import LiveSource
@@ -111,9 +112,11 @@ class Recorder:
         live: Live,
         tracking: Tracking,
         *,
+        members: Members,
         memory_bytes: int,
         reserve_bytes: int,
     ) -> None:
+        self._members = members
         self._inspections = inspections
         self._store = store
         self._folder = folder
@@ -132,9 +135,14 @@ class Recorder:
         self._lock = threading.Lock()
         self._threads: set[threading.Thread] = set()
 
-    def start(self) -> None:
-        """Recover the recordings that were open when the server ended."""
-        for inspection in self._store.interrupted_recordings():
+    @property
+    def owner(self) -> str:
+        """Name under which this server records."""
+        return self._members.name
+
+    def take_over(self) -> None:
+        """Recover the recordings that were open when their server ended."""
+        for inspection in self._store.adopt_recordings(self.owner, self._members.is_alive):
             self._in_thread(self._recover, inspection, inspection.id)
 
     def stop(self) -> None:

@@ -109,6 +109,34 @@ class Run:
         """Make the child stop."""
         child.terminate()
 
+    def ask_to_stop(self, why: str) -> None:
+        """Stop as soon as possible; the first reason counts."""
+        self.stop = self.stop or why
+        if self.child is not None:
+            self.end_child(self.child)
+
+
+@dataclass
+class RunElsewhere(Run):
+    """A run of another server, as far as this one shows it."""
+
+    tell: Callable[[str], None] = field(kw_only=True)
+    """Asks that server to stop it, with the reason."""
+
+    def ask_to_stop(self, why: str) -> None:
+        """Ask the server of the run."""
+        self.tell(why)
+
+
+class Follower(Protocol):
+    """Is told of the results of the runs of this server."""
+
+    def began(self, run: Run) -> None:
+        """A run has begun; its track may have rows already."""
+
+    def took(self, run: Run, first: int, batch: Batch) -> None:
+        """Its track, which had `first` rows, has those of this batch too."""
+
 
 class Runs:
     """The runs by inspection, and the results of their children."""
@@ -120,11 +148,48 @@ class Runs:
         self.changed = threading.Condition()
         """Guards the runs; notified when there may be something to do."""
         self._runs: dict[str, Run] = {}
+        self.follower: Follower | None = None
 
     def add(self, run: Run) -> None:
         """Add a run that is about to begin."""
         with self.changed:
+            before = self._runs.get(run.inspection.id)
             self._runs[run.inspection.id] = run
+        if before is not None:  # its server has died
+            before.ended.set()
+
+    def here(self) -> list[Run]:
+        """Return the runs of this server."""
+        with self.changed:
+            return [run for run in self._runs.values() if not isinstance(run, RunElsewhere)]
+
+    def elsewhere(self) -> list[str]:
+        """Return the inspections that other servers are tracking."""
+        with self.changed:
+            return [id_ for id_, run in self._runs.items() if isinstance(run, RunElsewhere)]
+
+    def mirrored(self, inspection_id: str) -> RunElsewhere | None:
+        """Return the run of another server; None without one."""
+        with self.changed:
+            run = self._runs.get(inspection_id)
+            return run if isinstance(run, RunElsewhere) else None
+
+    def mirror(self, run: RunElsewhere) -> None:
+        """Begin to show a run of another server, unless this server has one of that inspection."""
+        with self.changed:
+            before = self._runs.get(run.inspection.id)
+            if before is not None and not isinstance(before, RunElsewhere):
+                return
+            self._runs[run.inspection.id] = run
+        if before is not None:
+            run.ended = before.ended  # who waits for the end goes on waiting
+        self._tracks.watch(run.inspection.id)
+
+    def end_mirrored(self, inspection_id: str) -> None:
+        """End to show a run of another server, if there is one."""
+        run = self.mirrored(inspection_id)
+        if run is not None:
+            self.remove(run)
 
     def begin(self, run: Run) -> None:
         """Start a run at its first frame and drop the results of an earlier run."""
@@ -142,6 +207,7 @@ class Runs:
     def go_on(self, run: Run) -> None:
         """Continue an ended run after its last frame; its track stays."""
         self._tracks.go_on(run.inspection.id)
+        self._tell_that_it_began(run)
         track = self._tracks.get(run.inspection.id)
         with self.changed:
             run.frames_done = len(track)
@@ -156,6 +222,7 @@ class Runs:
             estimates, _ = self._keep(run, batch)
             frames_done += len(estimates)
             last = estimates[-1] if estimates else last
+        self._tell_that_it_began(run)
         with self.changed:
             run.frames_done, run.last = frames_done, last
             run.first_batch = run.fps = None
@@ -190,21 +257,21 @@ class Runs:
     def speeds_fps(self) -> list[float]:
         """Return the frames per second of each run whose speed is known."""
         with self.changed:
-            return [run.fps for run in self._runs.values() if run.fps is not None]
+            return [run.fps for run in self.here() if run.fps is not None]
 
     def of_files(self) -> dict[str, tuple[int, float | None]]:
         """Return frames done and frames per second of every run of a file, by inspection."""
         with self.changed:
             return {
                 run.inspection.id: (run.frames_done, run.fps)
-                for run in self._runs.values()
+                for run in self.here()
                 if run.camera is None
             }
 
     def cameras(self) -> int:
         """Return the number of cameras being recorded."""
         with self.changed:
-            return sum(run.camera is not None for run in self._runs.values())
+            return sum(run.camera is not None for run in self.here())
 
     def give_child(self, run: Run, child: Child) -> None:
         """Assign a child to a run; it is stopped at once if the run is to stop."""
@@ -218,7 +285,7 @@ class Runs:
         with self.changed:
             run = self._runs.get(inspection_id)
             if run is not None:
-                _ask_to_stop(run, why)
+                run.ask_to_stop(why)
                 self.changed.notify_all()
             return run
 
@@ -237,8 +304,8 @@ class Runs:
     def ask_all_to_stop(self, why: str) -> None:
         """Ask all runs to stop."""
         with self.changed:
-            for run in self._runs.values():
-                _ask_to_stop(run, why)
+            for run in self.here():
+                run.ask_to_stop(why)
             self.changed.notify_all()
 
     def hindrance(self, inspection_id: str) -> str | None:
@@ -276,7 +343,10 @@ class Runs:
 
     def take(self, run: Run, batch: Batch) -> None:
         """Store the results of a child and notify the listeners."""
+        first = len(self._tracks.get(run.inspection.id))
         estimates, health = self._keep(run, batch)
+        if self.follower is not None and not isinstance(run, RunElsewhere):
+            self.follower.took(run, first, batch)
         self._unrolled.take(run.inspection.id, {tile.index: tile.jpeg for tile in batch.tiles})
         if not estimates:  # frames that a camera's run held back until its end
             return
@@ -300,6 +370,10 @@ class Runs:
             health=health[-1][1] if health else None,
         )
 
+    def _tell_that_it_began(self, run: Run) -> None:
+        if self.follower is not None:
+            self.follower.began(run)
+
     def _keep(
         self, run: Run, batch: Batch
     ) -> tuple[tuple[Estimate, ...], list[tuple[int, Health]]]:
@@ -315,9 +389,3 @@ class Runs:
             None if batch.stance is None else Stance(*msgspec.structs.astuple(batch.stance)),
         )
         return estimates, health
-
-
-def _ask_to_stop(run: Run, why: str) -> None:
-    run.stop = run.stop or why
-    if run.child is not None:
-        run.end_child(run.child)

@@ -126,17 +126,21 @@ class Tracks:
 
     def begin(self, inspection_id: str) -> None:
         """Start an empty track and drop an earlier one."""
-        with self._lock:
-            self._growing[inspection_id] = _Growing()
-            self._runs[inspection_id] = self._runs.get(inspection_id, 0) + 1
-            self._read.pop(inspection_id, None)
-            self._health.pop(inspection_id, None)
+        self.watch(inspection_id)
         for path in (
             self._folder.track(inspection_id),
             self._folder.health(inspection_id),
             self._folder.joints(inspection_id),
         ):
             path.unlink(missing_ok=True)
+
+    def watch(self, inspection_id: str) -> None:
+        """Start an empty track whose files another server writes."""
+        with self._lock:
+            self._growing[inspection_id] = _Growing()
+            self._runs[inspection_id] = self._runs.get(inspection_id, 0) + 1
+            self._read.pop(inspection_id, None)
+            self._health.pop(inspection_id, None)
 
     def go_on(self, inspection_id: str) -> None:
         """Let a finished track grow again, with all its rows."""
@@ -225,6 +229,12 @@ class Tracks:
             self._read.pop(inspection_id, None)
             self._health.pop(inspection_id, None)
             self._reading.pop(inspection_id, None)
+
+    def forget_finished(self) -> None:
+        """Drop the tracks that can be read from their files."""
+        with self._lock:
+            self._read.clear()
+            self._health.clear()
 
     def run(self, inspection_id: str) -> tuple[int, bool]:
         """Return the number of the run that made the track, and whether it is running.

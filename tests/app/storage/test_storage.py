@@ -169,11 +169,14 @@ def tag_until_killed(url: str, inspection_id: str, acknowledged: dict[str, int])
             acknowledged[name] = frame
 
 
-def test_an_operator_can_import_a_file_of_the_machine(tmp_path: Path) -> None:
+@ON_BOTH
+def test_an_operator_can_import_a_file_of_the_machine(
+    tmp_path: Path, new_url: Callable[[], str | None]
+) -> None:
     from vo_core import Rig
 
     video = make_clip(tmp_path / "sample.mp4", 30)
-    with serving(tmp_path / "data") as client:
+    with serving(tmp_path / "data", database=new_url()) as client:
         films = client.server.app.state.services.films
         name = films.import_video(video, Rig.parse(clip_rig()), "Sample", {"asset_id": "S"})
         inspection = client.wait(name)

@@ -1,0 +1,123 @@
+"""Two server processes on one PostgreSQL database and one data folder."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import pytest
+from builders import TOKEN, Client, wait_until
+from postgres import PostgresServer
+from processes import Process
+from websockets.sync.client import ClientConnection
+
+
+class Fleet:
+    """Servers that share everything."""
+
+    def __init__(self, folder: Path, url: str, stack: ExitStack) -> None:
+        self._folder, self._url, self._stack = folder, url, stack
+        self._processes: dict[Client, Process] = {}
+
+    def add(self, **settings: str) -> Client:
+        """Start another server."""
+        log = self._folder / f"server{len(self._processes)}.log"
+        process = Process(self._folder / "data", log, DATABASE=self._url, **settings)
+        self._stack.callback(process.end)
+        client = self._stack.enter_context(Client(process, TOKEN))  # type: ignore[arg-type]
+        client.data = self._folder / "data"
+        self._processes[client] = process
+        return client
+
+    def kill(self, client: Client) -> None:
+        """Kill a server and its children at once."""
+        os.kill(self._processes[client].pid, signal.SIGKILL)
+
+
+@pytest.fixture
+def fleet(postgres: PostgresServer, tmp_path: Path) -> Iterator[Fleet]:
+    with ExitStack() as stack:
+        yield Fleet(tmp_path, postgres.new_database(), stack)
+
+
+def updates(socket: ClientConnection) -> Iterator[dict[str, Any]]:
+    """The headers of the live messages, each acknowledged."""
+    while True:
+        message = socket.recv(60)
+        if isinstance(message, bytes):
+            length = int.from_bytes(message[:4], "big")
+            header = json.loads(message[4 : 4 + length])
+            header["has_picture"] = len(message) > 4 + length
+            socket.send(json.dumps({"type": "ack", "seq": header["seq"]}))
+            yield header
+
+
+def until(socket: ClientConnection, fits: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+    return next(update for update in updates(socket) if fits(update))
+
+
+def test_what_happens_on_one_server_is_shown_on_the_other(
+    fleet: Fleet, long_clip: Path, clip: Path
+) -> None:
+    one = fleet.add(PACE="4")
+    run = one.inspect(long_clip)
+    one.wait(run, "running")
+    other = fleet.add(MAX_JOBS="1")  # it joins while the film is tracked
+    with other.socket(f"/api/inspections/{run}/live") as socket:
+        running = until(socket, lambda update: update["has_picture"])
+        assert running["state"] == "running"
+        # The whole track is there, not only what came after it joined.
+        frames = rows_of(other, run)
+        assert frames[:3] == ["0", "1", "2"]
+        assert len(frames) >= running["frame"] + 1
+        tag = one.tag(run, frame=5, code="BAB").json()
+        assert [t["id"] for t in tags_of(other, run)] == [tag["id"]]
+        zero = {"zero": {"frame": 0, "offset_m": 7.0}}
+        stated = other.get(f"/api/inspections/{run}/corrections").json()["stated"] | zero
+        one.put(f"/api/inspections/{run}/corrections", json=stated).raise_for_status()
+        wait_until(lambda: tags_of(other, run)[0]["distance_m"] > 7.0)
+        assert tags_of(other, run)[0]["distance_m"] == tags_of(one, run)[0]["distance_m"]
+        # Asked to stop on the other one, it ends and keeps its track so far.
+        ended = other.post(f"/api/inspections/{run}/cancel").json()
+        assert ended["status"] == "cancelled"
+        assert until(socket, lambda update: update["state"] != "running")["state"] == "cancelled"
+    assert rows_of(one, run) == rows_of(other, run)
+    assert len(rows_of(one, run)) == ended["progress"]["frames_done"] > 0
+
+
+def rows_of(client: Client, inspection_id: str) -> list[str]:
+    """The numbers of the tracked frames."""
+    text = client.get(f"/api/inspections/{inspection_id}/track").text
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    return [line.partition(",")[0] for line in lines[1:]]
+
+
+def tags_of(client: Client, inspection_id: str) -> list[dict[str, Any]]:
+    path = f"/api/inspections/{inspection_id}/observations"
+    return list(client.get(path).json()["observations"])
+
+
+def test_the_run_of_a_server_that_is_killed_is_ended_once_by_another(
+    fleet: Fleet, long_clip: Path
+) -> None:
+    leader = fleet.add(PACE="8")
+    run = leader.inspect(long_clip)
+    other = fleet.add()
+    with other.socket(f"/api/inspections/{run}/live") as socket:
+        until(socket, lambda update: update["has_picture"])
+        fleet.kill(leader)
+        done = until(socket, lambda update: update["state"] not in ("running", "queued"))
+    assert done["state"] == "done"
+    inspection = other.inspection(run)
+    assert (inspection["status"], inspection["progress"]["frames_done"]) == ("done", 1500)
+    assert rows_of(other, run) == [str(frame) for frame in range(1500)]
+    assert other.get("/readyz").status_code == 200
+    # The duties of the leader are done: a photo that the dead one left, and the search.
+    tag = other.tag(run, code="BAB").json()["id"]
+    photo = f"/api/inspections/{run}/observations/{tag}/photo"
+    wait_until(lambda: other.get(photo).status_code == 200)
