@@ -33,6 +33,7 @@ from app.ops.health import Health
 from app.ops.metrics import Metrics, WatchedServices
 from app.reports.report import Company
 from app.reports.reports import Reports
+from app.search.export import ArchiveExport
 from app.search.indexer import IndexWorker
 from app.search.search import Search
 from app.settings import Settings
@@ -95,6 +96,7 @@ class Services:
     samples: Samples
     reports: Reports
     search: Search
+    archive_export: ArchiveExport
     live: Live
     scenes: Scenes
     clicks: Clicks
@@ -289,6 +291,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         preferences=Preferences(PreferenceStore(database)),
         samples=samples,
         reports=records.reports,
+        archive_export=records.archive_export,
         search=Search(records.defect_index, index_worker),
         live=live,
         scenes=scenes,

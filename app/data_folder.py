@@ -15,7 +15,9 @@ from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.reports.report import Company, Report
 from app.reports.reports import Reports
+from app.search.export import ArchiveExport
 from app.search.indexer import Indexer
+from app.search.tables import Rows
 from app.storage.corrections import CorrectionStore
 from app.storage.database import Database, stored_at
 from app.storage.defect_index import DefectIndex
@@ -73,6 +75,9 @@ class Records:
             self.corrections,
             self.tracks,
             self.packs,
+        )
+        self.archive_export = ArchiveExport(
+            self.defect_index, Rows(self.defect_index, self.corrections, self.tracks)
         )
         self.reports = Reports(
             self.inspection_store,

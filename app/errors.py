@@ -180,7 +180,7 @@ class NothingRecorded(AppError):
 
 
 class ExportNotAvailable(AppError):
-    """The inspection lacks what the format needs; the text says what."""
+    """The inspection, or the server, lacks what the format needs; the text says what."""
 
 
 class InvalidImport(AppError):

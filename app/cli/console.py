@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -47,6 +48,18 @@ def require_folder(file: Path, option: str) -> None:
     """Check that the folder of an output file exists, before the work starts."""
     if not file.parent.is_dir():
         raise typer.BadParameter(f"there is no folder {file.parent}", param_hint=option)
+
+
+def write_whole(file: Path, blocks: Iterable[bytes]) -> None:
+    """Write the whole file or keep the old one."""
+    part = file.with_name(f".{file.name}.{secrets.token_hex(4)}.part")
+    try:
+        with part.open("xb") as target:
+            for block in blocks:
+                target.write(block)
+        part.replace(file)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def require_picture(file: Path, option: str) -> None:

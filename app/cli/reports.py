@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import secrets
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from rich.table import Column, Table
 
-from app.cli.console import Data, err, out, require_folder, settings_of
+from app.cli.console import Data, err, out, require_folder, settings_of, write_whole
 
 if TYPE_CHECKING:
     # slow to import, and few commands need it
@@ -60,7 +59,7 @@ def export(
         with reading(settings.data, company, settings.database_url) as reader:
             row = _the_one(reader.named(inspection), inspection)
             written = reader.reports.export(row.id, format, language=lang, units=units).written
-            _replace(file, written.blocks())
+            write_whole(file, written.blocks())
     except UnusableDatabase as error:
         raise typer.BadParameter(str(error), param_hint="--data") from error
     except ExportNotAvailable as error:
@@ -172,15 +171,3 @@ def _print_losses(losses: Iterable[Loss]) -> None:
     for loss in losses:
         where = "" if loss.entry is None else f"observation {loss.entry.seq}: "
         err.print(f"not in this format: {where}{loss.detail}", style="yellow")
-
-
-def _replace(file: Path, blocks: Iterable[bytes]) -> None:
-    """Write the whole file or keep the old one."""
-    part = file.with_name(f".{file.name}.{secrets.token_hex(4)}.part")
-    try:
-        with part.open("xb") as target:
-            for block in blocks:
-                target.write(block)
-        part.replace(file)
-    finally:
-        part.unlink(missing_ok=True)

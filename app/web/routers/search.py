@@ -1,16 +1,22 @@
-"""Across all inspections: their defects, the history of an asset, the quality of the films."""
+"""Across all inspections: their defects, the history of an asset, the quality of the films, and
+everything as tables.
+"""
 
 from __future__ import annotations
 
 from datetime import date
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Query
+from fastapi import APIRouter, Path, Query, Response
+from starlette.responses import StreamingResponse
 
+from app.errors import ExportNotAvailable
+from app.search.export import MEDIA_TYPE, Format
 from app.survey.clock_hours import hour_bits
 from app.survey.given import LINE
 from app.survey.search_terms import DefectFilter, DefectSort, Page, Problem, QualitySort
 from app.web.deps import ServicesDep, viewer
+from app.web.schemas.failures import content, failures
 from app.web.schemas.search import (
     AssetOut,
     AssetsOut,
@@ -130,3 +136,26 @@ def quality(
     pending = services.search.pending()
     total, found = services.search.films(problem, page)
     return FilmsOut(total=total, pending=pending, films=[FilmOut.of(row) for row in found])
+
+
+@router.get(
+    "/export",
+    response_class=Response,
+    responses=content(MEDIA_TYPE) | failures(ExportNotAvailable),
+)
+@viewer
+def export(
+    services: ServicesDep,
+    format: Annotated[  # noqa: A002
+        Format, Query(description="Of the tables; Parquet needs `chainage[archive]` installed.")
+    ] = "json",
+    tracks: Annotated[bool, Query(description="With a row for each frame of each film.")] = False,
+) -> StreamingResponse:
+    """Return everything for analysis: a ZIP with a table of inspections, defects and film quality.
+
+    It is made while it is sent, from the index; `pending` in its `schema.json` says how many
+    inspections are not indexed in their present state.
+    """
+    blocks = services.archive_export.blocks(format, with_tracks=tracks)
+    headers = {"Content-Disposition": 'attachment; filename="chainage-archive.zip"'}
+    return StreamingResponse(blocks, media_type=MEDIA_TYPE, headers=headers)
