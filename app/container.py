@@ -11,6 +11,8 @@ from dataclasses import dataclass
 
 from app.access.access import Access
 from app.alerts.webhook import Client, Webhook
+from app.archive.archive import Archive
+from app.archive.intake import Intake
 from app.data_folder import Records
 from app.inspections.aiming import Aiming
 from app.inspections.checks import Checks
@@ -38,6 +40,7 @@ from app.search.search import Search
 from app.settings import Settings
 from app.storage.access import AccessStore
 from app.storage.alerts import AlertStore
+from app.storage.archive import ArchiveStore
 from app.storage.blobs import Blobs, blobs_at
 from app.storage.database import Database, stored_at
 from app.storage.files import DataFolder
@@ -71,6 +74,7 @@ class Services:
     """Everything that routers may call."""
 
     access: Access
+    archive: Archive
     uploads: Uploads
     aiming: Aiming
     inspections: Inspections
@@ -147,6 +151,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     child_limits = Limits(settings.child_memory_bytes, round(settings.job_cpu_h * 3600))
     run_store = RunStore(database)
     runs = Runs(tracks, records.unrolled, live)
+    engine = _engine(settings, folder, blobs, records, runs, child_limits)
     tracking = Tracking(
         records.inspection_store,
         run_store,
@@ -154,7 +159,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         tracks,
         runs,
         live,
-        _engine(settings, folder, blobs, records, runs, child_limits),
+        engine,
         Claims.of_this_process(are_shared=settings.database is not None),
     )
     photos = Photos(
@@ -218,6 +223,19 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         records.observation_store,
         records.counter_files,
     )
+    archive_store = ArchiveStore(database)
+    intake = Intake(archive_store, films, tracking, records.packs, folder, engine)
+    stack.enter_context(live.listening(None, intake.on_event))
+    intake.start()
+    stack.callback(intake.stop)
+    archive = Archive(
+        archive_store,
+        tracking,
+        runs,
+        intake,
+        folders=settings.archive_folders,
+        engine=engine,
+    )
     samples = Samples(folder, inspections, films, records.observations)
     stack.callback(samples.stop)
     scenes = Scenes(
@@ -245,6 +263,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     token = settings.token.get_secret_value() if settings.token else folder.kept_token()
     return Services(
         access=Access(AccessStore(database), TokenFile(folder.root), token),
+        archive=archive,
         uploads=uploads,
         aiming=Aiming(uploads, media, counter_queue),
         inspections=inspections,

@@ -1,5 +1,6 @@
 """Every setting of the server, read from the environment as `CHAINAGE_<NAME>`."""
 
+import os
 import re
 from ipaddress import IPv4Network, IPv6Network, ip_network
 from pathlib import Path
@@ -174,6 +175,16 @@ class Settings(BaseSettings):
     dask_key: Path | None = Field(
         default=None, description="Private key of that certificate (PEM, without a password)."
     )
+    archive_folders: Annotated[tuple[Path, ...], NoDecode] = Field(
+        default=(),
+        description="Folders, separated by colons like those of PATH, from which films of this "
+        "machine may be added to the archive.",
+    )
+    inbox: Path | None = Field(
+        default=None,
+        description="Folder whose new films are added to the archive by its rules and tracked, "
+        "such as the one that a recorder writes to.",
+    )
 
     pace: float | None = Field(
         default=None,
@@ -273,6 +284,13 @@ class Settings(BaseSettings):
     def _split(cls, value: object) -> object:
         if isinstance(value, str):
             return tuple(name.strip() for name in value.split(",") if name.strip())
+        return value
+
+    @field_validator("archive_folders", mode="before")
+    @classmethod
+    def _split_folders(cls, value: object) -> object:
+        if isinstance(value, str):
+            return tuple(name for name in value.split(os.pathsep) if name)
         return value
 
 
