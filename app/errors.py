@@ -13,6 +13,7 @@
         ├── InvalidSettings, DataFolderInUse, UnusableDatabase, UnusableBackup,   before the start
         │   AddressNotAvailable, OpenToTheNetwork
         ├── TokenNameTaken, TokenNotFound, UnreadableTokens               `chainage token`
+        ├── ServerRefused                                                 `chainage archive`
         └── UnreadableKey, UnusableBundle                                 bundles, `chainage verify`
 
 Each has a code, which programs rely on; `app.web.answers` knows the HTTP status of each.
@@ -312,6 +313,10 @@ class AddressNotAvailable(AppError):
 
 class OpenToTheNetwork(AppError):
     """Other machines could reach the server without encryption, which no setting allows."""
+
+
+class ServerRefused(AppError):
+    """A server has refused the request of a command; the text is its sentence."""
 
 
 class TokenNameTaken(AppError):

@@ -178,7 +178,7 @@ class Archive:
         """
         selection = self._resolved(where)
         changed = self._store.set_state(selection, ("waiting",), "paused")
-        ids = tuple(film for film, _ in self._store.states(selection, *ACTIVE))
+        ids = self._store.ids(selection, *ACTIVE)
         self._store.set_state(Selection(ids), ACTIVE, "paused")
         for film in ids:
             if self._cancelled(film):
@@ -195,7 +195,7 @@ class Archive:
         """
         selection = self._resolved(where)
         changed = self._store.set_state(selection, ("waiting", "paused"), "idle")
-        for film, _ in self._store.states(selection, *ACTIVE):
+        for film in self._store.ids(selection, *ACTIVE):
             changed += self._cancelled(film)
         logger.info("%s cancelled %d films of the archive.", who, changed)
         return changed
@@ -215,10 +215,8 @@ class Archive:
         }
         if change.rig is not None or change.rig_name is not None:
             values |= self._rig(change)
-        films = self._store.states(self._resolved(where))
-        changed = self._store.change(
-            [film for film, _ in films], who, values, dict(change.header or {})
-        )
+        films = self._store.ids(self._resolved(where))
+        changed = self._store.change(films, who, values, dict(change.header or {}))
         logger.info("%s changed %d films of the archive.", who, changed)
         return changed
 

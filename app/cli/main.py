@@ -10,7 +10,7 @@ import sys
 
 import typer
 
-from app.cli import films, lab, reports, server, tokens
+from app.cli import archive, films, lab, reports, server, tokens
 from app.cli.console import err
 from vo_core import ChainageError
 
@@ -38,6 +38,7 @@ for command in (
     lab.bench,
 ):
     app.command()(command)
+app.add_typer(archive.commands, name="archive")
 app.add_typer(tokens.commands, name="token")
 
 

@@ -22,7 +22,7 @@ from sqlalchemy import (
     update,
 )
 from sqlalchemy.dialects import postgresql, sqlite
-from sqlalchemy.orm import Session, outerjoin
+from sqlalchemy.orm import Session, defer, outerjoin
 
 from app.errors import NoLongerWanted
 from app.storage.database import Database
@@ -58,10 +58,14 @@ class Selection:
 
 @dataclass(frozen=True)
 class FilmRow:
-    """A film with its inspection, if there is one; detached from the database."""
+    """A film with its inspection, if there is one; detached from the database.
+
+    In a list, rigs and headers are left out.
+    """
 
     film: ArchiveFilm
     state: FilmState
+    has_rig: bool
     inspection: Inspection | None
 
 
@@ -105,6 +109,14 @@ _STATE = case(
     else_=Inspection.status,
 )
 _JOINED = outerjoin(ArchiveFilm, Inspection, Inspection.id == ArchiveFilm.id)
+_ROW = select(ArchiveFilm, _STATE, ArchiveFilm.rig.is_not(None), Inspection).select_from(_JOINED)
+_LISTED = (
+    defer(ArchiveFilm.rig, raiseload=True),
+    defer(ArchiveFilm.header, raiseload=True),
+    defer(Inspection.rig, raiseload=True),
+    defer(Inspection.header, raiseload=True),
+    defer(Inspection.corrections, raiseload=True),
+)
 _DISTANCE_MM = func.coalesce(Inspection.corrected_mm, Inspection.distance_mm)
 _FRAMES_TOTAL = Inspection.video["frames"].as_integer()
 SORTABLE: Mapping[str, Any] = {
@@ -142,8 +154,7 @@ class ArchiveStore:
         order = column.desc().nulls_last() if descending else column.asc().nulls_last()
         matching = _matching(selection)
         page = (
-            select(ArchiveFilm, _STATE, Inspection)
-            .select_from(_JOINED)
+            _ROW.options(*_LISTED)
             .where(*matching)
             .order_by(order, ArchiveFilm.path)
             .offset(offset)
@@ -154,15 +165,12 @@ class ArchiveStore:
             total = session.scalar(count) or 0
             return total, [FilmRow(*found) for found in session.execute(page)]
 
-    def states(self, selection: Selection, *states: FilmState) -> list[tuple[str, FilmState]]:
-        """Return id and state of the selected films that are in one of the states."""
-        query = (
-            select(ArchiveFilm.id, _STATE)
-            .select_from(_JOINED)
-            .where(*_matching(selection), _STATE.in_(states))
-        )
+    def ids(self, selection: Selection, *states: FilmState) -> tuple[str, ...]:
+        """Return the ids of the selected films that are in one of the states, of all if none is
+        given.
+        """
         with self._database.read() as session:
-            return [(found[0], found[1]) for found in session.execute(query)]
+            return tuple(session.scalars(_ids(selection, *states)))
 
     def running(self, selection: Selection) -> dict[str, int]:
         """Return the stored number of frames done of each selected film that is running."""
@@ -453,18 +461,21 @@ def digest_of(path: str) -> str:
     return hashlib.sha256(path.encode()).hexdigest()
 
 
-def _matching(selection: Selection) -> Iterator[ColumnElement[bool]]:
+def _matching(selection: Selection) -> list[ColumnElement[bool]]:
+    conditions: list[ColumnElement[bool]] = []
     if selection.ids is not None:
-        yield ArchiveFilm.id.in_(selection.ids)
+        conditions.append(ArchiveFilm.id.in_(selection.ids))
     if selection.states:
-        yield _STATE.in_(selection.states)
+        conditions.append(_STATE.in_(selection.states))
     if selection.project is not None:
-        yield ArchiveFilm.project == selection.project
+        conditions.append(ArchiveFilm.project == selection.project)
     if selection.asset is not None:
-        yield ArchiveFilm.asset == selection.asset
+        conditions.append(ArchiveFilm.asset == selection.asset)
     if selection.search:
         columns = (ArchiveFilm.name, ArchiveFilm.path, ArchiveFilm.project, ArchiveFilm.asset)
-        yield or_(*(column.icontains(selection.search, autoescape=True) for column in columns))
+        found = (column.icontains(selection.search, autoescape=True) for column in columns)
+        conditions.append(or_(*found))
+    return conditions
 
 
 def _ids(selection: Selection, *states: FilmState) -> Select[str]:
@@ -480,9 +491,7 @@ def _next_waiting(server: str) -> Select[Any]:
         ArchiveFilm.claimed_by == server,
     )
     return (
-        select(ArchiveFilm, _STATE, Inspection)
-        .select_from(_JOINED)
-        .where(ArchiveFilm.state == "waiting", is_free)
+        _ROW.where(ArchiveFilm.state == "waiting", is_free)
         .order_by(ArchiveFilm.priority.desc(), ArchiveFilm.wanted_at, ArchiveFilm.path)
         .limit(1)
     )

@@ -60,7 +60,7 @@ def list_films(
     sort: Annotated[Sort | None, Query(description="By path unless stated.")] = None,
     descending: bool = False,
     offset: Annotated[int, Query(ge=0, le=2**31)] = 0,
-    limit: Annotated[int, Query(ge=1, le=1000)] = 100,
+    limit: Annotated[int, Query(ge=1, le=500)] = 100,
 ) -> FilmsOut:
     """Return one page of the films."""
     total, films = services.archive.films(

@@ -222,7 +222,7 @@ class FilmOut(BaseModel):
             project=film.project,
             asset=film.asset,
             rule=film.rule,
-            has_rig=film.rig is not None,
+            has_rig=view.row.has_rig,
             rig_name=film.rig_name,
             state=view.row.state,
             priority=film.priority,
