@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from app.access.access import Access
 from app.alerts.webhook import Client, Webhook
 from app.archive.archive import Archive
+from app.archive.inbox import Inbox
 from app.archive.intake import Intake
 from app.data_folder import Records
 from app.inspections.aiming import Aiming
@@ -228,6 +229,10 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     stack.enter_context(live.listening(None, intake.on_event))
     intake.start()
     stack.callback(intake.stop)
+    if settings.inbox is not None:
+        inbox = Inbox(archive_store, intake, settings.inbox, settle_s=settings.inbox_settle_s)
+        inbox.start()
+        stack.callback(inbox.stop)
     archive = Archive(
         archive_store,
         tracking,

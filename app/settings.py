@@ -114,7 +114,10 @@ class Settings(BaseSettings):
         "a line for programs.",
     )
     max_jobs: int = Field(
-        default=1, ge=1, le=16, description="Videos that are tracked at the same time."
+        default=1,
+        ge=0,
+        le=16,
+        description="Videos that are tracked at the same time; with 0 the server tracks none.",
     )
     max_upload_bytes: int = Field(
         default=64 * GIB, ge=MIB, le=2**42, description="Largest upload that is accepted, in bytes."
@@ -184,6 +187,12 @@ class Settings(BaseSettings):
         default=None,
         description="Folder whose new films are added to the archive by its rules and tracked, "
         "such as the one that a recorder writes to.",
+    )
+    inbox_settle_s: float = Field(
+        default=30,
+        gt=0,
+        le=86_400,
+        description="Seconds without a change after which a film in the inbox is complete.",
     )
 
     pace: float | None = Field(

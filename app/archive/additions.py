@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from itertools import islice
@@ -118,7 +118,7 @@ def assigned_to(
     ]
 
 
-def columns(new: Iterable[Addition], who: str) -> list[Mapping[str, Any]]:
+def columns(new: Iterable[Addition], who: str) -> list[dict[str, Any]]:
     """Return the columns of new films; their ids are made here."""
     now = datetime.now(UTC)
     return [
@@ -130,8 +130,18 @@ def _columns(found: Found, assigned: Assigned, who: str, now: datetime) -> dict[
     return {
         "id": secrets.token_hex(16),
         "path": found.path,
+        "relative": found.relative,
         "size": found.size,
         "modified_at": found.modified_at,
+        "added_at": now,
+        "added_by": who,
+        **given_to(assigned),
+    }
+
+
+def given_to(assigned: Assigned) -> dict[str, Any]:
+    """Return the columns of what a film gets."""
+    return {
         "name": assigned.name,
         "project": assigned.project,
         "asset": assigned.asset,
@@ -142,6 +152,4 @@ def _columns(found: Found, assigned: Assigned, who: str, now: datetime) -> dict[
         "priority": assigned.priority,
         "error_code": assigned.problem.code if assigned.problem else None,
         "error_detail": assigned.problem.detail if assigned.problem else None,
-        "added_at": now,
-        "added_by": who,
     }

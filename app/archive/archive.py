@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from app.archive.additions import Additions, Request, additions, columns
+from app.archive.additions import Additions, Request, additions, columns, given_to
+from app.archive.assignment import Assignment
 from app.archive.intake import Intake, IntakeState
 from app.archive.reasons import Group, grouped, reason_of
 from app.archive.rules import Rules, checked_rig, require_usable
@@ -134,7 +135,7 @@ class Archive:
         return stored_rules(self._store)
 
     def put_rules(self, rules: Rules, who: str, replaced: str | None) -> Rules:
-        """Replace the rules.
+        """Replace the rules, and give unassigned films what the new ones say.
 
         Raises:
             InvalidRig: A rig cannot be used or is not there; the text names the place.
@@ -148,7 +149,15 @@ class Archive:
             require_version(current, content, replaced)
 
         self._store.put_rules(content, who, require)
-        logger.info("%s changed the rules of the archive.", who)
+        assignment = Assignment(rules)
+
+        def given(path: str, relative: str) -> Mapping[str, Any] | None:
+            assigned = assignment.of(path, relative)
+            return None if assigned.rig is None else given_to(assigned)
+
+        changed = self._store.assign(given)
+        logger.info("%s changed the rules of the archive; %d films got a rig.", who, changed)
+        self._intake.wake()
         return rules
 
     def start(self, where: Where, who: str, priority: int | None = None) -> int:
@@ -217,6 +226,7 @@ class Archive:
             values |= self._rig(change)
         films = self._store.ids(self._resolved(where))
         changed = self._store.change(films, who, values, dict(change.header or {}))
+        self._intake.wake()
         logger.info("%s changed %d films of the archive.", who, changed)
         return changed
 

@@ -56,7 +56,7 @@ def found_in(paths: Iterable[str], allowed: Sequence[Path]) -> Iterator[Found]:
     for target in targets:
         is_folder = target.is_dir()
         root = target if is_folder else common or target.parent
-        for path in _files_below(target) if is_folder else [target]:
+        for path in files_below(target) if is_folder else [target]:
             found = looked_at(path, root, roots)
             if found.path not in seen:
                 seen.add(found.path)
@@ -99,7 +99,8 @@ def _problem(path: Path, status: os.stat_result) -> Problem | None:
     return None
 
 
-def _files_below(folder: Path) -> Iterator[Path]:
+def files_below(folder: Path) -> Iterator[Path]:
+    """Yield the files below a folder in a fixed order; hidden names are passed over."""
     for parent, folders, names in os.walk(folder):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
         for name in sorted(names):

@@ -165,7 +165,8 @@ class Intake:
 
     def _take_next(self) -> bool:
         """Take the next film in; return whether there was one."""
-        if self._store.ahead() >= self._engine.slots() + AHEAD:
+        slots = self._engine.slots()
+        if not slots or self._store.ahead() >= slots + AHEAD:
             return False
         row = self._store.claim_next(self._server, _until())
         if row is None:

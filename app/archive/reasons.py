@@ -12,7 +12,7 @@ from app.storage.archive import Failure
 
 Repair = Literal["rig", "retry", "film"]
 
-_NUMBER = re.compile(r"[-+]?\d+(?:[.,:]\d+)*")
+_NUMBER = re.compile(r"(?<!\w)\d+(?:[.,:]\d+)*")
 _REPAIRS: dict[str, Repair] = {
     "invalid_rig": "rig",
     "rig_video_mismatch": "rig",

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 import typer
-from rich.progress import BarColumn, Progress, TextColumn
-from rich.table import Table
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-from app.cli.console import Data, err, out, progress_bar
+from app.cli.console import Data, err, out, print_rows
 
 if TYPE_CHECKING:
     from app.cli.client import Api  # slow to import
@@ -41,6 +40,7 @@ Ids = Annotated[list[str] | None, typer.Argument(help="Ids of films; all of them
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 _LOOK_EVERY_S = 0.5
+_ILLEGIBLE = "\N{REPLACEMENT CHARACTER}"
 _UNDER_WAY = ("waiting", "queued", "running")
 _FAILED = ("failed", "refused", "cancelled")
 _REPAIRS = {
@@ -100,11 +100,10 @@ def add(
         body["header_csv"] = decoded(header.read_bytes(), InvalidTable)
     if priority is not None:
         body["priority"] = priority
-    with progress_bar() as progress, _api(data, films.folders) as api:
+    with err.status("looking at films"), _api(data, films.folders) as api:
         if films.rigs:
             stated = body.get("rules") or api.ask("GET", "/archive/rules")
             body["rules"] = stated | {"rigs": stated.get("rigs", {}) | films.rigs}
-        progress.add_task("looking at films", total=None)
         found = api.ask("POST", f"/archive/films{'/preview' if dry_run else ''}", json=body)
     _print_additions(found, dry_run)
     for sentence in (*faults, *found["warnings"]):
@@ -133,14 +132,10 @@ def list_films(
     if as_json:
         out.print_json(json.dumps(found))
         return
-    table = Table("state", "id", "project", "asset", "name", "rig", "distance m", "", box=None)
-    for film in found["films"]:
-        distance = "" if film["distance_m"] is None else f"{film['distance_m']:.3f}"
-        table.add_row(
-            film["state"], film["id"], film["project"], film["asset"], film["name"],
-            film["rig_name"], distance, film["error"]["detail"] if film["error"] else "",
-        )  # fmt: skip
-    out.print(table)
+    _print_table(
+        ("state", "id", "project", "asset", "name", "rig", "distance (m)", "error"),
+        map(_listed, found["films"]),
+    )
     err.print(f"{len(found['films'])} of {found['total']} films.")
 
 
@@ -161,14 +156,10 @@ def status(
         out.print_json(json.dumps({"progress": progress, "failures": failures["groups"]}))
         return
     states = progress["states"]
-    table = Table(box=None, show_header=False)
-    for state in State.__args__:  # type: ignore[attr-defined]
-        if state in states:
-            table.add_row(state, str(states[state]))
-    out.print(table)
-    out.print(_speed(progress) or "No film has been tracked yet.")
-    if progress["intake"]["hindrance"]:
-        err.print(f"warning: {progress['intake']['hindrance']}", style="yellow")
+    print_rows((state, str(states[state])) for state in get_args(State) if state in states)
+    out.print(_speed(progress) or "Too few films have been tracked to say how fast.")
+    if hindrance := _hindrance(progress):
+        err.print(f"warning: {hindrance}", style="yellow")
     _print_failures(failures["groups"])
 
 
@@ -185,7 +176,7 @@ def run(
     it, and the next run goes on.
     """
     query = _filters(search, None, project, asset, None)
-    with _api(data) as api:
+    with _api(data, tracks=True) as api:
         started = api.ask("POST", "/archive/start", json={"where": query})["changed"]
         separator = "&" if "?" in api.page else "?"
         err.print(f"Open {api.page}{separator}next=/archive" if api.is_own else f"Open {api.page}")
@@ -285,12 +276,12 @@ def rules(
 
 
 @contextmanager
-def _api(data: Path | None, folders: list[Path] | None = None) -> Iterator[Api]:
+def _api(data: Path | None, folders: Sequence[Path] = (), *, tracks: bool = False) -> Iterator[Api]:
     from app.cli.client import api
     from app.settings import Settings
 
     settings = Settings.load() if data is None else Settings.load(data=data)
-    with api(settings, folders or ()) as opened:
+    with api(settings, folders, tracks=tracks) as opened:
         yield opened
 
 
@@ -333,13 +324,9 @@ def _act(action: str, films: Mapping[str, Any], done: str, data: Path | None) ->
 
 def _follow(api: Api, query: Mapping[str, Any]) -> dict[str, int]:
     """Show the progress until no film is under way; return the number of films of each state."""
-    columns = (
-        TextColumn("{task.completed:.0f}/{task.total:.0f} films"),
-        BarColumn(),
-        TextColumn("{task.description}", markup=False),
-    )
+    columns = (MofNCompleteColumn(), BarColumn(), TextColumn("{task.description}", markup=False))
     with Progress(*columns, console=err) as bar:
-        task, ended_before = bar.add_task("", total=None), None
+        task, ended_before = bar.add_task("films", total=None), None
         while True:
             progress = api.ask("GET", "/archive/progress", params=query)
             states: dict[str, int] = progress["states"]
@@ -350,11 +337,17 @@ def _follow(api: Api, query: Mapping[str, Any]) -> dict[str, int]:
                 task,
                 completed=ended - ended_before,
                 total=max(left + ended - ended_before, 1),
-                description=progress["intake"]["hindrance"] or _speed(progress),
+                description=_hindrance(progress) or _speed(progress) or "films",
             )
             if not left:
                 return states
             time.sleep(_LOOK_EVERY_S)
+
+
+def _hindrance(progress: Mapping[str, Any]) -> str | None:
+    """Return why the films do not get on."""
+    hindrance: str | None = progress["intake"]["hindrance"] or progress["engine"]["problem"]
+    return hindrance
 
 
 def _speed(progress: Mapping[str, Any]) -> str:
@@ -377,19 +370,43 @@ def _duration(seconds: float) -> str:
 
 def _print_additions(found: Mapping[str, Any], dry_run: bool) -> None:
     if dry_run:
-        table = Table("film", "rule", "rig", "project", "asset", "", box=None)
-        for film in found["films"]:
-            names = ("path", "rule", "rig_name", "project", "asset", "problem")
-            table.add_row(*(film[name] or "" for name in names))
-        out.print(table)
+        names = ("path", "rule", "rig_name", "project", "asset", "problem")
+        _print_table(
+            ("film", "rule", "rig", "project", "asset", "problem"),
+            ([film[name] for name in names] for film in found["films"]),
+        )
     else:
         for film in found["films"]:
             if film["problem"] and film["name"] and film["rig_name"] is None:
-                err.print(f"{film['path']}: {film['problem']}", style="yellow")
+                err.print(f"{_line(film['path'])}: {film['problem']}", style="yellow")
     verb = "would be added" if dry_run else "added"
     out.print(
         f"{found['found']} films found: {found['new']} {verb}, {found['known']} known already."
     )
+
+
+def _print_table(titles: Sequence[str], rows: Iterable[Sequence[str | None]]) -> None:
+    """Print columns as wide as they are, for terminals and programs alike."""
+    cells = [titles, *([_line(cell) for cell in row] for row in rows)]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    for row in cells:
+        line = "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        out.print(line.rstrip())
+
+
+def _listed(film: Mapping[str, Any]) -> list[str | None]:
+    distance_m, error = film["distance_m"], film["error"]
+    names = ("state", "id", "project", "asset", "name", "rig_name")
+    return [
+        *(film[name] for name in names),
+        None if distance_m is None else f"{distance_m:.3f}",
+        error and error["detail"],
+    ]
+
+
+def _line(text: str | None) -> str:
+    """Return text in one line: a file name may contain anything."""
+    return "".join(char if char.isprintable() else _ILLEGIBLE for char in text or "")
 
 
 def _print_failures(groups: list[dict[str, Any]]) -> None:

@@ -53,12 +53,13 @@ class Api:
 
 
 @contextmanager
-def api(settings: Settings, folders: Sequence[Path] = ()) -> Iterator[Api]:
+def api(settings: Settings, folders: Sequence[Path] = (), *, tracks: bool = False) -> Iterator[Api]:
     """Open the server of the settings' data folder.
 
     Args:
-        settings: Their data folder is meant; a server that is started has them all.
+        settings: Their data folder is meant.
         folders: From which a server that is started may add films.
+        tracks: Whether a server that is started tracks films, and takes them in.
     Raises:
         NotReady: A server uses the folder and is not ready.
     """
@@ -70,7 +71,10 @@ def api(settings: Settings, folders: Sequence[Path] = ()) -> Iterator[Api]:
         return
     from app.main import in_background  # slow to import
 
-    own = settings.model_copy(update={"archive_folders": (*settings.archive_folders, *folders)})
+    changes: dict[str, Any] = {"archive_folders": (*settings.archive_folders, *folders)}
+    if not tracks:
+        changes |= {"max_jobs": 0, "dask": None, "inbox": None}
+    own = settings.model_copy(update=changes)
     with in_background(own) as login_url:
         parts = urlsplit(login_url)
         with _client(f"{parts.scheme}://{parts.netloc}", _token(settings), None) as client:

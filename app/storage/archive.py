@@ -36,7 +36,8 @@ FilmState = Literal[
 ]  # fmt: skip
 """State of a film as people see it."""
 StoredState = Literal["idle", "waiting", "paused", "refused"]
-"""What the archive stores: an idle film is not wanted, or its inspection has the state."""
+"""What the archive stores: an idle film is not wanted, or its inspection has the state. A film may
+wait for a rig as well as for its turn."""
 ACTIVE: tuple[FilmState, ...] = ("queued", "running")
 _UNDER_WAY = (*ACTIVE, "done")
 _AT_ONCE = 1000
@@ -99,11 +100,11 @@ class Failure:
     detail: str
 
 
-_IS_NEW = and_(Inspection.id.is_(None), ArchiveFilm.state == "idle")
+_IS_NEW = Inspection.id.is_(None)
 _STATE = case(
     (and_(_IS_NEW, ArchiveFilm.rig.is_(None)), "unassigned"),
-    (_IS_NEW, "ready"),
-    (Inspection.id.is_(None), ArchiveFilm.state),
+    (and_(_IS_NEW, ArchiveFilm.state == "idle"), "ready"),
+    (_IS_NEW, ArchiveFilm.state),
     (Inspection.status.in_(_UNDER_WAY), Inspection.status),
     (ArchiveFilm.state.in_(("waiting", "paused")), ArchiveFilm.state),  # to be tracked again
     else_=Inspection.status,
@@ -257,11 +258,23 @@ class ArchiveStore:
     # Changes by people
 
     def add(self, films: Sequence[Mapping[str, Any]]) -> set[str]:
-        """Add films, given by their columns; return the ids of those whose path was not known."""
+        """Add films, given by their columns; return the ids of those whose path was not known.
+
+        They are idle unless `state` and `wanted_at` are given.
+        """
         added = set[str]()
         for some in _portions(films):
             added |= self._database.write(_adding(some))
         return added
+
+    def assign(self, given: Callable[[str, str], Mapping[str, Any] | None]) -> int:
+        """Give unassigned films what `given` returns for their path and relative path: columns, or
+        None to leave a film; return the number of those that were given something.
+        """
+        assigned = 0
+        for some in _portions(self.ids(Selection(), "unassigned")):
+            assigned += self._database.write(_assigning(some, given))
+        return assigned
 
     def set_state(
         self,
@@ -491,7 +504,7 @@ def _next_waiting(server: str) -> Select[Any]:
         ArchiveFilm.claimed_by == server,
     )
     return (
-        _ROW.where(ArchiveFilm.state == "waiting", is_free)
+        _ROW.where(ArchiveFilm.state == "waiting", ArchiveFilm.rig.is_not(None), is_free)
         .order_by(ArchiveFilm.priority.desc(), ArchiveFilm.wanted_at, ArchiveFilm.path)
         .limit(1)
     )
@@ -517,10 +530,28 @@ def _adding(films: Sequence[Mapping[str, Any]]) -> Callable[[Session], set[str]]
             .on_conflict_do_nothing(index_elements=[ArchiveFilm.path_sha256])
             .returning(ArchiveFilm.id)
         )
-        rows = [{**film, "path_sha256": digest_of(film["path"]), "state": "idle"} for film in films]
+        idle = {"state": "idle", "wanted_at": None}
+        rows = [{**idle, **film, "path_sha256": digest_of(film["path"])} for film in films]
         return set(session.scalars(statement, rows))
 
     return insert
+
+
+def _assigning(
+    ids: Sequence[str], given: Callable[[str, str], Mapping[str, Any] | None]
+) -> Callable[[Session], int]:
+    def apply(session: Session) -> int:
+        assigned = 0
+        unassigned = select(ArchiveFilm).where(ArchiveFilm.id.in_(ids), ArchiveFilm.rig.is_(None))
+        for film in session.scalars(unassigned):
+            values = given(film.path, film.relative)
+            if values is not None:
+                assigned += 1
+                for name, value in values.items():
+                    setattr(film, name, value)
+        return assigned
+
+    return apply
 
 
 def _changing(
@@ -532,7 +563,7 @@ def _changing(
             for name, value in values.items():
                 setattr(film, name, value)
             film.header = _merged(film.header, header)
-            if values.get("rig") is not None and film.state == "idle":
+            if values.get("rig") is not None and film.state != "refused":
                 film.error_code = film.error_detail = None
         if header or values.keys() & {"project", "asset"}:
             stated = {**header, **header_of(values)}

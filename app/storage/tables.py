@@ -305,6 +305,8 @@ class ArchiveFilm(Base):
     """The id of its inspection too, so that no film becomes two."""
     path: Mapped[str] = mapped_column(Text)
     """Text of the resolved path; see `app.archive.paths`."""
+    relative: Mapped[str] = mapped_column(Text)
+    """Text of the path within the added folder, which the patterns of rules fit."""
     path_sha256: Mapped[str] = mapped_column(String(64), unique=True)
     """Of the path: an index of PostgreSQL holds no text as long as a path may be."""
     size: Mapped[int] = mapped_column(BigInteger)

@@ -15,6 +15,7 @@ def upgrade() -> None:
         "archive_films",
         sa.Column("id", sa.String(32), primary_key=True),
         sa.Column("path", sa.Text, nullable=False),
+        sa.Column("relative", sa.Text, nullable=False),
         sa.Column("path_sha256", sa.String(64), nullable=False, unique=True),
         sa.Column("size", sa.BigInteger, nullable=False),
         sa.Column("modified_at", sa.DateTime, nullable=False),
