@@ -100,8 +100,8 @@ def create_app(settings: Settings) -> FastAPI:
     app.mount("/static", pages.Assets(directory=pages.static_folder()))
     for part in (
         access, me, uploads, aiming, imports, inspections, observations, picking, corrections,
-        counter, media, catalogue, packs, samples, search, sources, meter_counter, unrolled, archive,
-        health, metrics, live, viewer, pages,
+        counter, media, catalogue, packs, samples, archive, search, sources, meter_counter,
+        unrolled, health, metrics, live, viewer, pages,
     ):  # fmt: skip
         app.include_router(part.router)
     app.add_middleware(Guard, allowed_hosts=(socket.gethostname(), *settings.allowed_hosts))
