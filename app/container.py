@@ -11,6 +11,9 @@ from dataclasses import dataclass
 
 from app.access.access import Access
 from app.alerts.webhook import Client, Webhook
+from app.archive.archive import Archive
+from app.archive.inbox import Inbox
+from app.archive.intake import Intake
 from app.data_folder import Records
 from app.inspections.aiming import Aiming
 from app.inspections.checks import Checks
@@ -39,6 +42,7 @@ from app.search.search import Search
 from app.settings import Settings
 from app.storage.access import AccessStore
 from app.storage.alerts import AlertStore
+from app.storage.archive import ArchiveStore
 from app.storage.blobs import Blobs, blobs_at
 from app.storage.database import Database, stored_at
 from app.storage.files import DataFolder
@@ -75,6 +79,7 @@ class Services:
     """Everything that routers may call."""
 
     access: Access
+    archive: Archive
     uploads: Uploads
     aiming: Aiming
     inspections: Inspections
@@ -161,6 +166,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         stack.enter_context(live.listening(None, relay.on_event))
         runs.follower = relay
     stack.enter_context(live.listening(None, relay.of_here(metrics.on_event)))
+    engine = _engine(settings, folder, blobs, records, runs, child_limits)
     tracking = Tracking(
         records.inspection_store,
         run_store,
@@ -169,7 +175,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         runs,
         live,
         blobs,
-        _engine(settings, folder, blobs, records, runs, child_limits),
+        engine,
         Claims(members.name, members.are_several),
     )
     photos = Photos(
@@ -232,6 +238,22 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         records.observation_store,
         records.counter_files,
     )
+    archive_store = ArchiveStore(database)
+    intake = Intake(archive_store, films, tracking, records.packs, folder, engine)
+    stack.enter_context(live.listening(None, intake.on_event))
+    inboxes = []
+    if settings.inbox is not None:
+        inboxes.append(
+            Inbox(archive_store, intake, settings.inbox, settle_s=settings.inbox_settle_s)
+        )
+    archive = Archive(
+        archive_store,
+        tracking,
+        runs,
+        intake,
+        folders=settings.archive_folders,
+        engine=engine,
+    )
     samples = Samples(folder, inspections, films, records.observations)
     stack.callback(samples.stop)
     scenes = Scenes(
@@ -248,7 +270,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     meter_counter = MeterCounter(_peer(settings), records.corrections)
     stack.enter_context(live.listening(None, meter_counter.on_event))
     duties = Duties(
-        of_the_leader=(index_worker, webhook, meter_counter),
+        of_the_leader=(index_worker, webhook, meter_counter, intake, *inboxes),
         left_behind=(photos, counter_queue, recorder),
     )
     stack.callback(duties.stop)
@@ -265,6 +287,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     token = settings.token.get_secret_value() if settings.token else folder.kept_token()
     return Services(
         access=Access(AccessStore(database), TokenFile(folder.root), token),
+        archive=archive,
         uploads=uploads,
         aiming=Aiming(uploads, media, counter_queue),
         inspections=inspections,

@@ -6,12 +6,14 @@
         ├── Unauthenticated, Forbidden, CrossOrigin, UnknownHost, TooManyAttempts access
         ├── InvalidUpload, OffsetConflict, UploadBusy, ChecksumMismatch, ...      uploads
         ├── FrameOutsideVideo, StillRunning, ChangedMeanwhile, ...                inspections
+        ├── InvalidTable, FolderNotAllowed, NoSuchFilm, FilmChanged               the archive
         ├── MediaFailed, MediaTimeout, Busy, DiskFull, StoreUnavailable, NotReady,
         │   ...NotAvailable                                   not now, not yet
         ├── EngineUnavailable, WorkerLost, ClaimLost              tracking by several machines
         ├── InvalidSettings, DataFolderInUse, UnusableDatabase, UnusableBackup,   before the start
         │   AddressNotAvailable, OpenToTheNetwork
         ├── TokenNameTaken, TokenNotFound, UnreadableTokens               `chainage token`
+        ├── ServerRefused                                                 `chainage archive`
         └── UnreadableKey, UnusableBundle                                 bundles, `chainage verify`
 
 Each has a code, which programs rely on; `app.web.answers` knows the HTTP status of each.
@@ -187,6 +189,30 @@ class InvalidImport(AppError):
     """The file contains no inspection that can be read; the text says what is wrong and where."""
 
 
+class InvalidTable(AppError):
+    """The table of films cannot be read; the text says what is wrong in which line."""
+
+
+class FolderNotAllowed(AppError):
+    """The path is not in a folder from which films may be added."""
+
+
+class NoSuchFilm(AppError):
+    """There is nothing at the path, or it cannot be read."""
+
+
+class FilmMissing(AppError):
+    """The file of a film of the archive is not there any more, or cannot be read."""
+
+
+class FilmChanged(AppError):
+    """The file of a film of the archive is not the one that was added."""
+
+
+class NoLongerWanted(AppError):
+    """The film was paused, cancelled or taken off the list while it was being taken in."""
+
+
 class PackNotFound(AppError):
     """No code pack has this id."""
 
@@ -287,6 +313,10 @@ class AddressNotAvailable(AppError):
 
 class OpenToTheNetwork(AppError):
     """Other machines could reach the server without encryption, which no setting allows."""
+
+
+class ServerRefused(AppError):
+    """A server has refused the request of a command; the text is its sentence."""
 
 
 class TokenNameTaken(AppError):

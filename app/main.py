@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import queue
 import socket
 import ssl
-from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager, suppress
+import threading
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager, contextmanager, suppress
 from errno import EADDRINUSE
 from importlib.metadata import version
 from ipaddress import ip_address
@@ -18,10 +20,17 @@ from fastapi import Depends, FastAPI
 
 from app import logs
 from app.container import Services, running
-from app.errors import AddressNotAvailable, AppError, InvalidSettings, OpenToTheNetwork
+from app.errors import (
+    AddressNotAvailable,
+    AppError,
+    InvalidSettings,
+    NotReady,
+    OpenToTheNetwork,
+)
 from app.settings import Settings
+from app.storage.address import Address, AddressFile
 from app.storage.database import stored_at
-from app.storage.files import DataFolder
+from app.storage.files import DataFolder, Places
 from app.web import answers
 from app.web.deps import enforce_role
 from app.web.http_protocol import PromptProtocol
@@ -30,6 +39,7 @@ from app.web.request_log import RequestLog
 from app.web.routers import (
     access,
     aiming,
+    archive,
     catalogue,
     corrections,
     counter,
@@ -90,8 +100,8 @@ def create_app(settings: Settings) -> FastAPI:
     app.mount("/static", pages.Assets(directory=pages.static_folder()))
     for part in (
         access, me, uploads, aiming, imports, inspections, observations, picking, corrections,
-        counter, media, catalogue, packs, samples, search, sources, meter_counter, unrolled, health,
-        metrics, live, viewer, pages,
+        counter, media, catalogue, packs, samples, archive, search, sources, meter_counter,
+        unrolled, health, metrics, live, viewer, pages,
     ):  # fmt: skip
         app.include_router(part.router)
     app.add_middleware(Guard, allowed_hosts=(socket.gethostname(), *settings.allowed_hosts))
@@ -178,6 +188,52 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
         OSError: The data folder cannot be made or written.
     """
     logs.configure(settings.log_format)
+    server = _prepared(settings, host, on_ready)
+    with suppress(KeyboardInterrupt):  # uvicorn raises it again after a graceful stop
+        server.run([listener])
+
+
+@contextmanager
+def in_background(settings: Settings) -> Iterator[str]:
+    """Run the server in a thread, on a free port that only this machine reaches, until the block
+    ends; yield its log-in address.
+
+    Raises:
+        DataFolderInUse: Another server uses the data folder.
+        UnusableDatabase: The database is damaged or of a newer version.
+        NotReady: The server does not start.
+        DiskFull, OSError: As for `run`.
+    """
+    host = "127.0.0.1"
+    settings = settings.model_copy(update={"tls_cert": None, "tls_key": None})
+    urls: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+    with listening(settings, host, 0) as listener:
+        server = _prepared(settings, host, lambda url, _: urls.put(url))
+
+        def work() -> None:
+            try:
+                server.run([listener])
+            finally:
+                urls.put(None)  # also if it has never been ready
+
+        thread = threading.Thread(target=work, name="server")
+        thread.start()
+        try:
+            url = urls.get()
+            if url is None:
+                raise NotReady("The server could not start.")
+            yield url
+        finally:
+            server.stop()
+            thread.join()
+
+
+def _prepared(settings: Settings, host: str, on_ready: OnReady) -> _Server:
+    """Return a server that can be run.
+
+    Raises:
+        DataFolderInUse, UnusableDatabase, DiskFull, OSError: As for `run`.
+    """
     # Reported here in one sentence; at the start of the application the log would get a traceback.
     folder = DataFolder(settings.data, reserve_bytes=0, is_shared=settings.database is not None)
     try:
@@ -201,8 +257,7 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
         ws_max_size=_WEBSOCKET_MESSAGE_BYTES,
         timeout_graceful_shutdown=_SHUTDOWN_S,
     )
-    with suppress(KeyboardInterrupt):  # uvicorn raises it again after a graceful stop
-        _Server(config, settings, on_ready).run([listener])
+    return _Server(config, settings, on_ready)
 
 
 class _Server(uvicorn.Server):
@@ -212,14 +267,23 @@ class _Server(uvicorn.Server):
         super().__init__(config)
         self._settings = settings
         self._on_ready = on_ready
+        self._address = AddressFile(Places(settings.data))
         self._announcing: asyncio.Task[None] | None = None
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """Handle a signal: open requests are answered before the sockets are closed."""
+        self._announce_stop()
+        super().handle_exit(sig, frame)
+
+    def stop(self) -> None:
+        """Stop from another thread, as a signal does."""
+        self._announce_stop()
+        self.should_exit = True
+
+    def _announce_stop(self) -> None:
         app = self.config.app
         if self.started and isinstance(app, FastAPI):
             app.state.services.health.stop()
-        super().handle_exit(sig, frame)
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Start, then call on_ready."""
@@ -228,10 +292,18 @@ class _Server(uvicorn.Server):
             app = self.config.app
             assert isinstance(app, FastAPI)  # noqa: S101  (we made the config)
             port = self.servers[0].sockets[0].getsockname()[1]
-            url = _login_url(self.config.host, port, self._settings, app.state.services)
+            base = _base_url(self.config.host, port, self._settings)
+            certificate = self._settings.tls_cert
+            self._address.keep(Address(base, str(certificate.resolve()) if certificate else None))
+            url = _login_url(base, self._settings, app.state.services)
             self._announcing = asyncio.create_task(
                 asyncio.to_thread(_announce, self._on_ready, url, app.state.services)
             )
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Stop; programs of this machine no longer find the server."""
+        self._address.forget()
+        await super().shutdown(sockets)
 
 
 def _announce(on_ready: OnReady, url: str, services: Services) -> None:
@@ -241,11 +313,14 @@ def _announce(on_ready: OnReady, url: str, services: Services) -> None:
         logger.exception("The server runs, but the action after its start has failed.")
 
 
-def _login_url(host: str, port: int, settings: Settings, services: Services) -> str:
+def _base_url(host: str, port: int, settings: Settings) -> str:
     shown = "127.0.0.1" if host in ("0.0.0.0", "::") else host  # noqa: S104  (compared, not bound)
     if ":" in shown and ip_address(shown):
         shown = f"[{shown}]"
-    base = f"{'https' if settings.has_tls else 'http'}://{shown}:{port}/login"
+    return f"{'https' if settings.has_tls else 'http'}://{shown}:{port}"
+
+
+def _login_url(base: str, settings: Settings, services: Services) -> str:
     if settings.token is not None:
-        return base  # the operator who set the token knows it
-    return f"{base}?token={services.access.server_token}"
+        return f"{base}/login"  # the operator who set the token knows it
+    return f"{base}/login?token={services.access.server_token}"

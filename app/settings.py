@@ -1,5 +1,6 @@
 """Every setting of the server, read from the environment as `CHAINAGE_<NAME>`."""
 
+import os
 import re
 from ipaddress import IPv4Network, IPv6Network, ip_network
 from pathlib import Path
@@ -113,7 +114,10 @@ class Settings(BaseSettings):
         "a line for programs.",
     )
     max_jobs: int = Field(
-        default=1, ge=1, le=16, description="Videos that are tracked at the same time."
+        default=1,
+        ge=0,
+        le=16,
+        description="Videos that are tracked at the same time; with 0 the server tracks none.",
     )
     max_upload_bytes: int = Field(
         default=64 * GIB, ge=MIB, le=2**42, description="Largest upload that is accepted, in bytes."
@@ -173,6 +177,22 @@ class Settings(BaseSettings):
     )
     dask_key: Path | None = Field(
         default=None, description="Private key of that certificate (PEM, without a password)."
+    )
+    archive_folders: Annotated[tuple[Path, ...], NoDecode] = Field(
+        default=(),
+        description="Folders, separated by colons like those of PATH, from which films of this "
+        "machine may be added to the archive.",
+    )
+    inbox: Path | None = Field(
+        default=None,
+        description="Folder whose new films are added to the archive by its rules and tracked, "
+        "such as the one that a recorder writes to.",
+    )
+    inbox_settle_s: float = Field(
+        default=30,
+        gt=0,
+        le=86_400,
+        description="Seconds without a change after which a film in the inbox is complete.",
     )
 
     pace: float | None = Field(
@@ -273,6 +293,13 @@ class Settings(BaseSettings):
     def _split(cls, value: object) -> object:
         if isinstance(value, str):
             return tuple(name.strip() for name in value.split(",") if name.strip())
+        return value
+
+    @field_validator("archive_folders", mode="before")
+    @classmethod
+    def _split_folders(cls, value: object) -> object:
+        if isinstance(value, str):
+            return tuple(name for name in value.split(os.pathsep) if name)
         return value
 
 

@@ -10,7 +10,7 @@ import sys
 
 import typer
 
-from app.cli import films, lab, reports, server, tokens
+from app.cli import archive, archive_export, films, lab, reports, server, tokens
 from app.cli.console import err
 from vo_core import ChainageError
 
@@ -38,6 +38,8 @@ for command in (
     lab.bench,
 ):
     app.command()(command)
+archive.commands.command("export")(archive_export.export)
+app.add_typer(archive.commands, name="archive")
 app.add_typer(tokens.commands, name="token")
 
 

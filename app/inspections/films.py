@@ -6,7 +6,7 @@ import logging
 import secrets
 import shutil
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from typing import Any
 from app.errors import (
     DiskFull,
     LiveSourceRefused,
+    NoLongerWanted,
     NotAllTracked,
     NothingRecorded,
     OpenStretches,
@@ -50,6 +51,10 @@ from vo_core.geometry.rectify import require_wall_in_view
 
 logger = logging.getLogger(__name__)
 
+DESK_PRIORITY = 10
+"""Priority of what people at the desk wait for; that of films of the archive is lower."""
+Add = Callable[[Inspection, str], None]
+"""Adds a new inspection to the database, for a person named by the second argument."""
 _LEAST_ROOM_TO_RECORD = 64 * MIB
 
 
@@ -132,6 +137,39 @@ class Films:
         finally:
             copy.unlink(missing_ok=True)
 
+    def create_from_copy(
+        self,
+        inspection_id: str,
+        copy: Path,
+        filename: str,
+        rig: Mapping[str, Any],
+        add: Add,
+        *,
+        name: str,
+        header: Mapping[str, Any],
+        who: str,
+        priority: int,
+    ) -> None:
+        """Make the inspection of this id of a file in the data folder, which becomes its film, and
+        queue it; what an interrupted try left of it is removed.
+
+        Args:
+            inspection_id: Id that no inspection in the database has.
+            copy: The file.
+            filename: Name of the film.
+            rig, name, header, who, priority: Of the inspection.
+            add: Adds it to the database.
+        Raises:
+            InvalidRig: The text names field, value and the allowed values.
+            UnreadableVideo: The file is not a video that can be tracked.
+            RigVideoMismatch: The rig's camera has another picture size.
+        """
+        shutil.rmtree(self._folder.inspection(inspection_id), ignore_errors=True)
+        self._create(
+            name, copy, filename, _checked(rig), header, who,
+            inspection_id=inspection_id, priority=priority, add=add,
+        )  # fmt: skip
+
     def _create(
         self,
         name: str,
@@ -141,6 +179,10 @@ class Films:
         header: Mapping[str, Any],
         who: str,
         counter: KeptCounter = SEARCHED,
+        *,
+        inspection_id: str | None = None,
+        priority: int = DESK_PRIORITY,
+        add: Add | None = None,
     ) -> str:
         probed = self._media.probe(source, filename)
         rig.require_picture_size(probed.width, probed.height)
@@ -149,7 +191,9 @@ class Films:
             name,
             rig,
             header,
+            id=inspection_id or secrets.token_hex(16),
             status="queued",
+            priority=priority,
             source_kind="upload",
             source_filename=filename,
             source_size=source.stat().st_size,
@@ -162,8 +206,8 @@ class Films:
             self._make_place(inspection)
             move_durably(source, video)
             self._counters.put(inspection.id, counter)
-            self._store.add(inspection, who)
-        except (OSError, DiskFull):
+            (add or self._store.add)(inspection, who)
+        except (OSError, DiskFull, NoLongerWanted):
             if not source.exists():
                 move_durably(video, source)
             shutil.rmtree(video.parent, ignore_errors=True)
@@ -195,6 +239,7 @@ class Films:
             name,
             checked,
             header,
+            id=secrets.token_hex(16),
             status="running",
             claimed_by=self._recorder.owner,
             source_kind="live",
@@ -340,7 +385,6 @@ def _checked(rig: Mapping[str, Any]) -> Rig:
 
 def _new_inspection(name: str, rig: Rig, header: Mapping[str, Any], **source: Any) -> Inspection:
     return Inspection(
-        id=secrets.token_hex(16),
         name=name,
         rig=rig.model_dump(mode="json"),
         header=dict(header),

@@ -5,6 +5,7 @@ token                                  the access token, mode 0600, unless CHAIN
 tokens.json                            the named tokens, by their SHA-256; see tokens.py
 signing-key.pem                        signs evidence bundles, mode 0600; made by the first one
 lock                                   held while a server uses the folder
+address.json                           where that server is reached; see address.py
 sample/<version>/video.mp4  rig.json   the rendered sample; sample/inspection names its inspection
 uploads/<32 hex>.bin  .json            bytes so far; the announced size and names
 inspections/<32 hex>/video.<suffix>    the original, as it was uploaded
@@ -51,6 +52,7 @@ class Places:
         self.uploads = self.root / "uploads"
         self.inspections = self.root / "inspections"
         self.sample = self.root / "sample"
+        self.lock = self.root / "lock"
 
     @property
     def media(self) -> tuple[str, ...]:
@@ -138,7 +140,7 @@ class DataFolder(Places):
         self._lock.close()
 
     def _take_lock(self, kind: int) -> BinaryIO:
-        lock = (self.root / "lock").open("wb")
+        lock = self.lock.open("wb")
         try:
             fcntl.flock(lock, kind | fcntl.LOCK_NB)
         except BlockingIOError as error:

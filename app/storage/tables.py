@@ -295,6 +295,54 @@ class CodePack(Base):
     created_by: Mapped[str] = mapped_column(String(100))
 
 
+class ArchiveFilm(Base):
+    """A film of the archive: a file of this machine of which an inspection is made in its turn."""
+
+    __tablename__ = "archive_films"
+    __table_args__ = (Index("ix_archive_films_queue", "state", "priority", "wanted_at"),)
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    """The id of its inspection too, so that no film becomes two."""
+    path: Mapped[str] = mapped_column(Text)
+    """Text of the resolved path; see `app.archive.paths`."""
+    relative: Mapped[str] = mapped_column(Text)
+    """Text of the path within the added folder, which the patterns of rules fit."""
+    path_sha256: Mapped[str] = mapped_column(String(64), unique=True)
+    """Of the path: an index of PostgreSQL holds no text as long as a path may be."""
+    size: Mapped[int] = mapped_column(BigInteger)
+    modified_at: Mapped[datetime]
+    name: Mapped[str] = mapped_column(String(200))
+    project: Mapped[str | None] = mapped_column(String(200))
+    asset: Mapped[str | None] = mapped_column(String(200))
+    rule: Mapped[str | None] = mapped_column(String(100))
+    """Name of the rule that gave it its rig."""
+    rig: Mapped[dict[str, Any] | None]
+    rig_name: Mapped[str | None] = mapped_column(String(200))
+    header: Mapped[dict[str, Any]]
+    priority: Mapped[int] = mapped_column(default=0)
+    state: Mapped[str] = mapped_column(String(10))
+    """idle, waiting, paused or refused; see `app.storage.archive`."""
+    error_code: Mapped[str | None] = mapped_column(String(50))
+    error_detail: Mapped[str | None] = mapped_column(Text)
+    wanted_at: Mapped[datetime | None]
+    added_at: Mapped[datetime]
+    added_by: Mapped[str] = mapped_column(String(100))
+    claimed_by: Mapped[str | None] = mapped_column(String(64))
+    """Server that makes its inspection, until `claimed_until`."""
+    claimed_until: Mapped[datetime | None]
+
+
+class ArchiveRules(Base):
+    """One row: the rules that give the films of the archive their rigs."""
+
+    __tablename__ = "archive_rules"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    content: Mapped[dict[str, Any]]
+    changed_at: Mapped[datetime]
+    changed_by: Mapped[str] = mapped_column(String(100))
+
+
 class Heartbeat(Base):
     """One row that `/readyz` writes to check that the database accepts writes."""
 

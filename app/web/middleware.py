@@ -40,10 +40,14 @@ SECURITY_HEADERS = {
 """Set where the answer does not set them; the 3D page has its own policy."""
 
 MAX_BODY_BYTES = 2**20
-"""Limit of all bodies except pieces of an upload, which are streamed to the disk, and imports."""
-MAX_IMPORT_BYTES = 64 * 2**20
-"""Limit of a file with old surveys."""
-IMPORTS = "/api/imports"
+"""Limit of other bodies than those below and pieces of uploads, which are streamed to the disk."""
+_MIB = 2**20
+LARGER_BODIES = {
+    "/api/imports": 64 * _MIB,
+    "/api/archive/films": 64 * _MIB,
+    "/api/archive/films/preview": 64 * _MIB,
+}
+"""Limits of files with old surveys, and of tables of films."""
 BODY_PART_S = 60.0
 """Longest silence of a client within an announced body; slow is not silent."""
 BODY_BYTES_PER_S = 1000
@@ -110,7 +114,7 @@ class Envelope:
 
         is_streamed = is_upload and scope["method"] == "PATCH"
         try:
-            most = MAX_IMPORT_BYTES if scope["path"] == IMPORTS else MAX_BODY_BYTES
+            most = LARGER_BODIES.get(scope["path"], MAX_BODY_BYTES)
             limited = _limited(receive, None if is_streamed else most)
             await self._app(scope, limited, send_with_headers)
         except (ClientDisconnect, ConnectionError):

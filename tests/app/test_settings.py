@@ -48,7 +48,7 @@ def test_a_wrong_value_is_named_with_what_is_allowed(environment, name, value, s
 
 
 def test_all_wrong_values_are_named_at_once_and_never_the_token(environment):
-    environment(MAX_JOBS="0", JOB_CPU_H="1001")
+    environment(MAX_JOBS="-1", JOB_CPU_H="1001")
     with pytest.raises(InvalidSettings, match=r"CHAINAGE_MAX_JOBS: .*; CHAINAGE_JOB_CPU_H: "):
         Settings.load()
     with pytest.raises(InvalidSettings) as error:

@@ -141,6 +141,29 @@ ROWS_0004 = ROWS_0003 | {
         "told_at": NOW,
     },
 }
+ROWS_0007 = ROWS_0004 | {
+    "archive_films": {
+        "id": INSPECTION,
+        "path": "/films/old.mp4",
+        "relative": "old.mp4",
+        "path_sha256": sha256("/films/old.mp4"),
+        "size": 1,
+        "modified_at": NOW,
+        "name": "An old run",
+        "rig": json.dumps(clip_rig()),
+        "header": json.dumps({}),
+        "priority": 0,
+        "state": "idle",
+        "added_at": NOW,
+        "added_by": "server",
+    },
+    "archive_rules": {
+        "id": 1,
+        "content": json.dumps({"rigs": {}, "rules": []}),
+        "changed_at": NOW,
+        "changed_by": "server",
+    },
+}
 ROWS = {
     "0001": ROWS_0001,
     "0002": ROWS_0002,
@@ -148,6 +171,7 @@ ROWS = {
     "0004": ROWS_0004,
     "0005": ROWS_0004,
     "0006": ROWS_0004,
+    "0007": ROWS_0007,
 }
 """What a database of each version may hold: a row of every table."""
 

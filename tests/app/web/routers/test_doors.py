@@ -65,6 +65,8 @@ FOR_ADMINS = {
     ("DELETE", INSPECTION),
     ("POST", "/api/packs"),
     ("DELETE", "/api/packs/{pack_id}"),
+    ("POST", "/api/archive/films"),
+    ("POST", "/api/archive/films/preview"),
 }
 ROLES = ("viewer", "operator", "admin")
 STARTS_WORK = ("POST", "/api/samples")

@@ -1,0 +1,262 @@
+"""The intake: makes inspections of the films that wait, one after the other, a few ahead of the
+tracking.
+
+The database decides: an inspection has the id of its film, and the transaction that adds it ends
+the waiting of the film. Whatever a killed server leaves behind before that is made again, and
+nothing is made twice.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import re
+import socket
+import threading
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from functools import partial
+from typing import Any
+
+from app.archive.copying import copy_film
+from app.archive.folders import modified_at
+from app.archive.paths import path_of
+from app.errors import (
+    Busy,
+    DiskFull,
+    FilmChanged,
+    FilmMissing,
+    MediaFailed,
+    MediaTimeout,
+    NoLongerWanted,
+    NothingRecorded,
+    PackNotFound,
+    StillRunning,
+    described,
+)
+from app.inspections.films import Films
+from app.inspections.packs import Packs
+from app.logs import about
+from app.storage.archive import ArchiveStore, FilmRow, header_of
+from app.storage.files import DataFolder
+from app.storage.tables import ENDED, ArchiveFilm, Inspection
+from app.tracking.engines import Engine
+from app.tracking.live import Event, Update
+from app.tracking.queue import Tracking
+from vo_core.errors import ChainageError, InvalidRig, RigVideoMismatch, UnreadableVideo
+
+logger = logging.getLogger(__name__)
+
+AHEAD = 2
+"""Inspections that wait for a tracking slot beyond one for each."""
+_LOOK_EVERY_S = 2.0
+"""How often the database is asked for what another server has changed."""
+_PAUSE_AFTER_FAULT_S = 5.0
+_CLAIM_S = 60.0
+_RENEW_EVERY_S = 1.0
+"""Also the time in which a copy notices that its film is no longer wanted."""
+_STOP_S = 10.0
+_COPY = re.compile(r"[0-9a-f]{32}\.import")
+_REFUSALS = (
+    FilmMissing, FilmChanged, InvalidRig, UnreadableVideo, RigVideoMismatch, MediaFailed,
+    MediaTimeout, PackNotFound, NothingRecorded,
+)  # fmt: skip
+"""What is wrong with a film and not with the server."""
+
+
+class _Stopped(Exception):
+    """The server stops."""
+
+
+@dataclass(frozen=True)
+class IntakeState:
+    """What the intake of this server is doing."""
+
+    film_id: str | None = None
+    """The film that is being copied."""
+    name: str | None = None
+    bytes_done: int = 0
+    bytes_total: int = 0
+    hindrance: str | None = None
+    """A sentence that says why no film is taken in."""
+
+
+class Intake:
+    """Takes films in, in its own thread."""
+
+    def __init__(
+        self,
+        store: ArchiveStore,
+        films: Films,
+        tracking: Tracking,
+        packs: Packs,
+        folder: DataFolder,
+        engine: Engine,
+    ) -> None:
+        self._store = store
+        self._films = films
+        self._tracking = tracking
+        self._packs = packs
+        self._folder = folder
+        self._engine = engine
+        self._server = _identity(folder)
+        self._changed = threading.Condition()
+        """Guards the next three; notified when there may be something to do."""
+        self._stopping = False
+        self._is_awake = False
+        self._state = IntakeState()
+        self._thread = threading.Thread(target=self._work, name="archive-intake", daemon=True)
+
+    def start(self) -> None:
+        """Remove the copies that a killed server left, and start."""
+        for path in self._folder.inspections.iterdir():
+            if _COPY.fullmatch(path.name):
+                path.unlink()
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Stop; a copy that is not complete is given up."""
+        with self._changed:
+            self._stopping = True
+            self._changed.notify_all()
+        self._thread.join(_STOP_S)
+
+    def wake(self) -> None:
+        """Look at once whether a film waits."""
+        with self._changed:
+            self._is_awake = True
+            self._changed.notify_all()
+
+    def on_event(self, event: Event) -> None:
+        """Look for the next film when an inspection begins or ends to be tracked."""
+        if isinstance(event, Update) and (event.state in ENDED or not event.progress.frames_done):
+            self.wake()
+
+    def state(self) -> IntakeState:
+        """Return what the intake is doing."""
+        with self._changed:
+            return self._state
+
+    def _work(self) -> None:
+        while not self._stopping:
+            try:
+                pause_s = 0.0 if self._take_next() else _LOOK_EVERY_S
+                hindrance = None
+            except (DiskFull, Busy) as error:
+                logger.warning("The archive takes no film in: %s", error)
+                pause_s, hindrance = _PAUSE_AFTER_FAULT_S, str(error)
+            except Exception:
+                logger.exception("A fault of the server interrupted the intake of the archive.")
+                pause_s = _PAUSE_AFTER_FAULT_S
+                hindrance = "A fault of the server interrupts the intake; it is in the log."
+            self._set(IntakeState(hindrance=hindrance))
+            with self._changed:
+                if hindrance is None:
+                    self._changed.wait_for(lambda: self._is_awake or self._stopping, pause_s)
+                else:
+                    self._changed.wait_for(lambda: self._stopping, pause_s)
+                self._is_awake = False
+
+    def _set(self, state: IntakeState) -> None:
+        with self._changed:
+            self._state = state
+
+    def _take_next(self) -> bool:
+        """Take the next film in; return whether there was one."""
+        slots = self._engine.slots()
+        if not slots or self._store.ahead() >= slots + AHEAD:
+            return False
+        row = self._store.claim_next(self._server, _until())
+        if row is None:
+            return False
+        with about(row.film.id):
+            try:
+                self._take_or_refuse(row)
+            except (NoLongerWanted, StillRunning) as error:
+                logger.info("Film %s of the archive: %s", row.film.id, error)
+            except _Stopped:
+                self._store.release(row.film.id, self._server)
+            except BaseException:
+                self._store.release(row.film.id, self._server)
+                raise
+        return True
+
+    def _take_or_refuse(self, row: FilmRow) -> None:
+        try:
+            self._take(row)
+        except _REFUSALS as error:
+            self._refuse(row.film, error)
+
+    def _take(self, row: FilmRow) -> None:
+        film, inspection = row.film, row.inspection
+        if inspection is None:
+            self._create(film)
+        else:
+            if inspection.status in ENDED:
+                self._track_again(film, inspection)
+            self._store.note_taken(film.id, self._server)
+
+    def _create(self, film: ArchiveFilm) -> None:
+        header = film.header | header_of(
+            {name: getattr(film, name) for name in ("project", "asset") if getattr(film, name)}
+        )
+        self._packs.require(header)
+        self._folder.require_room(film.size)
+        copy = self._folder.inspections / f"{film.id}.import"
+        source = path_of(film.path)
+        try:
+            copy_film(source, copy, film.size, film.modified_at, partial(self._copied, film, [0.0]))
+            self._films.create_from_copy(
+                film.id,
+                copy,
+                source.name.encode("utf-8", "replace").decode(),
+                film.rig or {},
+                self._add,
+                name=film.name,
+                header=header,
+                who=film.added_by,
+                priority=film.priority,
+            )
+        finally:
+            copy.unlink(missing_ok=True)
+
+    def _add(self, inspection: Inspection, who: str) -> None:
+        self._store.take(inspection.id, self._server, inspection, who)
+
+    def _track_again(self, film: ArchiveFilm, inspection: Inspection) -> None:
+        if film.rig is not None and film.rig != inspection.rig:
+            self._films.track_with(film.id, film.rig, film.added_by)
+        else:
+            self._tracking.retry(film.id)
+
+    def _copied(self, film: ArchiveFilm, renewed_s: list[float], done: int) -> None:
+        """Note the progress of a copy; raise if it is to end."""
+        with self._changed:
+            self._state = IntakeState(film.id, film.name, done, film.size)
+            if self._stopping:
+                raise _Stopped
+        if time.monotonic() - renewed_s[0] >= _RENEW_EVERY_S:
+            self._store.renew(film.id, self._server, _until())
+            self._folder.require_room(film.size - done)
+            renewed_s[0] = time.monotonic()
+
+    def _refuse(self, film: ArchiveFilm, error: ChainageError) -> None:
+        told = described(error)
+        values: dict[str, Any] = {"error_code": told["code"], "error_detail": told["detail"]}
+        if isinstance(error, FilmChanged):
+            with suppress(FileNotFoundError):
+                status = path_of(film.path).stat()
+                values |= {"size": status.st_size, "modified_at": modified_at(status)}
+        logger.info("Film %s of the archive is refused: %s", film.id, told["detail"])
+        self._store.refuse(film.id, self._server, values)
+
+
+def _until() -> datetime:
+    return datetime.now(UTC) + timedelta(seconds=_CLAIM_S)
+
+
+def _identity(folder: DataFolder) -> str:
+    """Return a name of the server that its next start has too: one server uses a data folder."""
+    return hashlib.sha256(f"{socket.gethostname()}:{folder.root}".encode()).hexdigest()[:32]

@@ -1,0 +1,46 @@
+"""Values of the header as people write them in tables and file names."""
+
+from __future__ import annotations
+
+import re
+
+from app.survey.catalogue.header import FIELDS, HeaderField, Value, faults
+
+_BY_NAME = {field.name: field for field in FIELDS}
+_SHORT_DATE = re.compile(r"([0-9]{4})[-_.]?([0-9]{2})[-_.]?([0-9]{2})")
+_BOOLS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+
+
+class InvalidValue(ValueError):
+    """The text is not a value of the field; the message names both."""
+
+
+def value_of(name: str, text: str) -> Value:
+    """Return the value of a known field that a text states.
+
+    Numbers may have a decimal comma; a date may lack its hyphens.
+
+    Raises:
+        InvalidValue: The text does not fit the field.
+    """
+    value = _read(_BY_NAME[name], text.strip())
+    if found := faults({name: value}):
+        raise InvalidValue(found[0])
+    return value
+
+
+def _read(field: HeaderField, text: str) -> Value:
+    match field.kind:
+        case "number":
+            try:
+                number = float(text.replace(",", "."))
+            except ValueError:
+                return text
+            return int(number) if number.is_integer() else number
+        case "bool":
+            return _BOOLS.get(text.lower(), text)
+        case "date":
+            found = _SHORT_DATE.fullmatch(text)
+            return "-".join(found.groups()) if found else text
+        case _:
+            return text

@@ -1,0 +1,121 @@
+"""The HTTP contract for commands: to the server that uses a data folder, or to one that is started
+for the time of the command.
+"""
+
+from __future__ import annotations
+
+import ssl
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import httpx
+
+from app.errors import NotReady, ServerRefused
+from app.settings import Settings
+from app.storage.address import Address, AddressFile
+from app.storage.files import Places
+
+_START_S = 60.0
+"""Longest start of a server, such as one that migrates a large database."""
+_LOOK_EVERY_S = 0.1
+
+
+@dataclass(frozen=True)
+class Api:
+    """A server that answers."""
+
+    is_own: bool
+    """Whether it ends with the command."""
+    page: str
+    """Address of its pages, for a browser."""
+    client: httpx.Client
+
+    def ask(self, method: str, path: str, **request: Any) -> Any:
+        """Return the content of the answer.
+
+        Raises:
+            ServerRefused: The text is the sentence of the server, or says that it does not answer.
+        """
+        try:
+            answer = self.client.request(method, f"/api{path}", **request)
+        except httpx.HTTPError as error:
+            raise ServerRefused(
+                f"The server at {self.client.base_url} does not answer ({error})."
+            ) from error
+        if answer.is_success:
+            return answer.json()
+        raise ServerRefused(_sentence(answer))
+
+
+@contextmanager
+def api(settings: Settings, folders: Sequence[Path] = (), *, tracks: bool = False) -> Iterator[Api]:
+    """Open the server of the settings' data folder.
+
+    Args:
+        settings: Their data folder is meant.
+        folders: From which a server that is started may add films.
+        tracks: Whether a server that is started tracks films, and takes them in.
+    Raises:
+        NotReady: A server uses the folder and is not ready.
+    """
+    file = AddressFile(Places(settings.data))
+    address = _running(file)
+    if address is not None:
+        with _client(address.url, _token(settings), address.certificate) as client:
+            yield Api(False, address.url, client)
+        return
+    from app.main import in_background  # slow to import
+
+    changes: dict[str, Any] = {"archive_folders": (*settings.archive_folders, *folders)}
+    if not tracks:
+        changes |= {"max_jobs": 0, "dask": None, "inbox": None}
+    own = settings.model_copy(update=changes)
+    with in_background(own) as login_url:
+        parts = urlsplit(login_url)
+        with _client(f"{parts.scheme}://{parts.netloc}", _token(settings), None) as client:
+            yield Api(True, login_url, client)
+
+
+def _running(file: AddressFile) -> Address | None:
+    """Return the address of the server that uses the folder, once it is ready; None if none
+    does.
+    """
+    until_s = time.monotonic() + _START_S
+    while file.is_in_use():
+        address = file.read()
+        if address is not None:
+            return address
+        if time.monotonic() > until_s:
+            raise NotReady("A server uses the data folder, but it does not become ready.")
+        time.sleep(_LOOK_EVERY_S)
+    return None
+
+
+def _token(settings: Settings) -> str:
+    if settings.token is not None:
+        return settings.token.get_secret_value()
+    return (Places(settings.data).root / "token").read_text("ascii").strip()
+
+
+def _client(url: str, token: str, certificate: str | None) -> httpx.Client:
+    context = ssl.create_default_context(cafile=certificate)
+    context.check_hostname = certificate is None  # this very certificate, whatever it names
+    return httpx.Client(
+        base_url=url,
+        headers={"Authorization": f"Bearer {token}"},
+        timeout=None,  # adding thousands of films takes its time  # noqa: S113
+        verify=context,
+        trust_env=False,
+    )
+
+
+def _sentence(answer: httpx.Response) -> str:
+    try:
+        return str(answer.json()["detail"])
+    except (ValueError, KeyError, TypeError):
+        return f"The server answered {answer.status_code}."

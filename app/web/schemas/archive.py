@@ -1,0 +1,370 @@
+"""The archive: its films, rules, progress and failures."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, Field, StringConstraints, model_validator
+
+from app.archive.additions import Addition, Additions, Request
+from app.archive.archive import ArchiveProgress, Change, FilmView, Where
+from app.archive.reasons import Group
+from app.archive.rules import Line, Priority, Rules
+from app.archive.tables import read_table
+from app.storage.archive import FilmState, Selection
+from app.survey.given import Given, Header
+from app.web.schemas.failures import ErrorOut
+from app.web.schemas.figures import metres, rounded
+
+FilmId = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{32}$")]
+PathText = Annotated[str, StringConstraints(min_length=1, max_length=4096, pattern=r"^/[^\x00]*$")]
+Words = Annotated[str, StringConstraints(max_length=1000, pattern=r"^[^\x00]*$")]
+State = FilmState
+Csv = Annotated[str, StringConstraints(max_length=16 * 2**20)]
+Sort = Literal[
+    "name", "path", "project", "asset", "rule", "rig_name", "state", "priority", "size",
+    "frames_done", "fps", "distance_m", "added_at", "finished_at",
+]  # fmt: skip
+
+
+class WhereIn(Given):
+    """Films by the filters of the list."""
+
+    search: Words | None = None
+    state: State | None = None
+    project: Words | None = None
+    asset: Words | None = None
+    reason: Words | None = Field(None, description="The reason of a group of failures.")
+
+    def to_where(self, ids: tuple[str, ...] | None = None) -> Where:
+        """Convert for the service."""
+        return Where(
+            Selection(
+                ids=ids,
+                search=self.search,
+                states=() if self.state is None else (self.state,),
+                project=self.project,
+                asset=self.asset,
+            ),
+            self.reason,
+        )
+
+
+class FilmsMeant(Given):
+    """Films by their ids, or by the filters of the list (all films: `{}`)."""
+
+    ids: Annotated[list[FilmId], Field(max_length=10_000)] | None = None
+    where: WhereIn | None = None
+
+    @model_validator(mode="after")
+    def _either(self) -> Self:
+        if (self.ids is None) == (self.where is None):
+            raise ValueError("name the films either by ids or by where")
+        return self
+
+    def to_where(self) -> Where:
+        """Convert for the service."""
+        ids = None if self.ids is None else tuple(self.ids)
+        return (self.where or WhereIn(reason=None)).to_where(ids)
+
+
+class WishIn(FilmsMeant):
+    """Films that are to be tracked."""
+
+    priority: Priority | None = Field(None, description="Higher first; omitted, it stays.")
+
+
+class FilmChangeIn(Given):
+    """What to set; omitted fields stay."""
+
+    rig: dict[str, Any] | None = Field(None, description="The whole rig file.")
+    rig_name: Line | None = Field(None, description="A rig of the rules, or the name of `rig`.")
+    project: Line | None = None
+    asset: Line | None = None
+    header: Header | None = Field(
+        None, description="Fields of the header to set; null removes one, the others stay."
+    )
+    priority: Priority | None = None
+
+
+class FilmsChangeIn(FilmsMeant):
+    """A change of films."""
+
+    set: FilmChangeIn
+
+    def to_change(self) -> Change:
+        """Convert for the service; project and asset have columns of their own."""
+        header = dict(self.set.header or {})
+        project, asset = header.pop("project", None), header.pop("asset_id", None)
+        return Change(
+            rig=self.set.rig,
+            rig_name=self.set.rig_name,
+            project=self.set.project or _line(project),
+            asset=self.set.asset or _line(asset),
+            header=header,
+            priority=self.set.priority,
+        )
+
+
+def _line(value: object) -> str | None:
+    return None if value is None else str(value)
+
+
+class AdditionIn(Given):
+    """Films of this server's machine to add."""
+
+    paths: Annotated[list[PathText], Field(min_length=1, max_length=100_000)] = Field(
+        description="Whole paths of folders or films, inside CHAINAGE_ARCHIVE_FOLDERS."
+    )
+    rules: Rules | None = Field(None, description="Rules for these films; else the stored ones.")
+    header_csv: Csv | None = Field(
+        None,
+        description="Table with a column `file`, `path` or `asset_id`, and fields of the header, "
+        "name, project, asset, rig or priority.",
+    )
+    list_csv: Csv | None = Field(
+        None, description="Another such table, which takes precedence over `header_csv`."
+    )
+    priority: Priority | None = Field(None, description="Of all films; else that of the rules.")
+
+    def to_request(self, stored: Rules) -> Request:
+        """Convert for the service.
+
+        Raises:
+            InvalidTable: A table cannot be used; the text names its lines.
+        """
+        tables = [
+            read_table(text, title)
+            for text, title in ((self.list_csv, "the list"), (self.header_csv, "the header table"))
+            if text is not None
+        ]
+        return Request(self.paths, self.rules or stored, tables, self.priority)
+
+
+class AddedFilmOut(BaseModel):
+    """A file, and what the film gets."""
+
+    path: str
+    rule: str | None
+    rig_name: str | None
+    project: str | None
+    asset: str | None
+    name: str | None
+    problem: str | None
+    """Why it is not tracked, or what is wrong with its header."""
+
+    @classmethod
+    def of(cls, addition: Addition) -> AddedFilmOut:
+        """Convert the service's result; a file that is no film gets nothing."""
+        names = ("rule", "rig_name", "project", "asset", "name")
+        gets = {name: getattr(addition.assigned, name, None) for name in names}
+        return cls(path=addition.found.path, problem=addition.problem, **gets)
+
+
+class AdditionOut(BaseModel):
+    """What was, or would be, added."""
+
+    found: int
+    new: int
+    known: int
+    films: list[AddedFilmOut]
+    warnings: list[str]
+    """Sentences about rows of tables that no film has, and files that are not listed."""
+
+    @classmethod
+    def of(cls, found: Additions) -> AdditionOut:
+        """Convert the service's result."""
+        warnings = list(found.warnings)
+        if found.others:
+            warnings.append(f"{found.others} more files are not films.")
+        return cls(
+            found=found.found,
+            new=len(found.new),
+            known=found.known,
+            films=[AddedFilmOut.of(each) for each in found.films],
+            warnings=warnings,
+        )
+
+
+class FilmOut(BaseModel):
+    """A film of the archive."""
+
+    id: str
+    path: str
+    name: str
+    project: str | None
+    asset: str | None
+    rule: str | None
+    has_rig: bool
+    rig_name: str | None
+    state: State
+    priority: int
+    size: int
+    frames_done: int
+    frames_total: int | None
+    fps: float | None
+    eta_s: float | None
+    distance_m: float | None
+    error: ErrorOut | None
+    inspection_id: str | None
+    added_at: datetime
+    finished_at: datetime | None
+
+    @classmethod
+    def of(cls, view: FilmView) -> FilmOut:
+        """Convert the service's view."""
+        film, inspection = view.row.film, view.row.inspection
+        return cls(
+            id=film.id,
+            path=film.path,
+            name=film.name,
+            project=film.project,
+            asset=film.asset,
+            rule=film.rule,
+            has_rig=view.row.has_rig,
+            rig_name=film.rig_name,
+            state=view.row.state,
+            priority=film.priority,
+            size=film.size,
+            frames_done=view.progress.frames_done,
+            frames_total=view.progress.frames_total,
+            fps=rounded(view.progress.fps, 1),
+            eta_s=rounded(view.progress.eta_s, 1),
+            distance_m=None
+            if inspection is None
+            else metres(
+                inspection.distance_mm
+                if inspection.corrected_mm is None
+                else inspection.corrected_mm
+            ),
+            error=_error(view),
+            inspection_id=None if inspection is None else inspection.id,
+            added_at=film.added_at,
+            finished_at=None if inspection is None else inspection.finished_at,
+        )
+
+
+def _error(view: FilmView) -> ErrorOut | None:
+    """Return why a film failed, was refused, or has no rig."""
+    inspection = view.row.inspection
+    source = view.row.film if inspection is None else inspection
+    if source.error_code is None or view.row.state in ("waiting", "paused"):
+        return None
+    return ErrorOut(code=source.error_code, detail=source.error_detail or "")
+
+
+class FilmsOut(BaseModel):
+    """One page of the list."""
+
+    total: int
+    """Number of all films that the filters select."""
+    films: list[FilmOut]
+
+
+class ChangedOut(BaseModel):
+    """How many films an action has changed."""
+
+    changed: int
+
+
+class EngineOut(BaseModel):
+    """What tracks the films."""
+
+    kind: str
+    workers: int
+    dashboard_url: str | None
+    problem: str | None
+    """Why it tracks nothing."""
+
+
+class IntakeOut(BaseModel):
+    """The film that is being copied into the data folder, and what hinders it."""
+
+    id: str | None
+    name: str | None
+    bytes_done: int
+    bytes_total: int
+    hindrance: str | None
+
+
+class ArchiveProgressOut(BaseModel):
+    """Progress of the films as a whole."""
+
+    states: dict[FilmState, int]
+    """Number of films of each state that occurs."""
+    frames_done: int
+    frames_total: int
+    """Of the films whose number of frames is known: those that are inspections already."""
+    films_done: int
+    fps: float | None
+    """Frames per second of the films that ended last, all together."""
+    films_per_h: float | None
+    eta_s: float | None
+    engine: EngineOut
+    intake: IntakeOut
+
+    @classmethod
+    def of(cls, progress: ArchiveProgress) -> ArchiveProgressOut:
+        """Convert the service's progress."""
+        engine, intake = progress.engine, progress.intake
+        return cls(
+            states=dict(progress.states),
+            frames_done=progress.frames_done,
+            frames_total=progress.frames_total,
+            films_done=progress.films_done,
+            fps=rounded(progress.fps, 1),
+            films_per_h=rounded(progress.films_per_h, 1),
+            eta_s=rounded(progress.eta_s, 0),
+            engine=EngineOut(
+                kind=engine.kind,
+                workers=engine.workers,
+                dashboard_url=engine.dashboard_url,
+                problem=engine.problem,
+            ),
+            intake=IntakeOut(
+                id=intake.film_id,
+                name=intake.name,
+                bytes_done=intake.bytes_done,
+                bytes_total=intake.bytes_total,
+                hindrance=intake.hindrance,
+            ),
+        )
+
+
+class FailureOut(BaseModel):
+    """One film of a group."""
+
+    id: str
+    name: str
+    detail: str
+
+
+class GroupOut(BaseModel):
+    """Films that failed or were refused for the same reason."""
+
+    code: str
+    reason: str
+    """The sentence without its numbers and the name of the film."""
+    count: int
+    example: FailureOut
+    repair: Literal["rig", "retry", "film"] | None
+    """Another rig, only another try, another film in its place, or nothing that is known."""
+
+    @classmethod
+    def of(cls, group: Group) -> GroupOut:
+        """Convert the service's group."""
+        example = group.example
+        return cls(
+            code=group.code,
+            reason=group.reason,
+            count=group.count,
+            example=FailureOut(id=example.id, name=example.name, detail=example.detail),
+            repair=group.repair,
+        )
+
+
+class FailuresOut(BaseModel):
+    """The groups, the largest first."""
+
+    groups: list[GroupOut]
