@@ -49,6 +49,7 @@ from app.tracking.cameras import Sources
 from app.tracking.counter_queue import CounterQueue
 from app.tracking.dask_engine import Cluster, DaskEngine, Store
 from app.tracking.engines import Engine, Pool
+from app.tracking.film_files import FilmFiles
 from app.tracking.live import Live
 from app.tracking.media import Media
 from app.tracking.photos import Photos
@@ -128,7 +129,9 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     """Build and start the services; `stack` stops them, even if a later step fails."""
     folder = DataFolder(settings.data, reserve_bytes=settings.disk_reserve_bytes)
     stack.callback(folder.close)
-    blobs = blobs_at(None, folder.root)
+    blobs = blobs_at(settings.store, folder.root, scratch_bytes=settings.scratch_bytes)
+    blobs.check()
+    film_files = FilmFiles(blobs, folder)
     stored = stored_at(settings.database_url, folder.root)
     metrics = Metrics(f"{stored.kind} {stored.version()}")
     database = Database(stored, on_write=metrics.count_write)
@@ -137,12 +140,12 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     live = Live()
     stack.enter_context(live.listening(None, metrics.on_event))
     company = Company(settings.company_name, settings.company_logo)
-    records = Records(database, folder, live, company, has_webhook=client is not None)
+    records = Records(database, folder, blobs, live, company, has_webhook=client is not None)
     tracks = records.tracks
     uploads = Uploads(
         folder, max_bytes=settings.max_upload_bytes, expiry_s=settings.upload_expiry_h * 3600
     )
-    media = Media(Limits(settings.child_memory_bytes, reads=folder.media))
+    media = Media(Limits(settings.child_memory_bytes, reads=(*folder.media, *blobs.media)))
     stack.callback(media.close)
     child_limits = Limits(settings.child_memory_bytes, round(settings.job_cpu_h * 3600))
     run_store = RunStore(database)
@@ -150,21 +153,27 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     tracking = Tracking(
         records.inspection_store,
         run_store,
-        folder,
+        film_files,
         tracks,
         runs,
         live,
-        _engine(settings, folder, blobs, records, runs, child_limits),
+        _engine(settings, folder, blobs, film_files, records, runs, child_limits),
         Claims.of_this_process(are_shared=settings.database is not None),
     )
     photos = Photos(
-        records.inspection_store, records.observation_store, folder, media, tracks, live
+        records.inspection_store,
+        records.observation_store,
+        blobs,
+        film_files,
+        media,
+        tracks,
+        live,
     )
     stack.enter_context(live.listening(None, photos.on_event))
     photos.start()
     stack.callback(photos.stop)
     counter_queue = CounterQueue(
-        records.inspection_store, folder, records.counter_files, limits=child_limits
+        records.inspection_store, film_files, records.counter_files, limits=child_limits
     )
     stack.enter_context(live.listening(None, counter_queue.on_event))
     counter_queue.start()
@@ -175,6 +184,8 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         records.inspection_store,
         run_store,
         folder,
+        blobs,
+        film_files,
         tracks,
         runs,
         live,
@@ -196,6 +207,8 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     inspections = Inspections(
         records.inspection_store,
         folder,
+        blobs,
+        film_files,
         media,
         tracks,
         records.corrections,
@@ -208,6 +221,8 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         records.inspection_store,
         run_store,
         folder,
+        blobs,
+        film_files,
         media,
         uploads,
         tracks,
@@ -218,7 +233,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         records.observation_store,
         records.counter_files,
     )
-    samples = Samples(folder, inspections, films, records.observations)
+    samples = Samples(folder, blobs, inspections, films, records.observations)
     stack.callback(samples.stop)
     scenes = Scenes(
         inspections,
@@ -252,6 +267,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         imports=Imports(
             ImportStore(database),
             folder,
+            blobs,
             tracks,
             records.packs,
             FileReader(Limits(settings.child_memory_bytes, CPU_S, reads=())),
@@ -278,7 +294,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         picking=Picking(records.inspection_store, tracks, records.corrections),
         webhook=webhook,
         meter_counter=meter_counter,
-        health=Health(database, folder, media, tracking, photos),
+        health=Health(database, folder, blobs, media, tracking, photos),
         metrics=metrics,
     )
 
@@ -287,6 +303,7 @@ def _engine(
     settings: Settings,
     folder: DataFolder,
     blobs: Blobs,
+    film_files: FilmFiles,
     records: Records,
     runs: Runs,
     limits: Limits,
@@ -295,7 +312,7 @@ def _engine(
     if settings.dask is None:
         return Pool(
             folder,
-            blobs,
+            film_files,
             records.tracks,
             records.unrolled,
             runs,
@@ -308,7 +325,7 @@ def _engine(
     return DaskEngine(
         cluster,
         blobs,
-        Store(None, str(folder.root)),
+        Store(settings.store, str(folder.root)),
         records.tracks,
         records.unrolled,
         runs,

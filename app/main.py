@@ -20,6 +20,7 @@ from app import logs
 from app.container import Services, running
 from app.errors import AddressNotAvailable, AppError, InvalidSettings, OpenToTheNetwork
 from app.settings import Settings
+from app.storage.blobs import blobs_at
 from app.storage.database import stored_at
 from app.storage.files import DataFolder
 from app.web import answers
@@ -109,6 +110,7 @@ def serve(settings: Settings, host: str, port: int, on_ready: OnReady) -> None:
         InvalidSettings: The certificate or its key cannot be used.
         DataFolderInUse: Another server uses the data folder.
         UnusableDatabase: The database is damaged or of a newer version.
+        StoreUnavailable: The object store does not answer, or refuses.
         DiskFull: There is no room to open the database.
         OSError: The data folder cannot be made or written.
     """
@@ -174,6 +176,7 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
     Raises:
         DataFolderInUse: Another server uses the data folder.
         UnusableDatabase: The database is damaged or of a newer version.
+        StoreUnavailable: The object store does not answer, or refuses.
         DiskFull: There is no room to open the database.
         OSError: The data folder cannot be made or written.
     """
@@ -182,6 +185,7 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
     folder = DataFolder(settings.data, reserve_bytes=0)
     try:
         stored_at(settings.database_url, folder.root).revision()
+        blobs_at(settings.store, folder.root).check()
     finally:
         folder.close()
     app = create_app(settings.model_copy(update={"allowed_hosts": (*settings.allowed_hosts, host)}))

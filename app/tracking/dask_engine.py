@@ -19,6 +19,7 @@ import msgspec
 
 from app.errors import EngineUnavailable, WorkerLost
 from app.jobs.messages import Limits
+from app.storage import keys
 from app.storage.blobs import Blobs, blobs_at
 from app.tracking.engines import EngineState
 from app.tracking.runs import Run, Runs
@@ -219,7 +220,7 @@ class DaskEngine:
             content = self._blobs.get(f"{manifest.place}/{name}")
             if Stored.of(content) != stored:
                 raise WorkerLost(f"{name} of inspection {inspection_id} is damaged in the store.")
-            self._blobs.put(f"inspections/{inspection_id}/{name}", content)
+            self._blobs.put(f"{keys.inspection(inspection_id)}/{name}", content)
         self._tracks.forget(inspection_id)
 
     def drop(self, inspection_id: str) -> None:
@@ -310,4 +311,4 @@ def run_on_worker(spec: bytes, store: bytes, topic: str) -> bytes:
 
 
 def _place(inspection_id: str) -> str:
-    return f"inspections/{inspection_id}/runs"
+    return f"{keys.inspection(inspection_id)}/runs"

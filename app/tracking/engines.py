@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from app.jobs.messages import Limits
-from app.storage.blobs import Blobs
 from app.storage.files import DataFolder
+from app.tracking.film_files import FilmFiles
 from app.tracking.film_run import FilmTracker
 from app.tracking.runs import Run, Runs, track_metadata
 from app.tracking.tracks import Tracks
@@ -69,7 +69,7 @@ class Pool:
     def __init__(
         self,
         folder: DataFolder,
-        blobs: Blobs,
+        films: FilmFiles,
         tracks: Tracks,
         unrolled: Unrolled,
         runs: Runs,
@@ -81,7 +81,7 @@ class Pool:
     ) -> None:
         self.most_slots = slots
         self._folder = folder
-        self._blobs = blobs
+        self._films = films
         self._tracks = tracks
         self._limits = limits
         self._tracker = FilmTracker(folder, tracks, unrolled, runs, stall_s=stall_s, pace=pace)
@@ -96,7 +96,8 @@ class Pool:
 
     def track(self, run: Run) -> Manifest | None:
         """Track the film of a run."""
-        with self._blobs.local(run.film) as video:
+        self._folder.inspection(run.inspection.id).mkdir(exist_ok=True)  # for the journal
+        with self._films.at(run.film).local() as video:
             outcome = self._tracker.track(run, video, self._limits)
         if outcome is None:
             return None

@@ -20,14 +20,16 @@ from app.errors import (
     EngineUnavailable,
     NothingRecorded,
     NotRunning,
+    StoreUnavailable,
     WorkerLost,
 )
 from app.logs import about
-from app.storage.files import DataFolder
+from app.storage import keys
 from app.storage.inspections import InspectionStore
 from app.storage.runs import Outcome, RunStore
 from app.storage.tables import ENDED, Inspection
 from app.tracking.engines import Engine, EngineState
+from app.tracking.film_files import FilmFiles
 from app.tracking.live import Live, Progress
 from app.tracking.runs import Run, Runs
 from app.tracking.tracks import Tracks
@@ -67,7 +69,7 @@ class Tracking:
         self,
         inspections: InspectionStore,
         store: RunStore,
-        folder: DataFolder,
+        films: FilmFiles,
         tracks: Tracks,
         runs: Runs,
         live: Live,
@@ -76,7 +78,7 @@ class Tracking:
     ) -> None:
         self._inspections = inspections
         self._store = store
-        self._folder = folder
+        self._films = films
         self._tracks = tracks
         self._runs = runs
         self._live = live
@@ -154,10 +156,9 @@ class Tracking:
         """Raise NothingRecorded if an ended inspection has no film, so that it cannot be tracked
         again.
         """
-        video = self._folder.inspection(row.id) / row.video_file
         if not row.has_film:
             raise NothingRecorded(NO_FILM)
-        if row.status in ENDED and not video.exists():
+        if row.status in ENDED and not self._films.of(row).exists():
             raise NothingRecorded("Nothing was recorded; start a new live inspection.")
         if row.status in ENDED:
             self._engine.drop(row.id)
@@ -204,7 +205,11 @@ class Tracking:
             if slot < self._engine.slots():
                 inspection = self._store.claim_next(self._claims.owner, CLAIM_S)
                 if inspection is not None:
-                    run = Run(inspection, _film(inspection), attempt=inspection.attempt)
+                    run = Run(
+                        inspection,
+                        keys.film(inspection.id, inspection.video_file),
+                        attempt=inspection.attempt,
+                    )
                     self._runs.add(run)
                     return run
             with self._changed:
@@ -264,7 +269,7 @@ class Tracking:
                 if losses == _MOST_LOSSES:
                     detail = f"{loss} It was tried {losses} times."
                     return Manifest(Outcome("failed", "worker_lost", detail), run.frames_done)
-            except EngineUnavailable as gone:
+            except (EngineUnavailable, StoreUnavailable) as gone:
                 logger.warning("Tracking %s waits: %s", run.inspection.id, gone)
                 if not self._runs.wait_hindered(run, str(gone), _PAUSE_AFTER_FAULT_S):
                     return None if run.stop == "shutdown" else Manifest(Outcome("cancelled"), 0)
@@ -280,8 +285,3 @@ class Tracking:
             fps=manifest.fps,
             last=manifest.last,
         )
-
-
-def _film(row: Inspection) -> str:
-    """Return the key of the film in the blob store."""
-    return f"inspections/{row.id}/{row.video_file}"

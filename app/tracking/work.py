@@ -25,7 +25,8 @@ import msgspec
 from app.jobs import parts
 from app.jobs.messages import KeptCheckpoint, Limits
 from app.jobs.parts import Mark
-from app.storage.blobs import Blobs
+from app.storage import keys
+from app.storage.blobs import Blobs, FolderBlobs
 from app.storage.files import Places
 from app.storage.runs import Outcome
 from app.tracking.film_run import FilmTracker
@@ -172,8 +173,9 @@ class _Work:
         self._place = f"{spec.place}/{secrets.token_hex(8)}"
         self._places = Places(scratch)
         self._live = Live()
-        self._tracks = Tracks(self._places)
-        self._unrolled = Unrolled(self._places, self._live)
+        self._results = FolderBlobs(scratch)
+        self._tracks = Tracks(self._results, self._places)
+        self._unrolled = Unrolled(self._results, self._live)
         self._runs = Runs(self._tracks, self._unrolled, self._live)
         self._pushed_s = time.monotonic()
         self._journal_bytes = 0
@@ -223,13 +225,11 @@ class _Work:
             self._blobs.get(key) for key in sorted(left) if key.startswith(f"{place}/{_JOURNAL}/")
         )
         self._places.journal(inspection_id).write_bytes(journal[: kept.journal_bytes])
-        wall = self._places.wall(inspection_id)
-        wall.mkdir()
         for key in left:
             if key.startswith(f"{place}/wall/"):
-                name = key.rpartition("/")[2]
-                (wall / name).write_bytes(self._blobs.get(key))
-                self._tiles.add(int(name.removesuffix(".jpg")))
+                index = int(key.rpartition("/")[2].removesuffix(".jpg"))
+                self._results.put_again(keys.tile(inspection_id, index), self._blobs.get(key))
+                self._tiles.add(index)
         self._places.checkpoint(inspection_id).write_bytes(msgspec.msgpack.encode(kept))
 
     def _newest_checkpoint(self, left: Iterable[str]) -> tuple[str, KeptCheckpoint] | None:
@@ -263,12 +263,12 @@ class _Work:
         self._pushed_s = time.monotonic()
 
     def _put_results(self, run: Run, outcome: Outcome) -> Manifest:
-        folder = self._places.inspection(self._spec.id)
+        folder = keys.inspection(self._spec.id)
         names = ["track.csv", "health.csv", "joints.csv"]
         names += [f"wall/{tile.index}.jpg" for tile in self._unrolled.tiles(self._spec.id)]
         files = {}
         for name in names:
-            content = (folder / name).read_bytes()
+            content = self._results.get(f"{folder}/{name}")
             self._blobs.put(f"{self._place}/{name}", content)
             files[name] = Stored.of(content)
         manifest = Manifest(
