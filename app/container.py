@@ -55,6 +55,7 @@ from app.tracking.cameras import Sources
 from app.tracking.counter_queue import CounterQueue
 from app.tracking.dask_engine import Cluster, DaskEngine, Store
 from app.tracking.engines import Engine, Pool
+from app.tracking.film_files import FilmFiles
 from app.tracking.live import Live
 from app.tracking.media import Media
 from app.tracking.photos import Photos
@@ -142,7 +143,9 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         is_shared=settings.database is not None,
     )
     stack.callback(folder.close)
-    blobs = blobs_at(None, folder.root)
+    blobs = blobs_at(settings.store, folder.root, scratch_bytes=settings.scratch_bytes)
+    blobs.check()
+    film_files = FilmFiles(blobs, folder)
     stored = stored_at(settings.database_url, folder.root)
     metrics = Metrics(f"{stored.kind} {stored.version()}")
     database = Database(stored, on_write=metrics.count_write)
@@ -151,12 +154,12 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     live = Live()
     members = members_of(stored)
     company = Company(settings.company_name, settings.company_logo)
-    records = Records(database, folder, live, company, has_webhook=client is not None)
+    records = Records(database, folder, blobs, live, company, has_webhook=client is not None)
     tracks = records.tracks
     uploads = Uploads(
         folder, max_bytes=settings.max_upload_bytes, expiry_s=settings.upload_expiry_h * 3600
     )
-    media = Media(Limits(settings.child_memory_bytes, reads=folder.media))
+    media = Media(Limits(settings.child_memory_bytes, reads=(*folder.media, *blobs.media)))
     stack.callback(media.close)
     child_limits = Limits(settings.child_memory_bytes, round(settings.job_cpu_h * 3600))
     run_store = RunStore(database)
@@ -166,11 +169,11 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         stack.enter_context(live.listening(None, relay.on_event))
         runs.follower = relay
     stack.enter_context(live.listening(None, relay.of_here(metrics.on_event)))
-    engine = _engine(settings, folder, blobs, records, runs, child_limits)
+    engine = _engine(settings, folder, blobs, film_files, records, runs, child_limits)
     tracking = Tracking(
         records.inspection_store,
         run_store,
-        folder,
+        film_files,
         tracks,
         runs,
         live,
@@ -179,13 +182,19 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         Claims(members.name, members.are_several),
     )
     photos = Photos(
-        records.inspection_store, records.observation_store, folder, media, tracks, live
+        records.inspection_store,
+        records.observation_store,
+        blobs,
+        film_files,
+        media,
+        tracks,
+        live,
     )
     stack.enter_context(live.listening(None, relay.of_here(photos.on_event)))
     photos.start()
     stack.callback(photos.stop)
     counter_queue = CounterQueue(
-        records.inspection_store, folder, records.counter_files, limits=child_limits
+        records.inspection_store, film_files, records.counter_files, limits=child_limits
     )
     stack.enter_context(live.listening(None, relay.of_here(counter_queue.on_event)))
     counter_queue.start()
@@ -197,6 +206,8 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         records.inspection_store,
         run_store,
         folder,
+        blobs,
+        film_files,
         tracks,
         runs,
         live,
@@ -216,6 +227,8 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     inspections = Inspections(
         records.inspection_store,
         folder,
+        blobs,
+        film_files,
         media,
         tracks,
         records.corrections,
@@ -228,6 +241,8 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         records.inspection_store,
         run_store,
         folder,
+        blobs,
+        film_files,
         media,
         uploads,
         tracks,
@@ -254,7 +269,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         folders=settings.archive_folders,
         engine=engine,
     )
-    samples = Samples(folder, inspections, films, records.observations)
+    samples = Samples(folder, blobs, inspections, films, records.observations)
     stack.callback(samples.stop)
     scenes = Scenes(
         inspections,
@@ -295,6 +310,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         imports=Imports(
             ImportStore(database),
             folder,
+            blobs,
             tracks,
             records.packs,
             FileReader(Limits(settings.child_memory_bytes, CPU_S, reads=())),
@@ -322,7 +338,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         picking=Picking(records.inspection_store, tracks, records.corrections),
         webhook=webhook,
         meter_counter=meter_counter,
-        health=Health(database, folder, media, tracking, photos),
+        health=Health(database, folder, blobs, media, tracking, photos),
         metrics=metrics,
     )
 
@@ -331,6 +347,7 @@ def _engine(
     settings: Settings,
     folder: DataFolder,
     blobs: Blobs,
+    film_files: FilmFiles,
     records: Records,
     runs: Runs,
     limits: Limits,
@@ -340,6 +357,7 @@ def _engine(
         return Pool(
             folder,
             blobs,
+            film_files,
             records.tracks,
             records.unrolled,
             runs,
@@ -352,7 +370,7 @@ def _engine(
     return DaskEngine(
         cluster,
         blobs,
-        Store(None, str(folder.root)),
+        Store(settings.store, str(folder.root)),
         records.tracks,
         runs,
         limits=limits,

@@ -18,6 +18,7 @@ from app.reports.reports import Reports
 from app.search.export import ArchiveExport
 from app.search.indexer import Indexer
 from app.search.tables import Rows
+from app.storage.blobs import Blobs, FolderBlobs, blobs_at
 from app.storage.corrections import CorrectionStore
 from app.storage.database import Database, stored_at
 from app.storage.defect_index import DefectIndex
@@ -40,6 +41,7 @@ class Records:
         self,
         database: Database,
         places: Places,
+        blobs: Blobs,
         live: Live,
         company: Company,
         *,
@@ -48,12 +50,12 @@ class Records:
         self.inspection_store = InspectionStore(database)
         self.correction_store = CorrectionStore(database)
         self.observation_store = ObservationStore(database, has_webhook=has_webhook)
-        self.tracks = Tracks(places)
-        self.unrolled = Unrolled(places, live)
+        self.tracks = Tracks(blobs, places)
+        self.unrolled = Unrolled(blobs, live)
         self.corrections = Corrections(
             self.inspection_store, self.correction_store, self.tracks, live
         )
-        self.counter_files = CounterFiles(places)
+        self.counter_files = CounterFiles(blobs)
         self.counters = Counters(self.inspection_store, self.counter_files, self.tracks)
         self.observations = Observations(
             self.inspection_store, self.observation_store, self.tracks, self.corrections, live
@@ -65,7 +67,7 @@ class Records:
             self.corrections,
             self.tracks,
             self.packs,
-            places,
+            blobs,
         )
         self.defect_index = DefectIndex(database)
         self.indexer = Indexer(
@@ -88,7 +90,7 @@ class Records:
             self.packs,
             self.tracks,
             self.unrolled,
-            places,
+            blobs,
             company,
             SigningKey(places.root),
             _draw_scene,
@@ -110,7 +112,9 @@ def _draw_scene(report: Report) -> str:
 
 
 @contextmanager
-def reading(data: Path, company: Company, database_url: str | None = None) -> Iterator[Records]:
+def reading(
+    data: Path, company: Company, database_url: str | None = None, store: str | None = None
+) -> Iterator[Records]:
     """Open the present state of a data folder for reading.
 
     Nothing in it changes, except that the first bundle makes its signing key.
@@ -128,6 +132,7 @@ def reading(data: Path, company: Company, database_url: str | None = None) -> It
     with tempfile.TemporaryDirectory(prefix="chainage-") as folder:
         database = Database(stored.to_read(Path(folder)))
         try:
-            yield Records(database, Places(data), Live(), company)
+            blobs = FolderBlobs(data) if store is None else blobs_at(store, Path(folder))
+            yield Records(database, Places(data), blobs, Live(), company)
         finally:
             database.close()

@@ -57,7 +57,7 @@ class FrameNotFound(AppError):
     """The inspection has no picture with this number, or it is not tracked yet."""
 
 
-class BlobNotFound(AppError):
+class BlobNotFound(AppError, FileNotFoundError):
     """The store of films, photos, tiles and tracks has nothing under this key."""
 
 

@@ -29,6 +29,7 @@ from app.errors import (
 )
 from app.settings import Settings
 from app.storage.address import Address, AddressFile
+from app.storage.blobs import blobs_at
 from app.storage.database import stored_at
 from app.storage.files import DataFolder, Places
 from app.web import answers
@@ -119,6 +120,7 @@ def serve(settings: Settings, host: str, port: int, on_ready: OnReady) -> None:
         InvalidSettings: The certificate or its key cannot be used.
         DataFolderInUse: Another server uses the data folder.
         UnusableDatabase: The database is damaged or of a newer version.
+        StoreUnavailable: The object store does not answer, or refuses.
         DiskFull: There is no room to open the database.
         OSError: The data folder cannot be made or written.
     """
@@ -184,6 +186,7 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
     Raises:
         DataFolderInUse: Another server uses the data folder.
         UnusableDatabase: The database is damaged or of a newer version.
+        StoreUnavailable: The object store does not answer, or refuses.
         DiskFull: There is no room to open the database.
         OSError: The data folder cannot be made or written.
     """
@@ -238,6 +241,7 @@ def _prepared(settings: Settings, host: str, on_ready: OnReady) -> _Server:
     folder = DataFolder(settings.data, reserve_bytes=0, is_shared=settings.database is not None)
     try:
         stored_at(settings.database_url, folder.root).revision()
+        blobs_at(settings.store, folder.root).check()
     finally:
         folder.close()
     app = create_app(settings.model_copy(update={"allowed_hosts": (*settings.allowed_hosts, host)}))

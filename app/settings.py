@@ -27,6 +27,8 @@ _LOGO_STARTS = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
 _THIS_MACHINE = ("127.0.0.1", "::1", "localhost")
 GIB = 2**30
 MIB = 2**20
+SCRATCH_BYTES = 20 * GIB
+"""Most bytes of scratch copies of an object store, unless more are in use at a time."""
 
 
 class Settings(BaseSettings):
@@ -163,6 +165,18 @@ class Settings(BaseSettings):
         "inspected while they grow.",
     )
 
+    store: str | None = Field(
+        default=None,
+        description="Object store for films, photos, tiles and tracks in place of the data folder: "
+        "`s3://bucket/prefix?endpoint=https://host:port&region=name`; credentials come from "
+        "`AWS_ACCESS_KEY_ID` and `AWS_SECRET_ACCESS_KEY`.",
+    )
+    scratch_bytes: int = Field(
+        default=SCRATCH_BYTES,
+        ge=MIB,
+        description="Most bytes of an object store's films that are kept in the data folder to be "
+        "decoded, unless more are in use at a time.",
+    )
     dask: str | None = Field(
         default=None,
         pattern=r"^(tls|tcp)://[A-Za-z0-9._\-\[\]:]+:[0-9]{1,5}$",

@@ -23,6 +23,8 @@ import numpy as np
 from app.jobs.messages import Probed
 from app.lab.simulation.render import render
 from app.lab.simulation.sample import SAMPLE
+from app.storage import keys
+from app.storage.blobs import FolderBlobs
 from app.storage.database import Database
 from app.storage.files import DataFolder, sha256_of
 from app.storage.imports import ImportStore
@@ -98,7 +100,8 @@ def _add(folder: DataFolder, database: Database, defects: int, frames: int) -> s
         finished_at=now,
     )
     (place / "rig.json").write_text(json.dumps(inspection.rig))
-    tracks = Tracks(folder)
+    blobs = FolderBlobs(folder.root)
+    tracks = Tracks(blobs, folder)
     tracks.begin(inspection_id)
     tracks.append(inspection_id, estimates)
     tracks.note(inspection_id, ((frame, _GOOD) for frame in range(frames)), _joints(frames))
@@ -106,7 +109,7 @@ def _add(folder: DataFolder, database: Database, defects: int, frames: int) -> s
     jpeg = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 60])[1].tobytes()
     observations = list(_observations(inspection_id, defects, frames, jpeg))
     for row in observations:
-        folder.photo(inspection_id, row.id, row.frame).write_bytes(jpeg)
+        blobs.put(keys.photo(inspection_id, row.id, row.frame), jpeg)
     events = [_event(inspection, row) for row in (None, *observations)]
     ImportStore(database).add(inspection, observations, events)
     return inspection_id

@@ -56,7 +56,7 @@ def export(
     settings = settings_of(data)
     company = Company(settings.company_name, settings.company_logo)
     try:
-        with reading(settings.data, company, settings.database_url) as reader:
+        with reading(settings.data, company, settings.database_url, settings.store) as reader:
             row = _the_one(reader.named(inspection), inspection)
             written = reader.reports.export(row.id, format, language=lang, units=units).written
             write_whole(file, written.blocks())

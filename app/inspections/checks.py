@@ -5,7 +5,8 @@ from __future__ import annotations
 from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
-from app.storage.files import Places, photo_name
+from app.storage import keys
+from app.storage.blobs import Blobs
 from app.storage.inspections import InspectionStore
 from app.survey.checks import Case, Issue, run
 from app.survey.place import ObservationView
@@ -22,14 +23,14 @@ class Checks:
         corrections: Corrections,
         tracks: Tracks,
         packs: Packs,
-        folder: Places,
+        blobs: Blobs,
     ) -> None:
         self._inspections = inspections
         self._observations = observations
         self._corrections = corrections
         self._tracks = tracks
         self._packs = packs
-        self._folder = folder
+        self._blobs = blobs
 
     def run(self, inspection_id: str, views: list[ObservationView] | None = None) -> list[Issue]:
         """Return the issues, those that block first, each kind in the order of the rules.
@@ -43,10 +44,10 @@ class Checks:
         """
         row = self._inspections.get(inspection_id)
 
-        photos = self._folder.photos(inspection_id)
+        photos = {blob.key for blob in self._blobs.listed(keys.photos(inspection_id))}
 
         def photo_is_there(view: ObservationView) -> bool:
-            return photo_name(view.row.id, view.row.frame) in photos
+            return keys.photo(inspection_id, view.row.id, view.row.frame) in photos
 
         case = Case(
             header=row.header,

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import secrets
-import shutil
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -14,11 +15,11 @@ from typing import Any
 from app.errors import (
     DiskFull,
     LiveSourceRefused,
-    NoLongerWanted,
     NotAllTracked,
     NothingRecorded,
     OpenStretches,
     StillRunning,
+    StoreUnavailable,
 )
 from app.inspections.corrections import Corrections
 from app.inspections.inspections import Inspections
@@ -26,14 +27,9 @@ from app.inspections.uploads import Uploads
 from app.jobs import parts
 from app.jobs.parts import Between, Mark
 from app.settings import MIB
-from app.storage.files import (
-    RECORDING,
-    DataFolder,
-    copy_durably,
-    move_durably,
-    sha256_of,
-    sync_folder,
-)
+from app.storage import keys
+from app.storage.blobs import Blobs
+from app.storage.files import DataFolder, copy_durably, sha256_of, sync_folder, write_durably
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
 from app.storage.runs import RunStore
@@ -41,6 +37,7 @@ from app.storage.tables import ENDED, Inspection
 from app.survey.stretches import open_stretches
 from app.tracking.cameras import Sources
 from app.tracking.counter_files import SEARCHED, CounterFiles, KeptCounter
+from app.tracking.film_files import FilmFiles
 from app.tracking.media import Media
 from app.tracking.queue import Tracking
 from app.tracking.recorder import Recorder
@@ -67,6 +64,8 @@ class Films:
         store: InspectionStore,
         run_store: RunStore,
         folder: DataFolder,
+        blobs: Blobs,
+        film_files: FilmFiles,
         media: Media,
         uploads: Uploads,
         tracks: Tracks,
@@ -81,6 +80,8 @@ class Films:
         self._store = store
         self._run_store = run_store
         self._folder = folder
+        self._blobs = blobs
+        self._film_files = film_files
         self._media = media
         self._uploads = uploads
         self._tracks = tracks
@@ -164,7 +165,7 @@ class Films:
             UnreadableVideo: The file is not a video that can be tracked.
             RigVideoMismatch: The rig's camera has another picture size.
         """
-        shutil.rmtree(self._folder.inspection(inspection_id), ignore_errors=True)
+        self._blobs.delete_all(keys.inspection(inspection_id))
         self._create(
             name, copy, filename, _checked(rig), header, who,
             inspection_id=inspection_id, priority=priority, add=add,
@@ -201,17 +202,11 @@ class Films:
             video_file=file_name(probed),
             video=video_columns(probed),
         )
-        video = self._folder.inspection(inspection.id) / inspection.video_file
-        try:
-            self._make_place(inspection)
-            move_durably(source, video)
+        with self._removed_unless_added(inspection):
+            self._keep_rig(inspection.id, inspection.rig)
+            self._blobs.adopt(keys.film(inspection.id, inspection.video_file), source)
             self._counters.put(inspection.id, counter)
             (add or self._store.add)(inspection, who)
-        except (OSError, DiskFull, NoLongerWanted):
-            if not source.exists():
-                move_durably(video, source)
-            shutil.rmtree(video.parent, ignore_errors=True)
-            raise
         logger.info("Inspection %s (%s) made from %s.", inspection.id, name, filename)
         self._tracking.wake()
         return inspection.id
@@ -246,25 +241,36 @@ class Films:
             source_filename=source.shown,
             source_size=0,
             source_sha256="",
-            video_file=RECORDING,
+            video_file=keys.RECORDING,
             video=unrecorded_columns(width, height),
         )
-        try:
-            self._make_place(inspection)
+        with self._removed_unless_added(inspection):
+            self._make_place(inspection.id)
+            self._keep_rig(inspection.id, inspection.rig)
             self._store.add(inspection, who)
-        except (OSError, DiskFull):
-            shutil.rmtree(self._folder.inspection(inspection.id), ignore_errors=True)
-            raise
         logger.info("Inspection %s (%s) made from %s.", inspection.id, name, source.shown)
         self._recorder.begin(inspection, source)
         return inspection.id
 
-    def _make_place(self, inspection: Inspection) -> None:
-        """Make the inspection's folder, with the rig."""
-        place = self._folder.inspection(inspection.id)
-        place.mkdir()
+    @contextmanager
+    def _removed_unless_added(self, inspection: Inspection) -> Iterator[None]:
+        """Remove the blobs of a new inspection again if the block fails."""
+        try:
+            yield
+        except (OSError, DiskFull, StoreUnavailable):
+            with suppress(OSError, StoreUnavailable):
+                self._blobs.delete_all(keys.inspection(inspection.id))
+            raise
+
+    def _make_place(self, inspection_id: str) -> None:
+        """Make the folder in which a recording grows, unless it exists."""
+        place = self._folder.inspection(inspection_id)
+        place.mkdir(exist_ok=True)
         sync_folder(place.parent)
-        self._folder.keep_rig(inspection.id, inspection.rig)
+
+    def _keep_rig(self, inspection_id: str, rig: Mapping[str, Any]) -> None:
+        """Store the rig beside the film; the database has it too."""
+        self._blobs.put(keys.rig(inspection_id), json.dumps(rig, indent=2).encode())
 
     def record_on(self, inspection_id: str, url: str, between: Between, who: str) -> None:
         """Continue the recording of a camera as its next part; every frame keeps its number.
@@ -303,26 +309,30 @@ class Films:
                 "A recorder's file is a separate film and cannot be the next part."
             )
         self._folder.require_room(_LEAST_ROOM_TO_RECORD)
-        video, recording = self._inspections.video_path(row), self._folder.recording(inspection_id)
-        if video != recording:
-            self._recorder.reopen(video, recording)
-        parts.append(
-            self._folder.marks(inspection_id), [Mark(len(track), float(track.time_s[-1]), between)]
-        )
+        recording = self._folder.recording(inspection_id)
+        film = self._film_files.of(row)
+        self._make_place(inspection_id)
+        with film.local() as video:
+            is_recording = video == recording
+            if not is_recording:
+                self._recorder.reopen(video, recording)
+        marks = [*self._tracks.marks(inspection_id)]
+        marks.append(Mark(len(track), float(track.time_s[-1]), between))
+        write_durably(self._folder.marks(inspection_id), parts.text_of(marks).encode())
         values = {
             "source_filename": source.shown,
-            "video_file": RECORDING,
+            "video_file": keys.RECORDING,
             "video": unrecorded_columns(*size_wh),
             "claimed_by": self._recorder.owner,
         }
         try:
             row = self._run_store.record_on(inspection_id, who, between, values)
         except DiskFull:
-            if video != recording:
+            if not is_recording:
                 recording.unlink()
             raise
-        if video != recording:
-            video.unlink()
+        if not is_recording:
+            self._blobs.delete(film.key)
         logger.info("Inspection %s is continued by %s.", inspection_id, who)
         self._recorder.begin(row, source, between)
 
@@ -370,7 +380,7 @@ class Films:
         self._tracking.require_film(row)
         stated = checked.model_dump(mode="json")
         self._run_store.change_rig(inspection_id, who, stated)
-        self._folder.keep_rig(inspection_id, stated)
+        self._keep_rig(inspection_id, stated)
         self._corrections.forget(inspection_id)
         self._tracking.queued(inspection_id)
         logger.info("Inspection %s is tracked again for %s.", inspection_id, who)

@@ -9,22 +9,25 @@ distance is derived as usual. Such a track has neither sigma nor quality, as bot
 from __future__ import annotations
 
 import hashlib
+import json
 import logging
 import secrets
-import shutil
 import threading
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
-from app.errors import PackNotFound
+from app.errors import PackNotFound, StoreUnavailable
 from app.imports.survey import ImportedObservation, ImportedSurvey, clean
 from app.imports.whole_inspection import Happening, ImportedTag, WholeInspection
 from app.inspections.file_reader import FileReader
 from app.inspections.packs import Packs
-from app.storage.files import DataFolder, sync_folder
+from app.storage import keys
+from app.storage.blobs import Blobs
+from app.storage.files import DataFolder
 from app.storage.imports import ImportStore
 from app.storage.tables import ENDED, IMPORTED, Inspection
 from app.survey.records import BROUGHT_IN, Event, Observation
@@ -71,12 +74,14 @@ class Imports:
         self,
         store: ImportStore,
         folder: DataFolder,
+        blobs: Blobs,
         tracks: Tracks,
         packs: Packs,
         reader: FileReader,
     ) -> None:
         self._store = store
         self._folder = folder
+        self._blobs = blobs
         self._tracks = tracks
         self._packs = packs
         self._reader = reader
@@ -183,7 +188,7 @@ class Imports:
     def _is_free(self, inspection_id: str) -> bool:
         """Return whether this server never had an inspection of this id."""
         is_known = self._store.has_known(inspection_id)
-        return not is_known and not self._folder.inspection(inspection_id).exists()
+        return not is_known and not any(self._blobs.listed(keys.inspection(inspection_id)))
 
     def _keep(
         self,
@@ -196,11 +201,9 @@ class Imports:
         rows = len(run.track)
         self._folder.require_room(_BYTES_A_ROW * rows)
         inspection.frames_done = rows
-        place = self._folder.inspection(inspection.id)
-        place.mkdir()
         try:
-            sync_folder(place.parent)
-            self._folder.keep_rig(inspection.id, inspection.rig)
+            rig = json.dumps(inspection.rig, indent=2)
+            self._blobs.put(keys.rig(inspection.id), rig.encode())
             self._tracks.begin(inspection.id)
             self._tracks.append(inspection.id, run.estimates())
             self._tracks.note(
@@ -210,7 +213,8 @@ class Imports:
             self._store.add(inspection, observations, events)
         except BaseException:
             self._tracks.forget(inspection.id)
-            shutil.rmtree(place, ignore_errors=True)
+            with suppress(OSError, StoreUnavailable):
+                self._blobs.delete_all(keys.inspection(inspection.id))
             raise
         logger.info("Inspection %s (%s) imported.", inspection.id, inspection.name)
 

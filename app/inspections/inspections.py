@@ -7,7 +7,6 @@ import shutil
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,11 +15,14 @@ from numpy.typing import NDArray
 from app.errors import FrameNotFound, NothingRecorded
 from app.inspections.corrections import Corrections
 from app.jobs.parts import NOT_RECORDED
+from app.storage import keys
+from app.storage.blobs import Blobs, StoredBlob
 from app.storage.files import DataFolder
 from app.storage.inspections import InspectionStore, Summary
 from app.storage.tables import ENDED, Inspection
 from app.survey.track_rows import estimate_at, since
 from app.survey.versions import require_version, version_of
+from app.tracking.film_files import FilmFiles
 from app.tracking.live import CameraStatus, Live, Progress
 from app.tracking.media import Media
 from app.tracking.queue import Tracking
@@ -65,6 +67,8 @@ class Inspections:
         self,
         store: InspectionStore,
         folder: DataFolder,
+        blobs: Blobs,
+        films: FilmFiles,
         media: Media,
         tracks: Tracks,
         corrections: Corrections,
@@ -74,6 +78,8 @@ class Inspections:
     ) -> None:
         self._store = store
         self._folder = folder
+        self._blobs = blobs
+        self._films = films
         self._media = media
         self._tracks = tracks
         self._corrections = corrections
@@ -101,18 +107,18 @@ class Inspections:
         """
         return self._store.get(inspection_id)
 
-    def video_path(self, inspection: Inspection) -> Path:
-        """Return the original file, or the recording so far.
+    def film(self, inspection: Inspection) -> StoredBlob:
+        """Return the original film, or the recording so far.
 
         Raises:
             NothingRecorded: The camera delivered no picture, or the survey was imported.
         """
         if not inspection.has_film:
             raise NothingRecorded(NO_FILM)
-        path = self._folder.inspection(inspection.id) / inspection.video_file
-        if not path.exists():
+        film = self._films.of(inspection)
+        if not film.exists():
             raise NothingRecorded("The camera delivered no picture, so there is no video.")
-        return path
+        return film
 
     def track_as(self, inspection_id: str, kind: str, first: int) -> tuple[str, str]:
         """Return the corrected track from frame `first` on as csv, tum or json, with its media
@@ -146,7 +152,8 @@ class Inspections:
             raise FrameNotFound(f"Frame {frame} is not tracked, so its picture cannot be found.")
         if not self._tracks.is_recorded(inspection_id, frame):
             raise FrameNotFound(NOT_RECORDED)
-        return self._media.picture(self.video_path(row), estimate.time_s, _FRAME_JPEG_QUALITY)
+        with self.film(row).local() as video:
+            return self._media.picture(video, estimate.time_s, _FRAME_JPEG_QUALITY)
 
     def change(
         self,
@@ -178,11 +185,13 @@ class Inspections:
         if self.row(inspection_id).status not in ENDED:
             self._tracking.cancel(inspection_id)
         self._store.delete(inspection_id, who)
+        self._runs.deleted(inspection_id)
         self._tracks.forget(inspection_id)
         self._corrections.forget(inspection_id)
         self._live.publish(inspection_id, "cancelled", Progress(0, None, None, None))
         with suppress(FileNotFoundError):
             shutil.rmtree(self._folder.inspection(inspection_id))
+        self._blobs.delete_all(keys.inspection(inspection_id))
         logger.info("Inspection %s deleted by %s.", inspection_id, who)
 
     def _view(self, summary: Summary) -> InspectionView:

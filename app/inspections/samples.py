@@ -23,7 +23,9 @@ from app.inspections.observations import Observations
 from app.jobs.messages import Done, Failed, FromSample, Limits, Rendered, SampleRequest
 from app.jobs.process import Child, describe_exit
 from app.lab.simulation.sample import SAMPLE, tags
-from app.storage.files import DataFolder, write_durably
+from app.storage import keys
+from app.storage.blobs import Blobs
+from app.storage.files import DataFolder
 from vo_core import Rig
 from vo_core.errors import ChainageError
 
@@ -70,11 +72,13 @@ class Samples:
     def __init__(
         self,
         folder: DataFolder,
+        blobs: Blobs,
         inspections: Inspections,
         films: Films,
         observations: Observations,
     ) -> None:
         self._folder = folder
+        self._blobs = blobs
         self._inspections = inspections
         self._films = films
         self._observations = observations
@@ -160,15 +164,11 @@ class Samples:
     def _existing(self) -> str | None:
         """Return the id of the sample inspection, unless it was deleted."""
         try:
-            inspection_id = self._note.read_text("ascii")
+            inspection_id = self._blobs.get(keys.SAMPLE).decode("ascii")
             self._inspections.row(inspection_id)
         except (FileNotFoundError, InspectionNotFound):
             return None
         return inspection_id
-
-    @property
-    def _note(self) -> Path:
-        return self._folder.sample / "inspection"
 
     def _add(self, files: Path) -> None:
         """Import the video and add three tags."""
@@ -178,7 +178,7 @@ class Samples:
         )
         for tag in tags(SAMPLE.shortened(LENGTH_MM)):
             self._observations.put(inspection_id, str(uuid.uuid4()), tag, WHO)
-        write_durably(self._note, inspection_id.encode())
+        self._blobs.put(keys.SAMPLE, inspection_id.encode())
 
     def _rendered(self) -> Path:
         """Return the folder of the rendered sample; remove that of an earlier version."""

@@ -37,11 +37,14 @@ NOT_RECORDED = (
 
 
 def read(path: Path) -> list[Mark]:
-    """Return all marks, none without a file; skip a line that a crash has cut off."""
-    if not path.exists():
-        return []
+    """Return all marks, none without a file."""
+    return parsed(path.read_text("ascii")) if path.exists() else []
+
+
+def parsed(text: str) -> list[Mark]:
+    """Return the marks of such a file; skip a line that a crash has cut off."""
     marks = []
-    for line in path.read_text("ascii").splitlines(keepends=True):
+    for line in text.splitlines(keepends=True):
         if line.endswith("\n"):
             frame, time_s, kind = line.strip().split(",")
             marks.append(msgspec.convert([int(frame), float(time_s), kind], Mark))

@@ -7,6 +7,7 @@ import time
 from dataclasses import dataclass
 
 from app.errors import NotReady
+from app.storage.blobs import Blobs
 from app.storage.database import Database
 from app.storage.files import DataFolder
 from app.tracking.media import Media
@@ -33,12 +34,14 @@ class Health:
         self,
         database: Database,
         folder: DataFolder,
+        blobs: Blobs,
         media: Media,
         tracking: Tracking,
         photos: Photos,
     ) -> None:
         self._database = database
         self._folder = folder
+        self._blobs = blobs
         self._media = media
         self._tracking = tracking
         self._photos = photos
@@ -60,7 +63,13 @@ class Health:
             raise NotReady("server: The last check has not ended yet.")
         try:
             if time.monotonic() - self._checked_at > _CACHED_S:
-                self._checks = [self._writes(), self._room(), self._workers(), self._version()]
+                self._checks = [
+                    self._writes(),
+                    self._room(),
+                    self._stores(),
+                    self._workers(),
+                    self._version(),
+                ]
                 self._checked_at = time.monotonic()
             checks = self._checks
         finally:
@@ -87,6 +96,13 @@ class Health:
         free = self._folder.free_bytes()
         detail = f"{free / 2**30:.1f} GiB can still be used."
         return Check("disk", free > 0, detail if free > 0 else "The disk is nearly full.")
+
+    def _stores(self) -> Check:
+        try:
+            self._blobs.check()
+        except ChainageError as error:
+            return Check("store", False, str(error))
+        return Check("store", True, f"Films go to {self._blobs.name}, which accepts writes.")
 
     def _workers(self) -> Check:
         parts = {

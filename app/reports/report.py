@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from app.inspections.counters import NO_COUNTER, CounterView
 from app.reports.bundle.signing import Signer
+from app.storage.blobs import Readable
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.adjustment.joints import ExpectedJoint, FittedJoint
 from app.survey.catalogue.table import Code
@@ -40,8 +41,8 @@ class Photo:
 
     name: str
     """`<asset>-<number>.jpg`, equal in every format; any name in another program's survey."""
-    path: Path | None
-    """A file that may be missing; None in an import, whose photos are elsewhere."""
+    jpeg: Readable | None
+    """A blob that may be missing; None in an import, whose photos are elsewhere."""
     sha256: str | None
     """None for another program's photo."""
 
@@ -175,7 +176,7 @@ class Report:
     """Columns of the picture health by the fields of `Health`, one value for each frame so far."""
     sightings: tuple[Sighting, ...]
     """Joints that were seen while tracking, in the order of their frames."""
-    wall: Mapping[int, Path]
+    wall: Mapping[int, Readable]
     """JPEG tiles of the unrolled wall by number, which counts raw distance (`Layout`)."""
     layout: Layout | None
     counter: CounterView = NO_COUNTER

@@ -23,7 +23,8 @@ from app.reports.bundle.signing import Signer
 from app.reports.content.naming import ascii_file_name, safe_file_name
 from app.reports.formats import FORMATS
 from app.reports.report import Company, Entry, Language, Photo, Report, Role, Source, Units, Written
-from app.storage.files import Places
+from app.storage import keys
+from app.storage.blobs import Blobs, StoredBlob
 from app.storage.inspections import InspectionStore
 from app.storage.tables import ENDED, IMPORTED
 from app.survey.catalogue.header import number_of
@@ -69,7 +70,7 @@ class Reports:
         packs: Packs,
         tracks: Tracks,
         unrolled: Unrolled,
-        folder: Places,
+        blobs: Blobs,
         company: Company,
         signer: Signer,
         draw_scene: Callable[[Report], str],
@@ -82,7 +83,7 @@ class Reports:
         self._packs = packs
         self._tracks = tracks
         self._unrolled = unrolled
-        self._folder = folder
+        self._blobs = blobs
         self._company = company
         self._signer = signer
         self._draw_scene = draw_scene
@@ -154,7 +155,6 @@ class Reports:
             layout = self._unrolled.layout(rig)
         except InvalidRig:  # a camera that sees no wall
             layout = None
-        folder = self._folder.wall(inspection_id)
         return Report(
             id=row.id,
             name=row.name,
@@ -181,7 +181,7 @@ class Reports:
             health=self._tracks.health(inspection_id).columns(),
             sightings=tuple(self._tracks.sightings(inspection_id)),
             wall={
-                tile.index: folder / f"{tile.index}.jpg"
+                tile.index: StoredBlob(self._blobs, keys.tile(inspection_id, tile.index))
                 for tile in self._unrolled.tiles(inspection_id)
             },
             layout=layout,
@@ -203,10 +203,11 @@ class Reports:
             return Photo(stated, None, None)
         if not row.is_photographed:
             return None
-        path = None
+        jpeg = None
         if row.has_photo:
-            path = self._folder.photo(row.inspection_id, row.id, row.frame)
-        return Photo(f"{asset}-{row.seq:03d}.jpg", path, row.photo_sha256)
+            key = keys.photo(row.inspection_id, row.id, row.frame)
+            jpeg = StoredBlob(self._blobs, key)
+        return Photo(f"{asset}-{row.seq:03d}.jpg", jpeg, row.photo_sha256)
 
 
 def _photo_stem(asset: str) -> str:

@@ -7,6 +7,7 @@ know which. What a method has written when it returns survives a power cut.
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import hashlib
 import logging
@@ -22,9 +23,9 @@ from typing import TYPE_CHECKING, BinaryIO, Protocol, cast
 from urllib.parse import parse_qsl, urlsplit
 
 from app.errors import BlobNotFound, InvalidSettings, StoreUnavailable
+from app.settings import SCRATCH_BYTES
 from app.storage.files import (
     copy_durably,
-    move_durably,
     raise_if_full,
     replace_file,
     sync_file,
@@ -38,10 +39,8 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-BLOCK = 4 * 2**20
+BLOCK = 2**20
 """Largest block that `blocks` reads at a time, bytes."""
-SCRATCH_BYTES = 20 * 2**30
-"""Most bytes of scratch copies, unless more are in use at a time."""
 _KEY = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9._-]*(?:/[A-Za-z0-9_-][A-Za-z0-9._-]*)*")
 """No segment is empty, `..`, or hidden: hidden names are files that are being written."""
 _PROBE = "store-check"
@@ -79,7 +78,7 @@ class Blobs(Protocol):
 
     @property
     def media(self) -> tuple[str, ...]:
-        """Folders in which the paths of `local` lie, for children that are confined."""
+        """Existing folders in which the paths of `local` lie, for children that are confined."""
 
     def put(self, key: str, content: bytes) -> None:
         """Store a blob, replacing any of this key whole."""
@@ -93,8 +92,11 @@ class Blobs(Protocol):
     def put_file(self, key: str, path: Path) -> None:
         """Store a copy of a file, in parts if it is large."""
 
-    def take_file(self, key: str, path: Path) -> None:
-        """Store a file that has been synced, of the data folder; then it is gone from `path`."""
+    def adopt(self, key: str, path: Path) -> None:
+        """Store a file of the server's own, without another copy if the store is its disk.
+
+        From now on nobody may change the file; who calls deletes `path` when it is not needed.
+        """
 
     def get(self, key: str) -> bytes:
         """Return a blob; raise BlobNotFound if there is none."""
@@ -132,7 +134,7 @@ class Blobs(Protocol):
 
 
 def blobs_at(url: str | None, folder: Path, *, scratch_bytes: int = SCRATCH_BYTES) -> Blobs:
-    """Return the store of a server or of a worker; nothing is opened or made.
+    """Return the store of a server or of a worker; nothing is requested.
 
     Args:
         url: `s3://bucket/prefix?endpoint=https://host:port&region=name`, all but the bucket
@@ -163,6 +165,44 @@ def checked_key(key: str) -> str:
     if not _KEY.fullmatch(key):
         raise ValueError(f"{key!r} is no key of a blob.")
     return key
+
+
+class Readable(Protocol):
+    """Something that has bytes: a blob, or a path."""
+
+    def read_bytes(self) -> bytes:
+        """Return all bytes; raise FileNotFoundError if there is nothing."""
+
+    def exists(self) -> bool:
+        """Return whether there is something."""
+
+
+@dataclass(frozen=True)
+class StoredBlob:
+    """One blob of a store, whether it exists or not."""
+
+    blobs: Blobs
+    key: str
+
+    def exists(self) -> bool:
+        """Return whether there is such a blob."""
+        return self.blobs.exists(self.key)
+
+    def about(self) -> Blob:
+        """Return size and revision; raise BlobNotFound if there is none."""
+        return self.blobs.about(self.key)
+
+    def read_bytes(self) -> bytes:
+        """Return the blob; raise BlobNotFound if there is none."""
+        return self.blobs.get(self.key)
+
+    def blocks(self, first: int, length: int) -> Iterator[bytes]:
+        """Yield `length` bytes from the byte `first` on, in blocks of bounded size."""
+        return blocks(self.blobs, self.key, first, length)
+
+    def local(self) -> AbstractContextManager[Path]:
+        """Hold the blob as a file, only to be read; raise BlobNotFound if there is none."""
+        return self.blobs.local(self.key)
 
 
 class FolderBlobs:
@@ -219,10 +259,20 @@ class FolderBlobs:
         with _room():
             copy_durably(path, self._new(key))
 
-    def take_file(self, key: str, path: Path) -> None:
-        """Rename."""
-        with _room():
-            move_durably(path, self._new(key))
+    def adopt(self, key: str, path: Path) -> None:
+        """Give the file a second name, or copy it where a file system has no such names."""
+        target = self._new(key)
+        sync_file(path)
+        if target.exists() and target.samefile(path):
+            return
+        try:
+            target.unlink(missing_ok=True)
+            target.hardlink_to(path)
+        except OSError as error:
+            if error.errno not in _NO_LINKS:
+                raise
+            self.put_file(key, path)
+        sync_folder(target.parent)
 
     def get(self, key: str) -> bytes:
         """Read the whole file."""
@@ -288,9 +338,10 @@ class FolderBlobs:
         yield path
 
     def check(self) -> None:
-        """Write a small file."""
+        """Write and delete a small file."""
         try:
             self.put(_PROBE, b"")
+            self.delete(_PROBE)
         except OSError as error:
             raise StoreUnavailable(f"{self._root} cannot be written: {error}.") from error
 
@@ -329,10 +380,9 @@ class ObjectBlobs:
         with self._answers(key), path.open("rb") as file:
             self._store.put(checked_key(key), file, chunk_size=part, max_concurrency=_PARTS_AT_ONCE)
 
-    def take_file(self, key: str, path: Path) -> None:
-        """Send the file, then delete it."""
+    def adopt(self, key: str, path: Path) -> None:
+        """Send the file, in parts if it is large."""
         self.put_file(key, path)
-        path.unlink()
 
     def get(self, key: str) -> bytes:
         """Fetch the object, a large one in blocks, so that no request takes long."""
@@ -340,7 +390,8 @@ class ObjectBlobs:
             found = self._store.get(checked_key(key))
             if found.meta["size"] <= _PART:
                 return found.bytes().to_bytes()
-        return b"".join(blocks(self, key, 0, found.meta["size"]))
+        size = found.meta["size"]
+        return b"".join(self.read_range(key, first, _PART) for first in range(0, size, _PART))
 
     def read_range(self, key: str, first: int, length: int) -> bytes:
         """Fetch a part of the object."""
@@ -478,6 +529,8 @@ def _opened(url: str) -> tuple[S3Store, str]:
     return store, name
 
 
+_NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EXDEV, errno.EMLINK)
+"""Errors of a file system without a second name for this file."""
 _IN_URL = {"endpoint", "region"}
 
 
@@ -494,13 +547,13 @@ class Scratch:
 
     def __init__(self, folder: Path, most_bytes: int) -> None:
         self.folder = folder.resolve()
+        self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._most_bytes = most_bytes
 
     @contextmanager
     def held(self, name: str, size: int, content: Content) -> Iterator[Path]:
         """Hold the copy of this name; if there is none, `content` yields its `size` bytes."""
         path = self.folder / name
-        self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         while (file := _locked(path, size)) is None:
             self._make(path, size, content)
         with file:

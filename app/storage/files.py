@@ -1,5 +1,9 @@
 """Files of the data folder; acknowledged content has been synced, with its folder.
 
+Films, photos, tiles and tracks are blobs under keys (`keys`), which lie in the folder unless the
+server has an object store (`blobs`). What grows, and what one server needs to resume its work, lies
+in the folder always: recordings, checkpoints, uploads, the database, keys and tokens.
+
 chainage.db
 token                                  the access token, mode 0600, unless CHAINAGE_TOKEN is set
 tokens.json                            the named tokens, by their SHA-256; see tokens.py
@@ -24,23 +28,14 @@ from __future__ import annotations
 
 import fcntl
 import hashlib
-import json
 import os
 import secrets
 import shutil
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 from app.errors import NO_ROOM, DataFolderInUse, DiskFull
-
-RECORDING = "recording.mkv"
-_PHOTOS = "photos"
-
-
-def photo_name(observation_id: str, frame: int) -> str:
-    """Return the file name of the photo of an observation at a frame."""
-    return f"{observation_id}-{frame}.jpg"
+from app.storage import keys
 
 
 class Places:
@@ -56,36 +51,12 @@ class Places:
 
     @property
     def media(self) -> tuple[str, ...]:
-        """Folders that contain videos."""
+        """Folders that contain uploads and growing films."""
         return str(self.uploads), str(self.inspections)
 
     def inspection(self, inspection_id: str) -> Path:
         """Return the folder of an inspection."""
         return self.inspections / inspection_id
-
-    def track(self, inspection_id: str) -> Path:
-        """Return the track file of an ended inspection."""
-        return self.inspection(inspection_id) / "track.csv"
-
-    def health(self, inspection_id: str) -> Path:
-        """Return the picture health file of an ended inspection."""
-        return self.inspection(inspection_id) / "health.csv"
-
-    def joints(self, inspection_id: str) -> Path:
-        """Return the file of the joints seen while an inspection was tracked."""
-        return self.inspection(inspection_id) / "joints.csv"
-
-    def counter(self, inspection_id: str) -> Path:
-        """Return the file of what is known of the burnt-in counter of a film."""
-        return self.inspection(inspection_id) / "counter.json"
-
-    def counter_readings(self, inspection_id: str) -> Path:
-        """Return the file of the readings of that counter."""
-        return self.inspection(inspection_id) / "counter.csv"
-
-    def wall(self, inspection_id: str) -> Path:
-        """Return the folder of the tiles of the unrolled wall: <index>.jpg."""
-        return self.inspection(inspection_id) / "wall"
 
     def checkpoint(self, inspection_id: str) -> Path:
         """Return the file of the last checkpoint of an inspection that is being tracked."""
@@ -97,22 +68,11 @@ class Places:
 
     def recording(self, inspection_id: str) -> Path:
         """Return the file that a camera is recorded into."""
-        return self.inspection(inspection_id) / RECORDING
+        return self.inspection(inspection_id) / keys.RECORDING
 
     def marks(self, inspection_id: str) -> Path:
         """Return the file of the frames missing from a recording and of where its parts begin."""
         return self.inspection(inspection_id) / "parts.csv"
-
-    def photo(self, inspection_id: str, observation_id: str, frame: int) -> Path:
-        """Return the photo file of an observation at a frame."""
-        return self.inspection(inspection_id) / _PHOTOS / photo_name(observation_id, frame)
-
-    def photos(self, inspection_id: str) -> set[str]:
-        """Return the names of the existing photos."""
-        try:
-            return {path.name for path in (self.inspection(inspection_id) / _PHOTOS).iterdir()}
-        except FileNotFoundError:
-            return set()
 
 
 class DataFolder(Places):
@@ -169,11 +129,6 @@ class DataFolder(Places):
                 "There is not enough room on the server's disk. Free some space, then continue."
             )
 
-    def keep_rig(self, inspection_id: str, rig: Mapping[str, Any]) -> None:
-        """Write rig.json into the folder of an inspection; the database has the rig too."""
-        path = self.inspection(inspection_id) / "rig.json"
-        write_durably(path, json.dumps(rig, indent=2).encode())
-
     def kept_token(self) -> str:
         """Return the server's own token, made at the first start and readable by its owner only."""
         path = self.root / "token"
@@ -228,13 +183,6 @@ def replace_file(path: Path, content: bytes) -> None:
     except OSError:
         part.unlink(missing_ok=True)
         raise
-
-
-def move_durably(source: Path, target: Path) -> None:
-    """Rename within the data folder, durably against a power cut."""
-    source.replace(target)
-    sync_folder(target.parent)
-    sync_folder(source.parent)
 
 
 def copy_durably(source: Path, target: Path) -> None:

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 from app.errors import InspectionNotFound
 from app.storage.database import Database
 from app.storage.packs import require_pack_of
-from app.storage.tables import EventRow, Inspection, ObservationRow
+from app.storage.tables import ENDED, EventRow, Inspection, ObservationRow
 from app.survey.records import Event
 from app.survey.versions import Require
 
@@ -58,6 +58,16 @@ class InspectionStore:
         with self._database.read() as session:
             query = _SUMMARY.order_by(Inspection.created_at.desc(), Inspection.id)
             return [Summary(*found) for found in session.execute(query)]
+
+    def ended(self) -> list[str]:
+        """Return the ids of the ended inspections, the newest first."""
+        query = (
+            select(Inspection.id)
+            .where(Inspection.status.in_(ENDED))
+            .order_by(Inspection.created_at.desc())
+        )
+        with self._database.read() as session:
+            return list(session.scalars(query))
 
     def state(self, inspection_id: str) -> tuple[Hashable, ...]:
         """Return a state that differs after every change to the report of an ended inspection.

@@ -1,4 +1,4 @@
-"""What is known of the burnt-in counter of each film: files beside its track."""
+"""What is known of the burnt-in counter of each film: blobs beside its track."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from cachetools import LRUCache
 
 from app.burnt_in.counter import CounterReadings
 from app.burnt_in.finder import CounterPlace
-from app.errors import PixelOutsidePicture
+from app.errors import BlobNotFound, PixelOutsidePicture
 from app.jobs.messages import CornersPx
-from app.storage.files import Places, write_durably
+from app.storage import keys
+from app.storage.blobs import Blobs
 from vo_core.scale.counter import Unit
 
 _READINGS_KEPT = 8
@@ -57,10 +58,10 @@ SEARCHED = KeptCounter("waiting")
 
 
 class CounterFiles:
-    """Reads and writes these files."""
+    """Reads and writes these blobs."""
 
-    def __init__(self, places: Places) -> None:
-        self._places = places
+    def __init__(self, blobs: Blobs) -> None:
+        self._blobs = blobs
         self._lock = threading.Lock()
         """Guards the next field."""
         self._readings: LRUCache[tuple[str, int], CounterReadings] = LRUCache(_READINGS_KEPT)
@@ -68,38 +69,40 @@ class CounterFiles:
     def get(self, inspection_id: str) -> KeptCounter | None:
         """Return what is known; None if nobody has asked for the counter."""
         try:
-            content = self._places.counter(inspection_id).read_bytes()
-        except FileNotFoundError:
+            content = self._blobs.get(keys.counter(inspection_id))
+        except BlobNotFound:
             return None
         return msgspec.json.decode(content, type=KeptCounter)
 
     def put(self, inspection_id: str, counter: KeptCounter) -> None:
         """Replace what is known; it is synced on return."""
-        write_durably(self._places.counter(inspection_id), msgspec.json.encode(counter))
+        self._blobs.put(keys.counter(inspection_id), msgspec.json.encode(counter))
 
     def put_readings(self, inspection_id: str, counter: KeptCounter, csv: str) -> None:
         """Store readings, then that they exist."""
-        write_durably(self._places.counter_readings(inspection_id), csv.encode())
+        self._blobs.put(keys.counter_readings(inspection_id), csv.encode())
         self.put(inspection_id, counter)
 
     def readings(self, inspection_id: str, counter: KeptCounter) -> CounterReadings:
         """Return the readings of a counter whose state is `read`."""
-        path = self._places.counter_readings(inspection_id)
-        key = (inspection_id, path.stat().st_mtime_ns)
+        key = (inspection_id, self._revision(inspection_id))
         with self._lock:
             found = self._readings.get(key)
         if found is None:
-            found = CounterReadings.from_csv(path.read_text("utf-8"), counter.place)
+            csv = self._blobs.get(keys.counter_readings(inspection_id)).decode()
+            found = CounterReadings.from_csv(csv, counter.place)
             with self._lock:
                 self._readings[key] = found
         return found
 
     def version(self, inspection_id: str) -> str:
         """Return a version of the readings: others have another one."""
-        return str(self._places.counter_readings(inspection_id).stat().st_mtime_ns)
+        return str(self._revision(inspection_id))
 
-    def waiting(self) -> list[str]:
-        """Return the ids of the inspections whose counter is still to be read."""
-        ids = sorted(path.name for path in self._places.inspections.iterdir() if path.is_dir())
-        found = ((id_, self.get(id_)) for id_ in ids)
-        return [id_ for id_, counter in found if counter is not None and counter.state == "waiting"]
+    def _revision(self, inspection_id: str) -> int:
+        return self._blobs.about(keys.counter_readings(inspection_id)).revision
+
+    def is_waiting(self, inspection_id: str) -> bool:
+        """Return whether the counter of an inspection is still to be read."""
+        counter = self.get(inspection_id)
+        return counter is not None and counter.state == "waiting"

@@ -7,6 +7,7 @@ ends. The child has the lowest priority, so tracking goes on as fast as without 
 from __future__ import annotations
 
 import logging
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,12 +17,14 @@ from app.burnt_in.box import Box
 from app.burnt_in.counter import CounterReadings
 from app.burnt_in.finder import CounterPlace
 from app.errors import (
+    BlobNotFound,
     DiskFull,
     InspectionNotFound,
     MediaFailed,
     MediaTimeout,
     NothingRecorded,
     NotRunning,
+    StoreUnavailable,
 )
 from app.jobs.messages import (
     CounterAt,
@@ -35,10 +38,11 @@ from app.jobs.messages import (
 )
 from app.jobs.process import Child, describe_exit
 from app.logs import about
-from app.storage.files import DataFolder
+from app.storage.blobs import StoredBlob
 from app.storage.inspections import InspectionStore
 from app.storage.tables import ENDED
 from app.tracking.counter_files import SEARCHED, CounterFiles, KeptCounter
+from app.tracking.film_files import FilmFiles
 from app.tracking.live import Event, Update
 from app.tracking.videos import NO_FILM
 from app.tracking.worker import Worker
@@ -66,27 +70,28 @@ class CounterQueue(Worker):
     def __init__(
         self,
         inspections: InspectionStore,
-        folder: DataFolder,
+        films: FilmFiles,
         files: CounterFiles,
         *,
         limits: Limits,
     ) -> None:
         super().__init__("counters", stop_timeout_s=_STOP_TIMEOUT_S)
         self._inspections = inspections
-        self._folder = folder
+        self._films = films
         self._files = files
         self._limits = limits
         self._due: dict[str, None] = {}
         """Inspections to look at, the oldest first; `_changed` guards this and the next fields."""
+        self._inherits = False
+        """Whether to look for films that nobody has announced."""
         self._reading: str | None = None
         self._progress: CounterProgress | None = None
         self._child: Child | None = None
 
     def take_over(self) -> None:
         """Read the counters that a server which has ended left waiting."""
-        waiting = self._files.waiting()
         with self._changed:
-            self._due.update(dict.fromkeys(waiting))
+            self._inherits = True
             self._changed.notify_all()
 
     def stop(self) -> None:
@@ -172,35 +177,61 @@ class CounterQueue(Worker):
     def _work(self) -> None:
         while True:
             with self._changed:
-                self._changed.wait_for(lambda: self._due or self._stopping)
+                self._changed.wait_for(lambda: self._due or self._inherits or self._stopping)
                 if self._stopping:
                     return
-                inspection_id = next(iter(self._due))
-                del self._due[inspection_id]
+                inherits, self._inherits = self._inherits, False
+                if not inherits:
+                    inspection_id = next(iter(self._due))
+                    del self._due[inspection_id]
+            if inherits:
+                self._find_waiting()
+                continue
             try:
                 with about(inspection_id):
                     self._look(inspection_id)
             except InspectionNotFound:  # deleted meanwhile
                 continue
-            except DiskFull as full:
-                logger.warning("The counter of %s waits: %s", inspection_id, full)
+            except (DiskFull, StoreUnavailable) as hindrance:
+                logger.warning("The counter of %s waits: %s", inspection_id, hindrance)
                 self._try_later(inspection_id)
             except Exception:
                 logger.exception("The counter of %s could not be read.", inspection_id)
                 self._try_later(inspection_id)
 
+    def _find_waiting(self) -> None:
+        """Find what was waiting when the server ended."""
+        ids = deque(self._inspections.ended())
+        while ids and not self._stopping:
+            try:
+                if self._files.is_waiting(ids[0]):
+                    self._look_at(ids[0])
+            except StoreUnavailable as away:
+                logger.warning("The counters wait: %s", away)
+                self._pause()
+                continue
+            except Exception:
+                logger.exception("The state of the counter of %s cannot be read.", ids[0])
+            ids.popleft()
+
     def _try_later(self, inspection_id: str) -> None:
         self._look_at(inspection_id)
+        self._pause()
+
+    def _pause(self) -> None:
         with self._changed:
             self._changed.wait_for(lambda: self._stopping, _PAUSE_AFTER_FAULT_S)
 
     def _look(self, inspection_id: str) -> None:
         """Read the counter of an ended inspection, unless its film is read already."""
         row = self._inspections.get(inspection_id)
-        film = self._folder.inspection(inspection_id) / row.video_file
-        if row.status not in ENDED or not row.has_film or not film.exists():
+        if row.status not in ENDED or not row.has_film:
             return
-        size = film.stat().st_size
+        film = self._films.of(row)
+        try:
+            size = film.about().size
+        except BlobNotFound:
+            return
         with self._changed:
             kept = self._files.get(inspection_id) or SEARCHED
             if kept.state == "read" and kept.film_bytes != size:  # the recording was continued
@@ -211,21 +242,22 @@ class CounterQueue(Worker):
             self._reading, self._progress = inspection_id, CounterProgress(0, None)
             self._child = Child(CHILD)
         try:
-            self._read(inspection_id, film, kept)
+            with film.local() as path:
+                self._read(inspection_id, film, path, kept)
         finally:
             with self._changed:
                 self._child.kill()
                 self._reading = self._progress = self._child = None
 
-    def _read(self, inspection_id: str, film: Path, kept: KeptCounter) -> None:
+    def _read(self, inspection_id: str, film: StoredBlob, path: Path, kept: KeptCounter) -> None:
         """Follow the child, and store its result unless something else is wanted meanwhile."""
         assert self._child is not None  # noqa: S101  (its thread has just started it)
-        request = CounterRequest(str(film), self._limits, kept.within)
+        request = CounterRequest(str(path), self._limits, kept.within)
 
         def note(progress: CounterProgress) -> None:
             with self._changed:
                 self._progress = progress
-                if not film.exists():  # deleted, or a recording again
+                if not path.exists():  # deleted, or a recording again
                     self._end_child()
 
         csv = ""
@@ -233,7 +265,7 @@ class CounterQueue(Worker):
             found = _answer(self._child, request, _STALL_S, note)
             if not isinstance(found, CounterRead):
                 raise MediaFailed("The process that reads counters gave an invalid answer.")
-            csv, done = found.csv, _read_of(kept, found, film.stat().st_size)
+            csv, done = found.csv, _read_of(kept, found, film.about().size)
         except (ChainageError, FileNotFoundError) as failure:
             done = msgspec.structs.replace(kept, state="failed", detail=str(failure))
         with self._changed:

@@ -8,6 +8,7 @@ from typing import Protocol
 from app.jobs.messages import Limits
 from app.storage.blobs import Blobs
 from app.storage.files import DataFolder
+from app.tracking.film_files import FilmFiles
 from app.tracking.film_run import FilmTracker
 from app.tracking.runs import Run, Runs, track_metadata
 from app.tracking.tracks import Tracks
@@ -85,6 +86,7 @@ class Pool:
         self,
         folder: DataFolder,
         blobs: Blobs,
+        films: FilmFiles,
         tracks: Tracks,
         unrolled: Unrolled,
         runs: Runs,
@@ -97,6 +99,7 @@ class Pool:
         self.most_slots = slots
         self._folder = folder
         self._blobs = blobs
+        self._films = films
         self._tracks = tracks
         self._limits = limits
         self._stall_s = stall_s
@@ -112,7 +115,8 @@ class Pool:
 
     def track(self, run: Run) -> Manifest | None:
         """Track the film of a run, whose results grow where everybody sees them."""
-        with self._blobs.local(run.film) as video:
+        self._folder.inspection(run.inspection.id).mkdir(exist_ok=True)  # for the journal
+        with self._films.at(run.film).local() as video:
             outcome = self._tracker.track(run, video, self._limits)
         if outcome is None:
             return None

@@ -20,7 +20,7 @@ import msgspec
 
 import app.jobs
 import vo_core
-from app.errors import DiskFull
+from app.errors import DiskFull, StoreUnavailable
 from app.jobs.messages import Batch, Checkpoint, KeptCheckpoint, encode
 from app.storage.files import Places, append_durably, write_durably
 from app.tracking.runs import TrackedFilm
@@ -99,8 +99,8 @@ class Journal:
             end = append_durably(self._journal, self._bytes, self._unsaved)
             kept = KeptCheckpoint(self._stamp, end, checkpoint)
             write_durably(self._checkpoint, encode(kept))
-        except (DiskFull, OSError):
-            # Tracking itself needs no free space, and the previous checkpoint is still valid.
+        except (DiskFull, StoreUnavailable, OSError):
+            # Tracking itself needs neither, and the previous checkpoint is still valid.
             logger.warning("A checkpoint of %s could not be written.", self._id, exc_info=True)
             return False
         self._bytes = end

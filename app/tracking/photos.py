@@ -8,17 +8,25 @@ from __future__ import annotations
 
 import hashlib
 import logging
-from pathlib import Path
 
-from app.errors import DiskFull, InspectionNotFound, ObservationNotFound, PhotoNotFound
+from app.errors import (
+    BlobNotFound,
+    DiskFull,
+    InspectionNotFound,
+    ObservationNotFound,
+    PhotoNotFound,
+    StoreUnavailable,
+)
 from app.jobs.parts import NOT_RECORDED
 from app.logs import about
-from app.storage.files import DataFolder, write_durably
+from app.storage import keys
+from app.storage.blobs import Blobs
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
 from app.storage.tables import ENDED, Inspection
 from app.survey.records import Observation
 from app.survey.track_rows import estimate_at
+from app.tracking.film_files import FilmFiles
 from app.tracking.live import Event, Live, Update, WallChanged
 from app.tracking.media import Media
 from app.tracking.tracks import Tracks
@@ -40,7 +48,8 @@ class Photos(Worker):
         self,
         inspections: InspectionStore,
         observations: ObservationStore,
-        folder: DataFolder,
+        blobs: Blobs,
+        films: FilmFiles,
         media: Media,
         tracks: Tracks,
         live: Live,
@@ -48,7 +57,8 @@ class Photos(Worker):
         super().__init__("photos", stop_timeout_s=_STOP_TIMEOUT_S)
         self._inspections = inspections
         self._observations = observations
-        self._folder = folder
+        self._blobs = blobs
+        self._films = films
         self._media = media
         self._tracks = tracks
         self._live = live
@@ -88,18 +98,20 @@ class Photos(Worker):
             return True
         return row.frame >= len(self._tracks.get(inspection_id))  # not before it is tracked
 
-    def path(self, row: Observation) -> Path:
-        """Return the photo file of an observation.
+    def jpeg(self, row: Observation) -> bytes:
+        """Return the photo of an observation.
 
         Raises:
             PhotoNotFound: There is no photo, or only that of an earlier frame.
         """
         if not row.has_photo:
             raise PhotoNotFound(row.photo_error or "The photo is not made yet.")
-        path = self._folder.photo(row.inspection_id, row.id, row.frame)
-        if not path.exists():
-            raise PhotoNotFound("The file of this photo is missing in the server's data folder.")
-        return path
+        try:
+            return self._blobs.get(keys.photo(row.inspection_id, row.id, row.frame))
+        except BlobNotFound as error:
+            raise PhotoNotFound("The file of this photo is missing in the server's store.") from (
+                error
+            )
 
     def _work(self) -> None:
         while True:
@@ -111,8 +123,8 @@ class Photos(Worker):
             try:
                 with about(inspection_id):
                     self._make_missing(inspection_id)
-            except DiskFull as full:
-                logger.warning("Photos of inspection %s wait: %s", inspection_id, full)
+            except (DiskFull, StoreUnavailable) as hindrance:
+                logger.warning("Photos of inspection %s wait: %s", inspection_id, hindrance)
                 self._try_later(inspection_id)
             except Exception:
                 logger.exception("Photos of inspection %s could not be made.", inspection_id)
@@ -152,13 +164,13 @@ class Photos(Worker):
 
     def _cut(self, inspection: Inspection, row: Observation, time_s: float) -> None:
         # Looked up anew: a recording becomes another file when it ends.
-        video_file = self._inspections.get(inspection.id).video_file
-        video = self._folder.inspection(inspection.id) / video_file
+        film = self._films.of(self._inspections.get(inspection.id))
         try:
-            jpeg = self._media.picture(video, time_s)
-            write_durably(self._folder.photo(inspection.id, row.id, row.frame), jpeg)
-        except DiskFull:
-            raise  # it can be made once there is free space
+            with film.local() as video:
+                jpeg = self._media.picture(video, time_s)
+            self._blobs.put(keys.photo(inspection.id, row.id, row.frame), jpeg)
+        except (DiskFull, StoreUnavailable):
+            raise  # it can be made later
         except ChainageError as failure:
             self._observations.record_photo_error(row, str(failure))
         else:

@@ -21,16 +21,18 @@ from app.errors import (
     EngineUnavailable,
     NothingRecorded,
     NotRunning,
+    StoreUnavailable,
     WorkerLost,
 )
 from app.logs import about
+from app.storage import keys
 from app.storage.blobs import Blobs
-from app.storage.files import DataFolder
 from app.storage.inspections import InspectionStore
 from app.storage.runs import Outcome, RunStore
 from app.storage.tables import ENDED, Inspection
 from app.tracking.chunked import ChunkedTracking, Pieces
 from app.tracking.engines import Engine, EngineState
+from app.tracking.film_files import FilmFiles
 from app.tracking.live import Event, Live, Progress, Update
 from app.tracking.runs import Run, Runs
 from app.tracking.tracks import Tracks
@@ -65,7 +67,7 @@ class Tracking:
         self,
         inspections: InspectionStore,
         store: RunStore,
-        folder: DataFolder,
+        films: FilmFiles,
         tracks: Tracks,
         runs: Runs,
         live: Live,
@@ -75,7 +77,7 @@ class Tracking:
     ) -> None:
         self._inspections = inspections
         self._store = store
-        self._folder = folder
+        self._films = films
         self._tracks = tracks
         self._runs = runs
         self._live = live
@@ -162,10 +164,9 @@ class Tracking:
         """Raise NothingRecorded if an ended inspection has no film, so that it cannot be tracked
         again.
         """
-        video = self._folder.inspection(row.id) / row.video_file
         if not row.has_film:
             raise NothingRecorded(NO_FILM)
-        if row.status in ENDED and not video.exists():
+        if row.status in ENDED and not self._films.of(row).exists():
             raise NothingRecorded("Nothing was recorded; start a new live inspection.")
         if row.status in ENDED:
             self._engine.drop(row.id)
@@ -232,7 +233,11 @@ class Tracking:
             if slot < self._engine.slots():
                 inspection = self._store.claim_next(self._claims.owner, CLAIM_S)
                 if inspection is not None:
-                    run = Run(inspection, _film(inspection), attempt=inspection.attempt)
+                    run = Run(
+                        inspection,
+                        keys.film(inspection.id, inspection.video_file),
+                        attempt=inspection.attempt,
+                    )
                     self._runs.add(run)
                     return run
             with self._changed:
@@ -304,7 +309,7 @@ class Tracking:
                 if losses == _MOST_LOSSES:
                     detail = f"{loss} It was tried {losses} times."
                     return Manifest(Outcome("failed", "worker_lost", detail), run.frames_done)
-            except EngineUnavailable as gone:
+            except (EngineUnavailable, StoreUnavailable) as gone:
                 logger.warning("Tracking %s waits: %s", run.inspection.id, gone)
                 if not self._runs.wait_hindered(run, str(gone), _PAUSE_AFTER_FAULT_S):
                     return None if run.stop == "shutdown" else Manifest(Outcome("cancelled"), 0)
@@ -320,8 +325,3 @@ class Tracking:
             fps=manifest.fps,
             last=manifest.last,
         )
-
-
-def _film(row: Inspection) -> str:
-    """Return the key of the film in the blob store."""
-    return f"inspections/{row.id}/{row.video_file}"

@@ -19,7 +19,7 @@ from typing import Any
 
 import msgspec
 
-from app.errors import MediaFailed
+from app.errors import MediaFailed, StoreUnavailable
 from app.jobs.messages import (
     Batch,
     CameraState,
@@ -40,12 +40,15 @@ from app.jobs.parts import Between, Mark
 from app.jobs.process import Child, describe_exit
 from app.logs import about
 from app.settings import MIB
+from app.storage import keys
+from app.storage.blobs import Blobs
 from app.storage.files import DataFolder, sha256_of, sync_folder
 from app.storage.inspections import InspectionStore
 from app.storage.members import Members
 from app.storage.runs import Outcome, RunStore
 from app.storage.tables import Inspection
 from app.tracking.cameras import LiveSource
+from app.tracking.film_files import FilmFiles
 from app.tracking.live import CameraStatus, Live, Progress
 from app.tracking.queue import Tracking
 from app.tracking.runs import Run, Runs, TrackedFilm, track_metadata
@@ -58,6 +61,7 @@ _SILENCE_S = 20.0
 """Silence after which a camera process counts as hung; it reports twice a second."""
 _FINALISING_S = 1800.0
 _STOP_TIMEOUT_S = 15.0
+_PAUSE_AFTER_FAULT_S = 5.0
 _MOST_DEATHS, _DEATHS_WITHIN_S = 5, 60.0
 _HOPELESS = ("camera_unreachable", "rig_video_mismatch", "unreadable_video", "invalid_rig")
 _ROOM_TO_REMUX = 1.05
@@ -107,6 +111,8 @@ class Recorder:
         inspections: InspectionStore,
         store: RunStore,
         folder: DataFolder,
+        blobs: Blobs,
+        films: FilmFiles,
         tracks: Tracks,
         runs: Runs,
         live: Live,
@@ -120,6 +126,8 @@ class Recorder:
         self._inspections = inspections
         self._store = store
         self._folder = folder
+        self._blobs = blobs
+        self._films = films
         self._tracks = tracks
         self._runs = runs
         self._live = live
@@ -134,6 +142,7 @@ class Recorder:
         """Number of camera processes that died."""
         self._lock = threading.Lock()
         self._threads: set[threading.Thread] = set()
+        self._stopping = threading.Event()
 
     @property
     def owner(self) -> str:
@@ -147,6 +156,7 @@ class Recorder:
 
     def stop(self) -> None:
         """End the recordings; they are finalised and tracked at the next start."""
+        self._stopping.set()
         self._runs.ask_all_to_stop("shutdown")
         with self._lock:
             threads = list(self._threads)
@@ -373,10 +383,20 @@ class Recorder:
             old.unlink(missing_ok=True)
 
     def _recover(self, inspection: Inspection) -> None:
-        """Finalise a recording that a server left open, and queue it."""
+        """Finalise a recording that a server left open, and queue it, once the store answers."""
         logger.info("Inspection %s (%s): recording recovered.", inspection.id, inspection.name)
+        while not self._stopping.is_set():
+            try:
+                self._queue_recovered(inspection)
+            except StoreUnavailable as away:
+                logger.warning("The recording of %s waits: %s", inspection.id, away)
+                self._stopping.wait(_PAUSE_AFTER_FAULT_S)
+            else:
+                return
+
+    def _queue_recovered(self, inspection: Inspection) -> None:
         old = self._finalised(inspection)
-        if not self._folder.recording(inspection.id).exists():
+        if not self._films.at(keys.film(inspection.id, keys.RECORDING)).exists():
             detail = "The server ended before anything was recorded."
             outcome = Outcome("failed", "nothing_recorded", detail)
             self._store.record_outcome(inspection.id, outcome, frames_done=0, fps=None, last=None)
@@ -392,28 +412,31 @@ class Recorder:
         self._tracking.wake()
 
     def _finalised(self, inspection: TrackedFilm) -> Path | None:
-        """Make the recording the inspection's video; return a file to delete once nobody reads it.
+        """Make the recording the inspection's film; return a file to delete once nobody reads it.
 
-        A recording that cannot be finalised stays unchanged.
+        A recording that cannot be finalised is the film as it is.
         """
         recording = self._folder.recording(inspection.id)
         if not recording.exists():
             return None
-        mp4 = recording.with_name("video.mp4")
+        mp4 = recording.with_name("recording.mp4")
         answer = self._remuxed(recording, mp4)
         if isinstance(answer, Failed):
             logger.warning("Recording of %s: %s %s", inspection.id, answer.detail, answer.trace)
+            self._blobs.adopt(keys.film(inspection.id, keys.RECORDING), recording)
             return None
         video = mp4 if mp4.exists() else recording
         columns = video_columns(answer.probed)
         columns["playable"] = columns["playable"] and video == mp4
         left_out = [m for m in self._tracks.marks(inspection.id) if m.kind == "left_out"]
         columns["frames"] += len(left_out)  # dropped frames have numbers too
-        sync_folder(video.parent)
+        name = f"video{video.suffix}"
+        self._blobs.adopt(keys.film(inspection.id, name), video)
         self._store.record_video(
-            inspection.id, video.name, columns, video.stat().st_size, sha256_of(video)
+            inspection.id, name, columns, video.stat().st_size, sha256_of(video)
         )
-        return recording if video == mp4 else None
+        mp4.unlink(missing_ok=True)
+        return recording
 
     def _remuxed(self, recording: Path, mp4: Path) -> Finalised | Failed:
         size = recording.stat().st_size

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 import msgspec
 
-from app.errors import DiskFull
+from app.errors import DiskFull, StoreUnavailable
 from app.jobs.messages import Batch, FrameRange
 from app.jobs.process import Child
 from app.survey.track_rows import estimate_at
@@ -234,7 +234,14 @@ class Runs:
         with self.changed:
             del self._runs[run.inspection.id]
             self.changed.notify_all()
+        self._unrolled.end(run.inspection.id)
         run.ended.set()
+
+    def deleted(self, inspection_id: str) -> None:
+        """Let a run that is still ending write nothing more."""
+        with self.changed:
+            if inspection_id in self._runs:
+                self._unrolled.refuse(inspection_id)
 
     def progress(self, inspection_id: str) -> Progress | None:
         """Return the progress of a running inspection."""
@@ -317,17 +324,20 @@ class Runs:
             return run.hindrance if run else None
 
     def keep_end(self, run: Run, keep: Callable[[], None]) -> bool:
-        """Call `keep` repeatedly while the disk is full; return False if the server stops before.
+        """Call `keep` repeatedly while the disk is full or the object store is away; return False
+        if the server stops before.
 
-        The results stay in memory until then, so that a full disk loses nothing.
+        The results stay in memory until then, so that nothing is lost.
         """
         while True:
             try:
+                self._unrolled.catch_up(run.inspection.id)
                 keep()
-            except DiskFull as full:
-                logger.warning("The end of inspection %s waits: %s", run.inspection.id, full)
+            except (DiskFull, StoreUnavailable) as hindrance:
+                logger.warning("The end of inspection %s waits: %s", run.inspection.id, hindrance)
                 with self.changed:
-                    run.hindrance = _WAITS_FOR_ROOM
+                    is_full = isinstance(hindrance, DiskFull)
+                    run.hindrance = _WAITS_FOR_ROOM if is_full else str(hindrance)
                     if self.changed.wait_for(lambda: run.stop == "shutdown", _PAUSE_S):
                         return False
             else:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sized
 from dataclasses import fields
-from pathlib import Path
 from typing import Any, TypeVar, get_args
 from uuid import uuid4
 
@@ -13,9 +12,12 @@ import numpy as np
 from cachetools import LRUCache
 from numpy.typing import NDArray
 
+from app.errors import BlobNotFound
 from app.jobs import parts
 from app.jobs.parts import Mark
-from app.storage.files import Places, write_durably
+from app.storage import keys
+from app.storage.blobs import Blobs, Readable, StoredBlob
+from app.storage.files import Places
 from app.tracking.columns import GrowingColumns
 from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.tilt import MountTilt
@@ -30,6 +32,8 @@ Kept = TypeVar("Kept", bound=Sized)
 
 FRAMES_KEPT = 1_000_000
 """Frames of finished tracks held in memory: 116 bytes each, and 20 of their health."""
+_HEAD_BYTES = 2**16
+"""Enough for the comments at the head of a track file."""
 _LEAST_FRAMES = 1_000
 """A shorter track counts as this many frames, so that the number of tracks is bounded too."""
 
@@ -112,8 +116,9 @@ _DTYPES = {name: np.dtype(np.float64) for name in COLUMNS} | {
 class Tracks:
     """Row i of a track is frame i of its video."""
 
-    def __init__(self, folder: Places) -> None:
-        self._folder = folder
+    def __init__(self, blobs: Blobs, places: Places) -> None:
+        self._blobs = blobs
+        self._places = places
         self._lock = threading.Lock()
         self._growing: dict[str, _Growing] = {}
         self._runs: dict[str, int] = {}
@@ -127,12 +132,8 @@ class Tracks:
     def begin(self, inspection_id: str) -> None:
         """Start an empty track and drop an earlier one."""
         self.watch(inspection_id)
-        for path in (
-            self._folder.track(inspection_id),
-            self._folder.health(inspection_id),
-            self._folder.joints(inspection_id),
-        ):
-            path.unlink(missing_ok=True)
+        for key in (keys.track, keys.health, keys.joints):
+            self._blobs.delete(key(inspection_id))
 
     def watch(self, inspection_id: str) -> None:
         """Start an empty track whose files another server writes."""
@@ -188,10 +189,21 @@ class Tracks:
         with self._lock:
             growing = self._growing.get(inspection_id)
             known = list(growing.left_out) if growing is not None else []
-        return sorted({*parts.read(self._folder.marks(inspection_id)), *known})
+        return sorted({*self._kept_marks(inspection_id), *known})
+
+    def _kept_marks(self, inspection_id: str) -> list[Mark]:
+        """Read the file of the camera's process, or what was kept of it."""
+        try:
+            content = self._places.marks(inspection_id).read_bytes()
+        except FileNotFoundError:
+            try:
+                content = self._blobs.get(keys.marks(inspection_id))
+            except BlobNotFound:
+                return []
+        return parts.parsed(content.decode("ascii"))
 
     def keep_marks(self, inspection_id: str) -> list[Mark]:
-        """Write all missing frames to the disk, including those that did not fit before.
+        """Store all missing frames, including those that did not fit on the disk before.
 
         Raises:
             DiskFull: There is still no room.
@@ -199,7 +211,7 @@ class Tracks:
         marks = self.marks(inspection_id)
         if marks:
             text = parts.text_of(marks)
-            write_durably(self._folder.marks(inspection_id), text.encode())
+            self._blobs.put(keys.marks(inspection_id), text.encode())
         return marks
 
     def is_recorded(self, inspection_id: str, frame: int) -> bool:
@@ -213,9 +225,9 @@ class Tracks:
         sightings, tilt = self.sightings(inspection_id), self.tilt(inspection_id)
         stance = self.stance(inspection_id)
         metadata = {**metadata, **(tilt.metadata() if tilt else {}), **stance.metadata()}
-        write_durably(self._folder.joints(inspection_id), to_csv(track, sightings).encode())
-        write_durably(self._folder.health(inspection_id), health.to_csv().encode())
-        write_durably(self._folder.track(inspection_id), track.to_csv(metadata).encode())
+        self._blobs.put(keys.joints(inspection_id), to_csv(track, sightings).encode())
+        self._blobs.put(keys.health(inspection_id), health.to_csv().encode())
+        self._blobs.put(keys.track(inspection_id), track.to_csv(metadata).encode())
         with self._lock:
             self._health[inspection_id] = health
             # From now on the track is read from its file, so that results are the same after a
@@ -257,8 +269,8 @@ class Tracks:
             growing = self._growing.get(inspection_id)
             if growing is not None:
                 return growing.track()
-        path = self._folder.track(inspection_id)
-        track = self._kept(self._read, inspection_id, lambda: _read_track(path))
+        stored = StoredBlob(self._blobs, keys.track(inspection_id))
+        track = self._kept(self._read, inspection_id, lambda: _read_track(stored))
         return Track.from_estimates(()) if track is None else track
 
     def newest_mm(self, inspection_id: str) -> float:
@@ -275,8 +287,8 @@ class Tracks:
             growing = self._growing.get(inspection_id)
             if growing is not None:
                 return growing.health.copy()
-        path = self._folder.health(inspection_id)
-        health = self._kept(self._health, inspection_id, lambda: _read_health(path))
+        stored = StoredBlob(self._blobs, keys.health(inspection_id))
+        health = self._kept(self._health, inspection_id, lambda: _read_health(stored))
         return HealthColumns() if health is None else health
 
     def _kept(
@@ -310,8 +322,10 @@ class Tracks:
             growing = self._growing.get(inspection_id)
             if growing is not None:
                 return sorted(growing.sightings, key=lambda sighting: sighting.frame)
-        path = self._folder.joints(inspection_id)
-        return from_csv(path.read_text("utf-8")) if path.exists() else []
+        try:
+            return from_csv(self._blobs.get(keys.joints(inspection_id)).decode())
+        except BlobNotFound:
+            return []
 
     def tilt(self, inspection_id: str) -> MountTilt | None:
         """Return the tilt of the mount against the rig so far; None if it was not measured."""
@@ -330,11 +344,11 @@ class Tracks:
         return Stance.from_metadata(self._metadata(inspection_id))
 
     def _metadata(self, inspection_id: str) -> dict[str, str]:
-        path = self._folder.track(inspection_id)
-        if not path.exists():
+        try:
+            head = self._blobs.read_range(keys.track(inspection_id), 0, _HEAD_BYTES)
+        except BlobNotFound:
             return {}
-        with path.open(encoding="utf-8") as lines:
-            return metadata_of(lines)
+        return metadata_of(head.decode("utf-8", "replace").splitlines(keepends=True))
 
 
 def _cache() -> LRUCache[str, Kept]:
@@ -344,15 +358,15 @@ def _cache() -> LRUCache[str, Kept]:
     return LRUCache(FRAMES_KEPT, frames)
 
 
-def _read_track(path: Path) -> Track | None:
+def _read_track(stored: Readable) -> Track | None:
     try:
-        return Track.from_csv(path.read_text("utf-8"))
+        return Track.from_csv(stored.read_bytes().decode())
     except FileNotFoundError:
         return None
 
 
-def _read_health(path: Path) -> HealthColumns | None:
+def _read_health(stored: Readable) -> HealthColumns | None:
     try:
-        return HealthColumns.from_csv(path.read_text("utf-8"))
+        return HealthColumns.from_csv(stored.read_bytes().decode())
     except FileNotFoundError:
         return None

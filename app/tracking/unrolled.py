@@ -1,21 +1,20 @@
-"""The unrolled wall of every inspection: tiles from the tracking, stored as files.
+"""The unrolled wall of every inspection: tiles from the tracking, stored as blobs.
 
-Tiles are derived from the video, so they are replaced whole but synced with a checkpoint only, and
-a tile that cannot be written is only logged.
+Tiles are derived from the video, so they are replaced whole but synced with a checkpoint only. A
+tile that cannot be written waits in memory for the next one, at the latest for the end of the run.
 """
 
 from __future__ import annotations
 
 import logging
-import shutil
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
+from pathlib import PurePath
 
-from app.errors import TileNotFound
-from app.storage.files import Places, replace_file, sync_file, sync_folder
+from app.errors import AppError, BlobNotFound, TileNotFound
+from app.storage import keys
+from app.storage.blobs import Blobs
 from app.tracking.live import Live
 from vo_core import Rig
 from vo_core.mosaic.mosaic import Layout
@@ -29,50 +28,77 @@ class Tile:
 
     index: int
     revision: int
-    """Rises whenever the picture changes, also when the inspection is tracked again."""
+    """Another one whenever the picture changes, also when the inspection is tracked again."""
 
 
 class Unrolled:
     """Stores tiles and returns their pictures."""
 
-    def __init__(self, folder: Places, live: Live) -> None:
-        self._folder = folder
+    def __init__(self, blobs: Blobs, live: Live) -> None:
+        self._blobs = blobs
         self._live = live
+        self._unwritten: dict[str, dict[int, bytes]] = {}
+        """Newest pictures that could not be written, by inspection; each run has its thread."""
+        self._refused: set[str] = set()
+        """Deleted inspections whose run has not ended yet; they stay deleted."""
 
     def begin(self, inspection_id: str) -> None:
         """Start without tiles, as tracking starts again."""
-        with suppress(FileNotFoundError):
-            shutil.rmtree(self._folder.wall(inspection_id))
+        self._unwritten.pop(inspection_id, None)
+        self._blobs.delete_all(keys.wall(inspection_id))
 
     def take(self, inspection_id: str, pictures: Mapping[int, bytes]) -> None:
         """Store new pictures, JPEG by index, and notify the listeners."""
-        if not pictures:
+        if not pictures or inspection_id in self._refused:
             return
-        folder = self._folder.wall(inspection_id)
+        self._unwritten.setdefault(inspection_id, {}).update(pictures)
         try:
-            folder.mkdir(exist_ok=True)  # not its parent: a deleted inspection stays deleted
-            for index, jpeg in pictures.items():
-                replace_file(_file(folder, index), jpeg)
-        except OSError as error:
-            logger.warning("The unrolled wall of %s is not written: %s.", inspection_id, error)
-            return
-        self._live.wall_changed(inspection_id, tuple(pictures))
+            self.catch_up(inspection_id)
+        except (AppError, OSError) as error:
+            logger.warning("The unrolled wall of %s is not written: %s", inspection_id, error)
+
+    def catch_up(self, inspection_id: str) -> None:
+        """Write the pictures that could not be written before, and notify the listeners.
+
+        Raises:
+            DiskFull, StoreUnavailable: It is still not possible; nothing is lost.
+        """
+        waiting = self._unwritten.get(inspection_id, {})
+        written = []
+        try:
+            for index in list(waiting):
+                self._blobs.put_again(keys.tile(inspection_id, index), waiting[index])
+                del waiting[index]
+                written.append(index)
+        finally:
+            if written:
+                self._live.wall_changed(inspection_id, tuple(written))
+        self._unwritten.pop(inspection_id, None)
+
+    def refuse(self, inspection_id: str) -> None:
+        """Take no more pictures of an inspection that is deleted while it runs."""
+        self._refused.add(inspection_id)
+
+    def end(self, inspection_id: str) -> None:
+        """Forget a run that has ended."""
+        self._unwritten.pop(inspection_id, None)
+        self._refused.discard(inspection_id)
 
     def sync(self, inspection_id: str, indices: Iterable[int]) -> None:
-        """Sync the pictures of these tiles."""
-        folder = self._folder.wall(inspection_id)
-        with suppress(FileNotFoundError):  # failed writes were logged
-            for index in indices:
-                sync_file(_file(folder, index))
-            sync_folder(folder)
+        """Make the pictures of these tiles durable.
+
+        Raises:
+            DiskFull, StoreUnavailable: One of them is not written yet.
+        """
+        self.catch_up(inspection_id)
+        self._blobs.sync(keys.tile(inspection_id, index) for index in indices)
 
     def tiles(self, inspection_id: str) -> list[Tile]:
         """Return all tiles along the pipe, possibly none."""
-        tiles = []
-        with suppress(FileNotFoundError):
-            for path in self._folder.wall(inspection_id).glob("*.jpg"):
-                # The modification time survives a restart; microseconds are exact in JavaScript.
-                tiles.append(Tile(int(path.stem), path.stat().st_mtime_ns // 1000))
+        tiles = [
+            Tile(int(PurePath(blob.key).stem), blob.revision)
+            for blob in self._blobs.listed(keys.wall(inspection_id))
+        ]
         return sorted(tiles, key=lambda tile: tile.index)
 
     def picture(self, inspection_id: str, index: int) -> bytes:
@@ -82,8 +108,8 @@ class Unrolled:
             TileNotFound: This part of the wall was not seen.
         """
         try:
-            return _file(self._folder.wall(inspection_id), index).read_bytes()
-        except FileNotFoundError:
+            return self._blobs.get(keys.tile(inspection_id, index))
+        except BlobNotFound:
             raise TileNotFound(f"The unrolled wall has no tile {index}.") from None
 
     def layout(self, rig: Rig) -> Layout:
@@ -99,7 +125,3 @@ class Unrolled:
 def _layout(rig_json: str) -> Layout:
     """Compute the raster in a few milliseconds of ray casting; equal for every request."""
     return Layout.of(Rig.model_validate_json(rig_json))
-
-
-def _file(folder: Path, index: int) -> Path:
-    return folder / f"{index}.jpg"

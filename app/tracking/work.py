@@ -24,10 +24,12 @@ from typing import Any, Protocol, TypeVar
 import msgspec
 
 from app.errors import WorkerLost
+from app.jobs import parts
 from app.jobs.chunks import gather, join
 from app.jobs.messages import Batch, FrameRange, JoinWallsRequest, KeptCheckpoint, Limits
 from app.jobs.parts import Mark
-from app.storage.blobs import Blobs
+from app.storage import keys
+from app.storage.blobs import Blobs, FolderBlobs
 from app.storage.files import Places
 from app.storage.runs import Outcome
 from app.tracking.film_run import FilmTracker
@@ -191,8 +193,11 @@ class _Work:
         self._places = Places(scratch)
         self._folder = self._places.inspection(spec.id)
         self._live = Live()
-        self._tracks = Tracks(self._places)
-        self._unrolled = Unrolled(self._places, self._live)
+        results = FolderBlobs(scratch)
+        self._tracks = Tracks(results, self._places)
+        self._unrolled = Unrolled(results, self._live)
+        if spec.marks:
+            results.put(keys.marks(spec.id), parts.text_of(spec.marks).encode())
         self._runs = Runs(self._tracks, self._unrolled, self._live)
         self._pushed_s = time.monotonic()
         self._journal_bytes = 0
@@ -372,7 +377,7 @@ def _outcome_of(chunks: Sequence[Manifest]) -> Outcome:
 
 def runs_of(inspection_id: str) -> str:
     """Return the key under which the runs of an inspection make their places."""
-    return f"inspections/{inspection_id}/runs"
+    return f"{keys.inspection(inspection_id)}/runs"
 
 
 def spec_of(run: Run, marks: list[Mark], limits: Limits, stall_s: float) -> Spec:
@@ -405,7 +410,7 @@ def settle(manifest: Manifest, inspection_id: str, blobs: Blobs, tracks: Tracks)
         content = blobs.get(f"{manifest.place}/{name}")
         if Stored.of(content) != stored:
             raise WorkerLost(f"{name} of inspection {inspection_id} is damaged in the store.")
-        blobs.put(f"inspections/{inspection_id}/{name}", content)
+        blobs.put(f"{keys.inspection(inspection_id)}/{name}", content)
     tracks.forget(inspection_id)
 
 

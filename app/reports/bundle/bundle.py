@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import io
 import stat
 import tempfile
 import zipfile
@@ -145,12 +146,12 @@ class _Bundle:
             photo = entry.photo
             if photo is None:
                 continue
-            if photo.path is None:
+            if photo.jpeg is None:
                 self.losses.append(Loss(f"The photo {photo.name} is not on this server.", entry))
                 continue
             name = PHOTOS + photo.name
             try:
-                source = photo.path.open("rb")
+                source = io.BytesIO(photo.jpeg.read_bytes())
             except FileNotFoundError:
                 self._missing.append(name)
                 self.losses.append(Loss(f"The photo {photo.name} is gone.", entry))

@@ -9,7 +9,6 @@ from __future__ import annotations
 import base64
 from collections.abc import Sequence
 from importlib import resources
-from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
@@ -34,6 +33,7 @@ from app.reports.pdf.sign_off import action_of
 from app.reports.pdf.summary import opening
 from app.reports.report import Loss, Report, Written
 from app.reports.tables.table import iso
+from app.storage.blobs import Readable
 from app.survey.catalogue.header import FIELDS, is_empty, required_to_issue
 from vo_core.errors import ChainageError
 
@@ -106,7 +106,7 @@ def write(report: Report) -> Written:
         CLEANED_AWAY=CLEANED_AWAY,
         strip=pipe_strip(report, t),
         reference=reference_of(report, t),
-        photographed=[entry for entry in report.entries if entry.photo and entry.photo.path],
+        photographed=[entry for entry in report.entries if entry.photo and entry.photo.jpeg],
         jpeg_base64=_jpeg_base64,
         scene=scene,
         header=_header(report, t),
@@ -134,9 +134,9 @@ def _base64(content: bytes) -> Markup:
     return Markup(base64.b64encode(content).decode())  # noqa: S704
 
 
-def _jpeg_base64(path: Path) -> Markup | None:
-    """Encode a photo; None if its file is missing."""
-    jpeg = jpeg_of(path, ENOUGH_PX)
+def _jpeg_base64(photo: Readable) -> Markup | None:
+    """Encode a photo; None if it is missing."""
+    jpeg = jpeg_of(photo, ENOUGH_PX)
     return None if jpeg is None else _base64(jpeg.content)
 
 

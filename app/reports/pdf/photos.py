@@ -24,7 +24,7 @@ _CAPTION = 17 * mm
 
 def photos(report: Report, t: Translator) -> list[Flowable]:
     """Build pages of photos in the order of the table."""
-    shown = [(entry, entry.photo) for entry in report.entries if entry.photo and entry.photo.path]
+    shown = [(entry, entry.photo) for entry in report.entries if entry.photo and entry.photo.jpeg]
     if not shown:
         return [Heading(t("photos.title")), note(t("photos.none")), PageBreak()]
     parts: list[Flowable] = []
@@ -60,8 +60,8 @@ def draw_photo(
     """Draw the picture as large as the field allows; without one, the field says so."""
     canvas.setFillColor(WASH)
     canvas.rect(x, y, width, height, 0, 1)
-    path = photo.path if photo else None
-    picture = jpeg_of(path, ENOUGH_PX) if path else None
+    jpeg = photo.jpeg if photo else None
+    picture = jpeg_of(jpeg, ENOUGH_PX) if jpeg else None
     if picture is not None:
         px_wide, px_high = picture.getSize()
         scale = min(width / px_wide, height / px_high)
@@ -76,7 +76,7 @@ def draw_photo(
     if photo is None:
         reason = t("photos.no_photo")
     else:
-        is_there = path is not None and path.exists()
+        is_there = jpeg is not None and jpeg.exists()
         reason = t("photos.broken" if is_there else "photos.missing", name=photo.name)
     lines = lines_of(reason, CELL.bold(), width - 10 * mm)
     top = y + height / 2 + (len(lines) / 2 - 1) * CELL.leading + 2

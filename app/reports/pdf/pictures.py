@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import io
-from pathlib import Path
 
 from PIL import Image
 from reportlab.lib.utils import ImageReader
+
+from app.storage.blobs import Readable
 
 _QUALITY = 76
 
@@ -27,17 +28,17 @@ class Jpeg(ImageReader):
         return self.content
 
 
-def jpeg_of(path: Path | None, enough_px: int) -> Jpeg | None:
+def jpeg_of(stored: Readable | None, enough_px: int) -> Jpeg | None:
     """Return the picture as JPEG; None if it cannot be read.
 
     Args:
-        path: JPEG or PNG; the file may be missing or broken.
+        stored: JPEG or PNG; it may be missing or broken.
         enough_px: Sufficient longer side; a larger picture is halved while it stays above this.
     """
-    if path is None:
+    if stored is None:
         return None
     try:
-        content = path.read_bytes()
+        content = stored.read_bytes()
         with Image.open(io.BytesIO(content)) as picture:
             is_fit = picture.format == "JPEG" and picture.mode in ("RGB", "L")
             times = max(picture.size) // enough_px

@@ -7,10 +7,8 @@ from __future__ import annotations
 from typing import Annotated
 from urllib.parse import quote
 
-from fastapi import APIRouter, Path, Response
-from starlette.datastructures import Headers
-from starlette.responses import FileResponse, StreamingResponse
-from starlette.types import Message, Receive, Scope, Send
+from fastapi import APIRouter, Path, Request, Response
+from starlette.responses import StreamingResponse
 
 from app.errors import (
     ExportNotAvailable,
@@ -19,12 +17,14 @@ from app.errors import (
     MediaFailed,
     MediaTimeout,
     NothingRecorded,
+    StoreUnavailable,
     UnreadableKey,
 )
 from app.reports.content.naming import ascii_file_name
 from app.reports.formats import FORMATS
 from app.reports.report import Language, Units
 from app.web.deps import InspectionId, ServicesDep, viewer
+from app.web.ranges import blob_response
 from app.web.schemas.failures import content, failures
 from app.web.schemas.records import LossesOut
 from app.web.slow import slow
@@ -35,42 +35,18 @@ router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["media"])
 _HEADERS = {"Cache-Control": "private, no-cache", "Content-Security-Policy": "sandbox"}
 
 
-class Film(FileResponse):
-    """A film that may still be growing: bytes added while it is sent are left out."""
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Send as many bytes as the header declares."""
-        left, is_open = 0, True
-
-        async def send_declared(message: Message) -> None:
-            nonlocal left, is_open
-            if message["type"] == "http.response.start":
-                left = int(Headers(raw=message["headers"])["content-length"])
-                await send(message)
-            elif is_open:
-                body = message.get("body", b"")[:left]
-                left -= len(body)
-                is_open = message.get("more_body", False) and left > 0
-                await send({**message, "body": body, "more_body": is_open})
-
-        await super().__call__(scope, receive, send_declared)
-
-
 @router.get(
     "/video",
-    response_class=Film,
+    response_class=StreamingResponse,
     responses=content("video/*", "application/octet-stream")
-    | failures(InspectionNotFound, NothingRecorded),
+    | failures(InspectionNotFound, NothingRecorded, StoreUnavailable),
 )
 @viewer
-def video(inspection_id: InspectionId, services: ServicesDep) -> Film:
+def video(inspection_id: InspectionId, services: ServicesDep, request: Request) -> Response:
     """Return the original film, also in ranges."""
     inspection = services.inspections.row(inspection_id)
-    return Film(
-        services.inspections.video_path(inspection),
-        media_type=inspection.video["media_type"],
-        headers=_HEADERS,
-    )
+    film = services.inspections.film(inspection)
+    return blob_response(request.headers, film, inspection.video["media_type"], _HEADERS)
 
 
 @router.get(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fastapi import APIRouter, Response
-from starlette.responses import FileResponse
 
 from app.container import Services
 from app.errors import (
@@ -113,18 +112,18 @@ def _tagged(
 
 @router.get(
     "/{observation_id}/photo",
-    response_class=FileResponse,
+    response_class=Response,
     responses=content("image/jpeg")
     | failures(InspectionNotFound, ObservationNotFound, PhotoNotFound),
 )
 @viewer
 def photo(
     inspection_id: InspectionId, observation_id: ObservationId, services: ServicesDep
-) -> FileResponse:
+) -> Response:
     """Return the photo: the original picture of the observation's frame."""
     view = services.observations.get(inspection_id, observation_id)
-    return FileResponse(
-        services.photos.path(view.row),
+    return Response(
+        services.photos.jpeg(view.row),
         media_type="image/jpeg",
         headers={"Cache-Control": "private, no-cache", "Content-Security-Policy": "sandbox"},
     )

@@ -15,6 +15,7 @@ from reports import track_of
 
 from app.errors import ChangedMeanwhile
 from app.inspections.corrections import Corrections
+from app.storage.blobs import FolderBlobs
 from app.storage.corrections import CorrectionStore, Rescaling
 from app.storage.database import Database
 from app.storage.files import DataFolder, Places
@@ -54,7 +55,7 @@ def store(database: Database) -> CorrectionStore:
 
 @pytest.fixture
 def corrections(database: Database, store: CorrectionStore, tmp_path: Path) -> Corrections:
-    tracks = Tracks(Places(tmp_path))
+    tracks = Tracks(FolderBlobs(tmp_path), Places(tmp_path))
     tracks.begin(ID)
     tracks.append(ID, (estimate_at(RAW, n) for n in range(ROWS)))
     return Corrections(InspectionStore(database), store, tracks, Live())

@@ -15,6 +15,7 @@ from reports import track_of
 
 from app.inspections.corrections import Corrections
 from app.inspections.scaling import WHO, Scaling
+from app.storage.blobs import FolderBlobs
 from app.storage.corrections import CorrectionStore
 from app.storage.database import Database
 from app.storage.files import DataFolder
@@ -85,7 +86,7 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
     folder = DataFolder(tmp_path, reserve_bytes=0)
     with closing(folder), closing(Database(folder.database)) as database:
         inspections, store = InspectionStore(database), CorrectionStore(database)
-        live, tracks = Live(), Tracks(folder)
+        live, tracks = Live(), Tracks(FolderBlobs(folder.root), folder)
         corrections = Corrections(inspections, store, tracks, live)
         scaling = Scaling(store, tracks, corrections)
         now = datetime.now(UTC)

@@ -165,8 +165,8 @@ def test_the_film_is_compared(evidence, tmp_path):
 
 def test_a_photo_that_is_gone_or_changed_is_reported(tmp_path):
     made = replace(report(tmp_path), signer=KEY)
-    made.entries[0].photo.path.unlink()
-    made.entries[1].photo.path.write_bytes(b"another")
+    made.entries[0].photo.jpeg.unlink()
+    made.entries[1].photo.jpeg.write_bytes(b"another")
     written = FORMATS["zip"].write(made)
     reported = {loss.entry.seq: loss.detail for loss in written.losses if loss.entry}
     assert reported == {
@@ -253,7 +253,7 @@ def test_many_photos_need_no_memory(tmp_path):
     one = report(tmp_path, observations=[{"distance_m": 1.0}]).entries[0]
     entries = tuple(
         replace(entry(seq, distance_m=1.0), photo=replace(one.photo, name=f"C-{seq:03d}.jpg",
-                                                          path=picture))
+                                                          jpeg=picture))
         for seq in range(1, 41)
     )  # fmt: skip
     many = replace(report(), entries=entries, signer=KEY)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import subprocess
 import sys
@@ -91,9 +92,8 @@ def test_a_large_file_is_stored_and_read_in_parts(blobs, tmp_path):
     content = os.urandom(LARGE)
     source = file_of(tmp_path / "data" / "uploads" / "film.bin", content)
     blobs.put_file(FILM, source)
-    assert source.exists()
-    blobs.take_file("inspections/00ff/other.mp4", source)
-    assert not source.exists()
+    blobs.adopt("inspections/00ff/other.mp4", source)
+    source.unlink()
     for key in (FILM, "inspections/00ff/other.mp4"):
         assert blobs.about(key).size == LARGE
         assert blobs.get(key) == content
@@ -138,7 +138,7 @@ def test_no_key_leads_out_of_the_store(blobs, tmp_path, key):
         lambda key: list(blobs.listed(key)),
         lambda key: blobs.put(key, b""),
         lambda key: blobs.put_file(key, source),
-        lambda key: blobs.take_file(key, source),
+        lambda key: blobs.adopt(key, source),
         lambda key: blobs.local(key).__enter__(),
     ):
         with pytest.raises(ValueError, match="no key"):
@@ -150,6 +150,27 @@ def test_a_store_that_can_be_written_says_so(blobs, url, tmp_path):
     blobs.check()
     assert (str(tmp_path / "data") if url is None else "s3://films-") in blobs.name
     assert "endpoint" not in blobs.name
+
+
+def test_a_folder_adopts_a_file_without_copying_it(tmp_path):
+    source = file_of(tmp_path / "film.bin", b"film")
+    blobs = blobs_at(None, tmp_path)
+    blobs.put(FILM, b"before")
+    blobs.adopt(FILM, source)
+    with blobs.local(FILM) as path:
+        assert path.samefile(source)
+
+
+def test_a_folder_copies_where_a_file_has_one_name_only(tmp_path, monkeypatch):
+    def refused(*_args):
+        raise OSError(errno.EPERM, "no links here")
+
+    monkeypatch.setattr("pathlib.Path.hardlink_to", refused)
+    source = file_of(tmp_path / "film.bin", b"film")
+    blobs = blobs_at(None, tmp_path)
+    blobs.adopt(FILM, source)
+    source.unlink()
+    assert blobs.get(FILM) == b"film"
 
 
 def test_a_deleted_blob_stays_readable_for_who_holds_it(blobs):
@@ -277,7 +298,7 @@ def test_a_store_that_is_away_is_named_and_works_again(object_store, line, tmp_p
     source = file_of(tmp_path / "film.bin", b"another")
     line.cut()
     for ask in (
-        lambda: blobs.take_file(FILM, source),
+        lambda: blobs.adopt(FILM, source),
         lambda: blobs.get(FILM),
         lambda: blobs.delete_all("inspections"),
         lambda: list(blobs.listed("inspections")),
@@ -290,7 +311,9 @@ def test_a_store_that_is_away_is_named_and_works_again(object_store, line, tmp_p
     assert source.exists()
     line.mend()
     assert blobs.get(FILM) == b"film"
-    blobs.take_file(FILM, source)
+    blobs.adopt(FILM, source)
+    assert blobs.get(FILM) == b"another"
+    blobs.adopt(FILM, source)
     assert blobs.get(FILM) == b"another"
 
 

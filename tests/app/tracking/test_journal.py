@@ -10,6 +10,7 @@ import pytest
 from builders import clip_rig
 
 from app.jobs.messages import Batch, Checkpoint, Gauged, KeptCheckpoint, Row, Seen, WallTile, encode
+from app.storage.blobs import FolderBlobs
 from app.storage.files import DataFolder
 from app.storage.tables import Inspection
 from app.tracking.journal import Journal
@@ -29,7 +30,7 @@ def folder(tmp_path: Path) -> Iterator[DataFolder]:
 
 def journal(folder: DataFolder, *, sha256: str = "5", focal_px: float = 250.0) -> Journal:
     inspection = Inspection(id=ID, rig=clip_rig(fx=focal_px), source_sha256=sha256)
-    return Journal(folder, Unrolled(folder, Live()), inspection)
+    return Journal(folder, Unrolled(FolderBlobs(folder.root), Live()), inspection)
 
 
 def batch(frame: int) -> Batch:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from builders import PATIENCE_S
 
+from app.storage.blobs import FolderBlobs
 from app.storage.files import Places
 from app.tracking.tracks import HealthColumns, Tracks
 from vo_core.geometry.stance import Stance
@@ -37,7 +38,7 @@ def test_health_reads_back_from_its_file() -> None:
 
 
 def test_the_newest_tilt_of_the_mount_is_kept_with_the_track(tmp_path: Path) -> None:
-    tracks, tilt = Tracks(Places(tmp_path)), MountTilt(2.9, -0.25, 0.01, 0.4)
+    tracks, tilt = Tracks(FolderBlobs(tmp_path), Places(tmp_path)), MountTilt(2.9, -0.25, 0.01, 0.4)
     Places(tmp_path).inspection("a").mkdir(parents=True)
     tracks.begin("a")
     assert tracks.tilt("a") is None
@@ -47,13 +48,16 @@ def test_the_newest_tilt_of_the_mount_is_kept_with_the_track(tmp_path: Path) -> 
     assert tracks.tilt("a") == tilt
     tracks.finish("a", {"name": "A run"})
     tracks.finish("a", {"name": "A run"})  # once more, as after a full disk
-    assert Tracks(Places(tmp_path)).tilt("a") == tilt
+    assert Tracks(FolderBlobs(tmp_path), Places(tmp_path)).tilt("a") == tilt
     tracks.begin("a")
     assert tracks.tilt("a") is None
 
 
 def test_the_newest_stance_of_the_camera_is_kept_with_the_track(tmp_path: Path) -> None:
-    tracks, stance = Tracks(Places(tmp_path)), Stance(12.0, -0.5, 16.25, -3.125, 0.0)
+    tracks, stance = (
+        Tracks(FolderBlobs(tmp_path), Places(tmp_path)),
+        Stance(12.0, -0.5, 16.25, -3.125, 0.0),
+    )
     Places(tmp_path).inspection("a").mkdir(parents=True)
     tracks.begin("a")
     assert tracks.stance("a") == Stance()
@@ -62,23 +66,23 @@ def test_the_newest_stance_of_the_camera_is_kept_with_the_track(tmp_path: Path) 
     tracks.note("a", (), ())
     assert tracks.stance("a") == stance
     tracks.finish("a", {"name": "A run"})
-    assert Tracks(Places(tmp_path)).stance("a") == stance
+    assert Tracks(FolderBlobs(tmp_path), Places(tmp_path)).stance("a") == stance
     tracks.go_on("a")
     assert tracks.stance("a") == stance
 
 
 def test_a_track_without_a_stance_is_that_of_a_camera_as_its_rig_states(tmp_path: Path) -> None:
-    tracks = Tracks(Places(tmp_path))
+    tracks = Tracks(FolderBlobs(tmp_path), Places(tmp_path))
     Places(tmp_path).inspection("a").mkdir(parents=True)
     tracks.begin("a")
     tracks.note("a", (), (), stance=Stance())
     tracks.finish("a", {"name": "A run"})
-    assert "# stance" not in Places(tmp_path).track("a").read_text()
-    assert Tracks(Places(tmp_path)).stance("a") == Stance()
+    assert "# stance" not in FolderBlobs(tmp_path).get("inspections/a/track.csv").decode()
+    assert Tracks(FolderBlobs(tmp_path), Places(tmp_path)).stance("a") == Stance()
 
 
 def test_a_track_that_grows_is_read_without_a_copy_and_what_was_read_stays(tmp_path: Path) -> None:
-    tracks = Tracks(Places(tmp_path))
+    tracks = Tracks(FolderBlobs(tmp_path), Places(tmp_path))
     tracks.begin("a")
     tracks.append("a", estimates(0, 200))
     read = tracks.get("a")
@@ -92,7 +96,7 @@ def test_a_track_that_grows_is_read_without_a_copy_and_what_was_read_stays(tmp_p
 
 
 def test_a_track_that_goes_on_leaves_what_was_read_before_as_it_is(tmp_path: Path) -> None:
-    tracks = Tracks(Places(tmp_path))
+    tracks = Tracks(FolderBlobs(tmp_path), Places(tmp_path))
     Places(tmp_path).inspection("a").mkdir(parents=True)
     tracks.begin("a")
     tracks.append("a", estimates(0, 3))
@@ -110,7 +114,7 @@ def test_a_track_that_goes_on_leaves_what_was_read_before_as_it_is(tmp_path: Pat
 def test_a_run_that_was_still_being_read_does_not_replace_the_one_after_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    tracks, is_read, may_return = Tracks(Places(tmp_path)), Event(), Event()
+    tracks, is_read, may_return = Tracks(FolderBlobs(tmp_path), Places(tmp_path)), Event(), Event()
     Places(tmp_path).inspection("a").mkdir(parents=True)
     tracks.begin("a")
     tracks.append("a", estimates(0, 3))
@@ -139,7 +143,7 @@ def test_a_run_that_was_still_being_read_does_not_replace_the_one_after_it(
 def test_every_run_has_an_id_of_its_own_also_after_a_restart(tmp_path: Path) -> None:
     ids = []
     for _ in range(2):
-        tracks = Tracks(Places(tmp_path))
+        tracks = Tracks(FolderBlobs(tmp_path), Places(tmp_path))
         ids.append(tracks.run_id("a"))
         for _ in range(2):
             tracks.begin("a")
@@ -153,7 +157,7 @@ def test_tracks_that_are_kept_in_memory_are_bounded_by_their_frames(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("app.tracking.tracks.FRAMES_KEPT", 2500)
-    tracks = Tracks(Places(tmp_path))
+    tracks = Tracks(FolderBlobs(tmp_path), Places(tmp_path))
     for name in ("a", "b", "c"):
         Places(tmp_path).inspection(name).mkdir(parents=True)
         tracks.begin(name)

@@ -10,7 +10,7 @@ from builders import PATIENCE_S, STEP_MM, Client, assert_error, wait_until
 
 from app.lab.simulation import SCENARIOS
 from app.lab.simulation.write import simulate
-from app.storage.files import DataFolder
+from app.storage.blobs import FolderBlobs
 from app.tracking.live import Live, WallChanged
 from app.tracking.tracks import HealthColumns
 from app.tracking.unrolled import Unrolled
@@ -124,17 +124,28 @@ def test_joints_are_found_while_tracking(server: Client, tmp_path: Path) -> None
     assert (server.data / "inspections" / inspection_id / "joints.csv").exists()
 
 
-def test_a_tile_that_cannot_be_written_stops_nothing(tmp_path: Path) -> None:
-    folder, live, heard = DataFolder(tmp_path / "data", reserve_bytes=0), Live(), []
-    try:
-        walls = Unrolled(folder, live)
-        with live.listening(None, heard.append):
-            walls.take("0" * 32, {0: b"jpeg"})  # an inspection that was deleted meanwhile
+def test_a_tile_that_cannot_be_written_waits_for_the_next_one(tmp_path: Path) -> None:
+    live, heard = Live(), []
+    walls, in_the_way = Unrolled(FolderBlobs(tmp_path), live), tmp_path / "inspections"
+    in_the_way.write_bytes(b"a file where a folder should be")
+    with live.listening(None, heard.append):
+        walls.take("a", {0: b"older", 1: b"other"})
+        walls.take("a", {0: b"newer"})
         assert heard == []
-        assert not folder.inspection("0" * 32).exists()
-        assert walls.tiles("0" * 32) == []
-    finally:
-        folder.close()
+        in_the_way.unlink()
+        walls.take("a", {2: b"next"})
+    assert [event.indices for event in heard] == [(0, 1, 2)]
+    assert [walls.picture("a", n) for n in range(3)] == [b"newer", b"other", b"next"]
+
+
+def test_a_deleted_inspection_gets_no_more_tiles(tmp_path: Path) -> None:
+    walls = Unrolled(FolderBlobs(tmp_path), Live())
+    walls.refuse("a")
+    walls.take("a", {0: b"jpeg"})
+    assert walls.tiles("a") == []
+    walls.end("a")
+    walls.take("a", {0: b"jpeg"})
+    assert len(walls.tiles("a")) == 1
 
 
 def test_the_layout_is_that_of_the_rig(shared: Client, done: str) -> None:
