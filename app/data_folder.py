@@ -53,7 +53,11 @@ class Records:
         self.tracks = Tracks(blobs, places)
         self.unrolled = Unrolled(blobs, live)
         self.corrections = Corrections(
-            self.inspection_store, self.correction_store, self.tracks, live
+            self.inspection_store,
+            self.correction_store,
+            self.tracks,
+            live,
+            are_shared=database.dialect.is_shared,
         )
         self.counter_files = CounterFiles(blobs)
         self.counters = Counters(self.inspection_store, self.counter_files, self.tracks)

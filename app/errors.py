@@ -185,6 +185,10 @@ class ExportNotAvailable(AppError):
     """The inspection, or the server, lacks what the format needs; the text says what."""
 
 
+class InvalidRequest(AppError):
+    """The request has a value that the database cannot compare with anything."""
+
+
 class InvalidImport(AppError):
     """The file contains no inspection that can be read; the text says what is wrong and where."""
 

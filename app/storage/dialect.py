@@ -14,6 +14,8 @@ class Dialect(Protocol):
 
     kind: str
     """SQLite or PostgreSQL."""
+    is_shared: bool
+    """Whether other servers may write to it too."""
     where: str
     """The database as it is named to people, without a password."""
     missing: str
@@ -82,4 +84,6 @@ class Dialect(Protocol):
         """
 
     def translated(self, error: BaseException) -> BaseException:
-        """Return DiskFull or Busy for an error of the driver that means this, else the error."""
+        """Return DiskFull, Busy or InvalidRequest for an error of the driver that means this, else
+        the error itself.
+        """

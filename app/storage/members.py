@@ -16,9 +16,10 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 from uuid import uuid4
 
+from app.storage.dialect import Dialect
 from app.storage.postgres import WRITING, Postgres
 
 if TYPE_CHECKING:
@@ -264,7 +265,7 @@ class Joined:
         return True
 
 
-def members_of(database: Any) -> Members:
+def members_of(database: Dialect) -> Members:
     """Return the servers of a database: several may share one of PostgreSQL."""
     return Joined(database) if isinstance(database, Postgres) else Alone()
 

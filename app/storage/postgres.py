@@ -29,7 +29,14 @@ from sqlalchemy import (
 from sqlalchemy.exc import ArgumentError, DataError, DBAPIError
 from sqlalchemy.pool import NullPool
 
-from app.errors import Busy, DiskFull, InvalidSettings, UnusableBackup, UnusableDatabase
+from app.errors import (
+    Busy,
+    DiskFull,
+    InvalidRequest,
+    InvalidSettings,
+    UnusableBackup,
+    UnusableDatabase,
+)
 from app.storage import revisions, sqlite
 from app.storage.copying import copy_rows, numbered_columns
 
@@ -58,6 +65,8 @@ _FULL = "53100"
 _NOT_NOW = ("08", "25006", "40", "53", "55P03", "57")
 """Beginnings of the SQLSTATEs that mean "try again": the connection, a read-only server, a
 conflict, resources, a lock, an operator's intervention or a time-out."""
+_NO_TEXT = ("22021", "22P05")
+"""Characters that cannot be encoded; NUL is refused by the driver, without a SQLSTATE."""
 _BUSY = "The database cannot be reached, or is not keeping up; try again in a moment."
 
 
@@ -65,6 +74,7 @@ class Postgres:
     """The database at a URL; see `Dialect`."""
 
     kind = "PostgreSQL"
+    is_shared = True
 
     def __init__(self, url: str, copies: Path, *, is_read_only: bool = False) -> None:
         """Store where the database is; nothing is connected yet.
@@ -203,7 +213,7 @@ class Postgres:
             yield connection
 
     def translated(self, error: BaseException) -> BaseException:
-        """Return DiskFull or Busy for an error of the driver that means this, else the error."""
+        """Return the error that an error of the driver means: DiskFull, Busy, InvalidRequest."""
         if isinstance(error, exc.TimeoutError):  # every connection is in use
             return Busy(_BUSY)
         if not isinstance(error, DBAPIError):
@@ -213,6 +223,8 @@ class Postgres:
             return DiskFull("The disk of the database is full. Free some space, then continue.")
         if _is_lost(error) or (state is not None and state.startswith(_NOT_NOW)):
             return Busy(_BUSY)
+        if isinstance(error, DataError) and (state is None or state in _NO_TEXT):
+            return InvalidRequest("It has a character that no stored text can have, such as NUL.")
         return error
 
     @contextmanager

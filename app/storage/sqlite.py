@@ -36,6 +36,7 @@ class Sqlite:
     """The database in a file; see `Dialect`."""
 
     kind = "SQLite"
+    is_shared = False
 
     def __init__(self, path: Path) -> None:
         self._path = path

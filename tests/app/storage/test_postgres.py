@@ -271,13 +271,18 @@ def test_without_the_driver_the_command_that_installs_it_is_named(
         stored_at("postgresql://here/name", tmp_path)
 
 
-def test_health_and_metrics_name_the_kind_and_the_version(url: str, tmp_path: Path) -> None:
+def test_health_and_metrics_name_the_kind_and_the_version_and_nul_is_refused(
+    url: str, tmp_path: Path
+) -> None:
     with serving(tmp_path / "data", database=url) as client, psycopg.connect(url) as connection:
         version = str(connection.info.server_version // 10_000)
         checks = {check["name"]: check for check in client.get("/readyz").json()["checks"]}
         assert checks["postgresql"]["detail"].startswith(f"Version {version}.")
         assert f'database="PostgreSQL {version}.' in client.get("/metrics").text
         assert not (tmp_path / "data" / "chainage.db").exists()
+        # PostgreSQL cannot compare such a text with anything.
+        answer = client.get("/api/archive/defects", params={"project": "a\0b"})
+        assert_error(answer, 422, "invalid_request")
 
 
 def test_a_database_that_cannot_hold_every_name_is_refused(

@@ -109,6 +109,14 @@ def test_a_second_server_on_the_same_folder_is_refused(tmp_path: Path) -> None:
     DataFolder(tmp_path, reserve_bytes=0).close()
 
 
+def test_the_servers_of_one_postgresql_database_share_the_folder(tmp_path: Path) -> None:
+    several = [DataFolder(tmp_path, reserve_bytes=0, is_shared=True) for _ in "12"]
+    with pytest.raises(DataFolderInUse):
+        DataFolder(tmp_path, reserve_bytes=0)
+    for folder in several:
+        folder.close()
+
+
 def test_a_file_is_replaced_as_a_whole(tmp_path: Path) -> None:
     path = tmp_path / "new" / "file"
     write_durably(path, b"first")

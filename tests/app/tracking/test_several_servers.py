@@ -10,6 +10,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+import psycopg
 import pytest
 from builders import TOKEN, Client, wait_until
 from postgres import PostgresServer
@@ -21,13 +22,14 @@ class Fleet:
     """Servers that share everything."""
 
     def __init__(self, folder: Path, url: str, stack: ExitStack) -> None:
-        self._folder, self._url, self._stack = folder, url, stack
+        self.url = url
+        self._folder, self._stack = folder, stack
         self._processes: dict[Client, Process] = {}
 
     def add(self, **settings: str) -> Client:
         """Start another server."""
         log = self._folder / f"server{len(self._processes)}.log"
-        process = Process(self._folder / "data", log, DATABASE=self._url, **settings)
+        process = Process(self._folder / "data", log, DATABASE=self.url, **settings)
         self._stack.callback(process.end)
         client = self._stack.enter_context(Client(process, TOKEN))  # type: ignore[arg-type]
         client.data = self._folder / "data"
@@ -80,7 +82,8 @@ def test_what_happens_on_one_server_is_shown_on_the_other(
         zero = {"zero": {"frame": 0, "offset_m": 7.0}}
         stated = other.get(f"/api/inspections/{run}/corrections").json()["stated"] | zero
         one.put(f"/api/inspections/{run}/corrections", json=stated).raise_for_status()
-        wait_until(lambda: tags_of(other, run)[0]["distance_m"] > 7.0)
+        # At once: also the one that has derived distances before derives them anew.
+        assert tags_of(other, run)[0]["distance_m"] > 7.0
         assert tags_of(other, run)[0]["distance_m"] == tags_of(one, run)[0]["distance_m"]
         # Asked to stop on the other one, it ends and keeps its track so far.
         ended = other.post(f"/api/inspections/{run}/cancel").json()
@@ -110,14 +113,18 @@ def test_the_run_of_a_server_that_is_killed_is_ended_once_by_another(
     other = fleet.add()
     with other.socket(f"/api/inspections/{run}/live") as socket:
         until(socket, lambda update: update["has_picture"])
+        tag = leader.tag(run, frame=1400, code="BAB").json()["id"]  # tracked by nobody yet
         fleet.kill(leader)
         done = until(socket, lambda update: update["state"] not in ("running", "queued"))
     assert done["state"] == "done"
+    with psycopg.connect(fleet.url) as connection:
+        claims = connection.execute("SELECT attempt, status FROM inspections").fetchall()
+    assert claims == [(2, "done")]  # so it was killed in the middle, and claimed once more
     inspection = other.inspection(run)
     assert (inspection["status"], inspection["progress"]["frames_done"]) == ("done", 1500)
     assert rows_of(other, run) == [str(frame) for frame in range(1500)]
     assert other.get("/readyz").status_code == 200
-    # The duties of the leader are done: a photo that the dead one left, and the search.
-    tag = other.tag(run, code="BAB").json()["id"]
+    # A photo that the dead one left is made, and the duties of the leader are done.
     photo = f"/api/inspections/{run}/observations/{tag}/photo"
     wait_until(lambda: other.get(photo).status_code == 200)
+    wait_until(lambda: other.get("/api/archive/defects").json()["total"] == 1)
