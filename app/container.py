@@ -153,6 +153,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     client = _client(settings)
     live = Live()
     members = members_of(stored)
+    stack.callback(members.stop)  # the last to stop: it tells the others what is queued again
     company = Company(settings.company_name, settings.company_logo)
     records = Records(database, folder, blobs, live, company, has_webhook=client is not None)
     tracks = records.tracks
@@ -293,7 +294,6 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     succession.start()
     stack.callback(succession.stop)
     members.start(Hooks(relay.receive, relay.reset, duties.lead))
-    stack.callback(members.stop)
     metrics.observe(
         WatchedServices(
             records.inspection_store, folder, runs, media, recorder, scenes, alert_store

@@ -41,7 +41,8 @@ class Settings(BaseSettings):
 
     data: Path = Field(
         default=Path("chainage-data"),
-        description="Data folder: database, uploads and inspections. One server at a time uses it.",
+        description="Data folder: database, uploads and inspections. Only servers of one "
+        "PostgreSQL database share it.",
     )
     database: SecretStr | None = Field(
         default=None,

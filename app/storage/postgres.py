@@ -235,7 +235,7 @@ class Postgres:
             with engine.connect() as connection:
                 yield connection
         except DBAPIError as error:
-            if not _is_lost(error):
+            if not isinstance(self.translated(error), Busy):
                 raise
             raise UnusableDatabase(
                 f"The database {self.where} cannot be reached: {_said(error)}. Check that its "

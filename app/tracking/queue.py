@@ -112,7 +112,8 @@ class Tracking:
         self._runs.ask_all_to_stop("shutdown")
         for thread in (*self._threads, self._renewer):
             thread.join(_STOP_TIMEOUT_S)
-        self._store.release(self._claims.owner)
+        for inspection_id in self._store.release(self._claims.owner):
+            self.queued(inspection_id)
         self._engine.close()
 
     def is_alive(self) -> bool:

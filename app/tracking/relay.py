@@ -137,6 +137,9 @@ class Relay:
         """Send an event to the others, unless it came from them."""
         if threading.get_ident() == self._receiver:
             return
+        is_over = isinstance(event, Update) and event.state != "running"
+        if is_over and self._runs.mirrored(event.inspection_id) is not None:
+            self._end(event.inspection_id)  # its server has died
         match event:
             case Update(estimates=()):  # others have their results by `took`
                 self._send(_Stated(event.inspection_id, event.state, event.progress, event.camera))

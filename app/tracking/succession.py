@@ -43,14 +43,20 @@ class Duties:
     def __init__(self, *, of_the_leader: Sequence[Service], left_behind: Sequence[Heir]) -> None:
         self._services = of_the_leader
         self._heirs = left_behind
+        self._lock = threading.Lock()
+        """Guards the next fields."""
         self._started: list[Service] = []
+        self._is_over = False
 
     def lead(self) -> None:
         """Begin, or begin again, to lead."""
-        self.take_over()
-        for service in self._services[len(self._started) :]:
-            service.start()
-            self._started.append(service)
+        with self._lock:
+            if self._is_over:
+                return
+            self.take_over()
+            for service in self._services[len(self._started) :]:
+                service.start()
+                self._started.append(service)
 
     def take_over(self) -> None:
         """Do what servers that have ended left behind."""
@@ -58,9 +64,11 @@ class Duties:
             heir.take_over()
 
     def stop(self) -> None:
-        """Stop what was started."""
-        for service in reversed(self._started):
-            service.stop()
+        """Stop what was started, for good."""
+        with self._lock:
+            self._is_over = True
+            for service in reversed(self._started):
+                service.stop()
 
 
 class Succession:
