@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -36,6 +37,7 @@ from vo_core.track import Track
 
 logger = logging.getLogger(__name__)
 
+_ASK_EVERY_S = 1.0
 _ROWS_AT_ONCE = 5_000
 """Rows of one message when a whole track is sent."""
 
@@ -130,6 +132,7 @@ class Relay:
         self._forget = forget
         self._sending = threading.RLock()
         """Held so that no batch comes between the parts of a track."""
+        self._asked_s = 0.0
         self._receiver: int | None = None
         """The thread in which the events of the others are published."""
 
@@ -176,7 +179,7 @@ class Relay:
             self._end(inspection_id)
         self._tracks.forget_finished()
         self._forget(None)
-        self._send(_Hello(self._members.name))
+        self._ask()
 
     def receive(self, content: bytes) -> None:
         """Handle a message of another server."""
@@ -201,7 +204,7 @@ class Relay:
             case _Wall(inspection_id, indices):
                 self._live.wall_changed(inspection_id, indices)
             case _Stop(inspection_id, why):
-                if any(run.inspection.id == inspection_id for run in self._runs.here()):
+                if self._is_here(inspection_id):
                     self._runs.ask_to_stop(inspection_id, why)
 
     def _mirror(self, inspection_id: str, camera: CameraStatus | None) -> None:
@@ -216,9 +219,12 @@ class Relay:
     def _take(self, took: _Took) -> None:
         run = self._runs.mirrored(took.inspection_id)
         known = len(self._tracks.get(took.inspection_id))
+        if self._is_here(took.inspection_id):  # it was taken over from the sender
+            return
         if run is None or took.first > known:
-            if took.to is None:  # something was missed; its server sends all of it
-                self._send(_Hello(self._members.name))
+            # Something was missed; its server sends all of it.
+            if time.monotonic() > self._asked_s + _ASK_EVERY_S:
+                self._ask()
         elif took.first == known:
             run.camera = took.camera
             self._runs.take(run, took.batch)
@@ -237,9 +243,16 @@ class Relay:
 
     def _end(self, inspection_id: str) -> None:
         """End the mirrored run; from now on the track is that of the files."""
-        if all(run.inspection.id != inspection_id for run in self._runs.here()):
+        if not self._is_here(inspection_id):
             self._tracks.forget(inspection_id)
             self._runs.end_mirrored(inspection_id)
+
+    def _ask(self) -> None:
+        self._asked_s = time.monotonic()
+        self._send(_Hello(self._members.name))
+
+    def _is_here(self, inspection_id: str) -> bool:
+        return any(run.inspection.id == inspection_id for run in self._runs.here())
 
     def _send_whole(self, run: Run, to: str | None) -> None:
         inspection_id = run.inspection.id
