@@ -7,7 +7,6 @@ and the 3D view are the same on every server.  Only the server of a run writes i
 
 from __future__ import annotations
 
-import logging
 import threading
 import time
 from collections.abc import Callable
@@ -34,8 +33,6 @@ from app.tracking.live import (
 from app.tracking.runs import Run, RunElsewhere, Runs
 from app.tracking.tracks import HEALTH, Tracks
 from vo_core.track import Track
-
-logger = logging.getLogger(__name__)
 
 _ASK_EVERY_S = 1.0
 _ROWS_AT_ONCE = 5_000
