@@ -12,10 +12,13 @@ from typing import Any
 
 import psycopg
 import pytest
-from builders import TOKEN, Client, wait_until
+from builders import TOKEN, Client, make_clip, wait_until
 from postgres import PostgresServer
 from processes import Process
 from websockets.sync.client import ClientConnection
+
+FRAMES = 300
+"""Half a minute at half of their speed: enough to kill a server meanwhile."""
 
 
 class Fleet:
@@ -104,14 +107,14 @@ def tags_of(client: Client, inspection_id: str) -> list[dict[str, Any]]:
 
 
 def test_the_run_of_a_server_that_is_killed_is_ended_once_by_another(
-    fleet: Fleet, long_clip: Path
+    fleet: Fleet, tmp_path: Path
 ) -> None:
-    leader = fleet.add(PACE="1")
-    run = leader.inspect(long_clip)
+    leader = fleet.add(PACE="0.5")
+    run = leader.inspect(make_clip(tmp_path / "clip.mp4", FRAMES))
     other = fleet.add()
     with other.socket(f"/api/inspections/{run}/live") as socket:
         until(socket, lambda update: update["has_picture"])
-        tag = leader.tag(run, frame=1400, code="BAB").json()["id"]  # tracked by nobody yet
+        tag = leader.tag(run, frame=FRAMES - 1, code="BAB").json()["id"]  # tracked by nobody yet
         fleet.kill(leader)
         done = until(socket, lambda update: update["state"] not in ("running", "queued"))
     assert done["state"] == "done"
@@ -119,8 +122,8 @@ def test_the_run_of_a_server_that_is_killed_is_ended_once_by_another(
         claims = connection.execute("SELECT attempt, status FROM inspections").fetchall()
     assert claims == [(2, "done")]  # so it was killed in the middle, and claimed once more
     inspection = other.inspection(run)
-    assert (inspection["status"], inspection["progress"]["frames_done"]) == ("done", 1500)
-    assert rows_of(other, run) == [str(frame) for frame in range(1500)]
+    assert (inspection["status"], inspection["progress"]["frames_done"]) == ("done", FRAMES)
+    assert rows_of(other, run) == [str(frame) for frame in range(FRAMES)]
     assert other.get("/readyz").status_code == 200
     # A photo that the dead one left is made, and the duties of the leader are done.
     photo = f"/api/inspections/{run}/observations/{tag}/photo"
