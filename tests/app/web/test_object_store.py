@@ -14,6 +14,9 @@ from builders import TUS, assert_error, clip_rig, serving, wait_until
 from object_stores import Line
 from processes import process
 
+from app.errors import UnusableBackup
+from app.storage.backup import back_up, restore
+
 RANGES = {
     "bytes=0-99": [(0, 100)],
     "bytes=100-": [(100, None)],
@@ -34,6 +37,10 @@ def line(object_store):
     line = Line(object_store.port)
     yield line
     line.cut()
+
+
+def quietly(done, total):
+    """Report no progress."""
 
 
 def upload_in_pieces(client, content, size):
@@ -104,6 +111,17 @@ def test_everything_is_in_the_store(object_store, clip, tmp_path):
     with process(data, **settings) as client:
         assert everything(client, inspection_id, observation_id) == before
         assert client.get(f"{root}/frames/3.jpg").is_success
+        archive, folder, moved = (tmp_path / name for name in ("all.zip", "folder", "moved"))
+        back_up(data, archive, quietly, store=settings["STORE"])
+        restore(archive, folder, quietly)
+        assert (folder / "inspections" / inspection_id / "video.mp4").read_bytes() == film
+        other = object_store.new()
+        restore(archive, moved, quietly, store=other)
+        assert not (moved / "inspections" / inspection_id).exists()
+        with pytest.raises(UnusableBackup, match="There are inspections in s3://"):
+            restore(archive, tmp_path / "again", quietly, store=other)
+        with serving(moved, store=other) as restored:
+            assert everything(restored, inspection_id, observation_id) == before
         assert client.post(f"{root}/retry").is_success
         assert client.wait(inspection_id)["status"] == "done"
         assert client.get(f"{root}/track").content == before[f"{root}/track"]
