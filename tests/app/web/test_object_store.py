@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import shutil
 import subprocess
 import sys
 import uuid
@@ -11,6 +12,7 @@ import zipfile
 
 import pytest
 from builders import TUS, assert_error, clip_rig, serving, wait_until
+from cameras import MjpegCamera
 from object_stores import Line
 from processes import process
 
@@ -173,6 +175,43 @@ def test_a_store_that_goes_away_loses_nothing(object_store, line, clip, tmp_path
             for each in (running, other.json()["id"])
         ]
         assert [tile["index"] for tile in walls[0]] == [tile["index"] for tile in walls[1]]
+
+
+def test_a_recording_goes_to_the_store_when_it_ends_and_can_be_continued(object_store, tmp_path):
+    url = object_store.new()
+    with (
+        serving(tmp_path / "data", store=url, camera_networks=("127.0.0.0/8",)) as client,
+        MjpegCamera() as camera,
+    ):
+        made = client.post(
+            "/api/inspections",
+            json={
+                "name": "Culvert 8",
+                "source": {"kind": "live", "url": camera.url},
+                "rig": clip_rig(),
+                "header": {},
+            },
+        )
+        inspection_id = made.json()["id"]
+        root = f"/api/inspections/{inspection_id}"
+        folder = tmp_path / "data" / "inspections" / inspection_id
+        record(client, root, 10)
+        film = client.get(f"{root}/video").content
+        assert {f"archive/inspections/{inspection_id}/recording.mkv"} <= object_store.keys(url)
+        shutil.rmtree(folder)
+        going_on = client.post(f"{root}/continue", json={"url": camera.url, "robot": "stood_still"})
+        assert going_on.status_code == 200, going_on.text
+        record(client, root, 25)
+        assert len(client.get(f"{root}/video").content) > len(film)
+        assert client.get(f"{root}/frames/3.jpg").is_success
+        assert not {path.suffix for path in folder.iterdir()} & {".mkv", ".mp4"}
+
+
+def record(client, root, frames):
+    """Wait for so many frames of a live inspection, then end it."""
+    wait_until(lambda: client.get(root).json()["progress"]["frames_done"] >= frames)
+    ended = client.post(f"{root}/finish", json={"end_condition": "complete"})
+    assert ended.json()["status"] == "done", ended.text
 
 
 @pytest.mark.parametrize(
