@@ -379,7 +379,7 @@ class ObjectBlobs:
     def put_file(self, key: str, path: Path) -> None:
         """Send the file, in parts if it is large; the object appears whole."""
         part = max(_PART, -(-path.stat().st_size // _MOST_PARTS))
-        with self._answers(key), path.open("rb") as file:
+        with path.open("rb") as file, self._answers(key):
             self._store.put(checked_key(key), file, chunk_size=part, max_concurrency=_PARTS_AT_ONCE)
 
     def adopt(self, key: str, path: Path) -> bool:
@@ -453,12 +453,13 @@ class ObjectBlobs:
         """Hold a scratch copy of the object as it is now."""
         meta = self._head(key)
         size, e_tag = meta["size"], meta["e_tag"]
+        unchanged: GetOptions = {"if_match": e_tag} if e_tag else {}
         identity = hashlib.sha256(f"{self.name}\n{key}\n{size}\n{e_tag}".encode()).hexdigest()
         name = identity[:32] + Path(key).suffix
 
         def parts() -> Iterator[bytes]:
             for first in range(0, size, _PART):
-                yield self._part(key, {"range": (first, first + _PART), "if_match": e_tag})
+                yield self._part(key, {**unchanged, "range": (first, first + _PART)})
 
         with self._scratch.held(name, size, parts) as path:
             yield path
