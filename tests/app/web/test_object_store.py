@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import io
-import os
 import shutil
-import subprocess
-import sys
 import uuid
 import zipfile
 
@@ -221,23 +218,11 @@ def record(client, root, frames):
         ("http://films", "CHAINAGE_STORE must read s3://"),
     ],
 )
-def test_a_wrong_store_ends_the_start_with_a_sentence(object_store, tmp_path, url, sentence):
-    store = url if "/" in url else object_store.url(url)
-    command = [
-        sys.executable,
-        "-c",
-        "from app.cli.main import main; main()",
-        "serve",
-        "--port",
-        "0",
-    ]
-    ended = subprocess.run(
-        [*command, "--data", str(tmp_path / "data")],
-        env=dict(os.environ) | {"CHAINAGE_STORE": store},
-        capture_output=True,
-        text=True,
-        timeout=60,
-    )
-    assert ended.returncode == 1
-    assert sentence in " ".join(ended.stderr.split())
-    assert "Traceback" not in ended.stderr
+def test_a_wrong_store_ends_the_start_with_a_sentence(
+    object_store, tmp_path, monkeypatch, chainage, url, sentence
+):
+    monkeypatch.setenv("CHAINAGE_STORE", url if "/" in url else object_store.url(url))
+    ended = chainage("serve", "--port", 0, "--data", tmp_path / "data")
+    assert ended.code == 1
+    assert sentence in " ".join(ended.err.split())
+    assert "Traceback" not in ended.err
