@@ -5,11 +5,13 @@ from __future__ import annotations
 import contextlib
 import itertools
 import os
+import re
 import socket
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from urllib.parse import urlsplit
 
 import httpx
 from builders import wait_until
@@ -30,6 +32,11 @@ class ObjectStore:
         made = httpx.put(f"http://127.0.0.1:{self.port}/{bucket}")
         assert made.is_success, made.text
         return self.url(bucket, port)
+
+    def keys(self, url: str) -> set[str]:
+        """Return all keys in the bucket of a store."""
+        listed = httpx.get(f"http://127.0.0.1:{self.port}/{urlsplit(url).hostname}")
+        return set(re.findall("<Key>(.*?)</Key>", listed.text))
 
     def url(self, bucket: str, port: int | None = None) -> str:
         """Return the URL of a store in a bucket, which may be missing."""

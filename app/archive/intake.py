@@ -34,6 +34,7 @@ from app.errors import (
     NothingRecorded,
     PackNotFound,
     StillRunning,
+    StoreUnavailable,
     described,
 )
 from app.inspections.films import Films
@@ -144,7 +145,7 @@ class Intake:
             try:
                 pause_s = 0.0 if self._take_next() else _LOOK_EVERY_S
                 hindrance = None
-            except (DiskFull, Busy) as error:
+            except (DiskFull, Busy, StoreUnavailable) as error:
                 logger.warning("The archive takes no film in: %s", error)
                 pause_s, hindrance = _PAUSE_AFTER_FAULT_S, str(error)
             except Exception:

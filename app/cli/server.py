@@ -104,7 +104,9 @@ def backup(
     with progress_bar() as progress:
         task = progress.add_task("backing up, MiB", total=None)
         on_progress = partial(_advance_mib, progress, task)
-        done = archives.back_up(settings.data, file, on_progress, settings.database_url)
+        done = archives.back_up(
+            settings.data, file, on_progress, settings.database_url, settings.store
+        )
     out.print(f"{file}: {_summarised(done)}")
     for name in done.missing:
         err.print(f"warning: {name} is missing in {settings.data}", style="yellow")
@@ -122,7 +124,9 @@ def restore(
     with progress_bar() as progress:
         task = progress.add_task("restoring, MiB", total=None)
         on_progress = partial(_advance_mib, progress, task)
-        done = archives.restore(file, settings.data, on_progress, settings.database_url)
+        done = archives.restore(
+            file, settings.data, on_progress, settings.database_url, settings.store
+        )
     out.print(f"{settings.data}: {_summarised(done)}")
 
 

@@ -332,7 +332,8 @@ class Films:
                 recording.unlink()
             raise
         if not is_recording:
-            self._blobs.delete(film.key)
+            with suppress(StoreUnavailable):  # it stays until the recording replaces it
+                self._blobs.delete(film.key)
         logger.info("Inspection %s is continued by %s.", inspection_id, who)
         self._recorder.begin(row, source, between)
 

@@ -181,8 +181,15 @@ class Inspections:
         return self.get(inspection_id)
 
     def delete(self, inspection_id: str, who: str) -> None:
-        """Stop an inspection and delete it with all its files; its events stay."""
-        if self.row(inspection_id).status not in ENDED:
+        """Stop an inspection and delete it with all its files; its events stay.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            StoreUnavailable: The object store is away; nothing is deleted.
+        """
+        row = self.row(inspection_id)
+        self._blobs.exists(keys.rig(inspection_id))  # asked for its errors only
+        if row.status not in ENDED:
             self._tracking.cancel(inspection_id)
         self._store.delete(inspection_id, who)
         self._runs.deleted(inspection_id)

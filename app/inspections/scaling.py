@@ -11,7 +11,7 @@ import logging
 from dataclasses import dataclass
 from typing import Any
 
-from app.errors import Busy, DiskFull, InspectionNotFound
+from app.errors import Busy, DiskFull, InspectionNotFound, StoreUnavailable
 from app.inspections.corrections import Corrections
 from app.storage.corrections import CorrectionStore, Rescaling
 from app.storage.tables import ENDED
@@ -74,7 +74,7 @@ class Scaling(Worker):
                     self._look(inspection_id, has_ended=state in ENDED)
                 except InspectionNotFound:  # deleted meanwhile
                     self._published.pop(inspection_id, None)
-                except (Busy, DiskFull) as fault:
+                except (Busy, DiskFull, StoreUnavailable) as fault:
                     logger.warning(
                         "The scale of %s could not be recorded: %s", inspection_id, fault
                     )

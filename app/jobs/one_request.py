@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TypeVar
@@ -18,17 +18,23 @@ from app.jobs.process import connection_from_arguments
 Request = TypeVar("Request", FinaliseRequest, ReopenRequest)
 
 
-def serve(kind: type[Request], work: Callable[[Request, Connection], None]) -> None:
-    """Receive a request and handle it under its limits; only its folder is writable.
+def serve(
+    kind: type[Request],
+    work: Callable[[Request, Connection], None],
+    *,
+    reads: Callable[[Request], Sequence[str]] = lambda request: (),
+) -> None:
+    """Receive a request and handle it under its limits; only the recording's folder is writable.
 
     Args:
         kind: Type of the parent's request.
         work: Handles the request and sends the answer; `Failed` is sent if it raises.
+        reads: Returns further files to read.
     """
     with connection_from_arguments() as connection:
         request = msgspec.msgpack.decode(connection.recv_bytes(), type=kind)
         limits.apply(request.limits)
-        confine(writes=[str(Path(request.recording).parent)])
+        confine(reads=reads(request), writes=[str(Path(request.recording).parent)])
         try:
             work(request, connection)
         except BrokenPipeError:

@@ -34,4 +34,4 @@ def _reopen(request: ReopenRequest, connection: Connection) -> None:
 
 
 if __name__ == "__main__":
-    one_request.serve(ReopenRequest, _reopen)
+    one_request.serve(ReopenRequest, _reopen, reads=lambda request: [request.video])

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from datetime import date, datetime
 from typing import Any
 
-from app.errors import Busy, DiskFull, InspectionNotFound
+from app.errors import Busy, DiskFull, InspectionNotFound, StoreUnavailable
 from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
@@ -66,6 +66,7 @@ class Indexer:
 
         Raises:
             Busy, DiskFull: The database accepts nothing now.
+            StoreUnavailable: The tracks cannot be read now.
         """
         for inspection_id, token in self._index.stale().items():
             if self._failed.get(inspection_id) == token:
@@ -74,7 +75,7 @@ class Indexer:
                 self.index(inspection_id)
             except InspectionNotFound:  # deleted meanwhile
                 continue
-            except (Busy, DiskFull):
+            except (Busy, DiskFull, StoreUnavailable):
                 raise
             except Exception:
                 # One damaged inspection must not keep the others out of the search.
@@ -181,7 +182,7 @@ class IndexWorker(Worker):
                 self._is_due = False
             try:
                 self._index_all()
-            except (Busy, DiskFull) as fault:
+            except (Busy, DiskFull, StoreUnavailable) as fault:
                 logger.warning("The index of the search must wait: %s", fault)
             except Exception:
                 logger.exception("The index of the search could not be continued.")

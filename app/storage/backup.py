@@ -32,7 +32,8 @@ from typing import IO
 import msgspec
 
 from app.errors import UnusableBackup
-from app.storage import signing_key
+from app.storage import keys, signing_key
+from app.storage.blobs import Blobs, FolderBlobs, StoredBlob, blobs_at
 from app.storage.database import FILE, stored_at
 from app.storage.files import DataFolder, raise_if_full, sync_folder
 from app.storage.sqlite import revision_of
@@ -45,6 +46,8 @@ _FORMAT = 1
 _MANIFEST = "manifest.json"
 _DATABASE = FILE
 _TOKENS = "tokens.json"
+_GROWING = ("checkpoint", "journal", keys.RECORDING)
+"""Files of an inspection that lie in the data folder whatever the store is."""
 _ROOT_FILES = (_TOKENS, signing_key.FILE)
 """Files beside the database, copied if they exist."""
 _NAME = re.compile(
@@ -98,7 +101,11 @@ class _Changed(Exception):
 
 
 def back_up(
-    data: Path, target: Path, on_progress: OnProgress, database_url: str | None = None
+    data: Path,
+    target: Path,
+    on_progress: OnProgress,
+    database_url: str | None = None,
+    store: str | None = None,
 ) -> Summary:
     """Write everything acknowledged so far into the archive `target`.
 
@@ -107,14 +114,17 @@ def back_up(
         target: The archive; replaced whole, or unchanged after a failure.
         on_progress: Called with the progress.
         database_url: The database; None for the file in the data folder.
+        store: The object store; None for the data folder.
     Raises:
         UnusableBackup: There is no database, or inspections keep being deleted.
         UnusableDatabase: The database is damaged or of a newer version.
+        StoreUnavailable: The object store does not answer.
         DiskFull: There is no room for the archive.
     """
     stored = stored_at(database_url, data)
     if stored.revision() is None:  # it reports damage with the name of the database
         raise UnusableBackup(stored.missing)
+    blobs = blobs_at(store, data)
     missing: list[str] = []
     with tempfile.TemporaryDirectory(prefix=".chainage-backup-", dir=target.parent) as folder:
         part = Path(folder) / "part"
@@ -123,7 +133,7 @@ def back_up(
                 snapshot = Path(folder) / _DATABASE
                 stored.copy_to(snapshot)
                 revision_of(snapshot)
-                found = _members(data, snapshot)
+                found = _members(data, blobs, snapshot)
                 gone = sorted(_named_by(snapshot) - found.keys())
                 if gone != missing:  # deleted meanwhile; missing twice: lost before
                     missing = gone
@@ -141,19 +151,25 @@ def back_up(
 
 
 def restore(
-    archive: Path, data: Path, on_progress: OnProgress, database_url: str | None = None
+    archive: Path,
+    data: Path,
+    on_progress: OnProgress,
+    database_url: str | None = None,
+    store: str | None = None,
 ) -> Summary:
-    """Create a data folder from an archive; after a failure the folder is unchanged.
+    """Create a data folder from an archive; after a failure folder and store are unchanged.
 
     Args:
         archive: An archive written by `back_up`.
         data: A folder that is empty or does not exist.
         on_progress: Called with the progress.
         database_url: An empty database; None for a file in the data folder.
+        store: An empty object store; None for the data folder.
     Raises:
-        UnusableBackup: The archive is damaged or foreign, or the folder or the database is not
-        empty.
+        UnusableBackup: The archive is damaged or foreign, or the folder, the database or the
+        store is not empty.
         UnusableDatabase: A newer version made the archive.
+        StoreUnavailable: The object store does not answer.
         DiskFull: There is no room for the files.
     """
     if data.exists() and any(data.iterdir()):
@@ -162,32 +178,47 @@ def restore(
         )
     stored = stored_at(database_url, data)
     stored.require_empty()
-    with _held(data) as folder, _opened(archive) as source:
+    with _held(data) as folder, _filled(store, data) as blobs, _opened(archive) as source:
         manifest = _manifest_of(source, archive)
         folder.require_room(sum(entry.size for entry in manifest.files.values()))
         part = folder.root / ".restoring"
         part.mkdir()
         _extract(source, manifest, part, on_progress)
         summary = _checked(part, manifest)
-        _settle(part, folder.root)
+        _settle(part, manifest, folder.root, blobs)
         stored.take_over(part / _DATABASE)  # the last step: without it the rest is not used
         part.rmdir()
     return summary
 
 
-def _members(data: Path, snapshot: Path) -> dict[str, Path]:
+@dataclass(frozen=True)
+class _Member:
+    """A file to copy, and its size when it was listed."""
+
+    source: StoredBlob
+    size: int
+
+    @classmethod
+    def of(cls, store: Blobs, key: str) -> _Member:
+        """Look at a file."""
+        return cls(StoredBlob(store, key), store.about(key).size)
+
+
+def _members(data: Path, blobs: Blobs, snapshot: Path) -> dict[str, _Member]:
     """Return every file to copy, by its name in the archive."""
-    members = {_DATABASE: snapshot}
-    members |= {name: data / name for name in _ROOT_FILES if (data / name).is_file()}
+    folder = FolderBlobs(data)
+    members = {_DATABASE: _Member.of(FolderBlobs(snapshot.parent), _DATABASE)}
+    members |= {name: _Member.of(folder, name) for name in _ROOT_FILES if folder.exists(name)}
     with closing(sqlite3.connect(snapshot)) as connection:
         ids = [str(row[0]) for row in connection.execute("SELECT id FROM inspections ORDER BY id")]
     for inspection_id in ids:
         # In the order of names: the checkpoint precedes the journal, which may be longer than the
         # checkpoint says.
-        for path in sorted((data / "inspections" / inspection_id).rglob("*")):
-            name = path.relative_to(data).as_posix()
-            if _NAME.fullmatch(name) and path.is_file() and not path.is_symlink():
-                members[name] = path
+        for store in (folder, blobs):  # growing files, and blobs; possibly the same
+            for blob in store.listed(keys.inspection(inspection_id)):
+                if _NAME.fullmatch(blob.key):
+                    member = _Member(StoredBlob(store, blob.key), blob.size)
+                    members.setdefault(blob.key, member)
     return members
 
 
@@ -201,17 +232,17 @@ def _named_by(database: Path) -> set[str]:
             "SELECT inspection_id, id, photo_frame FROM observations "
             "WHERE photo_frame IS NOT NULL AND photo_error IS NULL"
         ).fetchall()
-    names = {f"inspections/{id_}/photos/{photo}-{frame}.jpg" for id_, photo, frame in photos}
+    names = {keys.photo(*row) for row in photos}
     for id_, video_file, status, frames_done, sha256 in inspections:
         if sha256 and video_file:  # without a digest it is a recording, possibly not begun
-            names.add(f"inspections/{id_}/{video_file}")
+            names.add(keys.film(id_, video_file))
         if status in ENDED and frames_done:
-            names.add(f"inspections/{id_}/track.csv")
+            names.add(keys.track(id_))
     return names
 
 
 def _written(
-    part: Path, members: Mapping[str, Path], missing: list[str], on_progress: OnProgress
+    part: Path, members: Mapping[str, _Member], missing: list[str], on_progress: OnProgress
 ) -> Manifest:
     """Write an archive of the members and sync it.
 
@@ -221,11 +252,11 @@ def _written(
     files: dict[str, Entry] = {}
     done = 0
     try:
-        total = sum(path.stat().st_size for path in members.values())
+        total = sum(member.size for member in members.values())
         with part.open("wb") as out:
             with zipfile.ZipFile(out, "w") as archive:
-                for name, path in members.items():
-                    files[name] = _stored(archive, name, path)
+                for name, member in members.items():
+                    files[name] = _stored(archive, name, member.source)
                     done += files[name].size
                     on_progress(done, max(done, total))
                 manifest = Manifest(_FORMAT, version("chainage"), datetime.now(UTC), files, missing)
@@ -237,11 +268,15 @@ def _written(
     return manifest
 
 
-def _stored(archive: zipfile.ZipFile, name: str, path: Path) -> Entry:
+def _stored(archive: zipfile.ZipFile, name: str, stored: StoredBlob) -> Entry:
     """Copy a file at its current length; bytes appended meanwhile belong to the next backup."""
     info = zipfile.ZipInfo(name)
     info.external_attr = (stat.S_IFREG | 0o600) << 16
-    with path.open("rb") as source, archive.open(info, "w", force_zip64=True) as target:
+    with (
+        stored.local() as path,
+        path.open("rb") as source,
+        archive.open(info, "w", force_zip64=True) as target,
+    ):
         size = os.fstat(source.fileno()).st_size
         return Entry(size, _copied(source, target, size))
 
@@ -278,6 +313,19 @@ def _held(data: Path) -> Iterator[DataFolder]:
         raise
     finally:
         folder.close()
+
+
+@contextmanager
+def _filled(store: str | None, data: Path) -> Iterator[Blobs]:
+    """Yield the new store, which must be empty; when the block fails, empty it again."""
+    blobs = blobs_at(store, data)
+    if any(blobs.listed(keys.INSPECTIONS)):
+        raise UnusableBackup(f"There are inspections in {blobs.name} already; name an empty store.")
+    try:
+        yield blobs
+    except BaseException:
+        blobs.delete_all(keys.INSPECTIONS)
+        raise
 
 
 @contextmanager
@@ -377,14 +425,15 @@ def _checked(part: Path, manifest: Manifest) -> Summary:
     return _summary(database, manifest)
 
 
-def _settle(part: Path, root: Path) -> None:
+def _settle(part: Path, manifest: Manifest, root: Path, blobs: Blobs) -> None:
     """Move the extracted files into place, except for the database."""
-    for folder in sorted((path for path in part.rglob("*") if path.is_dir()), reverse=True):
-        sync_folder(folder)
-    for path in part.iterdir():
-        if path.name != _DATABASE:
-            path.replace(root / path.name)  # `inspections` replaces the empty one
-    sync_folder(root)
+    folder = FolderBlobs(root)
+    for name in manifest.files.keys() - {_DATABASE}:
+        is_local = name in _ROOT_FILES or name.rpartition("/")[2] in _GROWING
+        (folder if is_local else blobs).adopt(name, part / name)
+        (part / name).unlink()
+    for empty in sorted((path for path in part.rglob("*") if path.is_dir()), reverse=True):
+        empty.rmdir()
 
 
 def _summary(database: Path, manifest: Manifest) -> Summary:

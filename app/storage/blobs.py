@@ -92,10 +92,11 @@ class Blobs(Protocol):
     def put_file(self, key: str, path: Path) -> None:
         """Store a copy of a file, in parts if it is large."""
 
-    def adopt(self, key: str, path: Path) -> None:
+    def adopt(self, key: str, path: Path) -> bool:
         """Store a file of the server's own, without another copy if the store is its disk.
 
-        From now on nobody may change the file; who calls deletes `path` when it is not needed.
+        From now on nobody may change the file. Return whether `path` is to be deleted by who calls,
+        when it is not needed any more; otherwise it is the blob itself.
         """
 
     def get(self, key: str) -> bytes:
@@ -259,12 +260,12 @@ class FolderBlobs:
         with _room():
             copy_durably(path, self._new(key))
 
-    def adopt(self, key: str, path: Path) -> None:
+    def adopt(self, key: str, path: Path) -> bool:
         """Give the file a second name, or copy it where a file system has no such names."""
         target = self._new(key)
         sync_file(path)
-        if target.exists() and target.samefile(path):
-            return
+        if target == path.resolve():
+            return False
         try:
             target.unlink(missing_ok=True)
             target.hardlink_to(path)
@@ -273,6 +274,7 @@ class FolderBlobs:
                 raise
             self.put_file(key, path)
         sync_folder(target.parent)
+        return True
 
     def get(self, key: str) -> bytes:
         """Read the whole file."""
@@ -377,12 +379,13 @@ class ObjectBlobs:
     def put_file(self, key: str, path: Path) -> None:
         """Send the file, in parts if it is large; the object appears whole."""
         part = max(_PART, -(-path.stat().st_size // _MOST_PARTS))
-        with self._answers(key), path.open("rb") as file:
+        with path.open("rb") as file, self._answers(key):
             self._store.put(checked_key(key), file, chunk_size=part, max_concurrency=_PARTS_AT_ONCE)
 
-    def adopt(self, key: str, path: Path) -> None:
+    def adopt(self, key: str, path: Path) -> bool:
         """Send the file, in parts if it is large."""
         self.put_file(key, path)
+        return True
 
     def get(self, key: str) -> bytes:
         """Fetch the object, a large one in blocks, so that no request takes long."""
@@ -450,12 +453,13 @@ class ObjectBlobs:
         """Hold a scratch copy of the object as it is now."""
         meta = self._head(key)
         size, e_tag = meta["size"], meta["e_tag"]
+        unchanged: GetOptions = {"if_match": e_tag} if e_tag else {}
         identity = hashlib.sha256(f"{self.name}\n{key}\n{size}\n{e_tag}".encode()).hexdigest()
         name = identity[:32] + Path(key).suffix
 
         def parts() -> Iterator[bytes]:
             for first in range(0, size, _PART):
-                yield self._part(key, {"range": (first, first + _PART), "if_match": e_tag})
+                yield self._part(key, {**unchanged, "range": (first, first + _PART)})
 
         with self._scratch.held(name, size, parts) as path:
             yield path

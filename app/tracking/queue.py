@@ -276,7 +276,10 @@ class Tracking:
         except ClaimLost:
             self._tracks.forget(inspection.id)
             raise
-        self._engine.drop(inspection.id)
+        try:
+            self._engine.drop(inspection.id)
+        except StoreUnavailable as away:  # it goes with the inspection, or with its next run
+            logger.warning("What is left of the runs of %s stays: %s", inspection.id, away)
         outcome = manifest.outcome
         logger.info(
             "Inspection %s (%s): %s after %d frames. %s",

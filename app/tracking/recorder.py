@@ -430,13 +430,13 @@ class Recorder:
         columns["playable"] = columns["playable"] and video == mp4
         left_out = [m for m in self._tracks.marks(inspection.id) if m.kind == "left_out"]
         columns["frames"] += len(left_out)  # dropped frames have numbers too
-        name = f"video{video.suffix}"
-        self._blobs.adopt(keys.film(inspection.id, name), video)
+        name = "video.mp4" if video == mp4 else keys.RECORDING
+        is_spare = self._blobs.adopt(keys.film(inspection.id, name), video)
         self._store.record_video(
             inspection.id, name, columns, video.stat().st_size, sha256_of(video)
         )
         mp4.unlink(missing_ok=True)
-        return recording
+        return recording if is_spare else None
 
     def _remuxed(self, recording: Path, mp4: Path) -> Finalised | Failed:
         size = recording.stat().st_size

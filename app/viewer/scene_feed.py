@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from app.back_off import BackOff
-from app.errors import InspectionNotFound, TileNotFound
+from app.errors import InspectionNotFound, StoreUnavailable, TileNotFound
 from app.inspections.corrections import Corrections
 from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations, rig_of
@@ -256,8 +256,8 @@ class SceneFeed(Worker):
     def _wall_picture(self, index: int) -> bytes | None:
         try:
             return self._unrolled.picture(self._inspection_id, index)
-        except TileNotFound:
-            return None  # tracking has started again
+        except (TileNotFound, StoreUnavailable):
+            return None  # tracking has started again, or the tile can be read later
 
     def _chainage_m(self, raw_mm: float) -> float:
         return self._corrections.chainage_mm(self._inspection_id, raw_mm) / 1000

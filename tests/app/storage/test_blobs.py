@@ -156,9 +156,11 @@ def test_a_folder_adopts_a_file_without_copying_it(tmp_path):
     source = file_of(tmp_path / "film.bin", b"film")
     blobs = blobs_at(None, tmp_path)
     blobs.put(FILM, b"before")
-    blobs.adopt(FILM, source)
+    assert blobs.adopt(FILM, source)
     with blobs.local(FILM) as path:
         assert path.samefile(source)
+        assert not blobs.adopt(FILM, path)
+        assert path.read_bytes() == b"film"
 
 
 def test_a_folder_copies_where_a_file_has_one_name_only(tmp_path, monkeypatch):
