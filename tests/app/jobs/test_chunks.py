@@ -229,6 +229,19 @@ def test_chunks_that_share_too_little_say_which_one_must_go_on(tracked: Tracked)
     assert error.value.part == 0
 
 
+def test_a_chunk_in_which_the_camera_looks_around_gives_only_what_comes_after_it(
+    tracked: Tracked,
+) -> None:
+    one, other, last = tracked.chunks
+    rows = [
+        msgspec.structs.replace(row, looking_around=float(n == len(other.rows) - 30))
+        for n, row in enumerate(other.rows)
+    ]
+    with pytest.raises(UndeterminedSeam) as error:
+        join([one, msgspec.structs.replace(other, rows=rows), last], DRIVE.rig)
+    assert error.value.part == 0
+
+
 def test_chunks_after_the_end_of_a_film_count_for_nothing(tracked: Tracked) -> None:
     one, other, _ = tracked.chunks
     longer = FrameRange(other.frames.first, 10**6, SHARED)
