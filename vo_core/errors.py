@@ -13,6 +13,8 @@ What happens in normal work is a value, never an exception: a dark frame or a lo
 `Estimate` with status `lost`, a file that ends early is `VideoFile.problem`.
 """
 
+from collections.abc import Sequence
+
 
 class ChainageError(Exception):
     """Base of every error that `vo_core` raises on purpose; its text is a sentence for a person."""
@@ -43,10 +45,13 @@ class InvalidCorrection(ChainageError):
 class UndeterminedSeam(ChainageError):
     """The frames that two parts of a film have in common do not tie their tracks together."""
 
-    def __init__(self, detail: str, part: int) -> None:
-        """Store the sentence, and the number of the earlier part, which must reach further."""
+    def __init__(self, detail: str, part: int, lacks: Sequence[str] = ()) -> None:
+        """Store the sentence, the number of the earlier part, and which of the `Traits` that it has
+        seen the later one lacks.
+        """
         super().__init__(detail)
         self.part = part
+        self.lacks = tuple(lacks)
 
 
 class UnreadableVideo(ChainageError):

@@ -9,7 +9,7 @@ pose.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -156,11 +156,23 @@ It is multiplied by the unevenness of the picture, because blur and coding vary 
 """
 
 
+@dataclass(frozen=True)
+class Traits:
+    """What shows somewhere in a film and counts from there to its end."""
+
+    is_coarse: bool = False
+    """Its coding repeats blocks, see `Skipping`."""
+    is_noiseless: bool = False
+    """A standstill shows as equal pictures, without noise."""
+
+
 class Odometry:
     """Tracks the camera through a film; `step` takes one frame after the other."""
 
-    def __init__(self, rig: Rig) -> None:
+    def __init__(self, rig: Rig, known: Traits = Traits()) -> None:
+        """`known` is what frames of the film have shown that come before the first one here."""
         camera = rig.camera
+        self._known = known
         overlay = Overlay((camera.width, camera.height)) if rig.looks_along_pipe else None
         self._start(rig, COARSEST, overlay)
 
@@ -178,7 +190,7 @@ class Odometry:
         """Picture at the zero point and the rows that were read, until the order of fields is
         certain."""
         self._blocks = BlockGrid.over(self._rectify.grid.shape)
-        self._skipping = Skipping(self._blocks)
+        self._skipping = Skipping(self._blocks, is_coarse=self._known.is_coarse)
         self._is_torn = False
         """Whether the last frame holds skipped blocks."""
         self._locator = Locator(self._rectify)
@@ -223,7 +235,7 @@ class Odometry:
         self._fix_periods = 0.0
         """`Clock.periods` at the last fix."""
         self._frame = 0
-        self._is_noiseless = False
+        self._is_noiseless = self._known.is_noiseless
         """Whether the film has shown a standstill as equal pictures, without noise."""
         self._is_held = False
         """Whether the last picture only repeated the one before."""
@@ -336,6 +348,11 @@ class Odometry:
         _, y_mm, yaw, z_mm, pitch, roll = self._state.start.tolist()
         yaw_deg, pitch_deg, roll_deg = np.degrees([yaw, pitch, roll]).tolist()
         return Stance(y_mm, yaw_deg, z_mm, pitch_deg, roll_deg)
+
+    @property
+    def traits(self) -> Traits:
+        """What the film has shown so far."""
+        return Traits(self._skipping.is_coarse, self._is_noiseless)
 
     @property
     def systematic_mm(self) -> float:

@@ -2,16 +2,18 @@
 
 Each chunk is tracked by a tracker of its own (`TrackRequest.frames`). It begins some time before
 the frames that it contributes, because a track learns during its first metres, and consecutive
-chunks share these frames. `join` gives what one run over the whole film would give. If the shared
-frames do not tie two chunks, the earlier one goes on from its last checkpoint as far as `extended`
-says: a robot may have stood still there, or the lens was under water.
+chunks share these frames. `join` gives what one run over the whole film would give. If it cannot,
+because a robot stood still there or the lens was under water, `mended` says what to track further.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import astuple
 from functools import partial
+from operator import attrgetter
+from typing import TypeVar
 
 import msgspec
 import numpy as np
@@ -37,6 +39,8 @@ from vo_core.mosaic.layers import Shift, joined_tile, shift_of, touched
 from vo_core.mosaic.mosaic import Layout
 from vo_core.track import COLUMNS
 from vo_core.track_join import Part, join_tilts, join_tracks
+
+_Numbered = TypeVar("_Numbered", Row, Tie, Gauged, Seen)
 
 SHARED_FRAMES = 1500
 """Number of frames that two chunks share: a minute at 25 frames a second.
@@ -94,15 +98,24 @@ def plan(frames: int | None, parts: int) -> list[FrameRange]:
     ]
 
 
-def extended(ranges: Sequence[FrameRange], part: int) -> list[FrameRange]:
-    """Let chunk `part` reach further into the next one, or to its end instead of it.
+def mended(ranges: Sequence[FrameRange], part: int, lacks: Sequence[str] = ()) -> list[FrameRange]:
+    """Return other ranges for a film whose chunks could not be joined.
 
-    It shares twice as many frames each time. `part` is that of an `UndeterminedSeam`.
+    Either chunk `part` reaches further, and goes on from its last checkpoint: it shares twice as
+    many frames, or replaces the next chunk.  Or all later chunks are told what it has seen of the
+    film, and are tracked again.  A chunk whose range is the same stays as it is. At the worst a
+    single chunk is left.
+
+    Args:
+        ranges: The ranges that were tracked.
+        part, lacks: Those of the `UndeterminedSeam`.
     """
-    one, other = ranges[part : part + 2]
+    before, (one, other), after = ranges[:part], ranges[part : part + 2], ranges[part + 2 :]
+    if lacks:
+        told = dict.fromkeys(lacks, True)
+        return [*before, one, *(msgspec.structs.replace(each, **told) for each in (other, *after))]
     assert one.end is not None  # noqa: S101  (only the last chunk has no end)
     end = 2 * one.end - other.first
-    before, after = ranges[:part], ranges[part + 2 :]
     if other.end is not None and end >= other.end:
         return [*before, msgspec.structs.replace(one, end=other.end), *after]
     return [*before, msgspec.structs.replace(one, end=end), other, *after]
@@ -131,9 +144,9 @@ def join(chunks: Sequence[Chunk], rig: Rig) -> Joined:
     """Join the results of the chunks of a film, in the order of its frames.
 
     Raises:
-        UndeterminedSeam: The shared frames do not tie two chunks; see `extended`.
+        UndeterminedSeam: Two chunks cannot be joined as they are; see `mended`.
     """
-    chunks = _up_to_the_end(chunks)
+    chunks = _numbered_alike(_up_to_the_end(chunks))
     parts = [_part(chunk) for chunk in chunks]
     joined = join_tracks(parts, rig)
     firsts = [0, *(seam.frame for seam in joined.seams)]
@@ -196,17 +209,56 @@ def join_walls(
 def _up_to_the_end(chunks: Sequence[Chunk]) -> Sequence[Chunk]:
     """Leave out the chunks after one in which the film has ended."""
     for number, chunk in enumerate(chunks):
-        end = chunk.rows[-1].frame + 1 if chunk.rows else chunk.frames.first
-        if chunk.frames.end is None or end < chunk.frames.end:
+        if not chunk.rows:
+            return chunks[:number]
+        if chunk.frames.end is None or chunk.rows[-1].frame + 1 < chunk.frames.end:
             return chunks[: number + 1]
     return chunks
 
 
+def _numbered_alike(chunks: Sequence[Chunk]) -> list[Chunk]:
+    """Number the frames of each chunk as the chunk before it does, which has the same times.
+
+    Frames that cannot be decoded have no number in a track. A tracker that begins behind them does
+    not know of them.
+    """
+    found = list(chunks[:1])
+    for chunk in chunks[1:]:
+        before, begin = found[-1].rows, chunk.rows[0]
+        row = bisect_left(before, begin.time_s, key=attrgetter("time_s"))
+        is_shared = row < len(before) and before[row].time_s == begin.time_s
+        found.append(_renumbered(chunk, before[row].frame - begin.frame if is_shared else 0))
+    return found
+
+
+def _renumbered(chunk: Chunk, by: int) -> Chunk:
+    """Add a number to the numbers of all frames of a chunk."""
+    if by == 0:
+        return chunk
+
+    return msgspec.structs.replace(
+        chunk,
+        rows=_moved(chunk.rows, by),
+        ties=_moved(chunk.ties, by),
+        health=_moved(chunk.health, by),
+        sightings=_moved(chunk.sightings, by),
+    )
+
+
+def _moved(found: list[_Numbered], by: int) -> list[_Numbered]:
+    return [msgspec.structs.replace(each, frame=each.frame + by) for each in found]
+
+
 def _part(chunk: Chunk) -> Part:
     track = Track.from_estimates(Estimate(*msgspec.structs.astuple(row)) for row in chunk.rows)
-    ties = [msgspec.structs.astuple(tie) for tie in chunk.ties]
-    _, systematic_mm, bed_mm, pictures = np.array(ties, np.float64).reshape(-1, 4).T
-    return Part(track, systematic_mm, bed_mm, pictures.astype(np.int64), _stance(chunk.start))
+    return Part(
+        track,
+        np.array([tie.systematic_mm for tie in chunk.ties]),
+        np.array([tie.bed_mm for tie in chunk.ties]),
+        np.array([tie.picture for tie in chunk.ties]),
+        np.array([(tie.is_coarse, tie.is_noiseless) for tie in chunk.ties]),
+        _stance(chunk.start),
+    )
 
 
 def _stance(standing: Standing) -> Stance:

@@ -28,6 +28,7 @@ from vo_core import Odometry, Rig
 from vo_core.joints.finder import JointFinder
 from vo_core.mosaic.layers import png_of
 from vo_core.mosaic.mosaic import Mosaic
+from vo_core.odometry import Traits
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -69,7 +70,8 @@ class Follower:
             frames: The frames of a chunk; None for the whole film.
         """
         self._rig = rig
-        self._odometry = Odometry(rig)
+        known = Traits() if frames is None else Traits(frames.is_coarse, frames.is_noiseless)
+        self._odometry = Odometry(rig, known)
         self._joints = JointFinder(rig)
         self._wall = Mosaic(rig)
         self._start, self._between = start, between
@@ -193,7 +195,14 @@ class Follower:
         last = frames.end is not None and frame.index >= frames.end - frames.shared
         first = frames.first > 0 and frame.index < frames.first + frames.shared
         picture = (zlib.crc32(frame.image.tobytes()) or 1) if first or last else 0
-        return Tie(frame.index, self._odometry.systematic_mm, self._odometry.bed_mm, picture)
+        odometry = self._odometry
+        return Tie(
+            frame.index,
+            odometry.systematic_mm,
+            odometry.bed_mm,
+            picture,
+            *astuple(odometry.traits),
+        )
 
     def _wall_pictures(self) -> tuple[list[WallTile], list[WallLayer]]:
         """Return the changed tiles; for a chunk those that it has left."""

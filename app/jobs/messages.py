@@ -43,6 +43,14 @@ class FrameRange(msgspec.Struct, frozen=True):
     """Number of the frame after the last; None for the rest of the film."""
     shared: int
     """Number of frames that each of the chunks before and after it tracks too."""
+    is_coarse: bool = False
+    """Of the `Traits` that frames before it have shown, like the next."""
+    is_noiseless: bool = False
+
+    @property
+    def name(self) -> str:
+        """Name of the chunk, which it keeps when it goes on after its end."""
+        return f"chunk-{self.first}" + "-coarse" * self.is_coarse + "-noiseless" * self.is_noiseless
 
     def holds(self, frame: Frame) -> bool:
         """Whether a frame of the film comes before the end of the chunk."""
@@ -217,6 +225,9 @@ class Tie(msgspec.Struct, frozen=True, array_like=True):
     """`Odometry.bed_mm`."""
     picture: int
     """Checksum of the picture if two chunks track it, never 0; else 0."""
+    is_coarse: bool
+    """Of `Odometry.traits`, like the next."""
+    is_noiseless: bool
 
 
 class Batch(msgspec.Struct, frozen=True, tag="batch"):
@@ -272,7 +283,9 @@ class KeptCheckpoint(msgspec.Struct, frozen=True):
 
 
 class Passing(msgspec.Struct, frozen=True, tag="passing"):
-    """Tracker to parent, once a second: it is decoding the frames before its checkpoint again."""
+    """Tracker to parent, once a second: it is looking for the first frame of its chunk, or decoding
+    the frames before its checkpoint again.
+    """
 
     frames: int
 

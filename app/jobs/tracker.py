@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
 from itertools import takewhile
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -80,7 +81,7 @@ def _track(request: TrackRequest, connection: Connection) -> None:
     sent_at = 0.0
     with VideoFile(request.video) as video:
         end = begun.frames
-        for found in _from(end, _numbered(video, request, end), connection):
+        for found in _from(end, _numbered(video, request, connection), connection):
             frame = found.frame
             # Sent before the frame is added, so that the last batch contains a frame.
             if time.monotonic() - sent_at >= BATCH_S:
@@ -106,12 +107,21 @@ def _read(path: Path) -> Checkpoint:
     return msgspec.msgpack.decode(path.read_bytes(), type=KeptCheckpoint).checkpoint
 
 
-def _numbered(video: VideoFile, request: TrackRequest, first: int) -> Iterator[Numbered]:
-    """Yield the frames to track, and possibly some before frame `first`."""
-    if request.frames is None:
+def _numbered(
+    video: VideoFile, request: TrackRequest, connection: Connection
+) -> Iterator[Numbered]:
+    """Yield the frames to track, and possibly some before them."""
+    chunk = request.frames
+    if chunk is None:
         return parts.numbered(video.read_ahead(), request.marks)
-    video.seek_frame(first)
-    return (Numbered(f) for f in takewhile(request.frames.holds, video.read_ahead()))
+    with ThreadPoolExecutor(1) as thread:
+        # A checkpoint, too, is reached from here: frames that cannot be decoded have no number,
+        # although the packets announce them.
+        sought = thread.submit(video.seek_frame, chunk.first)
+        while wait([sought], _PASSING_S).not_done:
+            connection.send_bytes(encode(Passing(0)))
+        sought.result()
+    return (Numbered(frame) for frame in takewhile(chunk.holds, video.read_ahead()))
 
 
 def _from(first: int, frames: Iterator[Numbered], connection: Connection) -> Iterator[Numbered]:

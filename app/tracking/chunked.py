@@ -15,7 +15,7 @@ from concurrent.futures import Future
 import msgspec
 
 from app.errors import BlobNotFound
-from app.jobs.chunks import extended, plan
+from app.jobs.chunks import mended, plan
 from app.jobs.messages import FrameRange
 from app.storage.blobs import Blobs
 from app.tracking.engines import Engine
@@ -123,7 +123,7 @@ class ChunkedTracking:
             logger.info("Inspection %s: %s", run.inspection.id, joined.outcome.error_detail)
             if self._runs.stop_of(run) is not None:
                 return self._joined(run, spec, usable[: joined.seam + 1])
-            ranges = extended(ranges, joined.seam)
+            ranges = mended(ranges, joined.seam, joined.lacks)
 
     def _whole(self, run: Run, why: str) -> Manifest | None:
         logger.warning("Inspection %s: tracked as a whole. %s", run.inspection.id, why)
@@ -146,7 +146,7 @@ class ChunkedTracking:
     def _chunk(
         self, run: Run, spec: Spec, frames: FrameRange, report: Callable[[Report], None]
     ) -> Manifest | None:
-        place = f"{runs_of(run.inspection.id)}/chunk-{frames.first}"
+        place = f"{runs_of(run.inspection.id)}/{frames.name}"
         own = msgspec.structs.replace(spec, frames=frames, place=place)
         return self._persistent(
             run,

@@ -82,7 +82,9 @@ class Manifest(msgspec.Struct, frozen=True):
     frames: FrameRange | None = None
     """Of a chunk: its frames."""
     seam: int | None = None
-    """The chunk that must reach further, if its frames do not tie it to the next one."""
+    """The chunk that cannot be joined with the next one; see `chunks.mended`."""
+    lacks: list[str] = []
+    """What the chunks after it must be told of the film."""
 
     @property
     def is_whole(self) -> bool:
@@ -254,7 +256,7 @@ class _Work:
             joined = join(found, Rig.parse(spec.rig))
         except UndeterminedSeam as open_one:
             outcome = Outcome("failed", "undetermined_seam", str(open_one))
-            return Manifest(outcome, 0, seam=open_one.part)
+            return Manifest(outcome, 0, seam=open_one.part, lacks=list(open_one.lacks))
         self._runs.take(run, joined.batch)
         limits = Limits(spec.memory_bytes, spec.cpu_s)
         request = JoinWallsRequest(

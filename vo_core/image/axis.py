@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vo_core.image.filters import gradient
+from vo_core.image.filters import gradient, magnitude
 from vo_core.image.resample import reduce_to
 from vo_core.types import GrayImage, Image
 
@@ -76,7 +76,7 @@ class AxisFinder:
         """Find the axis in a frame, (H, W) grey; None if it does not show."""
         grey = np.log(reduce_to(image, self._size_wh) + np.float32(BLACK_GREY))
         along, down = gradient(np.asarray(cv2.GaussianBlur(grey, (0, 0), 1.0), np.float32))
-        slope = cv2.magnitude(along, down)
+        slope = magnitude(along, down)
         # Unit gradients, those of noise less: a bright lamp must not outvote the shading.
         weight = 1 / (np.maximum(slope, 1e-9) * (slope + np.float32(LEAST_SLOPE)))
         parts = (weight * along * along, weight * along * down, weight * down * down)

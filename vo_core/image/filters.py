@@ -61,6 +61,15 @@ def gradient(image: GrayImage) -> tuple[GrayImage, GrayImage]:
     return np.asarray(along, np.float32), np.asarray(down, np.float32)
 
 
+def magnitude(along: GrayImage, down: GrayImage) -> GrayImage:
+    """Length of vectors, of which two pictures hold the components.
+
+    `cv2.magnitude` rounds by where its pictures lie in memory (OpenCV 5.0), and a film that is
+    tracked again must have the same track.
+    """
+    return np.asarray(np.sqrt(along * along + down * down), np.float32)
+
+
 def smooth(image: GrayImage, sigma_px: float) -> GrayImage:
     """Wide Gaussian, computed at a quarter of the size: equal to 1 %, at a tenth of the cost."""
     height, width = image.shape

@@ -11,7 +11,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from vo_core.image.filters import gradient
+from vo_core.image.filters import gradient, magnitude
 from vo_core.image.resample import reduce_to
 from vo_core.types import ByteImage, GrayImage, Image
 
@@ -69,7 +69,7 @@ class Overlay:
         but fixed edges.
         """
         along, down = gradient(reduce_to(image, self._size_wh))
-        size = cv2.magnitude(along, down)
+        size = magnitude(along, down)
         shown = size > LEAST_TEXTURE
         scale = shown / np.maximum(size, LEAST_TEXTURE)
         now = (along * scale).astype(np.float32), (down * scale).astype(np.float32)

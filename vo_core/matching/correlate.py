@@ -13,7 +13,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from vo_core.image.filters import smooth
+from vo_core.image.filters import magnitude, smooth
 from vo_core.types import GrayImage
 
 LOW_PASS = 0.16
@@ -136,11 +136,11 @@ _RADIUS_RANGE = (0.03, 0.35)
 def polar_spectrum(image: GrayImage, window: GrayImage) -> GrayImage:
     """log|F| over (angle of half a turn, radius), without slow parts; only a rotation moves it."""
     padded = _padded(image, window)
-    whole = cv2.dft(padded, flags=cv2.DFT_COMPLEX_OUTPUT)
+    whole = np.asarray(cv2.dft(padded, flags=cv2.DFT_COMPLEX_OUTPUT), np.float32)
     half = np.fft.fftshift(whole[:, : padded.shape[1] // 2 + 1], axes=0)
-    magnitude = np.log1p(cv2.magnitude(half[..., 0], half[..., 1]))
-    maps = _polar_maps(*magnitude.shape)
-    polar = np.asarray(cv2.remap(magnitude, *maps, cv2.INTER_LINEAR), np.float32)
+    size = np.log1p(magnitude(half[..., 0], half[..., 1]))
+    maps = _polar_maps(*size.shape)
+    polar = np.asarray(cv2.remap(size, *maps, cv2.INTER_LINEAR), np.float32)
     return polar - smooth(polar, 9)
 
 

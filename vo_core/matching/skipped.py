@@ -47,12 +47,13 @@ Blocks = NDArray[np.bool_]
 class Skipping:
     """Detects the skipped blocks of each frame, once the film has proved to be coarsely coded."""
 
-    def __init__(self, grid: BlockGrid) -> None:
+    def __init__(self, grid: BlockGrid, *, is_coarse: bool = False) -> None:
+        """`is_coarse` is whether pictures of the film before these have shown it."""
         self._grid = grid
         self._before: GrayImage | None = None
         self._least_repeated = 1.0
         """Smallest share of repeated blocks in a picture so far, while the robot moved."""
-        self.is_coarse = False
+        self.is_coarse = is_coarse
         """Whether the film is coded so coarsely that blocks are repeated."""
         self.is_fresh = False
         """Whether the last picture is an I frame of a coarsely coded film.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import av
 import cv2
@@ -14,7 +15,7 @@ from builders import half_size
 from films import film
 
 from app.jobs import chunks
-from app.jobs.chunks import Chunk, Joined, extended, gather, join, join_walls, plan
+from app.jobs.chunks import Chunk, Joined, gather, join, join_walls, mended, plan
 from app.jobs.follow import Follower
 from app.jobs.messages import Batch, FrameRange, Gauged, Row
 from app.lab.simulation import SCENARIOS, RenderedFrame
@@ -57,7 +58,7 @@ def followed(film: Sequence[Frame], frames: FrameRange | None = None) -> list[Ba
     follower, batches = Follower(DRIVE.rig, frames=frames), []
     for frame in film[frames.first if frames else 0 : frames.end if frames else None]:
         follower.add(frame)
-        if frame.index % 40 == 0:
+        if frame.index % 40 == 39:
             batches.append(follower.batch())
     follower.finish()
     batches.append(follower.batch())
@@ -68,6 +69,7 @@ class Tracked:
     """A film, tracked as a whole and in chunks."""
 
     def __init__(self, film: Sequence[Frame], ranges: Sequence[FrameRange]) -> None:
+        self.film = film
         whole = followed(film)
         self.rows = [row for batch in whole for row in batch.rows]
         self.whole = whole[-1]
@@ -180,15 +182,33 @@ def _fine(jpeg: bytes) -> np.ndarray:
     return grey - cv2.GaussianBlur(grey, (0, 0), 8)
 
 
-def test_a_chunk_whose_numbers_are_off_by_one_is_not_joined(tracked: Tracked) -> None:
+def test_a_chunk_gets_its_numbers_by_the_times_of_its_frames(
+    tracked: Tracked, joined: Joined
+) -> None:
+    one, other, last = tracked.chunks
+    found = join([one, misnumbered(other, 1), last], DRIVE.rig)
+    assert found == joined
+
+
+def misnumbered(chunk: Chunk, by: int) -> Chunk:
+    """Return a chunk that counts frames which cannot be decoded."""
+    moved = {
+        name: [msgspec.structs.replace(each, frame=each.frame + by) for each in found]
+        for name in ("rows", "ties", "health", "sightings")
+        for found in (getattr(chunk, name),)
+    }
+    end = None if chunk.frames.end is None else chunk.frames.end + by
+    frames = msgspec.structs.replace(chunk.frames, end=end)
+    return msgspec.structs.replace(chunk, frames=frames, **moved)
+
+
+def test_a_chunk_whose_pictures_come_one_frame_late_is_not_joined(tracked: Tracked) -> None:
     one, other, _ = tracked.chunks
-    late = msgspec.structs.replace(
-        other,
-        rows=[msgspec.structs.replace(row, frame=row.frame + 1) for row in other.rows],
-        ties=[msgspec.structs.replace(tie, frame=tie.frame + 1) for tie in other.ties],
-    )
+    late = [
+        msgspec.structs.replace(tie, picture=before.picture) for before, tie in pairwise(other.ties)
+    ]
     with pytest.raises(UndeterminedSeam, match="different pictures"):
-        join([one, late], DRIVE.rig)
+        join([one, msgspec.structs.replace(other, ties=[other.ties[0], *late])], DRIVE.rig)
 
 
 def test_a_chunk_that_was_decoded_to_other_pictures_is_not_joined(tracked: Tracked) -> None:
@@ -206,6 +226,19 @@ def test_chunks_that_share_too_little_say_which_one_must_go_on(tracked: Tracked)
     )
     with pytest.raises(UndeterminedSeam) as error:
         join([short, other, last], DRIVE.rig)
+    assert error.value.part == 0
+
+
+def test_a_chunk_in_which_the_camera_looks_around_gives_only_what_comes_after_it(
+    tracked: Tracked,
+) -> None:
+    one, other, last = tracked.chunks
+    rows = [
+        msgspec.structs.replace(row, looking_around=float(n == len(other.rows) - 30))
+        for n, row in enumerate(other.rows)
+    ]
+    with pytest.raises(UndeterminedSeam) as error:
+        join([one, msgspec.structs.replace(other, rows=rows), last], DRIVE.rig)
     assert error.value.part == 0
 
 
@@ -241,10 +274,21 @@ def test_short_films_are_not_split_and_long_ones_into_equal_work() -> None:
 
 def test_a_chunk_goes_on_into_the_next_one_and_at_last_replaces_it() -> None:
     ranges = [FrameRange(0, 50, 10), FrameRange(40, 90, 10), FrameRange(80, None, 10)]
-    further = extended(ranges, 0)
-    assert further == [FrameRange(0, 60, 10), *ranges[1:]]
-    assert extended(further, 0) == [FrameRange(0, 80, 10), *ranges[1:]]
-    assert extended([FrameRange(0, 80, 10), *ranges[1:]], 0) == [
-        FrameRange(0, 90, 10),
-        ranges[2],
-    ]
+    further = [FrameRange(0, 60, 10), *ranges[1:]]
+    assert mended(ranges, 0) == further
+    assert mended(further, 0) == [FrameRange(0, 80, 10), *ranges[1:]]
+    covers = [FrameRange(0, 90, 10), ranges[2]]
+    assert mended([FrameRange(0, 80, 10), *ranges[1:]], 0) == covers
+
+
+def test_later_chunks_are_told_what_an_earlier_one_has_seen_of_the_film(tracked: Tracked) -> None:
+    one, other, last = tracked.chunks
+    coarse = [msgspec.structs.replace(tie, is_coarse=tie.frame > 5) for tie in one.ties]
+    with pytest.raises(UndeterminedSeam) as error:
+        join([msgspec.structs.replace(one, ties=coarse), other, last], DRIVE.rig)
+    ranges = mended([chunk.frames for chunk in tracked.chunks], error.value.part, error.value.lacks)
+    assert [each.is_coarse for each in ranges] == [False, True, True]
+    assert {each.name for each in ranges}.isdisjoint({other.frames.name, last.frames.name})
+    assert [each.end for each in ranges] == [chunk.frames.end for chunk in tracked.chunks]
+    (batch,) = followed(tracked.film[:3], msgspec.structs.replace(ranges[1], first=0))
+    assert all(tie.is_coarse for tie in batch.ties)
