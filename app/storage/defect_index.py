@@ -124,9 +124,9 @@ class DefectIndex:
             found = session.execute(_TOKEN.where(Inspection.id == inspection_id)).one_or_none()
         return None if found is None else Token(*found[1:])
 
-    def stale(self) -> dict[str, Token]:
-        """Return the inspections that are not indexed in their present state, oldest first."""
-        query = _STALE.order_by(Inspection.created_at, Inspection.id)
+    def stale(self, limit: int) -> dict[str, Token]:
+        """Return inspections that are not indexed in their present state, the oldest."""
+        query = _STALE.order_by(Inspection.created_at, Inspection.id).limit(limit)
         with self._database.read() as session:
             return {found[0]: Token(*found[1:]) for found in session.execute(query)}
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from builders import TOKEN, Client, assert_error, serving, wait_until
+from postgres import ON_BOTH
 from surveys import Survey
 
 TAGS = [f"7d444840-9dc0-4d2a-8a6a-00000000000{n}" for n in range(10)]
@@ -47,6 +48,7 @@ def again(client: Client, inspection_id: str, **changes: Any) -> str:
     return str(inspection["id"])
 
 
+@ON_BOTH
 def test_a_defect_is_found_as_its_inspection_shows_it(server: Client, done: str) -> None:
     state(server, done, asset_id="CUL-0041", project="Road 7", date="2024-03-02")
     one = tag(
@@ -83,6 +85,7 @@ def test_a_defect_is_found_as_its_inspection_shows_it(server: Client, done: str)
         assert found(server, **misses)["total"] == 0, misses
 
 
+@ON_BOTH
 def test_distances_follow_a_correction_and_what_is_deleted_is_gone(
     server: Client, done: str
 ) -> None:
@@ -150,6 +153,7 @@ def test_an_inspection_that_cannot_be_indexed_keeps_none_of_the_others_out(
         wait_until(lambda: client.get("/api/archive/defects").json()["pending"] == 1)
 
 
+@ON_BOTH
 def test_the_history_of_an_asset_shows_what_grew(server: Client, done: str) -> None:
     state(server, done, asset_id="A/1 é", date="2019-05-01", job_ref="J1")
     tag(server, done, 1, frame=20, code="BAB", char1="A", severity=2, clock_from=12)
