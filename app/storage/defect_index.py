@@ -215,6 +215,8 @@ class DefectIndex:
         is_wanted = and_(*(column == keys.c[column.key] for column in _KEY))
         with self._database.read() as session:
             total = _counted(session, select(IndexedDefect.inspection_id).where(*conditions))
+            if total <= page.offset:
+                return total, []  # without a second search through all of them
             return total, _found(session, _WITH_PHOTO.join(keys, is_wanted).order_by(*order))
 
     def defects_of(self, inspection_ids: Sequence[str]) -> list[FoundDefect]:
