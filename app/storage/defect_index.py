@@ -13,11 +13,12 @@ from dataclasses import asdict, dataclass
 from datetime import date, datetime
 from typing import Any
 
-from sqlalchemy import ColumnElement, Select, and_, delete, func, or_, select, tuple_
+from sqlalchemy import Column, ColumnElement, Select, and_, delete, func, or_, select, tuple_
 from sqlalchemy.orm import Session
 
 from app.storage.database import Database
 from app.storage.tables import (
+    Base,
     EventRow,
     IndexedDefect,
     IndexedInspection,
@@ -202,7 +203,7 @@ class DefectIndex:
     ) -> tuple[int, list[FoundDefect]]:
         """Return the number of defects that fit, and a page of them."""
         conditions = list(_conditions(wanted))
-        order = (_ordered(getattr(IndexedDefect, page.sort), page), *_KEY)
+        order = (_ordered(_DEFECTS.c[page.sort], page), *_KEY)
         # Only the keys are sorted: whole rows would be copied for every row that fits.
         keys = (
             select(*_KEY)
@@ -285,7 +286,7 @@ class DefectIndex:
             select(IndexedInspection)
             .where(*conditions)
             .order_by(
-                _ordered(getattr(IndexedInspection, page.sort), page),
+                _ordered(_INSPECTIONS.c[page.sort], page),
                 IndexedInspection.inspection_id,
             )
         )
@@ -322,6 +323,8 @@ class DefectIndex:
             last = (found[-1].row.inspection_id, found[-1].row.observation_id)
 
 
+_INSPECTIONS = Base.metadata.tables[IndexedInspection.__tablename__]
+_DEFECTS = Base.metadata.tables[IndexedDefect.__tablename__]
 _KEY = (IndexedDefect.inspection_id, IndexedDefect.observation_id)
 _NEWEST = (
     select(func.max(EventRow.id)).where(EventRow.inspection_id == Inspection.id).scalar_subquery()
@@ -361,9 +364,10 @@ def _counted(session: Session, query: Select[*tuple[Any, ...]]) -> int:
     return session.scalar(select(func.count()).select_from(query.subquery())) or 0
 
 
-def _ordered(column: ColumnElement[Any], page: Page[Any]) -> ColumnElement[Any]:
-    # PostgreSQL would put what is unknown before everything else.
-    return (column.desc() if page.descending else column.asc()).nulls_last()
+def _ordered(column: Column[Any], page: Page[Any]) -> ColumnElement[Any]:
+    ordered = column.desc() if page.descending else column.asc()
+    # PostgreSQL puts what is unknown first; where nothing is, its index serves for the order.
+    return ordered.nulls_last() if column.nullable else ordered
 
 
 def _conditions(wanted: DefectFilter) -> Iterator[ColumnElement[bool]]:
