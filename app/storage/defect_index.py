@@ -203,7 +203,9 @@ class DefectIndex:
     ) -> tuple[int, list[FoundDefect]]:
         """Return the number of defects that fit, and a page of them."""
         conditions = list(_conditions(wanted))
-        order = (_ordered(_DEFECTS.c[page.sort], page), *_KEY)
+        order = tuple(
+            _ordered(column, page) for column in (_DEFECTS.c[page.sort], *_DEFECTS.primary_key)
+        )
         # Only the keys are sorted: whole rows would be copied for every row that fits.
         keys = (
             select(*_KEY)
@@ -285,10 +287,7 @@ class DefectIndex:
         query = (
             select(IndexedInspection)
             .where(*conditions)
-            .order_by(
-                _ordered(_INSPECTIONS.c[page.sort], page),
-                IndexedInspection.inspection_id,
-            )
+            .order_by(_ordered(_INSPECTIONS.c[page.sort], page), IndexedInspection.inspection_id)
         )
         with self._database.read() as session:
             total = _counted(session, select(IndexedInspection.inspection_id).where(*conditions))
