@@ -38,6 +38,8 @@ _STOP_TIMEOUT_S = 10.0
 _LOOK_EVERY_S = 30.0
 """Longest time until a change is noticed that another server made."""
 _LEAST_PAUSE_S = 0.01
+_AT_ONCE = 1000
+"""Stale inspections that are read at a time."""
 
 
 class Indexer:
@@ -68,20 +70,24 @@ class Indexer:
             Busy, DiskFull: The database accepts nothing now.
             StoreUnavailable: The tracks cannot be read now.
         """
-        for inspection_id, token in self._index.stale().items():
-            if self._failed.get(inspection_id) == token:
-                continue
-            try:
-                self.index(inspection_id)
-            except InspectionNotFound:  # deleted meanwhile
-                continue
-            except (Busy, DiskFull, StoreUnavailable):
-                raise
-            except Exception:
-                # One damaged inspection must not keep the others out of the search.
-                logger.exception("Inspection %s could not be indexed.", inspection_id)
-                self._failed[inspection_id] = token
-            yield inspection_id
+        while due := self._due():
+            for inspection_id, token in due.items():
+                try:
+                    self.index(inspection_id)
+                except InspectionNotFound:  # deleted meanwhile
+                    continue
+                except (Busy, DiskFull, StoreUnavailable):
+                    raise
+                except Exception:
+                    # One damaged inspection must not keep the others out of the search.
+                    logger.exception("Inspection %s could not be indexed.", inspection_id)
+                    self._failed[inspection_id] = token
+                yield inspection_id
+
+    def _due(self) -> dict[str, Token]:
+        """Return some of the stale inspections, without those that failed in this very state."""
+        stale = self._index.stale(_AT_ONCE + len(self._failed))
+        return {one: token for one, token in stale.items() if self._failed.get(one) != token}
 
     def index(self, inspection_id: str) -> None:
         """Derive an inspection and replace what is indexed of it.

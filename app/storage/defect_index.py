@@ -13,11 +13,12 @@ from dataclasses import asdict, dataclass
 from datetime import date, datetime
 from typing import Any
 
-from sqlalchemy import ColumnElement, Select, and_, delete, func, or_, select, tuple_
+from sqlalchemy import Column, ColumnElement, Select, and_, delete, func, or_, select, tuple_
 from sqlalchemy.orm import Session
 
 from app.storage.database import Database
 from app.storage.tables import (
+    Base,
     EventRow,
     IndexedDefect,
     IndexedInspection,
@@ -124,9 +125,9 @@ class DefectIndex:
             found = session.execute(_TOKEN.where(Inspection.id == inspection_id)).one_or_none()
         return None if found is None else Token(*found[1:])
 
-    def stale(self) -> dict[str, Token]:
-        """Return the inspections that are not indexed in their present state, oldest first."""
-        query = _STALE.order_by(Inspection.created_at, Inspection.id)
+    def stale(self, limit: int) -> dict[str, Token]:
+        """Return inspections that are not indexed in their present state, the oldest."""
+        query = _STALE.order_by(Inspection.created_at, Inspection.id).limit(limit)
         with self._database.read() as session:
             return {found[0]: Token(*found[1:]) for found in session.execute(query)}
 
@@ -202,7 +203,9 @@ class DefectIndex:
     ) -> tuple[int, list[FoundDefect]]:
         """Return the number of defects that fit, and a page of them."""
         conditions = list(_conditions(wanted))
-        order = (_ordered(getattr(IndexedDefect, page.sort), page), *_KEY)
+        order = tuple(
+            _ordered(column, page) for column in (_DEFECTS.c[page.sort], *_DEFECTS.primary_key)
+        )
         # Only the keys are sorted: whole rows would be copied for every row that fits.
         keys = (
             select(*_KEY)
@@ -215,6 +218,8 @@ class DefectIndex:
         is_wanted = and_(*(column == keys.c[column.key] for column in _KEY))
         with self._database.read() as session:
             total = _counted(session, select(IndexedDefect.inspection_id).where(*conditions))
+            if total <= page.offset:
+                return total, []  # without a second search through all of them
             return total, _found(session, _WITH_PHOTO.join(keys, is_wanted).order_by(*order))
 
     def defects_of(self, inspection_ids: Sequence[str]) -> list[FoundDefect]:
@@ -282,10 +287,7 @@ class DefectIndex:
         query = (
             select(IndexedInspection)
             .where(*conditions)
-            .order_by(
-                _ordered(getattr(IndexedInspection, page.sort), page),
-                IndexedInspection.inspection_id,
-            )
+            .order_by(_ordered(_INSPECTIONS.c[page.sort], page), IndexedInspection.inspection_id)
         )
         with self._database.read() as session:
             total = _counted(session, select(IndexedInspection.inspection_id).where(*conditions))
@@ -320,6 +322,8 @@ class DefectIndex:
             last = (found[-1].row.inspection_id, found[-1].row.observation_id)
 
 
+_INSPECTIONS = Base.metadata.tables[IndexedInspection.__tablename__]
+_DEFECTS = Base.metadata.tables[IndexedDefect.__tablename__]
 _KEY = (IndexedDefect.inspection_id, IndexedDefect.observation_id)
 _NEWEST = (
     select(func.max(EventRow.id)).where(EventRow.inspection_id == Inspection.id).scalar_subquery()
@@ -359,9 +363,10 @@ def _counted(session: Session, query: Select[*tuple[Any, ...]]) -> int:
     return session.scalar(select(func.count()).select_from(query.subquery())) or 0
 
 
-def _ordered(column: ColumnElement[Any], page: Page[Any]) -> ColumnElement[Any]:
-    # PostgreSQL would put what is unknown before everything else.
-    return (column.desc() if page.descending else column.asc()).nulls_last()
+def _ordered(column: Column[Any], page: Page[Any]) -> ColumnElement[Any]:
+    ordered = column.desc() if page.descending else column.asc()
+    # PostgreSQL puts what is unknown first; where nothing is, its index serves for the order.
+    return ordered.nulls_last() if column.nullable else ordered
 
 
 def _conditions(wanted: DefectFilter) -> Iterator[ColumnElement[bool]]:

@@ -8,6 +8,7 @@ other end have other distances; a defect matches within its own direction only.
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import date
@@ -15,6 +16,8 @@ from datetime import date
 UNSTATED_U95_M = 0.3
 """Half-width assumed for a distance without an interval, as another program measured it: counters
 of cables are read to a tenth of a metre, and slip."""
+_ROUNDING_M = 0.0005
+"""Distances are published to the millimetre."""
 _CLOCK_REACH_H = 1
 """A clock position is entered as a whole hour."""
 
@@ -101,24 +104,31 @@ def traces_of(surveys: Sequence[Survey]) -> list[Trace]:
 
 def _matched(traces: Sequence[Trace], defects: Sequence[Seen]) -> dict[int, Trace]:
     """Match the defects, by their number, with traces: the nearest pairs first."""
-    pairs = sorted(
-        (abs(seen.distance_m - trace.seen[-1].distance_m), number, place)
-        for place, trace in enumerate(traces)
-        for number, seen in enumerate(defects)
-        if _is_same(trace.seen[-1], seen)
-    )
+    by_place = sorted(traces, key=lambda trace: trace.seen[-1].distance_m)
+    places_m = [trace.seen[-1].distance_m for trace in by_place]
+    widest_m = max((trace.seen[-1].reach_m for trace in traces), default=0.0)
+    pairs = []
+    for number, seen in enumerate(defects):
+        reach_m = seen.reach_m + widest_m + _ROUNDING_M
+        first = bisect_left(places_m, seen.distance_m - reach_m)
+        last = bisect_right(places_m, seen.distance_m + reach_m)
+        pairs += [
+            (abs(seen.distance_m - places_m[place]), number, place)
+            for place in range(first, last)
+            if _is_same(by_place[place].seen[-1], seen)
+        ]
     matched: dict[int, Trace] = {}
     taken: set[int] = set()
-    for _, number, place in pairs:
+    for _, number, place in sorted(pairs):
         if number not in matched and place not in taken:
-            matched[number] = traces[place]
+            matched[number] = by_place[place]
             taken.add(place)
     return matched
 
 
 def _is_same(before: Seen, after: Seen) -> bool:
-    beyond_m = abs(after.distance_m - before.distance_m) - before.reach_m - after.reach_m
-    if round(beyond_m, 3) > 0:  # distances are published to the millimetre
+    reach_m = before.reach_m + after.reach_m + _ROUNDING_M
+    if abs(after.distance_m - before.distance_m) > reach_m:
         return False
     if before.clock is None or after.clock is None:
         return True

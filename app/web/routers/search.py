@@ -26,6 +26,7 @@ from app.web.schemas.search import (
     FoundDefectsOut,
     HistoryOut,
 )
+from app.web.slow import slow
 
 router = APIRouter(prefix="/api/archive", tags=["search"])
 
@@ -107,6 +108,7 @@ def assets(
 
 @router.get("/assets/{asset:path}")
 @viewer
+@slow
 def asset_history(
     asset: Annotated[str, Path(min_length=1, max_length=20_000, pattern=LINE)],
     services: ServicesDep,

@@ -79,6 +79,11 @@ def upgrade() -> None:
         sa.Column("created_at", sa.DateTime, nullable=False),
         sa.Column("folded", sa.Text, nullable=False),
     )
-    for column in ("created_at", "severity", "code", "asset"):
-        name = f"ix_indexed_defects_{column.removesuffix('_at')}"
-        op.create_index(name, "indexed_defects", [column])
+    key = ["inspection_id", "observation_id"]
+    filters = ["severity", "code", "distance_m", "clock_hours", "surveyed_on", "created_at", *key]
+    for name, columns in (
+        ("asset", ["asset"]),
+        ("newest", ["created_at", *key]),
+        ("filters", filters),
+    ):
+        op.create_index(f"ix_indexed_defects_{name}", "indexed_defects", columns)

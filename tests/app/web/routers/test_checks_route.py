@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import av
 import numpy as np
-from builders import Client
+from builders import Client, wait_until
 
 TAG = "7d444840-9dc0-4d2a-8a6a-000000000001"
 
@@ -15,6 +16,12 @@ TAG = "7d444840-9dc0-4d2a-8a6a-000000000001"
 def checks(client: Client, run: str) -> list[dict[str, Any]]:
     answer = client.get(f"/api/inspections/{run}/checks").raise_for_status()
     return list(answer.json()["checks"])
+
+
+def films(client: Client, problem: str) -> list[dict[str, Any]]:
+    """Films of all inspections with a problem, once the search knows them."""
+    answer = client.get("/api/archive/quality", params={"problem": problem}).raise_for_status()
+    return list(answer.json()["films"])
 
 
 def test_lost_and_dark_frames_a_lost_photo_and_a_zero_are_checked(
@@ -40,6 +47,9 @@ def test_lost_and_dark_frames_a_lost_photo_and_a_zero_are_checked(
     assert found["lost"]["params"] == {"percent": 25.0, "frames": 10}
     poor = [c["params"] for c in checks(server, inspection_id) if c["code"] == "poor_pictures"]
     assert {"complaint": "too_dark", "percent": 25.0} in poor
+    for problem, name in (("lost", "lost_share"), ("too_dark", "dark_share")):
+        (film,) = wait_until(partial(films, server, problem))
+        assert (film["inspection_id"], film[name]) == (inspection_id, 0.25)
     for code in ("photo_missing", "before_zero"):
         assert (found[code]["level"], found[code]["observation_id"]) == ("block", TAG)
         assert found[code]["detail"].startswith("Observation 1 at -0.0")
