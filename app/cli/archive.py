@@ -187,7 +187,7 @@ def run(
             err.print(
                 "Stopped; the next run goes on." if api.is_own else "The server goes on with them."
             )
-            raise
+            raise typer.Exit(1) from None
         groups = api.ask("GET", "/archive/failures", params=query)["groups"]
     counts = ", ".join(f"{number} {state}" for state, number in states.items())
     out.print(f"Films: {counts or 'none'}.")
