@@ -24,7 +24,7 @@ from sqlalchemy import (
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session, defer, outerjoin
 
-from app.errors import NoLongerWanted
+from app.errors import ClaimLost, NoLongerWanted
 from app.storage.database import Database
 from app.storage.inspections import existing
 from app.storage.tables import ENDED, ArchiveFilm, ArchiveRules, EventRow, Inspection
@@ -375,7 +375,8 @@ class ArchiveStore:
         """Keep a claim.
 
         Raises:
-            NoLongerWanted: The film was paused, cancelled, deleted or claimed by another server.
+            NoLongerWanted: The film was paused, cancelled or deleted.
+            ClaimLost: Another server has claimed it.
         """
 
         def apply(session: Session) -> None:
@@ -387,7 +388,8 @@ class ArchiveStore:
         """Add the inspection of a claimed film, in the transaction that ends its waiting.
 
         Raises:
-            NoLongerWanted: The film was paused, cancelled, deleted or claimed by another server.
+            NoLongerWanted: The film was paused, cancelled or deleted.
+            ClaimLost: Another server has claimed it.
         """
 
         def apply(session: Session) -> None:
@@ -403,7 +405,8 @@ class ArchiveStore:
         priority.
 
         Raises:
-            NoLongerWanted: The film was paused, cancelled, deleted or claimed by another server.
+            NoLongerWanted: The film was paused, cancelled or deleted.
+            ClaimLost: Another server has claimed it.
         """
 
         def apply(session: Session) -> None:
@@ -420,7 +423,8 @@ class ArchiveStore:
             film_id, server: The claim.
             values: Columns: the error, and what is different about the file.
         Raises:
-            NoLongerWanted: The film was paused, cancelled, deleted or claimed by another server.
+            NoLongerWanted: The film was paused, cancelled or deleted.
+            ClaimLost: Another server has claimed it.
         """
 
         def apply(session: Session) -> None:
@@ -512,8 +516,10 @@ def _next_waiting(server: str) -> Select[Any]:
 
 def _claimed(session: Session, film_id: str, server: str) -> ArchiveFilm:
     film = session.get(ArchiveFilm, film_id, with_for_update=True)
-    if film is None or film.state != "waiting" or film.claimed_by != server:
+    if film is None or film.state != "waiting":
         raise NoLongerWanted("The film waits no more.")
+    if film.claimed_by != server:
+        raise ClaimLost("Another server has claimed the film.")
     return film
 
 

@@ -12,7 +12,7 @@ import pytest
 from builders import clip_rig
 from postgres import ON_BOTH
 
-from app.errors import NoLongerWanted
+from app.errors import ClaimLost, NoLongerWanted
 from app.storage.archive import ArchiveStore, Selection
 from app.storage.database import Database, stored_at
 from app.storage.tables import Inspection
@@ -147,7 +147,7 @@ def test_the_next_film_is_that_of_the_highest_priority_and_nobody_else_claims_it
     lapsed = store.claim_next("three", LATER)
     assert lapsed is not None
     assert lapsed.film.name == "b"
-    with pytest.raises(NoLongerWanted):
+    with pytest.raises(ClaimLost):
         store.take(first.film.id, "one", inspection("b"), "test")
 
 
