@@ -120,7 +120,10 @@ class Inbox:
     def _add(self, films: list[Found]) -> None:
         assigned = assigned_to(films, Assignment(stored_rules(self._store)), self._store)
         now = datetime.now(UTC)
-        rows = [row | {"state": "waiting", "wanted_at": now} for row in columns(assigned, WHO)]
+        rows = [
+            row | {"state": "waiting", "wanted_at": now, "wanted_by": WHO}
+            for row in columns(assigned, WHO)
+        ]
         added = self._store.add(rows)
         without = sum(row["rig"] is None for row in rows if row["id"] in added)
         logger.info("The inbox added %d films, %d of them without a rig.", len(added), without)

@@ -220,7 +220,7 @@ class Intake:
                 self._add,
                 name=film.name,
                 header=header,
-                who=film.added_by,
+                who=film.wanted_by or film.added_by,
                 priority=film.priority,
             )
         finally:
@@ -243,7 +243,7 @@ class Intake:
 
     def _track_again(self, film: ArchiveFilm, inspection: Inspection) -> None:
         if film.rig is not None and film.rig != inspection.rig:
-            self._films.track_with(film.id, film.rig, film.added_by)
+            self._films.track_with(film.id, film.rig, film.wanted_by or film.added_by)
         else:
             self._tracking.retry(film.id)
 

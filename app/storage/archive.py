@@ -260,7 +260,7 @@ class ArchiveStore:
     def add(self, films: Sequence[Mapping[str, Any]]) -> set[str]:
         """Add films, given by their columns; return the ids of those whose path was not known.
 
-        They are idle unless `state` and `wanted_at` are given.
+        They are idle unless state and wish are given.
         """
         added = set[str]()
         for some in _portions(films):
@@ -281,11 +281,12 @@ class ArchiveStore:
         selection: Selection,
         before: Sequence[FilmState],
         state: StoredState,
+        who: str,
         *,
         priority: int | None = None,
     ) -> int:
         """Set the stored state of the selected films that are in one of the states before; return
-        their number.
+        their number. For a film that begins to wait, `who` is the person its inspection names.
 
         A film that waits again keeps its place; one that becomes idle loses it.
         """
@@ -294,6 +295,7 @@ class ArchiveStore:
             now = literal(datetime.now(UTC), ArchiveFilm.wanted_at.type)
             values |= {
                 "wanted_at": func.coalesce(ArchiveFilm.wanted_at, now),
+                "wanted_by": who,
                 "error_code": None,
                 "error_detail": None,
             }
@@ -536,7 +538,7 @@ def _adding(films: Sequence[Mapping[str, Any]]) -> Callable[[Session], set[str]]
             .on_conflict_do_nothing(index_elements=[ArchiveFilm.path_sha256])
             .returning(ArchiveFilm.id)
         )
-        idle = {"state": "idle", "wanted_at": None}
+        idle = {"state": "idle", "wanted_at": None, "wanted_by": None}
         rows = [{**idle, **film, "path_sha256": digest_of(film["path"])} for film in films]
         return set(session.scalars(statement, rows))
 

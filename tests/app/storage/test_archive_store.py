@@ -76,7 +76,7 @@ def inspection(name: str, **fields: Any) -> Inspection:
 def take(store: ArchiveStore, name: str, **fields: Any) -> None:
     """Start a film and make an inspection of it."""
     only = Selection((name.ljust(32, "0"),))
-    assert store.set_state(only, ("ready",), "waiting") == 1
+    assert store.set_state(only, ("ready",), "waiting", "me") == 1
     claimed = store.claim_next("server", LATER)
     assert claimed is not None
     store.take(claimed.film.id, "server", inspection(name, **fields), "test")
@@ -93,9 +93,9 @@ def test_a_film_has_the_state_of_its_inspection_once_there_is_one(store: Archive
         take(store, name, status=status, frames_done=10)
     expected = {"a": "done", "b": "failed", "c": "running", "d": "ready", "e": "unassigned"}
     assert states(store) == expected
-    assert store.set_state(ALL, ("failed", "ready"), "waiting") == 2
+    assert store.set_state(ALL, ("failed", "ready"), "waiting", "me") == 2
     assert states(store) == expected | {"b": "waiting", "d": "waiting"}
-    assert store.set_state(ALL, ("waiting", "running"), "idle") == 3
+    assert store.set_state(ALL, ("waiting", "running"), "idle", "me") == 3
     assert states(store) == expected
     tallies = store.tallies(ALL)
     assert (tallies["done"].frames_done, tallies["done"].frames_total) == (10, 40)
@@ -135,7 +135,7 @@ def test_the_next_film_is_that_of_the_highest_priority_and_nobody_else_claims_it
     store: ArchiveStore,
 ) -> None:
     store.add([film("a"), film("b", priority=5), film("c", rig=None, state="waiting")])
-    store.set_state(ALL, ("ready",), "waiting")
+    store.set_state(ALL, ("ready",), "waiting", "me")
     first, second = (store.claim_next(server, LATER) for server in ("one", "two"))
     assert first is not None
     assert second is not None
@@ -153,10 +153,10 @@ def test_the_next_film_is_that_of_the_highest_priority_and_nobody_else_claims_it
 
 def test_what_is_cancelled_meanwhile_becomes_no_inspection(store: ArchiveStore) -> None:
     store.add([film("a")])
-    store.set_state(ALL, ("ready",), "waiting")
+    store.set_state(ALL, ("ready",), "waiting", "me")
     claimed = store.claim_next("server", LATER)
     assert claimed is not None
-    store.set_state(ALL, ("waiting",), "idle")
+    store.set_state(ALL, ("waiting",), "idle", "me")
     with pytest.raises(NoLongerWanted):
         store.renew(claimed.film.id, "server", LATER)
     with pytest.raises(NoLongerWanted):
@@ -174,11 +174,11 @@ def test_a_change_reaches_the_inspections(store: ArchiveStore) -> None:
     assert changed == 2
     _, rows = store.listed(ALL, "name", descending=False, offset=0, limit=2)
     assert [(row.film.project, row.film.priority) for row in rows] == [("Q", 4), ("Q", 4)]
-    store.set_state(ALL, ("ready",), "waiting")
+    store.set_state(ALL, ("ready",), "waiting", "me")
     waiting = store.claim_next("server", LATER)
     assert waiting is not None
     assert waiting.film.header == {"year": 2001}
-    store.set_state(ALL, ("queued",), "waiting")
+    store.set_state(ALL, ("queued",), "waiting", "me")
     again = store.claim_next("another", LATER)
     assert again is not None
     assert again.inspection is not None
