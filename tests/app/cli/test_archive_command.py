@@ -154,7 +154,7 @@ def test_a_run_that_is_interrupted_goes_on(
     archive: Command, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     data = tmp_path / "data"
-    assert archive("add", folder, "--rig", tmp_path / "rig.json").code == 0
+    assert archive("add", folder / "R", "--rig", tmp_path / "rig.json").code == 0
     program = "from app.cli.main import main; main()"
     with subprocess.Popen(
         [sys.executable, "-c", program, "archive", "run", "--data", str(data)],
@@ -169,7 +169,7 @@ def test_a_run_that_is_interrupted_goes_on(
     assert "the next run goes on" in err
     assert "Traceback" not in err
     again = archive("run")
-    assert (again.code, again.out) == (0, "Films: 2 done.\n")
+    assert (again.code, again.out) == (0, "Films: 1 done.\n")
 
 
 def test_the_address_of_a_killed_server_means_nothing(tmp_path: Path) -> None:
