@@ -517,7 +517,7 @@ def _next_waiting(server: str) -> Select[Any]:
 
 
 def _claimed(session: Session, film_id: str, server: str) -> ArchiveFilm:
-    film = session.get(ArchiveFilm, film_id, with_for_update=True)
+    film = session.get(ArchiveFilm, film_id)
     if film is None or film.state != "waiting":
         raise NoLongerWanted("The film waits no more.")
     if film.claimed_by != server:
