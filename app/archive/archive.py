@@ -162,13 +162,13 @@ class Archive:
 
     def start(self, where: Where, who: str, priority: int | None = None) -> int:
         """Let ready and paused films wait for their turn; return their number."""
-        changed = self._wait(where, ("ready", "paused"), priority)
+        changed = self._wait(where, ("ready", "paused"), who, priority)
         logger.info("%s started %d films of the archive.", who, changed)
         return changed
 
     def resume(self, where: Where, who: str, priority: int | None = None) -> int:
         """Let paused films wait for their turn again; return their number."""
-        changed = self._wait(where, ("paused",), priority)
+        changed = self._wait(where, ("paused",), who, priority)
         logger.info("%s resumed %d films of the archive.", who, changed)
         return changed
 
@@ -176,7 +176,7 @@ class Archive:
         """Let films that failed, were cancelled or refused wait for another try; return their
         number. One whose rig has changed is tracked with the new rig.
         """
-        changed = self._wait(where, ("failed", "cancelled", "refused"), priority)
+        changed = self._wait(where, ("failed", "cancelled", "refused"), who, priority)
         logger.info("%s retried %d films of the archive.", who, changed)
         return changed
 
@@ -186,14 +186,14 @@ class Archive:
         One that is running is tracked from its first frame again.
         """
         selection = self._resolved(where)
-        changed = self._store.set_state(selection, ("waiting",), "paused")
+        changed = self._store.set_state(selection, ("waiting",), "paused", who)
         ids = self._store.ids(selection, *ACTIVE)
-        self._store.set_state(Selection(ids), ACTIVE, "paused")
+        self._store.set_state(Selection(ids), ACTIVE, "paused", who)
         for film in ids:
             if self._cancelled(film):
                 changed += 1
             else:
-                self._store.set_state(Selection((film,)), ("paused",), "idle")
+                self._store.set_state(Selection((film,)), ("paused",), "idle", who)
         logger.info("%s paused %d films of the archive.", who, changed)
         return changed
 
@@ -203,7 +203,7 @@ class Archive:
         One that was not begun is ready again; another one is cancelled and keeps its track so far.
         """
         selection = self._resolved(where)
-        changed = self._store.set_state(selection, ("waiting", "paused"), "idle")
+        changed = self._store.set_state(selection, ("waiting", "paused"), "idle", who)
         for film in self._store.ids(selection, *ACTIVE):
             changed += self._cancelled(film)
         logger.info("%s cancelled %d films of the archive.", who, changed)
@@ -265,8 +265,12 @@ class Archive:
         """Return the selected films that failed or were refused, grouped by reason."""
         return grouped(self._store.failures(self._resolved(where)))
 
-    def _wait(self, where: Where, before: Sequence[FilmState], priority: int | None) -> int:
-        changed = self._store.set_state(self._resolved(where), before, "waiting", priority=priority)
+    def _wait(
+        self, where: Where, before: Sequence[FilmState], who: str, priority: int | None
+    ) -> int:
+        changed = self._store.set_state(
+            self._resolved(where), before, "waiting", who, priority=priority
+        )
         self._intake.wake()
         return changed
 

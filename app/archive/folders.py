@@ -113,8 +113,8 @@ def _allowed(path: Path, roots: Sequence[Path]) -> Path:
     if not _is_in(real, roots):
         named = " or ".join(text_of(root) for root in roots) or "no folder"
         raise FolderNotAllowed(
-            f"{text_of(path)} is not in a folder for films; CHAINAGE_ARCHIVE_FOLDERS allows "
-            f"{named}."
+            f"The path {text_of(path)} is not in a folder for films; CHAINAGE_ARCHIVE_FOLDERS "
+            f"allows {named}."
         )
     if not real.exists():
         raise NoSuchFilm(f"There is nothing at {text_of(path)}.")
@@ -125,7 +125,7 @@ def _resolved(path: Path) -> Path:
     try:
         return path.resolve()
     except (OSError, RuntimeError) as error:
-        raise NoSuchFilm(f"{text_of(path)} cannot be read.") from error
+        raise NoSuchFilm(f"The path {text_of(path)} cannot be read.") from error
 
 
 def _is_in(path: Path, roots: Sequence[Path]) -> bool:

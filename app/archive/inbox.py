@@ -120,7 +120,10 @@ class Inbox:
     def _add(self, films: list[Found]) -> None:
         assigned = assigned_to(films, Assignment(stored_rules(self._store)), self._store)
         now = datetime.now(UTC)
-        rows = [row | {"state": "waiting", "wanted_at": now} for row in columns(assigned, WHO)]
+        rows = [
+            row | {"state": "waiting", "wanted_at": now, "wanted_by": WHO}
+            for row in columns(assigned, WHO)
+        ]
         added = self._store.add(rows)
         without = sum(row["rig"] is None for row in rows if row["id"] in added)
         logger.info("The inbox added %d films, %d of them without a rig.", len(added), without)
@@ -133,12 +136,14 @@ def being_written() -> set[Path]:
     for process in Path("/proc").iterdir():
         if process.name.isdecimal():
             with suppress(PermissionError, FileNotFoundError, ProcessLookupError):
-                handles = (process / "fd").iterdir()
-                found |= {handle.readlink() for handle in handles if _is_for_writing(handle)}
+                for handle in (process / "fd").iterdir():
+                    with suppress(FileNotFoundError):  # it was closed meanwhile
+                        if _is_for_writing(process, handle.name):
+                            found.add(handle.readlink())
     return found
 
 
-def _is_for_writing(handle: Path) -> bool:
-    text = (handle.parent.parent / "fdinfo" / handle.name).read_text()
+def _is_for_writing(process: Path, handle: str) -> bool:
+    text = (process / "fdinfo" / handle).read_text()
     flags = next(int(line.split()[1], 8) for line in text.splitlines() if line[:6] == "flags:")
     return flags & os.O_ACCMODE != os.O_RDONLY

@@ -22,9 +22,10 @@ from typing import Any
 
 from app.archive.copying import copy_film
 from app.archive.folders import modified_at
-from app.archive.paths import path_of
+from app.archive.paths import line_of, path_of, text_of
 from app.errors import (
     Busy,
+    ClaimLost,
     DiskFull,
     FilmChanged,
     FilmMissing,
@@ -53,11 +54,10 @@ logger = logging.getLogger(__name__)
 AHEAD = 2
 """Inspections that wait for a tracking slot beyond one for each."""
 _LOOK_EVERY_S = 2.0
-"""How often the database is asked for what another server has changed."""
+"""How often the database is asked what has changed, also while a film is copied."""
 _PAUSE_AFTER_FAULT_S = 5.0
 _CLAIM_S = 60.0
-_RENEW_EVERY_S = 1.0
-"""Also the time in which a copy notices that its film is no longer wanted."""
+_RENEW_EVERY_S = 15.0
 _STOP_S = 10.0
 _COPY = re.compile(r"[0-9a-f]{32}\.import")
 _REFUSALS = (
@@ -175,7 +175,7 @@ class Intake:
         with about(row.film.id):
             try:
                 self._take_or_refuse(row)
-            except (NoLongerWanted, StillRunning) as error:
+            except (NoLongerWanted, ClaimLost, StillRunning) as error:
                 logger.info("Film %s of the archive: %s", row.film.id, error)
             except _Stopped:
                 self._store.release(row.film.id, self._server)
@@ -207,41 +207,56 @@ class Intake:
         self._folder.require_room(film.size)
         copy = self._folder.inspections / f"{film.id}.import"
         source = path_of(film.path)
+        renewing = threading.Event()
+        renewer = threading.Thread(target=self._renew, args=(film.id, renewing), daemon=True)
+        renewer.start()
         try:
             copy_film(source, copy, film.size, film.modified_at, partial(self._copied, film, [0.0]))
             self._films.create_from_copy(
                 film.id,
                 copy,
-                source.name.encode("utf-8", "replace").decode(),
+                line_of(text_of(source.name)),
                 film.rig or {},
                 self._add,
                 name=film.name,
                 header=header,
-                who=film.added_by,
+                who=film.wanted_by or film.added_by,
                 priority=film.priority,
             )
         finally:
+            renewing.set()
+            renewer.join()
             copy.unlink(missing_ok=True)
+
+    def _renew(self, film_id: str, ended: threading.Event) -> None:
+        """Keep the claim until the film is an inspection: storing a large one takes its time."""
+        while not ended.wait(_RENEW_EVERY_S):
+            try:
+                self._store.renew(film_id, self._server, _until())
+            except (NoLongerWanted, ClaimLost):
+                return
+            except Busy as error:
+                logger.warning("Film %s of the archive: %s", film_id, error)
 
     def _add(self, inspection: Inspection, who: str) -> None:
         self._store.take(inspection.id, self._server, inspection, who)
 
     def _track_again(self, film: ArchiveFilm, inspection: Inspection) -> None:
         if film.rig is not None and film.rig != inspection.rig:
-            self._films.track_with(film.id, film.rig, film.added_by)
+            self._films.track_with(film.id, film.rig, film.wanted_by or film.added_by)
         else:
             self._tracking.retry(film.id)
 
-    def _copied(self, film: ArchiveFilm, renewed_s: list[float], done: int) -> None:
+    def _copied(self, film: ArchiveFilm, looked_s: list[float], done: int) -> None:
         """Note the progress of a copy; raise if it is to end."""
         with self._changed:
             self._state = IntakeState(film.id, film.name, done, film.size)
             if self._stopping:
                 raise _Stopped
-        if time.monotonic() - renewed_s[0] >= _RENEW_EVERY_S:
-            self._store.renew(film.id, self._server, _until())
+        if time.monotonic() - looked_s[0] >= _LOOK_EVERY_S:
+            self._store.renew(film.id, self._server, _until())  # unless it is no longer wanted
             self._folder.require_room(film.size - done)
-            renewed_s[0] = time.monotonic()
+            looked_s[0] = time.monotonic()
 
     def _refuse(self, film: ArchiveFilm, error: ChainageError) -> None:
         told = described(error)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Literal
 
+from app.archive.paths import line_of
 from app.storage.archive import Failure
 
 Repair = Literal["rig", "retry", "film"]
@@ -56,5 +57,5 @@ def grouped(failures: Iterable[Failure]) -> list[Group]:
 
 def reason_of(failure: Failure) -> str:
     """Return the sentence of a failure without what differs from film to film."""
-    sentence = failure.detail.replace(PurePosixPath(failure.path).name, "The film")
+    sentence = failure.detail.replace(line_of(PurePosixPath(failure.path).name), "The film")
     return _NUMBER.sub("…", sentence)

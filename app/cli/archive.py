@@ -187,7 +187,7 @@ def run(
             err.print(
                 "Stopped; the next run goes on." if api.is_own else "The server goes on with them."
             )
-            raise
+            raise typer.Exit(1) from None
         groups = api.ask("GET", "/archive/failures", params=query)["groups"]
     counts = ", ".join(f"{number} {state}" for state, number in states.items())
     out.print(f"Films: {counts or 'none'}.")
@@ -213,15 +213,19 @@ def retry(
     from app.cli.films_to_add import rules_of_rig
 
     films = _meant(ids, _filters(search, state, project, asset, reason))
+    parts = (
+        [films] if ids or state else [{"where": films["where"] | {"state": it}} for it in _FAILED]
+    )
+    change = None
+    if rig is not None:
+        (given,) = rules_of_rig(rig)["rigs"].values()
+        change = {"rig": given, "rig_name": rig.name}
+    changed = 0
     with _api(data) as api:
-        if rig is not None:
-            # Another rig may end the reason by which they are selected.
-            failed = [film["id"] for film in _all(api, films) if film["state"] in _FAILED]
-            films = {"ids": failed}
-            (given,) = rules_of_rig(rig)["rigs"].values()
-            change = {"rig": given, "rig_name": rig.name}
-            api.ask("PATCH", "/archive/films", json=films | {"set": change})
-        changed = api.ask("POST", "/archive/retry", json=films)["changed"]
+        for part in parts:
+            if change is not None:
+                api.ask("PATCH", "/archive/films", json=part | {"set": change})
+            changed += api.ask("POST", "/archive/retry", json=part)["changed"]
         is_served = not api.is_own
     goes_on = "" if is_served or not changed else " `chainage archive run` tracks them."
     out.print(f"{changed} films wait for another try.{goes_on}")
@@ -302,18 +306,6 @@ def _meant(ids: list[str] | None, where: dict[str, Any]) -> dict[str, Any]:
     if ids and where:
         raise typer.BadParameter("go without filters", param_hint="IDS")
     return {"ids": ids} if ids else {"where": where}
-
-
-def _all(api: Api, films: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return all films that ids or filters mean."""
-    found: list[dict[str, Any]] = []
-    wanted = set(films.get("ids", ()))
-    while True:
-        query = films.get("where", {}) | {"offset": len(found), "limit": 500}
-        page = api.ask("GET", "/archive/films", params=query)
-        found += page["films"]
-        if not page["films"]:
-            return [film for film in found if not wanted or film["id"] in wanted]
 
 
 def _act(action: str, films: Mapping[str, Any], done: str, data: Path | None) -> None:

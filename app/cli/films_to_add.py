@@ -49,10 +49,10 @@ def read_source(path: Path) -> Source:
     try:
         content = path.read_bytes()
     except OSError as error:
-        raise NoSuchFilm(f"{path} cannot be read: {error.strerror}.") from error
+        raise NoSuchFilm(f"The list {path} cannot be read: {error.strerror}.") from error
     source = _table(path, content) if path.suffix.lower() == ".csv" else _lines(path, content)
     if not source.paths:
-        raise NoSuchFilm(f"{path} names no film.")
+        raise NoSuchFilm(f"The list {path} names no film.")
     return source
 
 

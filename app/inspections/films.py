@@ -15,6 +15,7 @@ from typing import Any
 from app.errors import (
     DiskFull,
     LiveSourceRefused,
+    NoLongerWanted,
     NotAllTracked,
     NothingRecorded,
     OpenStretches,
@@ -257,7 +258,7 @@ class Films:
         """Remove the blobs of a new inspection again if the block fails."""
         try:
             yield
-        except (OSError, DiskFull, StoreUnavailable):
+        except (OSError, DiskFull, StoreUnavailable, NoLongerWanted):
             with suppress(OSError, StoreUnavailable):
                 self._blobs.delete_all(keys.inspection(inspection.id))
             raise

@@ -24,7 +24,7 @@ from sqlalchemy import (
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session, defer, outerjoin
 
-from app.errors import NoLongerWanted
+from app.errors import ClaimLost, NoLongerWanted
 from app.storage.database import Database
 from app.storage.inspections import existing
 from app.storage.tables import ENDED, ArchiveFilm, ArchiveRules, EventRow, Inspection
@@ -260,7 +260,7 @@ class ArchiveStore:
     def add(self, films: Sequence[Mapping[str, Any]]) -> set[str]:
         """Add films, given by their columns; return the ids of those whose path was not known.
 
-        They are idle unless `state` and `wanted_at` are given.
+        They are idle unless state and wish are given.
         """
         added = set[str]()
         for some in _portions(films):
@@ -281,11 +281,12 @@ class ArchiveStore:
         selection: Selection,
         before: Sequence[FilmState],
         state: StoredState,
+        who: str,
         *,
         priority: int | None = None,
     ) -> int:
         """Set the stored state of the selected films that are in one of the states before; return
-        their number.
+        their number. For a film that begins to wait, `who` is the person its inspection names.
 
         A film that waits again keeps its place; one that becomes idle loses it.
         """
@@ -294,6 +295,7 @@ class ArchiveStore:
             now = literal(datetime.now(UTC), ArchiveFilm.wanted_at.type)
             values |= {
                 "wanted_at": func.coalesce(ArchiveFilm.wanted_at, now),
+                "wanted_by": who,
                 "error_code": None,
                 "error_detail": None,
             }
@@ -375,7 +377,8 @@ class ArchiveStore:
         """Keep a claim.
 
         Raises:
-            NoLongerWanted: The film was paused, cancelled, deleted or claimed by another server.
+            NoLongerWanted: The film was paused, cancelled or deleted.
+            ClaimLost: Another server has claimed it.
         """
 
         def apply(session: Session) -> None:
@@ -387,7 +390,8 @@ class ArchiveStore:
         """Add the inspection of a claimed film, in the transaction that ends its waiting.
 
         Raises:
-            NoLongerWanted: The film was paused, cancelled, deleted or claimed by another server.
+            NoLongerWanted: The film was paused, cancelled or deleted.
+            ClaimLost: Another server has claimed it.
         """
 
         def apply(session: Session) -> None:
@@ -403,7 +407,8 @@ class ArchiveStore:
         priority.
 
         Raises:
-            NoLongerWanted: The film was paused, cancelled, deleted or claimed by another server.
+            NoLongerWanted: The film was paused, cancelled or deleted.
+            ClaimLost: Another server has claimed it.
         """
 
         def apply(session: Session) -> None:
@@ -420,7 +425,8 @@ class ArchiveStore:
             film_id, server: The claim.
             values: Columns: the error, and what is different about the file.
         Raises:
-            NoLongerWanted: The film was paused, cancelled, deleted or claimed by another server.
+            NoLongerWanted: The film was paused, cancelled or deleted.
+            ClaimLost: Another server has claimed it.
         """
 
         def apply(session: Session) -> None:
@@ -511,9 +517,11 @@ def _next_waiting(server: str) -> Select[Any]:
 
 
 def _claimed(session: Session, film_id: str, server: str) -> ArchiveFilm:
-    film = session.get(ArchiveFilm, film_id, with_for_update=True)
-    if film is None or film.state != "waiting" or film.claimed_by != server:
+    film = session.get(ArchiveFilm, film_id)
+    if film is None or film.state != "waiting":
         raise NoLongerWanted("The film waits no more.")
+    if film.claimed_by != server:
+        raise ClaimLost("Another server has claimed the film.")
     return film
 
 
@@ -530,7 +538,7 @@ def _adding(films: Sequence[Mapping[str, Any]]) -> Callable[[Session], set[str]]
             .on_conflict_do_nothing(index_elements=[ArchiveFilm.path_sha256])
             .returning(ArchiveFilm.id)
         )
-        idle = {"state": "idle", "wanted_at": None}
+        idle = {"state": "idle", "wanted_at": None, "wanted_by": None}
         rows = [{**idle, **film, "path_sha256": digest_of(film["path"])} for film in films]
         return set(session.scalars(statement, rows))
 

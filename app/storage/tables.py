@@ -325,6 +325,7 @@ class ArchiveFilm(Base):
     error_code: Mapped[str | None] = mapped_column(String(50))
     error_detail: Mapped[str | None] = mapped_column(Text)
     wanted_at: Mapped[datetime | None]
+    wanted_by: Mapped[str | None] = mapped_column(String(100))
     added_at: Mapped[datetime]
     added_by: Mapped[str] = mapped_column(String(100))
     claimed_by: Mapped[str | None] = mapped_column(String(64))

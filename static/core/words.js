@@ -73,7 +73,7 @@ const WORDED_BY_THE_SERVER = new Set([
   'invalid_request', 'invalid_rig', 'rig_video_mismatch', 'unreadable_video', 'invalid_pack', 'invalid_import',
   'invalid_correction', 'invalid_message', 'shape_mismatch', 'open_stretches', 'live_source_refused',
   'not_ready', 'unknown_host', 'sample_failed', 'camera_unreachable', 'export_not_available', 'invalid_table',
-  'folder_not_allowed', 'no_such_film',
+  'folder_not_allowed', 'no_such_film', 'film_missing', 'film_changed', 'no_rule', 'no_rig', 'rig_missing', 'invalid_header',
 ]);
 
 /**

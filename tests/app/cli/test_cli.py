@@ -31,6 +31,7 @@ COMMANDS = [
     "bench",
     "export",
     "verify",
+    "archive",
 ]
 CHECKERBOARD = ["--board", "checkerboard", "--columns", "9", "--rows", "6", "--square-mm", "20"]
 HEADER = (

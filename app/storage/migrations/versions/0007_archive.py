@@ -31,6 +31,7 @@ def upgrade() -> None:
         sa.Column("error_code", sa.String(50)),
         sa.Column("error_detail", sa.Text),
         sa.Column("wanted_at", sa.DateTime),
+        sa.Column("wanted_by", sa.String(100)),
         sa.Column("added_at", sa.DateTime, nullable=False),
         sa.Column("added_by", sa.String(100), nullable=False),
         sa.Column("claimed_by", sa.String(64)),

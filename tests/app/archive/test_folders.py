@@ -1,0 +1,84 @@
+"""Films in folders: found in order, never outside the allowed ones, whatever their names are."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.archive.folders import found_in
+from app.archive.paths import path_of, text_of, title_of
+from app.errors import FolderNotAllowed, NoSuchFilm
+
+
+def put(path: Path, content: bytes = b"x") -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content)
+    return path
+
+
+def listed(folder: Path, *allowed: Path) -> dict[str, str | None]:
+    """The code of the problem of each file, by its path within the folder."""
+    found = found_in([text_of(folder)], allowed or [folder])
+    return {each.relative: each.problem.code if each.problem else None for each in found}
+
+
+def test_every_file_is_named_with_what_is_wrong_with_it(tmp_path: Path) -> None:
+    put(tmp_path / "b" / "2.MKV")
+    put(tmp_path / "a.mp4")
+    put(tmp_path / "empty.mp4", b"")
+    put(tmp_path / "notes.txt")
+    put(tmp_path / ".hidden.mp4")
+    os.mkfifo(tmp_path / "pipe.mp4")
+    assert list(listed(tmp_path).items()) == [
+        ("a.mp4", None), ("empty.mp4", "film_empty"), ("notes.txt", "not_a_film"),
+        ("pipe.mp4", "not_a_film"), ("b/2.MKV", None),
+    ]  # fmt: skip
+
+
+def test_no_link_leads_out_of_the_folders(tmp_path: Path) -> None:
+    films, secret = tmp_path / "films", put(tmp_path / "secret" / "s.mp4")
+    real = put(films / "real.mp4")
+    (films / "link.mp4").symlink_to(secret)
+    (films / "folder").symlink_to(secret.parent)
+    (films / "same.mp4").symlink_to(real)
+    (films / "circle.mp4").symlink_to(films / "circle.mp4")
+    (films / "gone.mp4").symlink_to(films / "nothing.mp4")
+    assert listed(films) == {
+        "circle.mp4": "film_missing", "gone.mp4": "film_missing", "link.mp4": "link_outside",
+        "real.mp4": None,
+    }  # fmt: skip
+    for path in (secret, films / ".." / "secret", films / "link.mp4", films / "folder"):
+        with pytest.raises(FolderNotAllowed):
+            listed(path, films)
+    with pytest.raises(NoSuchFilm):
+        listed(films / "nothing.mp4", films)
+
+
+def test_odd_names_come_through_text_unchanged(tmp_path: Path) -> None:
+    names = [b"a\nb.mp4", b"\xff\xfe.mp4", b"q'\"`$(x).mp4", "ä.mp4".encode(), b"-rf *.mp4"]
+    for name in names:
+        put(Path(os.fsdecode(os.fsencode(tmp_path) + b"/" + name)))
+    found = list(found_in([text_of(tmp_path)], [tmp_path]))
+    assert {os.fsencode(path_of(each.path).name) for each in found} == set(names)
+    assert all(each.problem is None for each in found)
+    for each in found:
+        each.path.encode("utf-8")
+        assert path_of(each.path).exists()
+        assert title_of(each.path).isprintable()
+
+
+@given(st.binary(min_size=1, max_size=60).filter(lambda name: not {0, 47} & set(name)))
+def test_every_name_has_a_text_and_comes_back(name: bytes) -> None:
+    text = text_of(os.fsdecode(name))
+    assert os.fsencode(path_of(text)) == name
+    assert text.encode("utf-8").decode("utf-8") == text
+
+
+def test_named_films_are_relative_to_their_common_folder(tmp_path: Path) -> None:
+    films = [put(tmp_path / "p" / name) for name in ("a/1.mp4", "b/2.mp4", "b/2.mp4")]
+    found = found_in([str(film) for film in films], [tmp_path])
+    assert [each.relative for each in found] == ["a/1.mp4", "b/2.mp4"]
