@@ -101,3 +101,8 @@ const DATE = new Intl.DateTimeFormat(locale, { dateStyle: 'medium', timeStyle: '
 
 /** Formats an instant of the API in the person's language and time zone. */
 export const date = (iso) => DATE.format(new Date(iso));
+
+const COUNT = new Intl.NumberFormat(locale);
+
+/** '10,000': a number of things. */
+export const count = (n) => COUNT.format(n);
