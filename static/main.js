@@ -8,6 +8,13 @@ import { t } from './core/words.js';
 import { showInsecure } from './components/insecure-banner/insecure-banner.js';
 import { reopenSettings } from './components/settings-dialog/settings-dialog.js';
 import { toastError } from './components/toast-stack/toast-stack.js';
+import './components/archive-add/archive-add.js';
+import './components/archive-assets/archive-assets.js';
+import './components/archive-defects/archive-defects.js';
+import './components/archive-failures/archive-failures.js';
+import './components/archive-films/archive-films.js';
+import './components/archive-quality/archive-quality.js';
+import './components/archive-rules/archive-rules.js';
 import './components/compare-page/compare-page.js';
 import './components/inspection-list/inspection-list.js';
 import './components/new-inspection/new-inspection.js';
@@ -17,6 +24,13 @@ const PAGES = [
   [/^\/$/, 'inspection-list'],
   [/^\/new$/, 'new-inspection'],
   [/^\/compare$/, 'compare-page'],
+  [/^\/archive$/, 'archive-films'],
+  [/^\/archive\/add$/, 'archive-add'],
+  [/^\/archive\/failures$/, 'archive-failures'],
+  [/^\/archive\/rules$/, 'archive-rules'],
+  [/^\/archive\/defects$/, 'archive-defects'],
+  [/^\/archive\/assets$/, 'archive-assets'],
+  [/^\/archive\/quality$/, 'archive-quality'],
   [/^\/inspections\/([0-9a-f-]+)\/?$/, 'inspection-page'],
 ];
 
@@ -39,7 +53,7 @@ page.inspectionId = location.pathname.split('/')[2];
 document.querySelector('.skip').textContent = t('page.skip');
 document.body.insertBefore(page, document.querySelector('toast-stack'));
 if (!may('operator')) {
-  const note = document.createElement('p');
+  const note = document.createElement('aside');
   note.className = 'banner';
   note.textContent = t('rights.viewer');
   page.before(note);

@@ -18,7 +18,7 @@ from app.jobs.parts import NOT_RECORDED
 from app.storage import keys
 from app.storage.blobs import Blobs, StoredBlob
 from app.storage.files import DataFolder
-from app.storage.inspections import InspectionStore, Summary
+from app.storage.inspections import Found, InspectionStore, Summary, Wanted
 from app.storage.tables import ENDED, Inspection
 from app.survey.track_rows import estimate_at, since
 from app.survey.versions import require_version, version_of
@@ -90,6 +90,13 @@ class Inspections:
     def all(self) -> list[InspectionView]:
         """Return all inspections, the newest first."""
         return [self._view(summary) for summary in self._store.summaries()]
+
+    def found(
+        self, search: str, status: str | None, offset: int, limit: int
+    ) -> tuple[Found, list[InspectionView]]:
+        """Return one page of the inspections that fit, the newest first; see `Wanted`."""
+        found = self._store.found(Wanted(search, status, offset, limit))
+        return found, [self._view(summary) for summary in found.summaries]
 
     def get(self, inspection_id: str) -> InspectionView:
         """Return the inspection with this id.

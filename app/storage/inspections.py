@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
+from datetime import datetime
+from functools import reduce
 from typing import Any
 
 from sqlalchemy import Integer, and_, cast, func, select
 from sqlalchemy.orm import Session
 
 from app.errors import InspectionNotFound
+from app.storage.alerts import EMERGENCY
 from app.storage.database import Database
 from app.storage.packs import require_pack_of
 from app.storage.tables import ENDED, EventRow, Inspection, ObservationRow
@@ -24,6 +27,41 @@ class Summary:
     row: Inspection
     defects: int
     worst_severity: int | None
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Which inspections a page of the list shows, and where it begins."""
+
+    search: str
+    """Words that all occur in the name, the file's name or one of the searched header fields."""
+    status: str | None
+    """None for any."""
+    offset: int
+    limit: int
+
+
+@dataclass(frozen=True)
+class Grave:
+    """An inspection with a defect of the highest severity."""
+
+    id: str
+    name: str
+    at: datetime
+    """When such a defect was last stored or edited."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A page of the list of inspections."""
+
+    summaries: list[Summary]
+    total: int
+    """Inspections that fit."""
+    stored: int
+    """Inspections altogether."""
+    grave: list[Grave]
+    """The inspections with the newest grave defects, newest first, whether they fit or not."""
 
 
 class InspectionStore:
@@ -68,6 +106,33 @@ class InspectionStore:
         )
         with self._database.read() as session:
             return list(session.scalars(query))
+
+    def found(self, wanted: Wanted) -> Found:
+        """Return one page of the inspections that fit, the newest first."""
+        fits = [] if wanted.status is None else [Inspection.status == wanted.status]
+        fits += [_SEARCHED.icontains(word, autoescape=True) for word in wanted.search.split()]
+        newest = (Inspection.created_at.desc(), Inspection.id)
+        page = (
+            select(Inspection.id, func.count().over())
+            .where(*fits)
+            .order_by(*newest)
+            .offset(wanted.offset)
+            .limit(wanted.limit)
+        )
+        number = select(func.count()).select_from(Inspection)
+        with self._database.read() as session:
+            # Two steps: counting the observations of all inspections takes seconds.
+            shown = session.execute(page).all()
+            ids = [inspection_id for inspection_id, _ in shown]
+            rows = session.execute(_SUMMARY.where(Inspection.id.in_(ids)).order_by(*newest))
+            # A page behind the last one does not have the number.
+            total = shown[0][1] if shown else session.scalar(number.where(*fits))
+            return Found(
+                summaries=[Summary(*row) for row in rows],
+                total=total or 0,
+                stored=session.scalar(number) or 0,
+                grave=[Grave(*row) for row in session.execute(_GRAVE)],
+            )
 
     def state(self, inspection_id: str) -> tuple[Hashable, ...]:
         """Return a state that differs after every change to the report of an ended inspection.
@@ -172,17 +237,35 @@ class InspectionStore:
 
 
 _NOT_FOUND = "There is no such inspection."
+_SEVERITY = cast(ObservationRow.fields["severity"].as_string(), Integer)
 _SUMMARY = (
-    select(
-        Inspection,
-        func.count(ObservationRow.id),
-        func.max(cast(ObservationRow.fields["severity"].as_string(), Integer)),
-    )
+    select(Inspection, func.count(ObservationRow.id), func.max(_SEVERITY))
     .outerjoin(
         ObservationRow,
         and_(ObservationRow.inspection_id == Inspection.id, ObservationRow.deleted_at.is_(None)),
     )
     .group_by(Inspection.id)
+)
+_SEARCHED_FIELDS = (
+    "asset_id", "start_node", "end_node", "operator", "client", "location_text", "road",
+)  # fmt: skip
+_SEARCHED = reduce(
+    lambda text, part: text + " " + part,
+    (
+        Inspection.name,
+        Inspection.source_filename,
+        *(func.coalesce(Inspection.header[name].as_string(), "") for name in _SEARCHED_FIELDS),
+    ),
+)
+_GRAVE_SHOWN = 10
+_LAST_TOUCHED = func.max(func.coalesce(ObservationRow.edited_at, ObservationRow.created_at))
+_GRAVE = (
+    select(Inspection.id, Inspection.name, _LAST_TOUCHED)
+    .join(ObservationRow, ObservationRow.inspection_id == Inspection.id)
+    .where(ObservationRow.deleted_at.is_(None), _SEVERITY == EMERGENCY)
+    .group_by(Inspection.id)
+    .order_by(_LAST_TOUCHED.desc())
+    .limit(_GRAVE_SHOWN)
 )
 
 

@@ -82,6 +82,8 @@ export const post = (path, content, signal) => json('POST', path, content, signa
 export const put = (path, content, signal, replaced) => json('PUT', path, content, signal, replaced);
 export const patch = (path, content, signal, replaced) => json('PATCH', path, content, signal, replaced);
 export const remove = (path, signal, replaced) => json('DELETE', path, undefined, signal, replaced);
+/** Removes what `content` names. */
+export const removeSome = (path, content, signal) => json('DELETE', path, content, signal);
 /** Sends a file unchanged; the answer is JSON. */
 export const sendFile = async (path, file, signal) => {
   const headers = { 'Content-Type': 'application/octet-stream' };

@@ -101,3 +101,13 @@ const DATE = new Intl.DateTimeFormat(locale, { dateStyle: 'medium', timeStyle: '
 
 /** Formats an instant of the API in the person's language and time zone. */
 export const date = (iso) => DATE.format(new Date(iso));
+
+const DAY = new Intl.DateTimeFormat(locale, { dateStyle: 'medium', timeZone: 'UTC' });
+
+/** Formats a date without a time: '2019-05-02'. */
+export const day = (iso) => DAY.format(new Date(iso));
+
+const COUNT = new Intl.NumberFormat(locale);
+
+/** '10,000': a number of things. */
+export const count = (n) => COUNT.format(n);

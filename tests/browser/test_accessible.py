@@ -10,6 +10,7 @@ from looks import expect_no_fault
 from playwright.sync_api import Browser, Page, expect
 from steps import TOKEN, Server, log_in
 
+ARCHIVE = [f"/archive{part}" for part in ("", "/add", "/rules", "/defects", "/assets", "/quality")]
 GLOVE_PX = 43.9
 """44, less what layout rounds away."""
 
@@ -115,7 +116,7 @@ def test_in_malay(page: Page, server: Server, inspection: str) -> None:
     page.get_by_label("Token akses").fill(TOKEN)
     page.get_by_role("button", name="Log masuk").click()
     expect(page.get_by_role("heading", name="Pemeriksaan", level=1)).to_be_visible()
-    for path in ("/", "/new", f"/inspections/{inspection}"):
+    for path in ("/", "/new", "/archive", "/archive/rules", f"/inspections/{inspection}"):
         page.goto(server.url + path)
         expect(page.get_by_role("heading", level=1)).to_be_visible()
         expect_no_fault(page)
@@ -185,7 +186,7 @@ def test_every_target_is_large_enough_for_a_glove(
     touched: Page, server: Server, inspection: str
 ) -> None:
     log_in(touched, server)
-    for path in ("/", "/new", f"/inspections/{inspection}"):
+    for path in ("/", "/new", *ARCHIVE, f"/inspections/{inspection}"):
         touched.goto(server.url + path)
         touched.locator("person-menu summary").click()
         assert touched.evaluate(TOO_SMALL, GLOVE_PX) == []
@@ -200,7 +201,7 @@ def test_no_page_is_wider_than_its_window(
 ) -> None:
     page.set_viewport_size({"width": width, "height": 900})
     log_in(page, server)
-    for path in ("/", "/new", f"/inspections/{inspection}"):
+    for path in ("/", "/new", *ARCHIVE, f"/inspections/{inspection}"):
         page.goto(server.url + path)
         expect(page.locator("main")).to_be_visible()
         assert page.evaluate("document.documentElement.scrollWidth") <= width

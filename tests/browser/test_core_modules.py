@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from math import degrees, radians, sin
 from pathlib import Path
+from urllib.parse import parse_qs, urlsplit
 
 import numpy as np
 import pytest
@@ -360,3 +361,77 @@ def test_rows_that_came_after_the_request_for_all_are_read_again(
     site.route("**/track?format=columns&since=0", lambda route: route.fulfill(body=early))
     site.evaluate("() => track.reload()")
     assert site.evaluate("() => track.length") == every
+
+
+PAGED = """async () => {
+  const { PagedList } = await import('/static/core/paged-list.js');
+  const { signal } = new AbortController();
+  window.list = new PagedList('/api/things', { filters: ['search'], limit: 50, signal });
+}"""
+
+
+def test_a_long_list_shows_the_answer_to_its_newest_question(site: Page) -> None:
+    held: list[Route] = []
+
+    def answer(route: Route) -> None:
+        if "offset=0" in route.request.url:
+            held.append(route)
+            return
+        held[0].fulfill(json={"total": 100, "page": "first"})
+        route.fulfill(json={"total": 100, "page": "second"})
+
+    site.route("**/api/things*", answer)
+    site.evaluate(PAGED)
+    with site.expect_request("**/api/things*"):
+        site.evaluate("() => void list.load().catch(({ name }) => (window.first = name))")
+    assert site.evaluate("async () => (await list.turnTo(50), list.value.page)") == "second"
+    assert site.evaluate("() => window.first") == "AbortError"
+
+
+def test_a_long_list_that_has_become_shorter_shows_its_last_page(site: Page) -> None:
+    offsets: list[int] = []
+
+    def answer(route: Route) -> None:
+        offset = int(parse_qs(urlsplit(route.request.url).query)["offset"][0])
+        offsets.append(offset)
+        route.fulfill(json={"total": 60, "offset": offset})
+
+    site.route("**/api/things*", answer)
+    site.evaluate(PAGED)
+    assert site.evaluate("async () => (await list.turnTo(200), list.value.offset)") == 50
+    assert offsets == [200, 50]
+    assert site.evaluate("() => location.search") == "?page=2"
+
+
+def test_an_archive_names_what_is_undone_and_what_is_not(site: Page) -> None:
+    undone = site.evaluate(
+        """async () => {
+          const { undoOf } = await import('/static/core/archive.js');
+          const films = (...states) => states.map((state, i) => ({ id: String(i), state }));
+          return [
+            undoOf('start', films('ready', 'done')),
+            undoOf('pause', films('waiting', 'running')),
+            undoOf('cancel', films('waiting')),
+            undoOf('cancel', films('waiting', 'running')),
+            undoOf('retry', films('refused')),
+            undoOf('start', films('done')),
+          ].map((undo) => undo !== null);
+        }"""
+    )
+    assert undone == [True, True, True, False, False, False]
+
+
+def test_a_fault_of_the_rules_is_found_at_its_field(site: Page) -> None:
+    sentence = (
+        "rules.1.pattern: the brace { has no partner (found '{a; b'); rules.2: two of a name; "
+        "rigs.Crawler: camera.fx: must be above 0"
+    )
+    found = site.evaluate(
+        "async (text) => (await import('/static/core/rules.js')).faultsIn(text)", sentence
+    )
+    assert [fault["place"] for fault in found] == [
+        ["rules", "1", "pattern"],
+        ["rules", "2"],
+        ["rigs", "Crawler"],
+    ]
+    assert found[0]["text"] == "the brace { has no partner (found '{a; b')"

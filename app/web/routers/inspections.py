@@ -31,6 +31,7 @@ from app.web.schemas.frames import track_columns
 from app.web.schemas.inspections import (
     ContinueIn,
     FinishIn,
+    FoundOut,
     InspectionChange,
     InspectionIn,
     InspectionOut,
@@ -44,6 +45,9 @@ from app.web.versions import Replaced, tag_with
 from vo_core.errors import InvalidRig, RigVideoMismatch, UnreadableVideo
 
 router = APIRouter(prefix="/api/inspections", tags=["inspections"])
+
+_PAGE = 50
+"""Inspections of a page of the list whose length the request does not name."""
 
 
 @router.post(
@@ -82,11 +86,25 @@ def create(
 
 @router.get("")
 @viewer
-def list_all(services: ServicesDep) -> InspectionsOut:
-    """Return all inspections, the newest first."""
-    return InspectionsOut(
-        inspections=[InspectionOut.of(view) for view in services.inspections.all()]
-    )
+@slow
+def list_some(
+    services: ServicesDep,
+    search: Annotated[
+        str | None,
+        Query(max_length=200, description="Words in the name, the file's name or the header."),
+    ] = None,
+    status: Literal["queued", "running", "done", "failed", "cancelled"] | None = None,
+    offset: Annotated[int | None, Query(ge=0, le=10**9)] = None,
+    limit: Annotated[int | None, Query(ge=1, le=200, description="Without it, 50.")] = None,
+) -> FoundOut | InspectionsOut:
+    """Return the inspections, the newest first: all without parameters, else a page of those that
+    fit, with their number.
+    """
+    if search is None and status is None and offset is None and limit is None:
+        views = services.inspections.all()
+        return InspectionsOut(inspections=[InspectionOut.of(view) for view in views])
+    found = services.inspections.found(search or "", status, offset or 0, limit or _PAGE)
+    return FoundOut.of(*found)
 
 
 @router.get("/{inspection_id}", responses=failures(InspectionNotFound))

@@ -113,6 +113,8 @@ def login_page(request: Request) -> Response:
 @router.get("/")
 @router.get("/new")
 @router.get("/compare")
+@router.get("/archive")
+@router.get("/archive/{part}")
 @router.get("/inspections/{inspection_id}")
 @viewer
 def shell(request: Request, principal: PrincipalDep) -> Response:

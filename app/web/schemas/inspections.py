@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, Field, StringConstraints, model_validator
 
 from app.inspections.inspections import InspectionView
+from app.storage.inspections import Found
 from app.storage.tables import IMPORTED, Inspection
 from app.survey.given import TEXT, Given, Header, Name
 from app.survey.interval import half_width_m
@@ -236,6 +237,36 @@ class InspectionsOut(BaseModel):
     """All inspections, the newest first."""
 
     inspections: list[InspectionOut]
+
+
+class GraveOut(BaseModel):
+    """An inspection with a defect of severity 5."""
+
+    id: str
+    name: str
+    at: datetime
+    """When such a defect was last stored or edited."""
+
+
+class FoundOut(InspectionsOut):
+    """A page of the inspections that fit, the newest first."""
+
+    total: int
+    """Inspections that fit."""
+    stored: int
+    """Inspections altogether."""
+    grave: list[GraveOut]
+    """The inspections with the newest severe defects, newest first, whether they fit or not."""
+
+    @classmethod
+    def of(cls, found: Found, views: list[InspectionView]) -> FoundOut:
+        """Convert the service's answer."""
+        return cls(
+            inspections=[InspectionOut.of(view) for view in views],
+            total=found.total,
+            stored=found.stored,
+            grave=[GraveOut(id=item.id, name=item.name, at=item.at) for item in found.grave],
+        )
 
 
 def _video(row: Inspection) -> VideoOut:

@@ -1,17 +1,19 @@
 /** The start page: all inspections, newest first, updated while something runs. */
 
-import { get, patch, pause, poll, post, remove, sendFile } from '../../core/api.js';
+import { get, patch, pause, post, remove, sendFile } from '../../core/api.js';
 import { html, patchList, render } from '../../core/html.js';
 import { isUnfinished } from '../../core/inspection.js';
+import { PagedList } from '../../core/paged-list.js';
 import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
-import { chainage, date, duration } from '../../core/units.js';
+import { chainage, count, date, duration } from '../../core/units.js';
 import { errorText, t, wordFor } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 import { GRAVEST, severityMark } from '../severity-mark/severity-mark.js';
 import { STATES, statusChip } from '../status-chip/status-chip.js';
 import { orToast, toast, toastError } from '../toast-stack/toast-stack.js';
 import { topBar } from '../top-bar/top-bar.js';
+import '../pager/pager.js';
 import { askDelete, askName, showImported } from './dialogs.js';
 
 const POLL_BUSY_S = 1.5;
@@ -19,12 +21,9 @@ const POLL_BUSY_S = 1.5;
 const POLL_IDLE_S = 3;
 const SAMPLE_POLL_S = 0.5;
 
-/** Header fields that the search covers, beside the name and the file. */
-const SEARCHED = ['asset_id', 'start_node', 'end_node', 'operator', 'client', 'location_text', 'road'];
-
 class InspectionList extends Component {
-  #inspections = [];
-  /** Ids of inspections with an urgent defect; null before the first answer. */
+  #list;
+  /** Ids of inspections whose urgent defects were announced or already there; null before the first answer. */
   #grave = null;
 
   mount() {
@@ -35,7 +34,8 @@ class InspectionList extends Component {
         <main id="main" class="content" tabindex="-1">
           <div class="content__head">
             <h1>${t('list.title')}</h1>
-            <div class="content__ways"><a class="button" href="/compare" data-part="compare" hidden>${t('compare.link')}</a>
+            <div class="content__ways"><a class="button" href="/archive">${icon('layers')}${t('archive.title')}</a>
+              <a class="button" href="/compare" data-part="compare" hidden>${t('compare.link')}</a>
               <button class="button" data-part="old" data-needs="operator" title="${t('list.import_help')}">${icon('upload')}${t('list.import')}</button>
               <input type="file" accept=".txt,.json,.db3" data-part="file" aria-label="${t('list.import')}" hidden />
               <a class="button button--primary" href="/new" data-needs="operator">${icon('plus')}${t('list.new')}</a></div>
@@ -67,6 +67,7 @@ class InspectionList extends Component {
                 <span>${t('list.defects')}</span><span>${t('list.worst')}</span><span>${t('list.created')}</span>
               </div>
               <ul data-part="rows" aria-label="${t('list.title')}"></ul>
+              <list-pager data-part="pager"></list-pager>
               <p class="panel find__nothing" data-part="nothing" hidden>${t('list.nothing')}
                 <button class="button button--small" data-part="clear">${t('list.clear')}</button></p>
             </div>
@@ -76,58 +77,61 @@ class InspectionList extends Component {
     const { text, status, clear, sample, old, file } = this.parts;
     this.listen(old, 'click', () => file.click());
     this.listen(file, 'change', () => orToast(() => this.#import()));
-    this.listen(text, 'input', () => this.#show());
-    this.listen(status, 'change', () => this.#show());
+    this.#list = new PagedList('/api/inspections', { filters: ['search', 'status'], signal: this.signal });
+    text.value = this.#list.filters.search;
+    status.value = this.#list.filters.status;
+    this.parts.pager.fill(this.#list);
+    const find = () => orToast(() => this.#list.want({ search: text.value, status: status.value }));
+    this.listen(text, 'input', find);
+    this.listen(status, 'change', find);
     this.listen(clear, 'click', () => {
       text.value = '';
       status.value = '';
-      this.#show();
+      find();
       text.focus();
     });
     this.listen(sample, 'click', () => this.#makeSample());
-    poll(() => this.#load(), this.signal, (error) => this.#showFault(error));
+    this.listen(this.#list, 'change', () => this.#show());
+    this.#list.follow(
+      ({ inspections = [] }) => (inspections.some(isUnfinished) ? POLL_BUSY_S : POLL_IDLE_S),
+      (error) => this.#showFault(error),
+    );
   }
 
-  async #load() {
-    const { inspections } = await get('/api/inspections', this.signal);
-    this.#showFault(null);
-    this.#announceGrave(inspections);
-    this.#inspections = inspections.toSorted((a, b) => b.created_at.localeCompare(a.created_at));
-    this.#show();
-    return inspections.some(isUnfinished) ? POLL_BUSY_S : POLL_IDLE_S;
-  }
-
-  /** Announces defects that became urgent while the page is open. */
-  #announceGrave(inspections) {
-    const graveOf = (list) => new Set(list.filter(isGrave).map(({ id }) => id));
-    const [before, now] = [this.#grave, graveOf(inspections)];
-    this.#grave = now;
-    for (const { id, name } of before ? inspections : []) {
-      if (!now.has(id) || before.has(id)) continue;
-      toast(t('list.grave', { name }), {
-        kind: 'error',
-        action: t('list.open'),
-        run: () => location.assign(`/inspections/${id}`),
-      });
+  /** Announces inspections with a defect that became urgent while the page is open. */
+  #announceGrave(grave) {
+    const isFirst = this.#grave === null;
+    this.#grave ??= { ids: new Set(), newest: '' };
+    const { ids, newest } = this.#grave;
+    for (const { id, name, at } of grave) {
+      if (!isFirst && !ids.has(id) && at > newest) this.#announce(id, name);
+      ids.add(id);
+      if (at > this.#grave.newest) this.#grave.newest = at;
     }
+  }
+
+  #announce(id, name) {
+    toast(t('list.grave', { name }), {
+      kind: 'error',
+      action: t('list.open'),
+      run: () => location.assign(`/inspections/${id}`),
+    });
   }
 
   #show() {
     const { parts } = this;
-    const all = this.#inspections;
-    const words = parts.text.value.toLowerCase().split(/\s+/).filter(Boolean);
-    const found = all.filter(
-      (inspection) =>
-        (!parts.status.value || inspection.status === parts.status.value) &&
-        words.every((word) => searchedText(inspection).includes(word)),
-    );
-    parts.empty.hidden = all.length > 0;
-    parts.table.hidden = all.length === 0;
-    parts.compare.hidden = all.length < 2;
-    parts.nothing.hidden = found.length > 0 || all.length === 0;
-    parts.count.textContent =
-      found.length < all.length ? t('list.found', { shown: found.length, all: all.length }) : '';
-    patchList(parts.rows, found, ({ id }) => id, (item) => this.#createRow(item), updateRow);
+    const { inspections, total, stored, grave } = this.#list.value;
+    this.#announceGrave(grave);
+    parts.empty.hidden = stored > 0;
+    parts.table.hidden = stored === 0;
+    parts.compare.hidden = stored < 2;
+    parts.nothing.hidden = total > 0 || stored === 0;
+    parts.count.textContent = total < stored ? t('list.found', { shown: count(total), all: count(stored) }) : '';
+    patchList(parts.rows, inspections, ({ id }) => id, (item) => this.#createRow(item), updateRow);
+  }
+
+  #inspection(id) {
+    return this.#list.value.inspections.find((other) => other.id === id);
   }
 
   #createRow({ id }) {
@@ -138,19 +142,19 @@ class InspectionList extends Component {
   }
 
   async #rename(id) {
-    const { name } = this.#inspections.find((other) => other.id === id);
+    const { name } = this.#inspection(id);
     const wanted = await askName(name);
     if (wanted === null) return;
     await patch(`/api/inspections/${id}`, { name: wanted });
-    await this.#load();
+    await this.#list.load();
     toast(t('list.renamed', { name: wanted }));
   }
 
   async #delete(id) {
-    const inspection = this.#inspections.find((other) => other.id === id);
+    const inspection = this.#inspection(id);
     if (!(await askDelete(inspection))) return;
     await remove(`/api/inspections/${id}`);
-    await this.#load();
+    await this.#list.load();
     this.querySelector('#main').focus();
     toast(t('list.deleted', { name: inspection.name }));
   }
@@ -164,7 +168,7 @@ class InspectionList extends Component {
     try {
       const path = `/api/imports?filename=${encodeURIComponent(chosen.name)}`;
       const imported = await sendFile(path, chosen, this.signal);
-      await this.#load();
+      await this.#list.load();
       showImported(chosen.name, imported);
     } finally {
       file.value = ''; // so that the same file may be chosen again
@@ -203,9 +207,6 @@ const isGrave = ({ worst_severity: worst }) => worst === GRAVEST;
 
 const graveChip = () =>
   html`<span class="chip chip--grave">${icon('alert')}${wordFor('severity', String(GRAVEST))}</span>`;
-
-const searchedText = ({ name, header, source }) =>
-  [name, source.filename, ...SEARCHED.map((field) => header[field])].filter(Boolean).join(' ').toLowerCase();
 
 function createRow(id) {
   const item = document.createElement('li');

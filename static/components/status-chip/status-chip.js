@@ -1,4 +1,4 @@
-/** The state of an inspection as a word and a sign. */
+/** The state of an inspection, or of a film of the archive, as a word and a sign. */
 
 import { html } from '../../core/html.js';
 import { wordFor } from '../../core/words.js';
@@ -6,7 +6,13 @@ import { icon } from '../icon/icon.js';
 
 const SIGNS = { queued: 'wait', running: 'live', done: 'check', failed: 'alert', cancelled: 'stop' };
 
+/** States of a film before it is an inspection. */
+const SIGNS_BEFORE = { unassigned: 'help', ready: 'play', waiting: 'wait', paused: 'pause', refused: 'alert' };
+
 export const STATES = Object.keys(SIGNS);
+export const FILM_STATES = [...Object.keys(SIGNS_BEFORE), ...STATES];
+
+export const statusSign = (status) => icon(SIGNS[status] ?? SIGNS_BEFORE[status]);
 
 export const statusChip = (status) =>
-  html`<span class="chip chip--${status}">${icon(SIGNS[status])}${wordFor('status', status)}</span>`;
+  html`<span class="chip chip--${status}">${statusSign(status)}${wordFor('status', status)}</span>`;

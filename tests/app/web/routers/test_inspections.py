@@ -133,6 +133,43 @@ def test_the_list_has_the_newest_first(server: Client, clip: Path, done: str) ->
     assert listed[0]["defects"] == 0
 
 
+def test_a_page_of_the_list_has_what_fits_and_their_number(
+    server: Client, clip: Path, done: str
+) -> None:
+    made = [server.inspect(clip, name=name) for name in ("100 % full", "Sungai Besi", "sungai")]
+    for inspection in made:
+        server.wait(inspection)
+    server.patch(f"/api/inspections/{made[1]}", json={"header": {"client": "O'Neil"}})
+
+    def ids(**wanted: str | int) -> tuple[list[str], int]:
+        answer = server.get("/api/inspections", params=wanted).json()
+        return [item["id"] for item in answer["inspections"]], answer["total"]
+
+    assert ids(offset=1, limit=2) == ([made[1], made[0]], 4)
+    assert ids(search="sungai") == ([made[2], made[1]], 2)
+    assert ids(search="O'NEIL besi") == ([made[1]], 1)
+    assert ids(search="%") == ([made[0]], 1)
+    assert ids(search="CUL-0041 mp4", status="done")[1] == 3
+    assert ids(status="failed") == ([], 0)
+    assert ids(search="sungai", offset=50) == ([], 2)
+    assert server.get("/api/inspections", params={"search": "%"}).json()["stored"] == 4
+
+
+def test_a_page_of_the_list_names_the_newest_severe_defects(
+    server: Client, clip: Path, done: str
+) -> None:
+    def grave() -> list[str]:
+        answer = server.get("/api/inspections", params={"search": "nowhere", "limit": 1}).json()
+        return [item["id"] for item in answer["grave"]]
+
+    other = server.tracked(clip)
+    server.tag(done, severity=4)
+    assert grave() == []
+    server.tag(done, severity=5)
+    server.tag(other, severity=5)
+    assert grave() == [other, done]
+
+
 def test_name_and_header_can_be_changed(shared: Client, clip: Path) -> None:
     path = f"/api/inspections/{shared.inspect(clip)}"
     changed = shared.patch(path, json={"name": "Renamed"}).json()
