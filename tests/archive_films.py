@@ -1,4 +1,4 @@
-"""Films of mixed quality for `chainage archive`: rendered, in folders, with rules; some are broken."""
+"""Films of mixed quality for `chainage archive`: rendered, with rules; some are broken."""
 
 from __future__ import annotations
 

@@ -2,9 +2,9 @@
 
     python tests/measure_archive.py [equal throughput queue kills users] [--films 200] [--write]
 
-`equal`: a folder of short films of mixed quality, some broken, is processed by `chainage archive` on
-this machine, and on a cluster of two workers with PostgreSQL and an S3 store, where a worker and
-the database are killed on the way; the results are compared to the byte.
+`equal`: a folder of short films of mixed quality, some broken, is processed by `chainage archive`
+on this machine, and on a cluster of two workers with PostgreSQL and an S3 store, where a worker
+and the database are killed on the way; the results are compared to the byte.
 `throughput`: films a second of 1 and 2 workers, against one process that does the same work in a
 plain loop.
 `queue`: 10,000 films in the list: memory and time of the server's side.
@@ -146,9 +146,7 @@ def equal(folder: Path, count: int) -> Rows:
             output = site.chainage("archive", "run").stdout  # the database was away for too long
         there_s = time.monotonic() - began_s
         there = site.results()
-    differing = sorted(
-        name for name in alone.keys() | there.keys() if alone.get(name) != there.get(name)
-    )
+    differing = differences(alone, there)
     print(output[-600:], differing[:5])
     counted = Counter(state for state, _ in alone.values())
     return [
@@ -182,6 +180,11 @@ def wait_for_done(site: Site, number: int) -> None:
             pass
         time.sleep(0.5)
     raise TimeoutError
+
+
+def differences(one: Mapping[str, object], other: Mapping[str, object]) -> list[str]:
+    """Return the names whose values differ, or that are missing on one side."""
+    return sorted(name for name in {**one, **other} if one.get(name) != other.get(name))
 
 
 def throughput(folder: Path, count: int) -> Rows:
@@ -247,17 +250,19 @@ def queue(folder: Path, count: int) -> Rows:
         added_s = timed(lambda: server.ask("POST", "/api/archive/films", json=body))
         started_s = timed(lambda: server.ask("POST", "/api/archive/start", json={"where": {}}))
         asked_ms = [
-            1000 * timed(lambda query=query: server.ask("GET", "/api/archive/films", params=query))
+            1000 * timed(partial(server.ask, "GET", "/api/archive/films", params=query))
             for query in (
-                {"limit": 100}, {"limit": 100, "offset": count - 200}, {"search": "D-09", "limit": 100},
-                {"state": "waiting", "limit": 100}, {"sort": "name", "descending": True, "limit": 100},
-                {"project": "none", "limit": 100},
+                {},
+                {"offset": count - 200},
+                {"search": "D-09"},
+                {"state": "waiting"},
+                {"sort": "name", "descending": True},
+                {"project": "none"},
             )
             for _ in range(10)
-        ]  # fmt: skip
-        progress_ms = [
-            1000 * timed(lambda: server.ask("GET", "/api/archive/progress")) for _ in range(20)
         ]
+        progress = partial(server.ask, "GET", "/api/archive/progress")
+        progress_ms = [1000 * timed(progress) for _ in range(20)]
         time.sleep(30)
         return [
             ("added, with the rules applied", f"{added_s:.1f} s"),
@@ -314,8 +319,8 @@ def kills(folder: Path, count: int, rounds: int) -> Rows:
         taken_s = time.monotonic() - began_s
         server.stop()
         there = site.results()
-    differing = [name for name in alone if alone[name] != there.get(name)]
-    print(differing[:5], [(alone[n], there.get(n)) for n in differing[:3]])
+    differing = differences(alone, there)
+    print(differing[:5], [(alone[name], there.get(name)) for name in differing[:3]])
     return [
         ("kill -9", ", ".join(f"{n} of the {victim}" for victim, n in sorted(killed.items()))),
         ("time", f"{taken_s:.0f} s"),
@@ -402,13 +407,18 @@ def quantiles_ms(found: list[float]) -> str:
     return f"{statistics.median(found):.0f}, {statistics.quantiles(found, n=20)[-1]:.0f} ms"
 
 
-PARTS = ("equal", "throughput", "queue", "kills")
+HEADS = {
+    "equal": ("", "measured"),
+    "throughput": ("", "speed", "efficiency"),
+    "queue": ("", "measured"),
+    "kills": ("", "measured"),
+}
 
 
 def main() -> int:
     """Measure what is asked for."""
     arguments = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    arguments.add_argument("parts", nargs="*", choices=[*PARTS, []], default=PARTS)
+    arguments.add_argument("parts", nargs="*", choices=[*HEADS, []], default=list(HEADS))
     arguments.add_argument("--films", type=int, default=200)
     arguments.add_argument("--kills", type=int, default=200)
     arguments.add_argument("--rows", type=int, default=10_000)
@@ -425,9 +435,8 @@ def main() -> int:
                 "queue": lambda: queue(folder, asked.rows),
                 "kills": lambda: kills(folder, min(asked.films, 40), asked.kills),
             }[part]()
-            table = "\n".join(
-                f"| {' | '.join(row)} |" for row in (rows[0], ("---",) * len(rows[0]), *rows[1:])
-            )
+            lines = (HEADS[part], ("---",) * len(rows[0]), *rows)
+            table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
             print(table, flush=True)
             if asked.write:
                 write_figures(PAGE, part, f"python tests/measure_archive.py {part}", table)
