@@ -35,6 +35,7 @@ class Cluster:
             free.bind(("127.0.0.1", 0))
             self.port = free.getsockname()[1]
         self.address = f"tls://127.0.0.1:{self.port}"
+        scratch.mkdir(parents=True, exist_ok=True)
         shutil.copy(CERTIFICATES, scratch)
         subprocess.run(["bash", scratch / CERTIFICATES.name], check=True, capture_output=True)
         secrets = scratch / "secrets"

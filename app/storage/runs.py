@@ -145,6 +145,12 @@ class RunStore:
 
         return self._database.write(apply)
 
+    def has_outcome(self, inspection_id: str, attempt: int | None, outcome: Outcome) -> bool:
+        """Return whether this outcome of an attempt is stored already."""
+        with self._database.read() as session:
+            row = existing(session, inspection_id)
+            return (row.attempt, row.status) == (attempt, outcome.status)
+
     def require_claim(self, inspection_id: str, attempt: int | None) -> None:
         """Raise ClaimLost unless this attempt is the newest; InspectionNotFound without a row."""
         with self._database.read() as session:

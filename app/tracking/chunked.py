@@ -14,7 +14,7 @@ from concurrent.futures import Future
 
 import msgspec
 
-from app.errors import BlobNotFound
+from app.errors import BlobNotFound, MediaFailed, MediaTimeout
 from app.jobs.chunks import mended, plan
 from app.jobs.messages import FrameRange
 from app.storage.blobs import Blobs
@@ -117,7 +117,10 @@ class ChunkedTracking:
             usable = _up_to_first_broken(chunks)
             if not usable or any(chunk.outcome.status == "failed" for chunk in chunks):
                 return self._whole(run, "A chunk failed.")
-            joined = self._joined(run, spec, usable)
+            try:
+                joined = self._joined(run, spec, usable)
+            except (MediaFailed, MediaTimeout) as error:
+                return self._whole(run, str(error))
             if joined is None or joined.seam is None:
                 return joined
             logger.info("Inspection %s: %s", run.inspection.id, joined.outcome.error_detail)

@@ -10,12 +10,15 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 
 from app.errors import (
+    AppError,
+    Busy,
     ClaimLost,
     DiskFull,
     EngineUnavailable,
@@ -23,6 +26,7 @@ from app.errors import (
     NotRunning,
     StoreUnavailable,
     WorkerLost,
+    code_of,
 )
 from app.logs import about
 from app.storage import keys
@@ -48,6 +52,9 @@ _MOST_LOSSES = 5
 CLAIM_S = 60.0
 """Time after which an inspection whose claim was not renewed may be claimed by others."""
 _RENEWAL_S = 15.0
+_MOST_FAULTS = 3
+_PASSING = (Busy, ClaimLost, DiskFull, StoreUnavailable)
+"""Errors that are not the film's."""
 _LOOK_AGAIN_S = 5.0
 """Nobody reports that a claim has lapsed, or that a cluster has another worker."""
 
@@ -88,6 +95,8 @@ class Tracking:
         self._wakes = 0
         self._busy = 0
         """Slots that have something to do."""
+        self._faults: Counter[str] = Counter()
+        """Faults of the program by inspection."""
         self._pieces = Pieces(self._changed)
         self._chunked = ChunkedTracking(engine, runs, blobs, self._pieces, self._persistent)
         self._threads = [
@@ -187,15 +196,14 @@ class Tracking:
                 elif (piece := self._pieces.take()) is not None:
                     with self._occupied():
                         piece.do()
-            except DiskFull as full:
-                logger.warning("A tracking slot waits: %s", full)
-                self._pause()
             except ClaimLost as lost:
                 logger.warning("%s", lost)
+            except _PASSING as hindrance:
+                logger.warning("A tracking slot waits: %s", hindrance)
+                self._pause()
             except Exception:
-                # For example the database accepts no writes: the row still says `running`, so that
-                # its claim lapses or the next start tracks it again; meanwhile the slot serves
-                # others.
+                # The row still says `running`, so that its claim lapses and it is tracked again;
+                # meanwhile the slot serves others.
                 logger.exception("A fault of the server interrupted a tracking slot.")
                 self._pause()
 
@@ -217,8 +225,26 @@ class Tracking:
         try:
             with about(run.inspection.id):
                 self._run(run)
+        except _PASSING:
+            raise
+        except Exception as fault:
+            self._give_up_after_faults(run, fault)
+            raise
         finally:
             self._runs.remove(run)
+
+    def _give_up_after_faults(self, run: Run, fault: Exception) -> None:
+        """Let an inspection fail whose film is missing, or over which the program fails often."""
+        self._faults[run.inspection.id] += 1
+        if isinstance(fault, AppError):
+            outcome = Outcome("failed", code_of(type(fault)), str(fault))
+        elif self._faults[run.inspection.id] == _MOST_FAULTS:
+            detail = f"The program failed {_MOST_FAULTS} times; the server's log says how."
+            outcome = Outcome("failed", "tracking_failed", detail)
+        else:
+            return
+        self._record(run, Manifest(outcome, run.frames_done))
+        self._live.publish(run.inspection.id, outcome.status, run.progress())
 
     def _next_run(self, slot: int) -> Run | None:
         """Wait for the next inspection that may be claimed.
@@ -319,8 +345,13 @@ class Tracking:
                     return None if run.stop == "shutdown" else Manifest(Outcome("cancelled"), 0)
 
     def _keep(self, run: Run, manifest: Manifest) -> None:
+        if self._store.has_outcome(run.inspection.id, run.attempt, manifest.outcome):
+            return  # the database stored it, but could not say so
         self._store.require_claim(run.inspection.id, run.attempt)
         self._engine.settle(run, manifest)
+        self._record(run, manifest)
+
+    def _record(self, run: Run, manifest: Manifest) -> None:
         self._store.record_outcome(
             run.inspection.id,
             manifest.outcome,

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 import msgspec
 
-from app.errors import DiskFull, StoreUnavailable
+from app.errors import Busy, DiskFull, StoreUnavailable
 from app.jobs.messages import Batch, FrameRange
 from app.jobs.process import Child
 from app.survey.track_rows import estimate_at
@@ -333,7 +333,7 @@ class Runs:
             try:
                 self._unrolled.catch_up(run.inspection.id)
                 keep()
-            except (DiskFull, StoreUnavailable) as hindrance:
+            except (Busy, DiskFull, StoreUnavailable) as hindrance:
                 logger.warning("The end of inspection %s waits: %s", run.inspection.id, hindrance)
                 with self.changed:
                     is_full = isinstance(hindrance, DiskFull)

@@ -77,6 +77,17 @@ def test_inspections_wait_for_their_turn(server: Client, clip: Path, long_clip: 
     assert server.inspection(second)["status"] == "cancelled"
 
 
+def test_a_film_that_is_lost_while_it_waits_is_a_failure(
+    server: Client, clip: Path, long_clip: Path
+) -> None:
+    first, second = running(server, long_clip), server.inspect(clip)
+    (server.data / "inspections" / second / "video.mp4").unlink()
+    server.post(f"/api/inspections/{first}/cancel").raise_for_status()
+    failed = server.wait(second)
+    assert (failed["status"], failed["error"]["code"]) == ("failed", "blob_not_found")
+    assert "video.mp4" in failed["error"]["detail"]
+
+
 def test_two_slots_track_two_videos_at_a_time(tmp_path: Path, long_clip: Path) -> None:
     with serving(tmp_path, max_jobs=2) as client:
         both = [client.inspect(long_clip), client.inspect(long_clip)]
