@@ -111,8 +111,8 @@ def test_photos_are_embedded_and_one_that_is_missing_or_broken_says_so(full, tmp
     broken = tmp_path / "broken.jpg"
     broken.write_bytes(b"\xff\xd8\xff no picture")
     entries = list(full.entries)
-    entries[1] = replace(entries[1], photo=replace(entries[1].photo, path=tmp_path / "gone.jpg"))
-    entries[2] = replace(entries[2], photo=replace(entries[2].photo, path=broken))
+    entries[1] = replace(entries[1], photo=replace(entries[1].photo, jpeg=tmp_path / "gone.jpg"))
+    entries[2] = replace(entries[2], photo=replace(entries[2].photo, jpeg=broken))
     content = document.write(replace(full, entries=tuple(entries), wall={})).content
 
     text = text_of(content)
