@@ -1,6 +1,6 @@
 """Measures the archive on this machine and writes the tables of docs/archive_measured.md; no test.
 
-    python tests/measure_archive.py [equal throughput queue kills users] [--films 200] [--write]
+    python tests/measure_archive.py [equal throughput queue kills users million]
 
 `equal`: a folder of short films of mixed quality, some broken, is processed by `chainage archive`
 on this machine, and on a cluster of two workers with PostgreSQL and an S3 store, where a worker
@@ -10,6 +10,8 @@ plain loop.
 `queue`: 10,000 films in the list: memory and time of the server's side.
 `kills`: worker, scheduler, server and database are killed by turns while films are tracked.
 `users`: twenty people with a page each, beside a running batch.
+`million`: what a million films need, computed from the results of `throughput` in the same --folder
+and from assumed prices.
 """
 
 # ruff: noqa: T201
@@ -17,12 +19,14 @@ from __future__ import annotations
 
 import argparse
 import hashlib
+import itertools
 import json
 import os
 import random
 import re
 import resource
 import signal
+import sqlite3
 import statistics
 import subprocess
 import sys
@@ -31,18 +35,20 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
 import httpx
+from playwright.sync_api import sync_playwright
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent / "browser")]
+sys.path[:0] = [str(Path(__file__).parent)]
 
 from archive_films import film_of, make_films  # noqa: E402
 from builders import half_size  # noqa: E402
 from clusters import Cluster, cluster  # noqa: E402
+from conftest import CHROMIUM_FLAGS, installed_chromium  # noqa: E402
 from object_stores import moto  # noqa: E402
 from postgres import PostgresServer, postgres_server  # noqa: E402
 
@@ -56,8 +62,16 @@ from vo_core import Rig, VideoFile  # noqa: E402
 PAGE = Path(__file__).parent.parent / "docs" / "archive_measured.md"
 TOKEN = "measured-by-a-script"  # noqa: S105
 CHAINAGE = [str(Path(sys.executable).with_name("chainage"))]
-SHORT_MM, LONG_MM = 600.0, 9000.0
+SHORT_MM, LONG_MM = 600.0, 4500.0
 PATIENCE_S = 1800.0
+USERS, USING_S = 20, 60.0
+FILM_BYTES, FILM_FRAMES, FILM_M = 1e9, 22_500, 90.0
+"""A film as it is assumed for a million of them: 15 minutes, 100 mm/s."""
+PART_BYTES = 8 * 2**20
+EURO_CORE_H, EURO_GB_MONTH, EURO_MILLION_PUTS, EURO_MILLION_GETS = 0.04, 0.02, 5.0, 0.4
+"""Assumed prices."""
+TIMINGS = """performance.getEntriesByType("resource")
+    .filter(entry => entry.name.includes("/api/archive/")).map(entry => entry.duration)"""
 Rows = list[tuple[str, ...]]
 
 
@@ -203,6 +217,10 @@ def throughput(folder: Path, count: int) -> Rows:
         frames += plain(path, rigs[path.parent.name])
     loop_s = time.monotonic() - began_s
     rows: Rows = [("plain loop, one process", f"{frames / loop_s:.0f} frames/s", "1")]
+    core_s = resource.getrusage(resource.RUSAGE_SELF).ru_utime - before_s
+    rows.append(
+        ("the same, for each second of processor time", f"{frames / core_s:.0f} frames", "")
+    )
     for workers in (1, 2):
         site = Site(folder / f"pool-{workers}", {"CHAINAGE_MAX_JOBS": str(workers)})
         site.chainage("archive", "add", films, "--rules", films.with_suffix(".rules.json"))
@@ -330,6 +348,87 @@ def kills(folder: Path, count: int, rounds: int) -> Rows:
     ]
 
 
+def users(folder: Path, count: int) -> Rows:
+    """Let twenty people use the list of films while others are tracked."""
+    films = folder / "films"
+    rules = json.loads(make_films(films, count, SHORT_MM).read_text())
+    site = Site(folder / "users", {"CHAINAGE_ARCHIVE_FOLDERS": str(films)})
+    with serving(site) as server, sync_playwright() as playwright:
+        server.ask("POST", "/api/archive/films", json={"paths": [str(films)], "rules": rules})
+        server.post("start", {})
+        browser = playwright.chromium.launch(
+            executable_path=installed_chromium(), args=CHROMIUM_FLAGS
+        )
+        pages = []
+        for _ in range(USERS):
+            page = browser.new_context().new_page()
+            page.goto(f"{server.url}/login?token={TOKEN}&next=/archive")
+            page.get_by_role("searchbox").wait_for()
+            page.evaluate("performance.clearResourceTimings()")
+            pages.append(page)
+        found_ms: list[float] = []
+        ends_s = time.monotonic() + USING_S
+        words = itertools.cycle(("C-000", "nominal", "dim", ""))
+        while time.monotonic() < ends_s:
+            for page in pages:
+                page.get_by_role("searchbox").fill(next(words))
+        tracked = server.ask("GET", "/api/archive/progress").json()
+        for page in pages:
+            found_ms += page.evaluate(TIMINGS)
+        browser.close()
+    return [
+        ("people, each with a page of the list and a search every few seconds", str(USERS)),
+        ("answers of the archive that their pages waited for", str(len(found_ms))),
+        (
+            "until the answer is there, as the browser measures it: median, p95",
+            quantiles_ms(found_ms),
+        ),
+        ("films tracked meanwhile", str(tracked["states"].get("done", 0))),
+    ]
+
+
+def million(folder: Path, frames_per_core_s: float) -> Rows:
+    """Compute what a million films need, from the results of `throughput` and stated prices."""
+    site = Site(folder / "pool-1")
+    frames = tiles = track_bytes = tile_bytes = 0
+    with reading(site.data, Company("", None)) as records:
+        rows = [summary.row for summary in records.inspection_store.summaries()]
+        way_m = sum((row.distance_mm or 0) / 1000 for row in rows)
+        for row in rows:
+            frames += row.frames_done
+            place = site.data / "inspections" / row.id
+            track_bytes += sum(path.stat().st_size for path in place.glob("*.csv"))
+            found = [path.stat().st_size for path in place.glob("wall/*.jpg")]
+            tiles, tile_bytes = tiles + len(found), tile_bytes + sum(found)
+    with closing(sqlite3.connect(site.data / "chainage.db")) as database:
+        rows_bytes = sum(map(len, database.iterdump()))
+    own = FILM_FRAMES * track_bytes / frames + FILM_M * tile_bytes / way_m
+    film_tiles = FILM_M * tiles / way_m
+    core_h = FILM_FRAMES / frames_per_core_s / 3600
+    parts = FILM_BYTES / PART_BYTES
+    checkpoints = core_h * 3600 / 15
+    puts = parts + 2 + 2 + 3 * checkpoints + 2 * (4 + film_tiles) + 2
+    gets = 2 * parts + 4 + film_tiles + 4
+    million_tb = (FILM_BYTES + own) * 1e6 / 1e12
+    euros = (
+        core_h * 1e6 * EURO_CORE_H,
+        1000 * million_tb * EURO_GB_MONTH,
+        puts * EURO_MILLION_PUTS + gets * EURO_MILLION_GETS,
+    )
+    return [
+        ("films", f"{million_tb:,.0f} TB, of which results {own * 1e6 / 1e12:.1f} TB"),
+        (
+            "tracking",
+            f"{core_h * 1e6:,.0f} core-hours: {core_h * 1e6 / 1000 / 24:.0f} days of 1000 cores",
+        ),
+        ("object requests", f"{puts:,.0f} million to write, {gets:,.0f} million to read"),
+        ("database, without defects", f"{rows_bytes / len(rows) * 1e6 / 1e9:.0f} GB as text"),
+        ("computing, once", f"EUR {euros[0]:,.0f}"),
+        ("storage, each month", f"EUR {euros[1]:,.0f}"),
+        ("requests, once", f"EUR {euros[2]:,.0f}"),
+    ]
+
+
 def under_way(server: Server) -> bool:
     """Whether films wait or are being tracked."""
     found = server.ask("GET", "/api/archive/progress", patience_s=120).json()["states"]
@@ -413,6 +512,8 @@ HEADS = {
     "throughput": ("", "speed", "efficiency"),
     "queue": ("", "measured"),
     "kills": ("", "measured"),
+    "users": ("", "measured"),
+    "million": ("", "a million films"),
 }
 
 
@@ -422,6 +523,7 @@ def main() -> int:
     arguments.add_argument("parts", nargs="*", choices=[*HEADS, []], default=list(HEADS))
     arguments.add_argument("--films", type=int, default=200)
     arguments.add_argument("--kills", type=int, default=200)
+    arguments.add_argument("--frames-per-core-s", type=float, default=100.0, help="for `million`")
     arguments.add_argument("--rows", type=int, default=10_000)
     arguments.add_argument("--write", action="store_true", help=f"put the tables into {PAGE.name}")
     arguments.add_argument("--folder", type=Path, help="keep films and data here")
@@ -435,6 +537,8 @@ def main() -> int:
                 "throughput": lambda: throughput(folder, asked.films),
                 "queue": lambda: queue(folder, asked.rows),
                 "kills": lambda: kills(folder, min(asked.films, 40), asked.kills),
+                "users": lambda: users(folder, asked.films),
+                "million": lambda: million(folder, asked.frames_per_core_s),
             }[part]()
             lines = (HEADS[part], ("---",) * len(rows[0]), *rows)
             table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
