@@ -34,6 +34,8 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 settings.register_profile("long", max_examples=3000)
 
 LONG_FRAMES = 1500
+LONGEST_FIRST = ("browser", "server", "render", "unit")
+"""Kinds of tests by the time that they take."""
 CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
 NOT_WANTED = (
     # The list below the address bar is a page of its own since Chromium 156.  It takes a second of
@@ -57,10 +59,19 @@ CHROMIUM_FLAGS = [
 ]
 
 
+@pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark every test with its kind."""
+    """Mark every test with its kind, and put the files with the longest tests first.
+
+    A file is run by one process: at the end of the tests only short ones are left, so that no
+    process waits long for the other.
+    """
+    first: dict[Path, int] = {}
     for item in items:
-        item.add_marker(kind_of(item))
+        kind = kind_of(item)
+        item.add_marker(kind)
+        first[item.path] = min(LONGEST_FIRST.index(kind), first.get(item.path, len(LONGEST_FIRST)))
+    items.sort(key=lambda item: first[item.path])
 
 
 @pytest.hookimpl(wrapper=True)

@@ -101,7 +101,7 @@ def _doors(route: BaseRoute) -> Iterator[Door]:
     elif isinstance(route, Mount):
         assert route.path == "/static"
     elif isinstance(route, Route):
-        yield from (Door(method, route.path) for method in sorted(route.methods or ()))
+        yield from (Door(method, route.path_format) for method in sorted(route.methods or ()))
     else:
         for inner in route.original_router.routes:  # type: ignore[attr-defined]  # FastAPI's own
             yield from _doors(inner)
