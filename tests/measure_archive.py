@@ -64,7 +64,7 @@ TOKEN = "measured-by-a-script"  # noqa: S105
 CHAINAGE = [str(Path(sys.executable).with_name("chainage"))]
 SHORT_MM, LONG_MM = 600.0, 4500.0
 PATIENCE_S = 1800.0
-USERS, USING_S = 20, 60.0
+USERS, USING_S, SEARCH_EVERY_S = 20, 60.0, 5.0
 FILM_BYTES, FILM_FRAMES, FILM_M = 1e9, 22_500, 90.0
 """A film as it is assumed for a million of them: 15 minutes, 100 mm/s."""
 PART_BYTES = 8 * 2**20
@@ -330,10 +330,7 @@ def kills(folder: Path, count: int, rounds: int) -> Rows:
                 database.start()
             time.sleep(chance.uniform(0.5, 3.0))
             if not under_way(server):
-                server.ask(
-                    "POST", "/api/archive/retry", json={"where": {"state": "done"}}, patience_s=60
-                )
-                server.ask("POST", "/api/archive/start", json={"where": {}}, patience_s=60)
+                server.post("retry", {"state": "done"})
         while under_way(server):
             time.sleep(1)
         taken_s = time.monotonic() - began_s
@@ -353,7 +350,7 @@ def users(folder: Path, count: int) -> Rows:
     """Let twenty people use the list of films while others are tracked."""
     films = folder / "films"
     rules = json.loads(make_films(films, count, SHORT_MM).read_text())
-    site = Site(folder / "users", {"CHAINAGE_ARCHIVE_FOLDERS": str(films)})
+    site = Site(Path(tempfile.mkdtemp(dir=folder)), {"CHAINAGE_ARCHIVE_FOLDERS": str(films)})
     with serving(site) as server, sync_playwright() as playwright:
         server.ask("POST", "/api/archive/films", json={"paths": [str(films)], "rules": rules})
         server.post("start", {})
@@ -373,12 +370,13 @@ def users(folder: Path, count: int) -> Rows:
         while time.monotonic() < ends_s:
             for page in pages:
                 page.get_by_role("searchbox").fill(next(words))
+                time.sleep(SEARCH_EVERY_S / USERS)
         tracked = server.ask("GET", "/api/archive/progress").json()
         for page in pages:
             found_ms += page.evaluate(TIMINGS)
         browser.close()
     return [
-        ("people, each with a page of the list and a search every few seconds", str(USERS)),
+        ("people, each with a page of the list and a search every 5 s", str(USERS)),
         ("answers of the archive that their pages waited for", str(len(found_ms))),
         (
             "until the answer is there, as the browser measures it: median, p95",
@@ -453,6 +451,10 @@ class Server:
             raise RuntimeError("The server did not start.")
         headers = {"Authorization": f"Bearer {TOKEN}"}
         self._client = httpx.Client(base_url=self.url, headers=headers, timeout=60)
+
+    def post(self, action: str, where: Mapping[str, str]) -> None:
+        """Do something with films of the archive."""
+        self.ask("POST", f"/api/archive/{action}", json={"where": where}, patience_s=60)
 
     def ask(
         self, method: str, path: str, *, patience_s: float = 0.0, **more: object
