@@ -67,6 +67,17 @@ export class PagedList extends Store {
     } else if (!asked.aborted) this.set(answer);
   }
 
+  /** Asks for the present page; false if another question came in between, which has its own answer. */
+  async again() {
+    try {
+      await this.load();
+      return true;
+    } catch (error) {
+      if (error.name !== 'AbortError' || this.#signal.aborted) throw error;
+      return false;
+    }
+  }
+
   /**
    * Asks now and again while the page is visible.
    * @param {(answer: object) => number} pauseAfter seconds until the next time
@@ -74,13 +85,7 @@ export class PagedList extends Store {
    */
   follow(pauseAfter, onError) {
     const ask = async () => {
-      try {
-        await this.load();
-        onError(null);
-      } catch (error) {
-        // Another question came in between, and has its own answer.
-        if (error.name !== 'AbortError' || this.#signal.aborted) throw error;
-      }
+      if (await this.again()) onError(null);
       return pauseAfter(this.value ?? {});
     };
     return poll(ask, this.#signal, onError);
@@ -92,11 +97,7 @@ export class PagedList extends Store {
     const asked = this.#renewed();
     await pause(settleS, asked);
     if (asked.aborted) return;
-    try {
-      await this.load();
-    } catch (error) {
-      if (error.name !== 'AbortError') throw error;
-    }
+    await this.again();
   }
 
   #renewed() {

@@ -208,11 +208,11 @@ class ArchiveFilms extends Component {
     const { meant, films, isAll, size } = this.#selection;
     const undo = isAll ? null : undoOf(action, films);
     if (action === 'cancel' && !undo && !(await askCancel(isAll ? size : concerned('cancel', films).length))) return;
-    this.#done(action, await act(action, meant), undo);
+    await this.#done(action, await act(action, meant), undo);
   }
 
   async #startAll() {
-    this.#done('start', await act('start', { where: { state: 'ready' } }), null);
+    await this.#done('start', await act('start', { where: { state: 'ready' } }), null);
   }
 
   #done(action, n, undo) {
@@ -223,7 +223,7 @@ class ArchiveFilms extends Component {
       cancel: (values) => t('archive.done_cancel', values),
       retry: (values) => t('archive.done_retry', values),
     }[action];
-    this.#announce(sentence({ n, count: count(n) }), undo);
+    return this.#announce(sentence({ n, count: count(n) }), undo);
   }
 
   /** Says what was done, with a way back where there is one. */
@@ -257,7 +257,7 @@ class ArchiveFilms extends Component {
   }
 
   async #reload() {
-    await this.#list.load();
+    await this.#list.again();
     await this.#loadProgress();
   }
 

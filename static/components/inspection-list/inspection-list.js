@@ -146,7 +146,7 @@ class InspectionList extends Component {
     const wanted = await askName(name);
     if (wanted === null) return;
     await patch(`/api/inspections/${id}`, { name: wanted });
-    await this.#list.load();
+    await this.#list.again();
     toast(t('list.renamed', { name: wanted }));
   }
 
@@ -154,7 +154,7 @@ class InspectionList extends Component {
     const inspection = this.#inspection(id);
     if (!(await askDelete(inspection))) return;
     await remove(`/api/inspections/${id}`);
-    await this.#list.load();
+    await this.#list.again();
     this.querySelector('#main').focus();
     toast(t('list.deleted', { name: inspection.name }));
   }
@@ -168,7 +168,7 @@ class InspectionList extends Component {
     try {
       const path = `/api/imports?filename=${encodeURIComponent(chosen.name)}`;
       const imported = await sendFile(path, chosen, this.signal);
-      await this.#list.load();
+      await this.#list.again();
       showImported(chosen.name, imported);
     } finally {
       file.value = ''; // so that the same file may be chosen again

@@ -65,6 +65,7 @@ export async function orToast(run) {
   try {
     await run();
   } catch (error) {
+    if (error.name === 'AbortError') return; // the page is left, so nobody waits for the answer
     if (!(error instanceof ApiError)) throw error;
     toastError(error);
   }
