@@ -47,6 +47,7 @@ from app.storage.tables import ENDED, ArchiveFilm, Inspection
 from app.tracking.engines import Engine
 from app.tracking.live import Event, Update
 from app.tracking.queue import Tracking
+from app.tracking.worker import Worker
 from vo_core.errors import ChainageError, InvalidRig, RigVideoMismatch, UnreadableVideo
 
 logger = logging.getLogger(__name__)
@@ -84,8 +85,8 @@ class IntakeState:
     """A sentence that says why no film is taken in."""
 
 
-class Intake:
-    """Takes films in, in its own thread."""
+class Intake(Worker):
+    """Takes films in, in its own thread; a copy that is not complete is given up when it stops."""
 
     def __init__(
         self,
@@ -96,6 +97,7 @@ class Intake:
         folder: DataFolder,
         engine: Engine,
     ) -> None:
+        super().__init__("archive-intake", stop_timeout_s=_STOP_S)
         self._store = store
         self._films = films
         self._tracking = tracking
@@ -103,26 +105,16 @@ class Intake:
         self._folder = folder
         self._engine = engine
         self._server = _identity(folder)
-        self._changed = threading.Condition()
-        """Guards the next three; notified when there may be something to do."""
-        self._stopping = False
         self._is_awake = False
+        """Whether to look at once; `_changed` guards this and the next field."""
         self._state = IntakeState()
-        self._thread = threading.Thread(target=self._work, name="archive-intake", daemon=True)
 
     def start(self) -> None:
         """Remove the copies that a killed server left, and start."""
         for path in self._folder.inspections.iterdir():
             if _COPY.fullmatch(path.name):
                 path.unlink()
-        self._thread.start()
-
-    def stop(self) -> None:
-        """Stop; a copy that is not complete is given up."""
-        with self._changed:
-            self._stopping = True
-            self._changed.notify_all()
-        self._thread.join(_STOP_S)
+        super().start()
 
     def wake(self) -> None:
         """Look at once whether a film waits."""
