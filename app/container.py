@@ -153,7 +153,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     client = _client(settings)
     live = Live()
     members = members_of(stored)
-    stack.callback(members.stop)  # the last to stop: it tells the others what is queued again
+    stack.callback(members.stop)  # the last to stop: it reports to the others what is queued again
     company = Company(settings.company_name, settings.company_logo)
     records = Records(database, folder, blobs, live, company, has_webhook=client is not None)
     tracks = records.tracks

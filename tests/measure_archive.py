@@ -202,7 +202,7 @@ def differences(one: Mapping[str, object], other: Mapping[str, object]) -> list[
     return sorted(name for name in {**one, **other} if one.get(name) != other.get(name))
 
 
-def throughput(folder: Path, count: int) -> Rows:
+def throughput(folder: Path) -> Rows:
     """Compare workers with a plain loop over the same films."""
     films = folder / "long"
     make_films(films, 8, LONG_MM)
@@ -537,7 +537,7 @@ def main() -> int:
         for part in asked.parts:
             rows = {
                 "equal": lambda: equal(folder, asked.films),
-                "throughput": lambda: throughput(folder, asked.films),
+                "throughput": lambda: throughput(folder),
                 "queue": lambda: queue(folder, asked.rows),
                 "kills": lambda: kills(folder, min(asked.films, 40), asked.kills),
                 "users": lambda: users(folder, asked.films),

@@ -150,7 +150,7 @@ class VideoFile:
         """Let the next loop start at frame `index` or somewhat before it.
 
         Its frames have the same numbers and the same pictures as in a loop over the whole file. The
-        packets tell the numbers without decoding, and decoding starts at a key frame; the frames
+        packets show the numbers without decoding, and decoding starts at a key frame; the frames
         after it must be the ones that the packets announce. Where they are not, or where packets
         have no times, the next loop starts with frame 0.
         """

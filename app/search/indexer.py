@@ -1,6 +1,6 @@
 """Keeps the index of the search: an inspection that changed is derived again, as a whole.
 
-Nothing tells what is to be done but the rows themselves: each says from which state of its
+Only the rows themselves show what is to be done: each says from which state of its
 inspection it was made. So nothing is lost when the server ends, and another server that works on
 the same database finds the same work.
 """

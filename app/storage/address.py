@@ -1,6 +1,6 @@
 """Where the server that uses a data folder is reached from its own machine.
 
-The file lies beside the lock. One that a killed server left behind means nothing: the lock tells
+The file lies beside the lock. One that a killed server left behind means nothing: the lock shows
 whether a server uses the folder.
 """
 

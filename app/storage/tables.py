@@ -362,7 +362,7 @@ class IndexedInspection(Base):
         String(32), ForeignKey("inspections.id", ondelete="CASCADE"), primary_key=True
     )
     index_version: Mapped[int]
-    """How it was derived; the next three columns tell from which state of the inspection."""
+    """How it was derived; the next three columns show from which state of the inspection."""
     revision: Mapped[int]
     finished_at: Mapped[datetime | None]
     newest_event: Mapped[int | None]

@@ -211,7 +211,7 @@ class Relay:
             return
         self._forget(inspection_id)
         stop = _Stopper(self._send, inspection_id)
-        self._runs.mirror(RunElsewhere(row, camera=camera, tell=stop))
+        self._runs.mirror(RunElsewhere(row, camera=camera, ask_its_server=stop))
 
     def _take(self, took: _Took) -> None:
         run = self._runs.mirrored(took.inspection_id)

@@ -120,16 +120,16 @@ class Run:
 class RunElsewhere(Run):
     """A run of another server, as far as this one shows it."""
 
-    tell: Callable[[str], None] = field(kw_only=True)
+    ask_its_server: Callable[[str], None] = field(kw_only=True)
     """Asks that server to stop it, with the reason."""
 
     def ask_to_stop(self, why: str) -> None:
         """Ask the server of the run."""
-        self.tell(why)
+        self.ask_its_server(why)
 
 
 class Follower(Protocol):
-    """Is told of the results of the runs of this server."""
+    """Receives the results of the runs of this server."""
 
     def began(self, run: Run) -> None:
         """A run has begun; its track may have rows already."""
@@ -207,7 +207,7 @@ class Runs:
     def go_on(self, run: Run) -> None:
         """Continue an ended run after its last frame; its track stays."""
         self._tracks.go_on(run.inspection.id)
-        self._tell_that_it_began(run)
+        self._report_that_it_began(run)
         track = self._tracks.get(run.inspection.id)
         with self.changed:
             run.frames_done = len(track)
@@ -222,7 +222,7 @@ class Runs:
             estimates, _ = self._keep(run, batch)
             frames_done += len(estimates)
             last = estimates[-1] if estimates else last
-        self._tell_that_it_began(run)
+        self._report_that_it_began(run)
         with self.changed:
             run.frames_done, run.last = frames_done, last
             run.first_batch = run.fps = None
@@ -353,10 +353,11 @@ class Runs:
 
     def take(self, run: Run, batch: Batch) -> None:
         """Store the results of a child and notify the listeners."""
-        first = len(self._tracks.get(run.inspection.id))
+        follower = None if isinstance(run, RunElsewhere) else self.follower
+        first = 0 if follower is None else len(self._tracks.get(run.inspection.id))
         estimates, health = self._keep(run, batch)
-        if self.follower is not None and not isinstance(run, RunElsewhere):
-            self.follower.took(run, first, batch)
+        if follower is not None:
+            follower.took(run, first, batch)
         self._unrolled.take(run.inspection.id, {tile.index: tile.jpeg for tile in batch.tiles})
         if not estimates:  # frames that a camera's run held back until its end
             return
@@ -380,7 +381,7 @@ class Runs:
             health=health[-1][1] if health else None,
         )
 
-    def _tell_that_it_began(self, run: Run) -> None:
+    def _report_that_it_began(self, run: Run) -> None:
         if self.follower is not None:
             self.follower.began(run)
 
