@@ -49,6 +49,9 @@ function newId() {
  * fields; it is null while they are not saved. `isDeleted`: its deletion was refused, so it is shown as stored.
  */
 export class Observations extends Store {
+  /** Whether the server's list has been read. */
+  isRead = false;
+
   #inspection;
   #outbox;
   #history;
@@ -103,6 +106,7 @@ export class Observations extends Store {
       }
     }
     this.#nextStretch = Math.max(this.#nextStretch, next);
+    this.isRead = true;
     this.#publish(this.#asKnown([...known.values()]));
     this.#awaitPhotos();
   }
@@ -199,8 +203,21 @@ export class Observations extends Store {
 
   /** Discards the refused changes of an observation and returns to the server's state. */
   async giveUp(id) {
+    const overtaken = this.#outbox.overtakenFor(this.#inspection).findLast((other) => other.observation === id);
+    if (overtaken) this.#showStored(id, overtaken.refusal);
     await this.#outbox.drop(id);
     await this.#loadPatiently();
+  }
+
+  /** Shows the version that overtook a change, so that what is changed next is based on it. */
+  #showStored(id, { current, version }) {
+    const item = this.find(id);
+    if (!current || !item) {
+      this.#publish(this.#without(id));
+      return;
+    }
+    const place = this.#placeOf(current.frame, current.pixel);
+    this.#replace({ ...item, ...place, ...fieldsOf(current), version, save: 'saved', refusal: null, isDeleted: false });
   }
 
   // Steps -----------------------------------------------------------------------------------

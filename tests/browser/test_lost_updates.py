@@ -143,6 +143,45 @@ def test_theirs_is_taken(desk: Page, server: Server, path: str) -> None:
     assert tag_of(server, path) == TAG | {"severity": 5, "remark": "roots"}
 
 
+def hold_list(page: Page) -> list[Route]:
+    """Leaves the questions for the list of defects unanswered and returns them."""
+    held: list[Route] = []
+    page.route("**/observations", lambda route: held.append(route))
+    return held
+
+
+def test_what_follows_at_once_is_made_of_theirs(desk: Page, server: Server, path: str) -> None:
+    change_as_another(server, path, severity=4, remark="roots")
+    rate(desk, 3)
+    question(desk)
+    hold_list(desk)
+    with desk.expect_request("**/observations"):
+        decide(desk, "Take theirs")
+    expect(desk.locator(".defect__more")).to_contain_text("roots")
+    rate(desk, 5)
+    expect_settled(desk)
+    assert tag_of(server, path) == TAG | {"severity": 5, "remark": "roots"}
+
+
+def test_nothing_is_asked_before_the_list_is_read(desk: Page, server: Server, path: str) -> None:
+    change_as_another(server, path, severity=5, remark="roots")
+    delete(desk)
+    question(desk)
+    held = hold_list(desk)
+    with desk.expect_request("**/observations"):
+        desk.reload()
+    expect(desk.locator(".save")).to_have_text("Undecided (1)")
+    expect(desk.get_by_role("dialog")).to_have_count(0)
+    held[-1].continue_()
+    desk.unroute("**/observations")
+    decide(desk, "Delete it nevertheless")
+    expect_settled(desk)
+    desk.keyboard.press("u")
+    expect(desk.locator(".defect")).to_have_count(1)
+    expect_settled(desk)
+    assert tag_of(server, path) == TAG | {"severity": 5, "remark": "roots"}
+
+
 def test_what_was_deleted_comes_back_only_when_it_is_wanted(
     desk: Page, server: Server, path: str
 ) -> None:

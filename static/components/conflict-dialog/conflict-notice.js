@@ -16,7 +16,7 @@ class ConflictNotice extends Component {
   #isAsking = false;
 
   mount() {
-    const { conflicts } = this.closest('inspection-page').desk;
+    const { conflicts, observations } = this.#desk;
     this.classList.add('message', 'message--warning');
     this.setAttribute('role', 'status');
     this.parts = render(
@@ -29,6 +29,7 @@ class ConflictNotice extends Component {
       this.#asked.delete(detail.id);
       this.#askAll();
     });
+    this.listen(observations, 'change', () => this.#askAll());
     this.listen(this.parts.compare, 'click', () => {
       this.#asked.clear();
       this.#askAll();
@@ -57,8 +58,11 @@ class ConflictNotice extends Component {
     this.#isAsking = false;
   }
 
+  /** A decision about an observation changes the list of them, so it waits until that is read. */
   get #next() {
-    return this.#desk.conflicts.value.find(({ id }) => !this.#asked.has(id));
+    const { conflicts, observations } = this.#desk;
+    const isReady = ({ kind }) => kind !== 'observation' || observations.isRead;
+    return conflicts.value.find((one) => !this.#asked.has(one.id) && isReady(one));
   }
 
   async #ask(conflict) {
