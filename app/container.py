@@ -62,6 +62,7 @@ from app.tracking.photos import Photos
 from app.tracking.queue import Claims, Tracking
 from app.tracking.recorder import Recorder
 from app.tracking.relay import Relay
+from app.tracking.run_files import RunFiles
 from app.tracking.runs import Runs
 from app.tracking.succession import Duties, Succession
 from app.tracking.tracks import Tracks
@@ -170,7 +171,8 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         stack.enter_context(live.listening(None, relay.on_event))
         runs.follower = relay
     stack.enter_context(live.listening(None, relay.of_here(metrics.on_event)))
-    engine = _engine(settings, folder, blobs, film_files, records, runs, child_limits)
+    run_files = RunFiles(folder, blobs, tracks, limits=child_limits, stall_s=settings.stall_s)
+    engine = _engine(settings, folder, blobs, film_files, records, runs, run_files, child_limits)
     tracking = Tracking(
         records.inspection_store,
         run_store,
@@ -178,7 +180,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         tracks,
         runs,
         live,
-        blobs,
+        run_files,
         engine,
         Claims(members.name, members.are_several),
     )
@@ -350,6 +352,7 @@ def _engine(
     film_files: FilmFiles,
     records: Records,
     runs: Runs,
+    run_files: RunFiles,
     limits: Limits,
 ) -> Engine:
     """Return what tracks the films: the cluster that is set, or else this machine."""
@@ -367,15 +370,7 @@ def _engine(
             pace=settings.pace,
         )
     cluster = Cluster(settings.dask, settings.dask_ca, settings.dask_cert, settings.dask_key)
-    return DaskEngine(
-        cluster,
-        blobs,
-        Store(settings.store, str(folder.root)),
-        records.tracks,
-        runs,
-        limits=limits,
-        stall_s=settings.stall_s,
-    )
+    return DaskEngine(cluster, Store(settings.store, str(folder.root)), run_files, runs)
 
 
 def _client(settings: Settings) -> Client | None:

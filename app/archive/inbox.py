@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import logging
 import os
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import suppress
@@ -27,6 +26,7 @@ from app.archive.folders import Found, files_below, is_film, looked_at
 from app.archive.intake import Intake
 from app.archive.paths import path_of
 from app.storage.archive import ArchiveStore
+from app.tracking.worker import Worker
 
 logger = logging.getLogger(__name__)
 
@@ -47,12 +47,13 @@ class _Seen:
     """When it was seen in this state first, by `time.monotonic`."""
 
 
-class Inbox:
+class Inbox(Worker):
     """Looks at the folder now and then, in its own thread."""
 
     def __init__(
         self, store: ArchiveStore, intake: Intake, folder: Path, *, settle_s: float
     ) -> None:
+        super().__init__("archive-inbox", stop_timeout_s=_STOP_S)
         self._store = store
         self._intake = intake
         self._folder = folder
@@ -64,20 +65,9 @@ class Inbox:
         self._seen_before: dict[Path, _Seen] = {}
         self._reported = set[Path]()
         """Files of which the log says why they are not added."""
-        self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._work, name="archive-inbox", daemon=True)
-
-    def start(self) -> None:
-        """Start looking."""
-        self._thread.start()
-
-    def stop(self) -> None:
-        """Stop looking."""
-        self._stopping.set()
-        self._thread.join(_STOP_S)
 
     def _work(self) -> None:
-        while not self._stopping.wait(min(_LOOK_EVERY_S, self._settle_s)):
+        while not self._pause(min(_LOOK_EVERY_S, self._settle_s)):
             try:
                 self._look()
             except Exception:

@@ -145,11 +145,11 @@ class Intake(Worker):
                 pause_s = _PAUSE_AFTER_FAULT_S
                 hindrance = "A fault of the server interrupts the intake; it is in the log."
             self._set(IntakeState(hindrance=hindrance))
+            if hindrance is not None:
+                self._pause(pause_s)
             with self._changed:
                 if hindrance is None:
                     self._changed.wait_for(lambda: self._is_awake or self._stopping, pause_s)
-                else:
-                    self._changed.wait_for(lambda: self._stopping, pause_s)
                 self._is_awake = False
 
     def _set(self, state: IntakeState) -> None:

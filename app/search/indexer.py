@@ -197,8 +197,7 @@ class IndexWorker(Worker):
         began_s = time.monotonic()
         for _ in self._indexer.index_next():
             took_s = time.monotonic() - began_s
-            with self._changed:
-                # People who use the server meanwhile get at least half of its time.
-                if self._changed.wait_for(lambda: self._stopping, max(took_s, _LEAST_PAUSE_S)):
-                    return
+            # People who use the server meanwhile get at least half of its time.
+            if self._pause(max(took_s, _LEAST_PAUSE_S)):
+                return
             began_s = time.monotonic()

@@ -62,6 +62,11 @@ def tile(inspection_id: str, index: int) -> str:
     return f"{wall(inspection_id)}/{index}.jpg"
 
 
+def runs(inspection_id: str) -> str:
+    """Return the folder under which runs leave their results, each in a place of its own."""
+    return f"{inspection(inspection_id)}/runs"
+
+
 def photos(inspection_id: str) -> str:
     """Return the folder of the photos."""
     return f"{inspection(inspection_id)}/photos"

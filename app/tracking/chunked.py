@@ -12,19 +12,15 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 
-import msgspec
-
-from app.errors import BlobNotFound, MediaFailed, MediaTimeout
+from app.errors import MediaFailed, MediaTimeout
 from app.jobs.chunks import mended, plan
 from app.jobs.messages import FrameRange
-from app.storage.blobs import Blobs
 from app.tracking.engines import Engine
+from app.tracking.run_files import RunFiles
 from app.tracking.runs import Run, Runs
-from app.tracking.work import Manifest, Report, Spec, runs_of
+from app.tracking.work import Manifest, Report
 
 logger = logging.getLogger(__name__)
-
-_PLAN = "plan.json"
 
 Persistent = Callable[[Run, Callable[[], Manifest | None]], Manifest | None]
 """Calls until there is a result; None if the run was asked to shut down."""
@@ -81,11 +77,11 @@ class ChunkedTracking:
     """Tracks films in chunks by an engine."""
 
     def __init__(
-        self, engine: Engine, runs: Runs, blobs: Blobs, pieces: Pieces, persistent: Persistent
+        self, engine: Engine, runs: Runs, files: RunFiles, pieces: Pieces, persistent: Persistent
     ) -> None:
         self._engine = engine
         self._runs = runs
-        self._blobs = blobs
+        self._files = files
         self._pieces = pieces
         self._persistent = persistent
 
@@ -96,47 +92,47 @@ class ChunkedTracking:
             run: The run of the film.
             slots: Number of slots for it. A run that was interrupted keeps its chunks.
         """
-        try:
-            kept = self._blobs.get(self._plan_of(run))
-            return msgspec.json.decode(kept, type=list[FrameRange])
-        except BlobNotFound:
-            if slots < 2 or self._engine.spec(run).marks:
-                return plan(None, 1)
-            return plan(run.inspection.video.get("frames"), slots)
+        frames = run.inspection.video.get("frames")
+        whole = plan(None, 1)
+        if len(plan(frames, 2)) == 1:
+            return whole
+        kept = self._files.plan(run)
+        if kept is not None:
+            return kept
+        return whole if self._files.spec(run).marks else plan(frames, slots)
 
     def track(self, run: Run, ranges: Sequence[FrameRange]) -> Manifest | None:
         """Track a film in these chunks and join them; None if the run was asked to shut down."""
         logger.info("Inspection %s: in %d chunks.", run.inspection.id, len(ranges))
         self._runs.begin(run)
-        spec = self._engine.spec(run)
         while True:
-            self._blobs.put(self._plan_of(run), msgspec.json.encode(ranges))
-            chunks = self._tracked(run, spec, ranges)
+            self._files.keep_plan(run, ranges)
+            chunks = self._tracked(run, ranges)
             if chunks is None or self._runs.stop_of(run) == "shutdown":
                 return None
             usable = _up_to_first_broken(chunks)
             if not usable or any(chunk.outcome.status == "failed" for chunk in chunks):
                 return self._whole(run, "A chunk failed.")
             try:
-                joined = self._joined(run, spec, usable)
+                joined = self._joined(run, usable)
             except (MediaFailed, MediaTimeout) as error:
                 return self._whole(run, str(error))
             if joined is None or joined.seam is None:
                 return joined
             logger.info("Inspection %s: %s", run.inspection.id, joined.outcome.error_detail)
             if self._runs.stop_of(run) is not None:
-                return self._joined(run, spec, usable[: joined.seam + 1])
+                return self._joined(run, usable[: joined.seam + 1])
             ranges = mended(ranges, joined.seam, joined.lacks)
 
     def _whole(self, run: Run, why: str) -> Manifest | None:
         logger.warning("Inspection %s: tracked as a whole. %s", run.inspection.id, why)
-        self._blobs.delete(self._plan_of(run))
+        self._files.drop_plan(run)
         return self._persistent(run, lambda: self._engine.track(run))
 
-    def _tracked(self, run: Run, spec: Spec, ranges: Sequence[FrameRange]) -> list[Manifest] | None:
+    def _tracked(self, run: Run, ranges: Sequence[FrameRange]) -> list[Manifest] | None:
         progress = _Progress(self._runs, run, len(ranges))
         pieces = [
-            Piece(lambda n=number, own=frames: self._chunk(run, spec, own, progress.of(n)))  # type: ignore[misc]
+            Piece(lambda n=number, own=frames: self._chunk(run, own, progress.of(n)))  # type: ignore[misc]
             for number, frames in enumerate(ranges)
         ]
         self._pieces.offer(pieces)
@@ -147,24 +143,19 @@ class ChunkedTracking:
         return None if None in found else [each for each in found if each is not None]
 
     def _chunk(
-        self, run: Run, spec: Spec, frames: FrameRange, report: Callable[[Report], None]
+        self, run: Run, frames: FrameRange, report: Callable[[Report], None]
     ) -> Manifest | None:
-        place = f"{runs_of(run.inspection.id)}/{frames.name}"
-        own = msgspec.structs.replace(spec, frames=frames, place=place)
+        spec = self._files.spec_of_chunk(run, frames)
         return self._persistent(
             run,
-            lambda: self._engine.run(own, lambda: self._runs.stop_of(run) is not None, report),
+            lambda: self._engine.run(spec, lambda: self._runs.stop_of(run) is not None, report),
         )
 
-    def _joined(self, run: Run, spec: Spec, chunks: Sequence[Manifest]) -> Manifest | None:
-        place = f"{runs_of(run.inspection.id)}/joined"
-        own = msgspec.structs.replace(spec, joins=list(chunks), place=place)
+    def _joined(self, run: Run, chunks: Sequence[Manifest]) -> Manifest | None:
+        spec = self._files.spec_of_join(run, chunks)
         return self._persistent(
-            run, lambda: self._engine.run(own, lambda: False, lambda report: None)
+            run, lambda: self._engine.run(spec, lambda: False, lambda report: None)
         )
-
-    def _plan_of(self, run: Run) -> str:
-        return f"{runs_of(run.inspection.id)}/{_PLAN}"
 
 
 class _Progress:

@@ -208,7 +208,7 @@ class CounterQueue(Worker):
                     self._look_at(ids[0])
             except StoreUnavailable as away:
                 logger.warning("The counters wait: %s", away)
-                self._pause()
+                self._pause(_PAUSE_AFTER_FAULT_S)
                 continue
             except Exception:
                 logger.exception("The state of the counter of %s cannot be read.", ids[0])
@@ -216,11 +216,7 @@ class CounterQueue(Worker):
 
     def _try_later(self, inspection_id: str) -> None:
         self._look_at(inspection_id)
-        self._pause()
-
-    def _pause(self) -> None:
-        with self._changed:
-            self._changed.wait_for(lambda: self._stopping, _PAUSE_AFTER_FAULT_S)
+        self._pause(_PAUSE_AFTER_FAULT_S)
 
     def _look(self, inspection_id: str) -> None:
         """Read the counter of an ended inspection, unless its film is read already."""

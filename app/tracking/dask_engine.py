@@ -18,22 +18,11 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from app.errors import EngineUnavailable, WorkerLost
-from app.jobs.messages import Limits
 from app.storage.blobs import Blobs, blobs_at
 from app.tracking.engines import EngineState
+from app.tracking.run_files import RunFiles
 from app.tracking.runs import Run, Runs
-from app.tracking.tracks import Tracks
-from app.tracking.work import (
-    IsStopped,
-    Manifest,
-    OnReport,
-    Report,
-    Spec,
-    run,
-    runs_of,
-    settle,
-    spec_of,
-)
+from app.tracking.work import IsStopped, Manifest, OnReport, Report, Spec, run
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -79,33 +68,18 @@ class DaskEngine:
 
     most_slots = _MOST_SLOTS
 
-    def __init__(
-        self,
-        cluster: Cluster,
-        blobs: Blobs,
-        store: Store,
-        tracks: Tracks,
-        runs: Runs,
-        *,
-        limits: Limits,
-        stall_s: float,
-    ) -> None:
+    def __init__(self, cluster: Cluster, store: Store, files: RunFiles, runs: Runs) -> None:
         """Prepare the engine; it connects when it is first used.
 
         Args:
             cluster: The scheduler.
-            blobs: The store, for the results.
-            store: The same store, for the workers.
-            tracks, runs: Of the server.
-            limits, stall_s: Of each run.
+            store: Where its workers find films and leave results.
+            files, runs: Of the server.
         """
         self._cluster = cluster
-        self._blobs = blobs
         self._store = store
-        self._tracks = tracks
+        self._files = files
         self._runs = runs
-        self._limits = limits
-        self._stall_s = stall_s
         self._lock = threading.Lock()
         self._connected: Client | None = None
         self._known = EngineState("dask", 0)
@@ -172,7 +146,7 @@ class DaskEngine:
         """Track the film of a run; its results come at its end."""
         self._runs.begin(run)
         manifest = self.run(
-            self.spec(run),
+            self._files.spec(run),
             lambda: self._runs.stop_of(run) is not None,
             lambda news: self._runs.report(run, news.frames_done, news.fps),
         )
@@ -180,10 +154,6 @@ class DaskEngine:
             return None
         self._runs.report(run, manifest.frames_done, manifest.fps)
         return manifest
-
-    def spec(self, run: Run) -> Spec:
-        """Return the spec of the whole film of a run."""
-        return spec_of(run, self._tracks.marks(run.inspection.id), self._limits, self._stall_s)
 
     def run(self, spec: Spec, is_stopped: IsStopped, report: OnReport) -> Manifest:
         """Submit a spec and follow it.
@@ -213,14 +183,6 @@ class DaskEngine:
             return task.result()
         finally:
             task.forget()
-
-    def settle(self, run: Run, manifest: Manifest) -> None:
-        """Copy the results to their place; a file that arrived damaged is refused."""
-        settle(manifest, run.inspection.id, self._blobs, self._tracks)
-
-    def drop(self, inspection_id: str) -> None:
-        """Delete the places of all runs."""
-        self._blobs.delete_all(runs_of(inspection_id))
 
     def close(self) -> None:
         """Disconnect."""

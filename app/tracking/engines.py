@@ -10,19 +10,10 @@ from app.storage.blobs import Blobs
 from app.storage.files import DataFolder
 from app.tracking.film_files import FilmFiles
 from app.tracking.film_run import FilmTracker
-from app.tracking.runs import Run, Runs, track_metadata
+from app.tracking.runs import Run, Runs
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
-from app.tracking.work import (
-    IsStopped,
-    Manifest,
-    OnReport,
-    Spec,
-    run,
-    runs_of,
-    settle,
-    spec_of,
-)
+from app.tracking.work import IsStopped, Manifest, OnReport, Spec, run
 
 
 @dataclass(frozen=True)
@@ -59,21 +50,8 @@ class Engine(Protocol):
             EngineUnavailable: There is nobody who could track it now.
         """
 
-    def spec(self, run: Run) -> Spec:
-        """Return the spec of the whole film of a run."""
-
     def run(self, spec: Spec, is_stopped: IsStopped, report: OnReport) -> Manifest:
         """Run a spec, see `work.run`; raises the errors of `track`."""
-
-    def settle(self, run: Run, manifest: Manifest) -> None:
-        """Bring the results to their place, if they are not there; may be called again.
-
-        Raises:
-            DiskFull: There is no room for them.
-        """
-
-    def drop(self, inspection_id: str) -> None:
-        """Delete what is left of earlier runs: the inspection has ended, or starts again."""
 
     def close(self) -> None:
         """Let go of everything."""
@@ -100,9 +78,7 @@ class Pool:
         self._folder = folder
         self._blobs = blobs
         self._films = films
-        self._tracks = tracks
         self._limits = limits
-        self._stall_s = stall_s
         self._tracker = FilmTracker(folder, tracks, unrolled, runs, stall_s=stall_s, pace=pace)
 
     def slots(self) -> int:
@@ -122,26 +98,9 @@ class Pool:
             return None
         return Manifest(outcome, run.frames_done, run.fps, run.last)
 
-    def spec(self, run: Run) -> Spec:
-        """Return the spec of the whole film of a run."""
-        return spec_of(run, self._tracks.marks(run.inspection.id), self._limits, self._stall_s)
-
     def run(self, spec: Spec, is_stopped: IsStopped, report: OnReport) -> Manifest:
         """Run a spec in this thread; a child process does the work."""
         return run(spec, self._blobs, is_stopped=is_stopped, report=report)
-
-    def settle(self, run: Run, manifest: Manifest) -> None:
-        """Write the files of the track, or copy those of its chunks."""
-        if manifest.place:
-            settle(manifest, run.inspection.id, self._blobs, self._tracks)
-        else:
-            self._tracks.finish(run.inspection.id, track_metadata(run.inspection))
-
-    def drop(self, inspection_id: str) -> None:
-        """Delete journal and checkpoint, and what chunks have left."""
-        self._blobs.delete_all(runs_of(inspection_id))
-        self._folder.checkpoint(inspection_id).unlink(missing_ok=True)
-        self._folder.journal(inspection_id).unlink(missing_ok=True)
 
     def close(self) -> None:
         """Nothing is open."""

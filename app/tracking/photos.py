@@ -133,7 +133,7 @@ class Photos(Worker):
     def _try_later(self, inspection_id: str) -> None:
         with self._changed:
             self._dirty.add(inspection_id)
-            self._changed.wait_for(lambda: self._stopping, _PAUSE_AFTER_FAULT_S)
+        self._pause(_PAUSE_AFTER_FAULT_S)
 
     def _make_missing(self, inspection_id: str) -> None:
         try:

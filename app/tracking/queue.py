@@ -30,7 +30,6 @@ from app.errors import (
 )
 from app.logs import about
 from app.storage import keys
-from app.storage.blobs import Blobs
 from app.storage.inspections import InspectionStore
 from app.storage.runs import Outcome, RunStore
 from app.storage.tables import ENDED, Inspection
@@ -38,6 +37,7 @@ from app.tracking.chunked import ChunkedTracking, Pieces
 from app.tracking.engines import Engine, EngineState
 from app.tracking.film_files import FilmFiles
 from app.tracking.live import Event, Live, Progress, Update
+from app.tracking.run_files import RunFiles
 from app.tracking.runs import Run, Runs
 from app.tracking.tracks import Tracks
 from app.tracking.videos import NO_FILM
@@ -78,7 +78,7 @@ class Tracking:
         tracks: Tracks,
         runs: Runs,
         live: Live,
-        blobs: Blobs,
+        run_files: RunFiles,
         engine: Engine,
         claims: Claims,
     ) -> None:
@@ -88,6 +88,7 @@ class Tracking:
         self._tracks = tracks
         self._runs = runs
         self._live = live
+        self._run_files = run_files
         self._engine = engine
         self._claims = claims
         self._stopping = False
@@ -98,7 +99,7 @@ class Tracking:
         self._faults: Counter[str] = Counter()
         """Faults of the program by inspection."""
         self._pieces = Pieces(self._changed)
-        self._chunked = ChunkedTracking(engine, runs, blobs, self._pieces, self._persistent)
+        self._chunked = ChunkedTracking(engine, runs, run_files, self._pieces, self._persistent)
         self._threads = [
             threading.Thread(target=self._work, args=(slot,), name=f"tracking-{slot}", daemon=True)
             for slot in range(engine.most_slots)
@@ -179,7 +180,7 @@ class Tracking:
         if row.status in ENDED and not self._films.of(row).exists():
             raise NothingRecorded("Nothing was recorded; start a new live inspection.")
         if row.status in ENDED:
-            self._engine.drop(row.id)
+            self._run_files.drop(row.id)
 
     def queued(self, inspection_id: str) -> None:
         """Publish that an inspection was queued to be tracked from its first frame."""
@@ -303,7 +304,7 @@ class Tracking:
             self._tracks.forget(inspection.id)
             raise
         try:
-            self._engine.drop(inspection.id)
+            self._run_files.drop(inspection.id)
         except StoreUnavailable as away:  # it goes with the inspection, or with its next run
             logger.warning("What is left of the runs of %s stays: %s", inspection.id, away)
         outcome = manifest.outcome
@@ -348,7 +349,7 @@ class Tracking:
         if self._store.has_outcome(run.inspection.id, run.attempt, manifest.outcome):
             return  # the database stored it, but could not say so
         self._store.require_claim(run.inspection.id, run.attempt)
-        self._engine.settle(run, manifest)
+        self._run_files.settle(run, manifest)
         self._record(run, manifest)
 
     def _record(self, run: Run, manifest: Manifest) -> None:

@@ -11,6 +11,7 @@ from typing import Protocol
 from app.errors import Busy, DiskFull
 from app.storage.members import Members
 from app.storage.runs import RunStore
+from app.tracking.worker import Worker
 
 logger = logging.getLogger(__name__)
 
@@ -71,7 +72,7 @@ class Duties:
                 service.stop()
 
 
-class Succession:
+class Succession(Worker):
     """A thread that looks for runs whose server is gone."""
 
     def __init__(
@@ -89,28 +90,21 @@ class Succession:
             released: Called with each inspection that is queued again.
             take_over: Does the rest that a server leaves behind.
         """
+        super().__init__("succession", stop_timeout_s=_STOP_TIMEOUT_S)
         self._members = members
         self._store = store
         self._released = released
         self._take_over = take_over
         self._missing_s: dict[str, float] = {}
         """Since when the server of each name is gone."""
-        self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._work, name="succession", daemon=True)
 
     def start(self) -> None:
         """Look, where there may be other servers."""
         if self._members.are_several:
-            self._thread.start()
-
-    def stop(self) -> None:
-        """Stop looking."""
-        self._stopping.set()
-        if self._thread.is_alive():
-            self._thread.join(_STOP_TIMEOUT_S)
+            super().start()
 
     def _work(self) -> None:
-        while not self._stopping.wait(_LOOK_EVERY_S):
+        while not self._pause(_LOOK_EVERY_S):
             if not self._members.is_leading():
                 self._missing_s.clear()
                 continue

@@ -23,7 +23,6 @@ from typing import Any, Protocol, TypeVar
 
 import msgspec
 
-from app.errors import WorkerLost
 from app.jobs import parts
 from app.jobs.chunks import gather, join
 from app.jobs.messages import Batch, FrameRange, JoinWallsRequest, KeptCheckpoint, Limits
@@ -375,45 +374,6 @@ def _outcome_of(chunks: Sequence[Manifest]) -> Outcome:
     outcome = next((each.outcome for each in chunks if not each.is_whole), chunks[-1].outcome)
     warnings = dict.fromkeys(each.outcome.warning for each in chunks if each.outcome.warning)
     return replace(outcome, warning=" ".join(warnings) or None)
-
-
-def runs_of(inspection_id: str) -> str:
-    """Return the key under which the runs of an inspection make their places."""
-    return f"{keys.inspection(inspection_id)}/runs"
-
-
-def spec_of(run: Run, marks: list[Mark], limits: Limits, stall_s: float) -> Spec:
-    """Return the spec of the whole film of a server's run."""
-    film = run.inspection
-    return Spec(
-        id=film.id,
-        name=film.name,
-        rig=dict(film.rig),
-        video=dict(film.video),
-        source_filename=film.source_filename,
-        source_sha256=film.source_sha256,
-        film=run.film,
-        place=f"{runs_of(film.id)}/whole",
-        marks=marks,
-        memory_bytes=limits.memory_bytes,
-        cpu_s=limits.cpu_s,
-        stall_s=stall_s,
-    )
-
-
-def settle(manifest: Manifest, inspection_id: str, blobs: Blobs, tracks: Tracks) -> None:
-    """Copy the results of a run to their place in the store.
-
-    Raises:
-        WorkerLost: A file is not what the manifest says.
-        DiskFull: There is no room for it.
-    """
-    for name, stored in manifest.files.items():
-        content = blobs.get(f"{manifest.place}/{name}")
-        if Stored.of(content) != stored:
-            raise WorkerLost(f"{name} of inspection {inspection_id} is damaged in the store.")
-        blobs.put(f"{keys.inspection(inspection_id)}/{name}", content)
-    tracks.forget(inspection_id)
 
 
 class _polling:  # noqa: N801  (used like a function)

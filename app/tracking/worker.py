@@ -25,11 +25,17 @@ class Worker(ABC):
         with self._changed:
             self._stopping = True
             self._changed.notify_all()
-        self._thread.join(self._stop_timeout_s)
+        if self._thread.is_alive():
+            self._thread.join(self._stop_timeout_s)
 
     def is_alive(self) -> bool:
         """Return whether the thread runs."""
         return self._thread.is_alive()
+
+    def _pause(self, seconds: float) -> bool:
+        """Wait so long, or until the thread must stop; return whether it must."""
+        with self._changed:
+            return self._changed.wait_for(lambda: self._stopping, seconds)
 
     @abstractmethod
     def _work(self) -> None:

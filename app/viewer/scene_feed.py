@@ -188,10 +188,6 @@ class SceneFeed(Worker):
             else:
                 failures = 0
 
-    def _pause(self, seconds: float) -> None:
-        with self._changed:
-            self._changed.wait_for(lambda: self._stopping, seconds)
-
     def _draw(self, due: _Due) -> None:
         if due.path_is_reset:
             self._drawn = 0
