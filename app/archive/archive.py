@@ -183,7 +183,7 @@ class Archive:
     def pause(self, where: Where, who: str) -> int:
         """Stop films that wait, are queued or running, until they are resumed; return their number.
 
-        One that is running is tracked from its first frame again.
+        One that is running continues at its last checkpoint.
         """
         selection = self._resolved(where)
         changed = self._store.set_state(selection, ("waiting",), "paused", who)

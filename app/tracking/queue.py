@@ -161,7 +161,7 @@ class Tracking:
         self._live.publish(inspection_id, "cancelled", Progress(0, None, None, None))
 
     def retry(self, inspection_id: str) -> None:
-        """Track an ended inspection again from its first frame.
+        """Track an ended inspection again; one that was cancelled continues at its checkpoint.
 
         Raises:
             StillRunning: The inspection is queued or running.
@@ -179,11 +179,9 @@ class Tracking:
             raise NothingRecorded(NO_FILM)
         if row.status in ENDED and not self._films.of(row).exists():
             raise NothingRecorded("Nothing was recorded; start a new live inspection.")
-        if row.status in ENDED:
-            self._run_files.drop(row.id)
 
     def queued(self, inspection_id: str) -> None:
-        """Publish that an inspection was queued to be tracked from its first frame."""
+        """Publish that an inspection was queued to be tracked."""
         self._live.publish(inspection_id, "queued", Progress(0, None, None, None))
         self.wake()
 
@@ -303,11 +301,12 @@ class Tracking:
         except ClaimLost:
             self._tracks.forget(inspection.id)
             raise
+        outcome = manifest.outcome
         try:
-            self._run_files.drop(inspection.id)
+            if outcome.status != "cancelled":  # then another run continues from its checkpoint
+                self._run_files.drop(inspection.id)
         except StoreUnavailable as away:  # it goes with the inspection, or with its next run
             logger.warning("What is left of the runs of %s stays: %s", inspection.id, away)
-        outcome = manifest.outcome
         logger.info(
             "Inspection %s (%s): %s after %d frames. %s",
             inspection.id, inspection.name, outcome.status, run.frames_done,

@@ -100,7 +100,7 @@ class RunFiles:
         self._tracks.forget(inspection.id)
 
     def drop(self, inspection_id: str) -> None:
-        """Delete what is left of earlier runs: the inspection has ended, or starts again."""
+        """Delete what is left of earlier runs: nothing is to be continued."""
         self._blobs.delete_all(keys.runs(inspection_id))
         self._folder.checkpoint(inspection_id).unlink(missing_ok=True)
         self._folder.journal(inspection_id).unlink(missing_ok=True)

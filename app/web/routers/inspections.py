@@ -157,7 +157,7 @@ def cancel(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
 )
 @operator
 def retry(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
-    """Track again from the first frame."""
+    """Track again; an inspection that was cancelled continues at its last checkpoint."""
     services.tracking.retry(inspection_id)
     return InspectionOut.of(services.inspections.get(inspection_id))
 

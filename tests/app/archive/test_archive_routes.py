@@ -21,7 +21,7 @@ RULES: dict[str, Any] = {
     "rigs": {"floor": clip_rig(), "wide": clip_rig(width=300)},
     "rules": [ROADS],
 }
-FRAMES = 12
+FRAMES, LONG = 12, 60
 ONE, OTHER = "C-1_20260331.mp4", "other.MP4"
 Serve = Callable[..., AbstractContextManager[Client]]
 
@@ -69,6 +69,12 @@ def states(client: Client) -> dict[str, int]:
 def films(client: Client) -> dict[str, dict[str, Any]]:
     """The films by their file names."""
     return {Path(each["path"]).name: each for each in get(client, "films")["films"]}
+
+
+def rows(client: Client, inspection_id: str) -> list[str]:
+    """The rows of a finished track."""
+    lines = (client.data / "inspections" / inspection_id / "track.csv").read_text().splitlines()
+    return [line for line in lines if not line.startswith("#")]
 
 
 def add_all(client: Client, folder: Path, **rules: Any) -> None:
@@ -167,6 +173,25 @@ def test_films_are_paused_resumed_cancelled_tried_again_and_deleted(
         assert client.inspection(one)["status"] == "running"
         assert client.delete(f"/api/inspections/{two}").status_code == 204
         assert states(client) == {"ready": 1, "unassigned": 1}  # its inspection is gone
+
+
+def test_a_paused_film_continues_where_it_was(
+    serve: Serve, folder: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    make_clip(folder / "Road 5" / ONE, LONG)
+    with serve(pace=0.25) as client:
+        add_all(client, folder)
+        one = films(client)[ONE]["id"]
+        ask(client, "start", where={})
+        wait_until((client.data / "inspections" / one / "checkpoint").exists)
+        assert ask(client, "pause", where={}) == {"changed": 1}
+        assert client.inspection(one)["status"] == "cancelled"
+    with serve() as client, caplog.at_level("INFO", "app.tracking.film_run"):
+        ask(client, "resume", where={})
+        client.wait(one, "done")
+        assert rows(client, one) == rows(client, client.tracked(folder / "Road 5" / ONE))
+    (message,) = [record.getMessage() for record in caplog.records if "on." in record.msg]
+    assert not message.endswith("from frame 0 on.")
 
 
 def test_a_film_that_is_gone_is_refused_and_taken_when_it_is_back(
