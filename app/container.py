@@ -43,7 +43,8 @@ from app.settings import Settings
 from app.storage.access import AccessStore
 from app.storage.alerts import AlertStore
 from app.storage.archive import ArchiveStore
-from app.storage.blobs import Blobs, blobs_at
+from app.storage.blob_stores import blobs_at
+from app.storage.blobs import Blobs
 from app.storage.database import Database, stored_at
 from app.storage.files import DataFolder
 from app.storage.imports import ImportStore
