@@ -161,16 +161,12 @@ def append_durably(path: Path, at: int, content: bytes | bytearray) -> int:
     length.
     """
     is_new = not path.exists()
-    try:
-        with path.open("wb" if is_new else "rb+") as file:
-            file.truncate(at)
-            file.seek(at)
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-    except OSError as error:
-        raise_if_full(error)
-        raise
+    with full_disk_reported(), path.open("wb" if is_new else "rb+") as file:
+        file.truncate(at)
+        file.seek(at)
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
     if is_new:
         sync_folder(path.parent)
     return at + len(content)
