@@ -42,8 +42,12 @@ from app.search.search import Search
 from app.settings import Settings
 from app.storage.access import AccessStore
 from app.storage.alerts import AlertStore
-from app.storage.archive import ArchiveStore
-from app.storage.blobs import Blobs, blobs_at
+from app.storage.archive_changes import ArchiveChanges
+from app.storage.archive_films import ArchiveFilms
+from app.storage.archive_intake import IntakeStore
+from app.storage.archive_rules import RuleStore
+from app.storage.blob_stores import blobs_at
+from app.storage.blobs import Blobs
 from app.storage.database import Database, stored_at
 from app.storage.files import DataFolder
 from app.storage.imports import ImportStore
@@ -256,16 +260,27 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         records.observation_store,
         records.counter_files,
     )
-    archive_store = ArchiveStore(database)
-    intake = Intake(archive_store, films, tracking, records.packs, folder, engine)
+    intake = Intake(IntakeStore(database), films, tracking, records.packs, folder, engine)
     stack.enter_context(live.listening(None, intake.on_event))
+    archive_films = ArchiveFilms(database)
+    archive_changes = ArchiveChanges(database)
+    archive_rules = RuleStore(database)
     inboxes = []
     if settings.inbox is not None:
         inboxes.append(
-            Inbox(archive_store, intake, settings.inbox, settle_s=settings.inbox_settle_s)
+            Inbox(
+                archive_films,
+                archive_changes,
+                archive_rules,
+                intake,
+                settings.inbox,
+                settle_s=settings.inbox_settle_s,
+            )
         )
     archive = Archive(
-        archive_store,
+        archive_films,
+        archive_changes,
+        archive_rules,
         tracking,
         runs,
         intake,

@@ -18,11 +18,13 @@ from app.reports.reports import Reports
 from app.search.export import ArchiveExport
 from app.search.indexer import Indexer
 from app.search.tables import Rows
-from app.storage.blobs import Blobs, FolderBlobs, blobs_at
+from app.storage.blob_stores import blobs_at
+from app.storage.blobs import Blobs
 from app.storage.corrections import CorrectionStore
 from app.storage.database import Database, stored_at
 from app.storage.defect_index import DefectIndex
 from app.storage.files import Places
+from app.storage.folder_blobs import FolderBlobs
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
 from app.storage.packs import PackStore

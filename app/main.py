@@ -29,7 +29,7 @@ from app.errors import (
 )
 from app.settings import Settings
 from app.storage.address import Address, AddressFile
-from app.storage.blobs import blobs_at
+from app.storage.blob_stores import blobs_at
 from app.storage.database import stored_at
 from app.storage.files import DataFolder, Places
 from app.web import answers

@@ -24,9 +24,9 @@ from app.jobs.messages import Probed
 from app.lab.simulation.render import render
 from app.lab.simulation.sample import SAMPLE
 from app.storage import keys
-from app.storage.blobs import FolderBlobs
 from app.storage.database import Database
 from app.storage.files import DataFolder, sha256_of
+from app.storage.folder_blobs import FolderBlobs
 from app.storage.imports import ImportStore
 from app.storage.tables import Inspection
 from app.survey.records import Event, Observation

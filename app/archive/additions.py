@@ -14,7 +14,7 @@ from app.archive.assignment import Assigned, Assignment
 from app.archive.folders import Found, found_in
 from app.archive.rules import Rules
 from app.archive.tables import Table
-from app.storage.archive import ArchiveStore
+from app.storage.archive_films import ArchiveFilms
 
 MOST_FILES = 100_000
 """Files that one request looks at."""
@@ -77,7 +77,7 @@ class Request:
     """Of all films; None leaves it to the rules."""
 
 
-def additions(request: Request, allowed: Sequence[Path], store: ArchiveStore) -> Additions:
+def additions(request: Request, allowed: Sequence[Path], archive: ArchiveFilms) -> Additions:
     """Find the films of a request and what each gets; nothing is stored.
 
     Raises:
@@ -90,7 +90,9 @@ def additions(request: Request, allowed: Sequence[Path], store: ArchiveStore) ->
         warnings.append(
             f"Only the first {MOST_FILES} files were looked at; add the others folder by folder."
         )
-    listed = assigned_to(files, Assignment(request.rules), store, request.tables, request.priority)
+    listed = assigned_to(
+        files, Assignment(request.rules), archive, request.tables, request.priority
+    )
     warnings += [sentence for table in request.tables for sentence in table.unused()]
     others = [each for each in listed if each.assigned is None]
     left_out = {id(each) for each in others[_MOST_OTHERS:]}
@@ -100,12 +102,12 @@ def additions(request: Request, allowed: Sequence[Path], store: ArchiveStore) ->
 def assigned_to(
     files: Sequence[Found],
     assignment: Assignment,
-    store: ArchiveStore,
+    archive: ArchiveFilms,
     tables: Sequence[Table] = (),
     priority: int | None = None,
 ) -> list[Addition]:
     """Return what each file gets."""
-    known = store.known(file.path for file in files if file.problem is None)
+    known = archive.known(file.path for file in files if file.problem is None)
     return [
         Addition(
             file,

@@ -15,13 +15,10 @@ from app.archive.reasons import Group, grouped, reason_of
 from app.archive.rules import Rules, checked_rig, require_usable
 from app.archive.throughput import LOOKED_AT, throughput
 from app.errors import NotRunning
-from app.storage.archive import (
-    ACTIVE,
-    ArchiveStore,
-    FilmRow,
-    FilmState,
-    Selection,
-)
+from app.storage.archive_changes import ArchiveChanges
+from app.storage.archive_films import ArchiveFilms
+from app.storage.archive_rules import RuleStore
+from app.storage.archive_selection import ACTIVE, FilmRow, FilmState, Selection
 from app.survey.versions import require_version, version_of
 from app.tracking.engines import Engine, EngineState
 from app.tracking.live import Progress
@@ -87,7 +84,9 @@ class Archive:
 
     def __init__(
         self,
-        store: ArchiveStore,
+        films: ArchiveFilms,
+        changes: ArchiveChanges,
+        rules: RuleStore,
         tracking: Tracking,
         runs: Runs,
         intake: Intake,
@@ -95,7 +94,9 @@ class Archive:
         folders: Sequence[Path],
         engine: Engine,
     ) -> None:
-        self._store = store
+        self._films = films
+        self._changes = changes
+        self._rules = rules
         self._tracking = tracking
         self._runs = runs
         self._intake = intake
@@ -106,7 +107,7 @@ class Archive:
         self, where: Where, sort: str | None, *, descending: bool, offset: int, limit: int
     ) -> tuple[int, list[FilmView]]:
         """Return the number of selected films, and one page of them."""
-        total, rows = self._store.listed(
+        total, rows = self._films.listed(
             self._resolved(where), sort, descending=descending, offset=offset, limit=limit
         )
         return total, [self._view(row) for row in rows]
@@ -117,7 +118,7 @@ class Archive:
         Raises:
             FolderNotAllowed, NoSuchFilm: A path cannot be used.
         """
-        return additions(request, self._folders, self._store)
+        return additions(request, self._folders, self._films)
 
     def add(self, request: Request, who: str) -> Additions:
         """Add the new films of a request; one without a rig is unassigned.
@@ -126,13 +127,13 @@ class Archive:
             FolderNotAllowed, NoSuchFilm: A path cannot be used.
         """
         found = self.preview(request)
-        added = self._store.add(columns(found.new, who))
+        added = self._changes.add(columns(found.new, who))
         logger.info("%s added %d films to the archive.", who, len(added))
         return found
 
     def rules(self) -> Rules:
         """Return the stored rules."""
-        return stored_rules(self._store)
+        return stored_rules(self._rules)
 
     def put_rules(self, rules: Rules, who: str, replaced: str | None) -> Rules:
         """Replace the rules, and give unassigned films what the new ones say.
@@ -148,14 +149,14 @@ class Archive:
             current = stored or Rules().model_dump(mode="json")
             require_version(current, content, replaced)
 
-        self._store.put_rules(content, who, require)
+        self._rules.put(content, who, require)
         assignment = Assignment(rules)
 
         def given(path: str, relative: str) -> Mapping[str, Any] | None:
             assigned = assignment.of(path, relative)
             return None if assigned.rig is None else given_to(assigned)
 
-        changed = self._store.assign(given)
+        changed = self._changes.assign(given)
         logger.info("%s changed the rules of the archive; %d films got a rig.", who, changed)
         self._intake.wake()
         return rules
@@ -186,14 +187,14 @@ class Archive:
         One that is running continues at its last checkpoint.
         """
         selection = self._resolved(where)
-        changed = self._store.set_state(selection, ("waiting",), "paused", who)
-        ids = self._store.ids(selection, *ACTIVE)
-        self._store.set_state(Selection(ids), ACTIVE, "paused", who)
+        changed = self._changes.set_state(selection, ("waiting",), "paused", who)
+        ids = self._films.ids(selection, *ACTIVE)
+        self._changes.set_state(Selection(ids), ACTIVE, "paused", who)
         for film in ids:
             if self._cancelled(film):
                 changed += 1
             else:
-                self._store.set_state(Selection((film,)), ("paused",), "idle", who)
+                self._changes.set_state(Selection((film,)), ("paused",), "idle", who)
         logger.info("%s paused %d films of the archive.", who, changed)
         return changed
 
@@ -203,8 +204,8 @@ class Archive:
         One that was not begun is ready again; another one is cancelled and keeps its track so far.
         """
         selection = self._resolved(where)
-        changed = self._store.set_state(selection, ("waiting", "paused"), "idle", who)
-        for film in self._store.ids(selection, *ACTIVE):
+        changed = self._changes.set_state(selection, ("waiting", "paused"), "idle", who)
+        for film in self._films.ids(selection, *ACTIVE):
             changed += self._cancelled(film)
         logger.info("%s cancelled %d films of the archive.", who, changed)
         return changed
@@ -224,30 +225,30 @@ class Archive:
         }
         if change.rig is not None or change.rig_name is not None:
             values |= self._rig(change)
-        films = self._store.ids(self._resolved(where))
-        changed = self._store.change(films, who, values, dict(change.header or {}))
+        films = self._films.ids(self._resolved(where))
+        changed = self._changes.change(films, who, values, dict(change.header or {}))
         self._intake.wake()
         logger.info("%s changed %d films of the archive.", who, changed)
         return changed
 
     def delete(self, where: Where, who: str) -> int:
         """Take films off the list; return their number. Their inspections stay."""
-        changed = self._store.delete(self._resolved(where))
+        changed = self._changes.delete(self._resolved(where))
         logger.info("%s took %d films off the list of the archive.", who, changed)
         return changed
 
     def progress(self, where: Where) -> ArchiveProgress:
         """Return the progress of the selected films as a whole."""
         selection = self._resolved(where)
-        tallies = self._store.tallies(selection)
+        tallies = self._films.tallies(selection)
         # What is stored of a running film is some seconds old.
-        stored = self._store.running(selection)
+        stored = self._films.running(selection)
         live = sum(
             progress.frames_done - stored[film]
             for film in stored
             if (progress := self._runs.progress(film)) is not None
         )
-        rate = throughput(self._store.last_ended(selection, LOOKED_AT))
+        rate = throughput(self._films.last_ended(selection, LOOKED_AT))
         left = sum(tallies[state].size for state in _TO_DO if state in tallies)
         return ArchiveProgress(
             states={state: tally.films for state, tally in tallies.items()},
@@ -263,12 +264,12 @@ class Archive:
 
     def failures(self, where: Where) -> list[Group]:
         """Return the selected films that failed or were refused, grouped by reason."""
-        return grouped(self._store.failures(self._resolved(where)))
+        return grouped(self._films.failures(self._resolved(where)))
 
     def _wait(
         self, where: Where, before: Sequence[FilmState], who: str, priority: int | None
     ) -> int:
-        changed = self._store.set_state(
+        changed = self._changes.set_state(
             self._resolved(where), before, "waiting", who, priority=priority
         )
         self._intake.wake()
@@ -286,7 +287,7 @@ class Archive:
         """Return a selection without a reason: the database holds whole sentences."""
         if where.reason is None:
             return where.selection
-        failures = self._store.failures(where.selection)
+        failures = self._films.failures(where.selection)
         ids = tuple(each.id for each in failures if reason_of(each) == where.reason)
         return replace(where.selection, ids=ids)
 
@@ -309,9 +310,9 @@ class Archive:
         return FilmView(row, progress or stored)
 
 
-def stored_rules(store: ArchiveStore) -> Rules:
+def stored_rules(store: RuleStore) -> Rules:
     """Return the stored rules; those of a new archive are empty."""
-    return Rules.model_validate(store.rules() or {})
+    return Rules.model_validate(store.get() or {})
 
 
 def version_of_rules(rules: Rules) -> str:

@@ -11,7 +11,7 @@ from typing import BinaryIO
 
 from app.archive.folders import modified_at
 from app.errors import FilmChanged, FilmMissing
-from app.storage.files import raise_if_full
+from app.storage.files import full_disk_reported
 
 _BLOCK = 4 * 2**20
 
@@ -40,7 +40,8 @@ def copy_film(
         with target.open("wb") as copy:
             done = 0
             while block := _read(film, source):
-                _write(copy, block)
+                with full_disk_reported():
+                    copy.write(block)
                 done += len(block)
                 on_progress(done)
             copy.flush()
@@ -78,11 +79,3 @@ def _read(film: BinaryIO, source: Path) -> bytes:
         return film.read(_BLOCK)
     except OSError as error:
         raise FilmMissing(f"The film cannot be read: {error.strerror}.") from error
-
-
-def _write(copy: BinaryIO, block: bytes) -> None:
-    try:
-        copy.write(block)
-    except OSError as error:
-        raise_if_full(error)
-        raise

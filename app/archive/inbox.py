@@ -25,7 +25,9 @@ from app.archive.assignment import Assignment
 from app.archive.folders import Found, files_below, is_film, looked_at
 from app.archive.intake import Intake
 from app.archive.paths import path_of
-from app.storage.archive import ArchiveStore
+from app.storage.archive_changes import ArchiveChanges
+from app.storage.archive_films import ArchiveFilms
+from app.storage.archive_rules import RuleStore
 from app.tracking.worker import Worker
 
 logger = logging.getLogger(__name__)
@@ -51,10 +53,19 @@ class Inbox(Worker):
     """Looks at the folder now and then, in its own thread."""
 
     def __init__(
-        self, store: ArchiveStore, intake: Intake, folder: Path, *, settle_s: float
+        self,
+        archive: ArchiveFilms,
+        changes: ArchiveChanges,
+        rules: RuleStore,
+        intake: Intake,
+        folder: Path,
+        *,
+        settle_s: float,
     ) -> None:
         super().__init__("archive-inbox", stop_timeout_s=_STOP_S)
-        self._store = store
+        self._archive = archive
+        self._changes = changes
+        self._rules = rules
         self._intake = intake
         self._folder = folder
         self._settle_s = settle_s
@@ -82,7 +93,7 @@ class Inbox(Worker):
             self._files = files_below(self._folder.resolve())
             return
         found = [self._looked_at(path) for path in portion if is_film(path.name)]
-        known = self._store.known(film.path for film in found)
+        known = self._archive.known(film.path for film in found)
         settled = [film for film in found if film.path not in known and self._has_settled(film)]
         if settled:
             written = being_written()
@@ -108,13 +119,13 @@ class Inbox(Worker):
         return film.problem is None
 
     def _add(self, films: list[Found]) -> None:
-        assigned = assigned_to(films, Assignment(stored_rules(self._store)), self._store)
+        assigned = assigned_to(films, Assignment(stored_rules(self._rules)), self._archive)
         now = datetime.now(UTC)
         rows = [
             row | {"state": "waiting", "wanted_at": now, "wanted_by": WHO}
             for row in columns(assigned, WHO)
         ]
-        added = self._store.add(rows)
+        added = self._changes.add(rows)
         without = sum(row["rig"] is None for row in rows if row["id"] in added)
         logger.info("The inbox added %d films, %d of them without a rig.", len(added), without)
         self._intake.wake()

@@ -41,7 +41,9 @@ from app.errors import (
 from app.inspections.films import Films
 from app.inspections.packs import Packs
 from app.logs import about
-from app.storage.archive import ArchiveStore, FilmRow, header_of
+from app.storage.archive_changes import header_of
+from app.storage.archive_intake import IntakeStore
+from app.storage.archive_selection import FilmRow
 from app.storage.files import DataFolder
 from app.storage.tables import ENDED, ArchiveFilm, Inspection
 from app.tracking.engines import Engine
@@ -90,7 +92,7 @@ class Intake(Worker):
 
     def __init__(
         self,
-        store: ArchiveStore,
+        store: IntakeStore,
         films: Films,
         tracking: Tracking,
         packs: Packs,

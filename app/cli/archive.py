@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-from app.cli.console import Data, err, out, print_rows
+from app.cli.console import Data, err, out, print_rows, settings_of
 
 if TYPE_CHECKING:
     from app.cli.client import Api  # slow to import
@@ -27,6 +27,7 @@ State = Literal[
     "unassigned", "ready", "waiting", "paused", "refused",
     "queued", "running", "done", "failed", "cancelled",
 ]  # fmt: skip
+"""As `app.storage.archive_selection.FilmState`, which is slow to import."""
 Search = Annotated[
     str | None, typer.Option(help="Only films with this text in name, path, project or asset.")
 ]
@@ -282,10 +283,8 @@ def rules(
 @contextmanager
 def _api(data: Path | None, folders: Sequence[Path] = (), *, tracks: bool = False) -> Iterator[Api]:
     from app.cli.client import api
-    from app.settings import Settings
 
-    settings = Settings.load() if data is None else Settings.load(data=data)
-    with api(settings, folders, tracks=tracks) as opened:
+    with api(settings_of(data), folders, tracks=tracks) as opened:
         yield opened
 
 

@@ -27,7 +27,7 @@ from app.errors import (
     UploadIncomplete,
     UploadTooLarge,
 )
-from app.storage.files import DataFolder, raise_if_full
+from app.storage.files import DataFolder, full_disk_reported
 from app.storage.uploads import UploadInfo, UploadStore, sync, write_all
 
 logger = logging.getLogger(__name__)
@@ -145,11 +145,8 @@ class Uploads:
 
     def _write(self, file: BinaryIO, block: bytes) -> None:
         self._folder.require_room(len(block))
-        try:
+        with full_disk_reported():
             write_all(file, block)
-        except OSError as error:
-            raise_if_full(error)
-            raise
 
     def delete(self, upload_id: str) -> None:
         """Delete an upload and its bytes."""

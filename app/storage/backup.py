@@ -33,9 +33,11 @@ import msgspec
 
 from app.errors import UnusableBackup
 from app.storage import keys, signing_key
-from app.storage.blobs import Blobs, FolderBlobs, StoredBlob, blobs_at
+from app.storage.blob_stores import blobs_at
+from app.storage.blobs import Blobs, StoredBlob
 from app.storage.database import FILE, stored_at
 from app.storage.files import DataFolder, raise_if_full, sync_folder
+from app.storage.folder_blobs import FolderBlobs
 from app.storage.sqlite import revision_of
 from app.storage.tables import ENDED
 

@@ -1,8 +1,8 @@
 """Files of the data folder; acknowledged content has been synced, with its folder.
 
-Films, photos, tiles and tracks are blobs under keys (`keys`), which lie in the folder unless the
-server has an object store (`blobs`). What grows, and what one server needs to resume its work, lies
-in the folder always: recordings, checkpoints, uploads, the database, keys and tokens.
+Films, photos, tiles and tracks are blobs under keys (`keys`, `blobs`), which lie in the folder
+unless the server has an object store. What grows, and what one server needs to resume its work,
+lies in the folder always: recordings, checkpoints, uploads, the database, keys and tokens.
 
 chainage.db
 token                                  the access token, mode 0600, unless CHAINAGE_TOKEN is set
@@ -31,6 +31,8 @@ import hashlib
 import os
 import secrets
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
@@ -159,16 +161,12 @@ def append_durably(path: Path, at: int, content: bytes | bytearray) -> int:
     length.
     """
     is_new = not path.exists()
-    try:
-        with path.open("wb" if is_new else "rb+") as file:
-            file.truncate(at)
-            file.seek(at)
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-    except OSError as error:
-        raise_if_full(error)
-        raise
+    with full_disk_reported(), path.open("wb" if is_new else "rb+") as file:
+        file.truncate(at)
+        file.seek(at)
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
     if is_new:
         sync_folder(path.parent)
     return at + len(content)
@@ -223,3 +221,13 @@ def raise_if_full(error: OSError) -> None:
     """Turn "no space left" and "quota exceeded" into DiskFull; let the rest pass."""
     if error.errno in NO_ROOM:
         raise DiskFull from error
+
+
+@contextmanager
+def full_disk_reported() -> Iterator[None]:
+    """Turn the errors of a full disk in the block into DiskFull."""
+    try:
+        yield
+    except OSError as error:
+        raise_if_full(error)
+        raise

@@ -321,7 +321,7 @@ class ArchiveFilm(Base):
     header: Mapped[dict[str, Any]]
     priority: Mapped[int] = mapped_column(default=0)
     state: Mapped[str] = mapped_column(String(10))
-    """idle, waiting, paused or refused; see `app.storage.archive`."""
+    """idle, waiting, paused or refused; see `app.storage.archive_selection`."""
     error_code: Mapped[str | None] = mapped_column(String(50))
     error_detail: Mapped[str | None] = mapped_column(Text)
     wanted_at: Mapped[datetime | None]

@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from app.errors import EngineUnavailable, WorkerLost
-from app.storage.blobs import Blobs, blobs_at
+from app.storage.blob_stores import blobs_at
+from app.storage.blobs import Blobs
 from app.tracking.engines import EngineState
 from app.tracking.run_files import RunFiles
 from app.tracking.runs import Run, Runs

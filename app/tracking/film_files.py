@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from app.storage import keys
-from app.storage.blobs import Blobs, FolderBlobs, StoredBlob
+from app.storage.blobs import Blobs, StoredBlob
 from app.storage.files import Places
+from app.storage.folder_blobs import FolderBlobs
 from app.storage.tables import Inspection
 
 

@@ -28,8 +28,9 @@ from app.jobs.chunks import gather, join
 from app.jobs.messages import Batch, FrameRange, JoinWallsRequest, KeptCheckpoint, Limits
 from app.jobs.parts import Mark
 from app.storage import keys
-from app.storage.blobs import Blobs, FolderBlobs
+from app.storage.blobs import Blobs
 from app.storage.files import Places
+from app.storage.folder_blobs import FolderBlobs
 from app.storage.runs import Outcome
 from app.tracking.film_run import FilmTracker
 from app.tracking.journal import batches_of, stamp_of

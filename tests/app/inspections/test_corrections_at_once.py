@@ -15,10 +15,10 @@ from reports import track_of
 
 from app.errors import ChangedMeanwhile
 from app.inspections.corrections import Corrections
-from app.storage.blobs import FolderBlobs
 from app.storage.corrections import CorrectionStore, Rescaling
 from app.storage.database import Database
 from app.storage.files import DataFolder, Places
+from app.storage.folder_blobs import FolderBlobs
 from app.storage.inspections import InspectionStore
 from app.storage.runs import RunStore
 from app.storage.tables import Inspection

@@ -15,10 +15,10 @@ from reports import track_of
 
 from app.inspections.corrections import Corrections
 from app.inspections.scaling import WHO, Scaling
-from app.storage.blobs import FolderBlobs
 from app.storage.corrections import CorrectionStore
 from app.storage.database import Database
 from app.storage.files import DataFolder
+from app.storage.folder_blobs import FolderBlobs
 from app.storage.inspections import InspectionStore
 from app.storage.runs import Outcome, RunStore
 from app.storage.tables import Inspection

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,10 @@ from builders import clip_rig
 from postgres import ON_BOTH
 
 from app.errors import ClaimLost, NoLongerWanted
-from app.storage.archive import ArchiveStore, Selection
+from app.storage.archive_changes import ArchiveChanges
+from app.storage.archive_films import ArchiveFilms
+from app.storage.archive_intake import IntakeStore
+from app.storage.archive_selection import Selection
 from app.storage.database import Database, stored_at
 from app.storage.tables import Inspection
 
@@ -24,10 +27,19 @@ ALL = Selection()
 pytestmark = ON_BOTH
 
 
+@dataclass(frozen=True)
+class Store:
+    """The archive of one database."""
+
+    films: ArchiveFilms
+    changes: ArchiveChanges
+    intake: IntakeStore
+
+
 @pytest.fixture
-def store(new_url: Callable[[], str | None], tmp_path: Path) -> Iterator[ArchiveStore]:
+def store(new_url: Callable[[], str | None], tmp_path: Path) -> Iterator[Store]:
     database = Database(stored_at(new_url(), tmp_path))
-    yield ArchiveStore(database)
+    yield Store(ArchiveFilms(database), ArchiveChanges(database), IntakeStore(database))
     database.close()
 
 
@@ -73,49 +85,49 @@ def inspection(name: str, **fields: Any) -> Inspection:
     return Inspection(**given | fields)
 
 
-def take(store: ArchiveStore, name: str, **fields: Any) -> None:
+def take(store: Store, name: str, **fields: Any) -> None:
     """Start a film and make an inspection of it."""
     only = Selection((name.ljust(32, "0"),))
-    assert store.set_state(only, ("ready",), "waiting", "me") == 1
-    claimed = store.claim_next("server", LATER)
+    assert store.changes.set_state(only, ("ready",), "waiting", "me") == 1
+    claimed = store.intake.claim_next("server", LATER)
     assert claimed is not None
-    store.take(claimed.film.id, "server", inspection(name, **fields), "test")
+    store.intake.take(claimed.film.id, "server", inspection(name, **fields), "test")
 
 
-def states(store: ArchiveStore) -> dict[str, str]:
-    _, rows = store.listed(ALL, "name", descending=False, offset=0, limit=100)
+def states(store: Store) -> dict[str, str]:
+    _, rows = store.films.listed(ALL, "name", descending=False, offset=0, limit=100)
     return {row.film.name: row.state for row in rows}
 
 
-def test_a_film_has_the_state_of_its_inspection_once_there_is_one(store: ArchiveStore) -> None:
-    store.add([film("a"), film("b"), film("c"), film("d"), film("e", rig=None)])
+def test_a_film_has_the_state_of_its_inspection_once_there_is_one(store: Store) -> None:
+    store.changes.add([film("a"), film("b"), film("c"), film("d"), film("e", rig=None)])
     for name, status in (("a", "done"), ("b", "failed"), ("c", "running")):
         take(store, name, status=status, frames_done=10)
     expected = {"a": "done", "b": "failed", "c": "running", "d": "ready", "e": "unassigned"}
     assert states(store) == expected
-    assert store.set_state(ALL, ("failed", "ready"), "waiting", "me") == 2
+    assert store.changes.set_state(ALL, ("failed", "ready"), "waiting", "me") == 2
     assert states(store) == expected | {"b": "waiting", "d": "waiting"}
-    assert store.set_state(ALL, ("waiting", "running"), "idle", "me") == 3
+    assert store.changes.set_state(ALL, ("waiting", "running"), "idle", "me") == 3
     assert states(store) == expected
-    tallies = store.tallies(ALL)
+    tallies = store.films.tallies(ALL)
     assert (tallies["done"].frames_done, tallies["done"].frames_total) == (10, 40)
     assert {state: tally.films for state, tally in tallies.items()} == {
         "done": 1, "failed": 1, "running": 1, "ready": 1, "unassigned": 1,
     }  # fmt: skip
 
 
-def test_a_path_is_added_once(store: ArchiveStore) -> None:
-    assert len(store.add([film("a"), film("b")])) == 2
+def test_a_path_is_added_once(store: Store) -> None:
+    assert len(store.changes.add([film("a"), film("b")])) == 2
     again = [film("c", path="/films/a.mp4"), film("d")]
-    assert store.add(again) == {"d".ljust(32, "0")}
-    assert store.known(["/films/a.mp4", "/films/x.mp4"]) == {"/films/a.mp4"}
+    assert store.changes.add(again) == {"d".ljust(32, "0")}
+    assert store.films.known(["/films/a.mp4", "/films/x.mp4"]) == {"/films/a.mp4"}
 
 
-def test_films_are_found_by_text_state_project_and_asset(store: ArchiveStore) -> None:
-    store.add([film("Abc", asset="C-1"), film("x_y", project="Q"), film("x%y", rig=None)])
+def test_films_are_found_by_text_state_project_and_asset(store: Store) -> None:
+    store.changes.add([film("Abc", asset="C-1"), film("x_y", project="Q"), film("x%y", rig=None)])
 
     def found(**fields: Any) -> list[str]:
-        total, rows = store.listed(
+        total, rows = store.films.listed(
             replace(ALL, **fields), "name", descending=True, offset=0, limit=10
         )
         assert total == len(rows)
@@ -127,70 +139,70 @@ def test_films_are_found_by_text_state_project_and_asset(store: ArchiveStore) ->
     assert found(states=("unassigned",)) == ["x%y"]
     assert (found(project="Q"), found(asset="C-1")) == (["x_y"], ["Abc"])
     assert found(ids=()) == []
-    total, rows = store.listed(ALL, None, descending=False, offset=2, limit=1)
+    total, rows = store.films.listed(ALL, None, descending=False, offset=2, limit=1)
     assert (total, [row.film.name for row in rows]) == (3, ["x_y"])
 
 
 def test_the_next_film_is_that_of_the_highest_priority_and_nobody_else_claims_it(
-    store: ArchiveStore,
+    store: Store,
 ) -> None:
-    store.add([film("a"), film("b", priority=5), film("c", rig=None, state="waiting")])
-    store.set_state(ALL, ("ready",), "waiting", "me")
-    first, second = (store.claim_next(server, LATER) for server in ("one", "two"))
+    store.changes.add([film("a"), film("b", priority=5), film("c", rig=None, state="waiting")])
+    store.changes.set_state(ALL, ("ready",), "waiting", "me")
+    first, second = (store.intake.claim_next(server, LATER) for server in ("one", "two"))
     assert first is not None
     assert second is not None
     assert (first.film.name, second.film.name) == ("b", "a")
-    assert store.claim_next("three", LATER) is None
-    again = store.claim_next("one", LAPSED)  # as after a restart
+    assert store.intake.claim_next("three", LATER) is None
+    again = store.intake.claim_next("one", LAPSED)  # as after a restart
     assert again is not None
     assert again.film.name == "b"
-    lapsed = store.claim_next("three", LATER)
+    lapsed = store.intake.claim_next("three", LATER)
     assert lapsed is not None
     assert lapsed.film.name == "b"
     with pytest.raises(ClaimLost):
-        store.take(first.film.id, "one", inspection("b"), "test")
+        store.intake.take(first.film.id, "one", inspection("b"), "test")
 
 
-def test_what_is_cancelled_meanwhile_becomes_no_inspection(store: ArchiveStore) -> None:
-    store.add([film("a")])
-    store.set_state(ALL, ("ready",), "waiting", "me")
-    claimed = store.claim_next("server", LATER)
+def test_what_is_cancelled_meanwhile_becomes_no_inspection(store: Store) -> None:
+    store.changes.add([film("a")])
+    store.changes.set_state(ALL, ("ready",), "waiting", "me")
+    claimed = store.intake.claim_next("server", LATER)
     assert claimed is not None
-    store.set_state(ALL, ("waiting",), "idle", "me")
+    store.changes.set_state(ALL, ("waiting",), "idle", "me")
     with pytest.raises(NoLongerWanted):
-        store.renew(claimed.film.id, "server", LATER)
+        store.intake.renew(claimed.film.id, "server", LATER)
     with pytest.raises(NoLongerWanted):
-        store.take(claimed.film.id, "server", inspection("a"), "test")
+        store.intake.take(claimed.film.id, "server", inspection("a"), "test")
     assert states(store) == {"a": "ready"}
 
 
-def test_a_change_reaches_the_inspections(store: ArchiveStore) -> None:
-    store.add([film("a"), film("b")])
+def test_a_change_reaches_the_inspections(store: Store) -> None:
+    store.changes.add([film("a"), film("b")])
     take(store, "a")
-    ids = store.ids(ALL)
-    changed = store.change(
+    ids = store.films.ids(ALL)
+    changed = store.changes.change(
         ids, "me", {"project": "Q", "priority": 4}, {"client": None, "year": 2001}
     )
     assert changed == 2
-    _, rows = store.listed(ALL, "name", descending=False, offset=0, limit=2)
+    _, rows = store.films.listed(ALL, "name", descending=False, offset=0, limit=2)
     assert [(row.film.project, row.film.priority) for row in rows] == [("Q", 4), ("Q", 4)]
-    store.set_state(ALL, ("ready",), "waiting", "me")
-    waiting = store.claim_next("server", LATER)
+    store.changes.set_state(ALL, ("ready",), "waiting", "me")
+    waiting = store.intake.claim_next("server", LATER)
     assert waiting is not None
     assert waiting.film.header == {"year": 2001}
-    store.set_state(ALL, ("queued",), "waiting", "me")
-    again = store.claim_next("another", LATER)
+    store.changes.set_state(ALL, ("queued",), "waiting", "me")
+    again = store.intake.claim_next("another", LATER)
     assert again is not None
     assert again.inspection is not None
     assert again.inspection.header == {"project": "Q", "year": 2001}
     assert again.inspection.priority == 4
 
 
-def test_unassigned_films_get_what_new_rules_say(store: ArchiveStore) -> None:
-    store.add([film("a", rig=None), film("b", rig=None), film("c")])
+def test_unassigned_films_get_what_new_rules_say(store: Store) -> None:
+    store.changes.add([film("a", rig=None), film("b", rig=None), film("c")])
 
     def given(path: str, relative: str) -> dict[str, Any] | None:
         return {"rig": clip_rig(), "rig_name": path} if relative == "a.mp4" else None
 
-    assert store.assign(given) == 1
+    assert store.changes.assign(given) == 1
     assert states(store) == {"a": "ready", "b": "unassigned", "c": "ready"}

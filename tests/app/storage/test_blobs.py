@@ -13,7 +13,8 @@ import pytest
 from object_stores import Line
 
 from app.errors import BlobNotFound, DiskFull, InvalidSettings, StoreUnavailable
-from app.storage.blobs import blobs_at, blocks
+from app.storage.blob_stores import blobs_at
+from app.storage.blobs import blocks
 
 FILM = "inspections/00ff/video.mp4"
 LARGE = 19 * 2**20
@@ -251,7 +252,7 @@ def test_a_copy_is_fetched_once_for_all_threads(object_store, line, tmp_path):
 HOLDER = """
 import sys
 from pathlib import Path
-from app.storage.blobs import blobs_at
+from app.storage.blob_stores import blobs_at
 with blobs_at(sys.argv[1], Path(sys.argv[2]), scratch_bytes=100).local("a.mp4") as path:
     print(path.name, flush=True)
     sys.stdin.read()

@@ -10,8 +10,8 @@ import pytest
 from builders import clip_rig
 
 from app.jobs.messages import Batch, Checkpoint, Gauged, KeptCheckpoint, Row, Seen, WallTile, encode
-from app.storage.blobs import FolderBlobs
 from app.storage.files import DataFolder
+from app.storage.folder_blobs import FolderBlobs
 from app.storage.tables import Inspection
 from app.tracking.journal import Journal
 from app.tracking.live import Live

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from builders import PATIENCE_S
 
-from app.storage.blobs import FolderBlobs
 from app.storage.files import Places
+from app.storage.folder_blobs import FolderBlobs
 from app.tracking.tracks import HealthColumns, Tracks
 from vo_core.geometry.stance import Stance
 from vo_core.geometry.tilt import MountTilt

@@ -10,7 +10,7 @@ from builders import PATIENCE_S, STEP_MM, Client, assert_error, wait_until
 
 from app.lab.simulation import SCENARIOS
 from app.lab.simulation.write import simulate
-from app.storage.blobs import FolderBlobs
+from app.storage.folder_blobs import FolderBlobs
 from app.tracking.live import Live, WallChanged
 from app.tracking.tracks import HealthColumns
 from app.tracking.unrolled import Unrolled
