@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -15,6 +14,7 @@ from pathlib import Path
 from builders import PATIENCE_S
 from distributed import Client
 from distributed.security import Security
+from ports import free_port
 
 CERTIFICATES = Path(__file__).parent.parent / "docker" / "certificates.sh"
 _FAST = {
@@ -31,9 +31,7 @@ class Cluster:
 
     def __init__(self, scratch: Path) -> None:
         self._scratch = scratch
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            self.port = free.getsockname()[1]
+        self.port = free_port()
         self.address = f"tls://127.0.0.1:{self.port}"
         scratch.mkdir(parents=True, exist_ok=True)
         shutil.copy(CERTIFICATES, scratch)

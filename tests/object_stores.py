@@ -15,6 +15,7 @@ from urllib.parse import urlsplit
 
 import httpx
 from builders import wait_until
+from ports import free_port
 
 CREDENTIALS = {"AWS_ACCESS_KEY_ID": "tests", "AWS_SECRET_ACCESS_KEY": "a-secret-of-the-tests"}
 
@@ -46,9 +47,7 @@ class ObjectStore:
 @contextlib.contextmanager
 def moto() -> Iterator[ObjectStore]:
     """Run a server until the block ends; its credentials are in the environment meanwhile."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     command = [sys.executable, "-m", "moto.server", "-H", "127.0.0.1", "-p", str(port)]
     before = dict(os.environ)
     os.environ.update(CREDENTIALS)

@@ -12,6 +12,7 @@ import hmac
 import logging
 import threading
 import time
+from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -38,6 +39,8 @@ MAX_CHECKED_PIECE = 16 * 2**20
 MOST_OF_A_TOKEN = 100
 """Most uploads of a token that have not become an inspection."""
 _BLOCK = 2**20
+_READ_S = 10.0
+"""How long an inspection waits for a page that still reads the first picture of its film."""
 _CLOCK_WAS_SET_S = 60.0
 """Jump of the clock that shows it was set, not just adjusted."""
 
@@ -69,8 +72,11 @@ class Uploads:
         self.max_bytes = max_bytes
         self._expiry_s = expiry_s
         self._clock_zero_s = _clock_zero_s()
-        self._lock, self._creating = threading.Lock(), threading.Lock()
+        self._creating = threading.Lock()
+        self._ended = threading.Condition()
+        """Guards the uses of uploads; notified when one ends."""
         self._busy: set[str] = set()
+        self._readers: Counter[str] = Counter()
 
     def create(self, length: int, filename: str, metadata: str, owner: str) -> str:
         """Create an upload of `length` bytes, announced by the token `owner`; return its id.
@@ -156,18 +162,14 @@ class Uploads:
 
     @contextmanager
     def held(self, upload_id: str) -> Iterator[tuple[Path, UploadInfo]]:
-        """Hold a complete upload, so that nobody else uses it meanwhile.
+        """Hold a complete upload for reading; others may read it too.
 
         Raises:
             UploadIncomplete: Bytes are missing.
+            UploadBusy: It is being changed or taken.
         """
-        with self._in_use(upload_id):
-            state = self.state(upload_id)
-            if state.offset != state.info.length:
-                raise UploadIncomplete(
-                    f"Only {state.offset} of {state.info.length} bytes of the video have arrived."
-                )
-            yield self._store.path(upload_id), state.info
+        with self._read(upload_id):
+            yield self._complete(upload_id)
 
     @contextmanager
     def take(self, upload_id: str) -> Iterator[tuple[Path, UploadInfo]]:
@@ -175,9 +177,17 @@ class Uploads:
 
         When the block ends without an exception the upload is deleted, otherwise it stays.
         """
-        with self.held(upload_id) as found:
-            yield found
+        with self._in_use(upload_id, _READ_S):
+            yield self._complete(upload_id)
             self._store.delete(upload_id)
+
+    def _complete(self, upload_id: str) -> tuple[Path, UploadInfo]:
+        state = self.state(upload_id)
+        if state.offset != state.info.length:
+            raise UploadIncomplete(
+                f"Only {state.offset} of {state.info.length} bytes of the video have arrived."
+            )
+        return self._store.path(upload_id), state.info
 
     def expire(self) -> None:
         """Delete abandoned uploads.
@@ -194,16 +204,41 @@ class Uploads:
                 self._store.delete(upload_id)
 
     @contextmanager
-    def _in_use(self, upload_id: str) -> Iterator[None]:
-        with self._lock:
-            if upload_id in self._busy:
-                raise UploadBusy("Another request is using this upload; try again in a moment.")
+    def _in_use(self, upload_id: str, patience_s: float = 0.0) -> Iterator[None]:
+        """Use an upload alone; wait so long until nobody reads it."""
+        with self._ended:
+            self._require_unused(upload_id)
             self._busy.add(upload_id)
+            is_alone = self._ended.wait_for(lambda: not self._readers[upload_id], patience_s)
+        try:
+            if not is_alone:
+                raise _busy()
+            yield
+        finally:
+            with self._ended:
+                self._busy.remove(upload_id)
+
+    @contextmanager
+    def _read(self, upload_id: str) -> Iterator[None]:
+        with self._ended:
+            self._require_unused(upload_id)
+            self._readers[upload_id] += 1
         try:
             yield
         finally:
-            with self._lock:
-                self._busy.remove(upload_id)
+            with self._ended:
+                self._readers[upload_id] -= 1
+                if not self._readers[upload_id]:
+                    del self._readers[upload_id]
+                self._ended.notify_all()
+
+    def _require_unused(self, upload_id: str) -> None:
+        if upload_id in self._busy:
+            raise _busy()
+
+
+def _busy() -> UploadBusy:
+    return UploadBusy("Another request is using this upload; try again in a moment.")
 
 
 async def _blocks(pieces: AsyncIterator[bytes]) -> AsyncIterator[bytes]:

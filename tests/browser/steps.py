@@ -6,7 +6,6 @@ import base64
 import json
 import os
 import re
-import socket
 import subprocess
 import sys
 import urllib.error
@@ -19,6 +18,7 @@ from typing import Self
 from urllib.parse import urlsplit
 
 from playwright.sync_api import Page, expect
+from ports import free_port
 
 TOKEN = "a-token-for-browser-tests-0123456789"  # noqa: S105
 START_LIMIT_S = 60
@@ -45,9 +45,7 @@ class Server:
         self._data = data
         self._settings = {f"CHAINAGE_{name.upper()}": value for name, value in settings.items()}
         self._process: subprocess.Popen[bytes] | None = None
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            self._port = probe.getsockname()[1]
+        self._port = free_port()
 
     @property
     def url(self) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -47,6 +48,18 @@ def test_the_first_picture_comes_with_its_axis_which_states_the_pitch(
     assert aim["pitch_deg"] == pytest.approx(TRUE_PITCH_DEG, abs=FOUND_WITHIN_DEG)
     # The upload is still there, and can become an inspection.
     assert shared.get(f"/api/uploads/{upload}/axis").status_code == 200
+
+
+def test_a_page_may_ask_for_everything_at_once(shared: Client, film: Path) -> None:
+    upload = shared.upload(film.read_bytes())
+    source = {"kind": "upload", "upload_id": upload}
+    made = {"name": "Crooked", "source": source, "rig": stated(), "header": {}}
+    asked = [f"/api/uploads/{upload}/{what}" for what in 2 * ("picture", "axis")]
+    with ThreadPoolExecutor(len(asked)) as threads:
+        assert [each.status_code for each in threads.map(shared.get, asked)] == [200] * len(asked)
+        threads.submit(shared.get, asked[0])
+        # An inspection waits for who still reads.
+        assert shared.post("/api/inspections", json=made).status_code == 201
 
 
 @pytest.mark.parametrize(("pitch_deg", "said_deg"), [(-3.0, 0.0), (5.0, 4.0)])
