@@ -139,7 +139,8 @@ class Server:
 
 def log_in(page: Page, server: Server, path: str = "/", token: str = TOKEN) -> None:
     """Start a session and open a page; the log-in page has its own tests."""
-    headers = {"Origin": server.url}
+    # The server may close an idle connection just when it is used again.
+    headers = {"Origin": server.url, "Connection": "close"}
     answer = page.context.request.post(
         f"{server.url}/api/login", data={"token": token}, headers=headers
     )

@@ -35,6 +35,27 @@ def open_settings(page: Page) -> None:
     expect(page.get_by_role("dialog", name="Settings")).to_be_visible()
 
 
+def test_settings_that_were_closed_before_their_lists_came_do_not_redraw_the_page(
+    page: Page, server: Server
+) -> None:
+    log_in(page, server)
+    lists: list[Route] = []
+    page.route("**/api/packs", lambda route: route.continue_() if lists else lists.append(route))
+    with page.expect_request("**/api/packs"):
+        open_settings(page)
+    page.keyboard.press("Escape")
+    open_settings(page)
+    saved: list[Route] = []
+    page.route("**/api/me/preferences", lambda route: saved.append(route))
+    with page.expect_request("**/api/me/preferences"):
+        page.get_by_label("Distances in").select_option("ft")
+    with page.expect_response("**/api/packs"):
+        lists[0].fulfill(json={"packs": []})
+    with page.expect_navigation():
+        saved[0].continue_()
+    expect(page.get_by_label("Distances in")).to_have_value("ft")
+
+
 def test_the_language_is_that_of_the_browser(browser: Browser, server: Server) -> None:
     page = browser.new_context(locale="ms-MY").new_page()
     page.goto(server.url)
@@ -122,14 +143,17 @@ def test_distances_are_in_feet_everywhere(page: Page, server: Server, inspection
     log_in(page, server, f"/inspections/{inspection}")
     expect(page.locator(".readout__unit")).to_have_text("m")
     open_settings(page)
-    page.get_by_label("Distances in").select_option("ft")
+    with page.expect_navigation():
+        page.get_by_label("Distances in").select_option("ft")
     expect(page.locator(".readout__unit")).to_have_text("ft")
     # The settings are still open, where they were: another choice may follow.
     expect(page.get_by_role("dialog", name="Settings")).to_be_visible()
     expect(page.get_by_label("Distances in")).to_be_focused()
-    page.get_by_role("combobox", name="Language").select_option("ms")
+    with page.expect_navigation():
+        page.get_by_role("combobox", name="Language").select_option("ms")
     expect(page.get_by_role("dialog", name="Tetapan")).to_be_visible()
-    page.get_by_role("combobox", name="Bahasa").select_option("en")
+    with page.expect_navigation():
+        page.get_by_role("combobox", name="Bahasa").select_option("en")
     expect(page.get_by_role("dialog", name="Settings")).to_be_visible()
     page.keyboard.press("Escape")
     expect(page.locator(".readout__interval")).to_have_text(re.compile(r"± \d+\.\d ft"))

@@ -14,6 +14,8 @@ import { bindKeysSection, keysMarkup } from './keys-section.js';
 
 /** Key in the session storage: the choice at which the redrawn page opens the settings again. */
 const REOPENED = 'chainage.settings';
+/** What the page before this one has left there. */
+const choiceLeft = sessionStorage.getItem(REOPENED);
 
 /**
  * Saves a choice and redraws the page with it: every word and number of it may change.
@@ -34,9 +36,9 @@ export async function redrawWith(changes, choice) {
 
 /** Opens the settings again after a change of language or units has redrawn the page. */
 export function reopenSettings() {
-  const choice = sessionStorage.getItem(REOPENED);
+  if (!choiceLeft) return;
   sessionStorage.removeItem(REOPENED);
-  if (choice) openSettings(choice);
+  openSettings(choiceLeft);
 }
 
 /**
@@ -46,6 +48,8 @@ export function reopenSettings() {
 export async function openSettings(choice) {
   const before = JSON.stringify(preferences.value);
   const { parts, closed } = openDialog({ title: t('settings.title'), content: content(), size: 'wide' });
+  // Compared when it is closed: the lists below may come later, and the next dialog may be open by then.
+  const isChanged = closed.then(() => JSON.stringify(preferences.value) !== before);
   const report = (text, isFault = false) => {
     parts.message.textContent = text;
     parts.message.classList.toggle('fault', isFault);
@@ -75,8 +79,7 @@ export async function openSettings(choice) {
     await showPacks(parts);
     await showQuickCodes(parts, save, report);
   }, report);
-  await closed;
-  if (JSON.stringify(preferences.value) !== before) location.reload();
+  if (await isChanged) location.reload();
 }
 
 const content = () => html`<section class="settings" aria-labelledby="settings-display">

@@ -132,7 +132,7 @@ def test_one_video_that_ends_every_process_fails_clearly(
     assert paced.wait(paced.inspect(clip))["status"] == "done", "the server goes on"
 
 
-def test_retry_begins_with_the_first_frame(
+def test_retry_of_a_cancelled_one_continues_at_its_checkpoint(
     paced: Client, film: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO, GOES_ON)
@@ -141,8 +141,8 @@ def test_retry_begins_with_the_first_frame(
     assert_error(paced.post(f"/api/inspections/{inspection_id}/retry"), 409, "still_running")
     assert checkpoint.exists()
     paced.post(f"/api/inspections/{inspection_id}/cancel")
-    assert not checkpoint.exists()
-    paced.post(f"/api/inspections/{inspection_id}/retry")
-    wait_until(lambda: children(TRACKER))
-    paced.post(f"/api/inspections/{inspection_id}/cancel")
     assert not resumed_at(caplog)
+    paced.post(f"/api/inspections/{inspection_id}/retry")
+    wait_until(lambda: resumed_at(caplog))
+    paced.post(f"/api/inspections/{inspection_id}/cancel")
+    assert checkpoint.exists()
