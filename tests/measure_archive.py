@@ -64,7 +64,7 @@ from vo_core import Rig, VideoFile  # noqa: E402
 PAGE = Path(__file__).parent.parent / "docs" / "archive_measured.md"
 TOKEN = "measured-by-a-script"  # noqa: S105
 CHAINAGE = [str(Path(sys.executable).with_name("chainage"))]
-SHORT_MM, LONG_MM = 600.0, 18_000.0
+SHORT_MM, LONG_MM = 600.0, 4500.0
 PATIENCE_S = 1800.0
 USERS, USING_S, SEARCH_EVERY_S = 20, 60.0, 5.0
 FILM_BYTES, FILM_FRAMES, FILM_M = 1e9, 22_500, 90.0
@@ -319,11 +319,10 @@ def kills(folder: Path, count: int, rounds: int) -> Rows:
         server.ask("POST", "/api/archive/start", json={"where": {}})
         began_s = time.monotonic()
         for _ in range(rounds):
-            if not under_way(server):
+            while not is_tracking(server):
                 passes += 1
                 differing |= set(differences(alone, site.results()))
                 track_again(server)
-            wait_for_run(server)
             victim = chance.choice(("worker", "scheduler", "server", "database"))
             killed[victim] += 1
             if victim == "worker":
@@ -453,13 +452,16 @@ def under_way(server: Server) -> bool:
     return any(found.get(state) for state in ("waiting", "queued", "running"))
 
 
-def wait_for_run(server: Server) -> None:
-    """Wait until a film is being tracked."""
+def is_tracking(server: Server) -> bool:
+    """Wait until a film is being tracked; return False if all are done."""
     deadline = time.monotonic() + PATIENCE_S
-    while not progress_of(server).get("running"):
+    while under_way(server):
+        if progress_of(server).get("running"):
+            return True
         if time.monotonic() > deadline:
             raise TimeoutError
         time.sleep(0.2)
+    return False
 
 
 def track_again(server: Server) -> None:
