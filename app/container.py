@@ -201,7 +201,12 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     photos.start()
     stack.callback(photos.stop)
     counter_queue = CounterQueue(
-        records.inspection_store, film_files, records.counter_files, limits=child_limits
+        records.inspection_store,
+        film_files,
+        records.counter_files,
+        limits=child_limits,
+        # The workers of a cluster have processors of their own.
+        has_others=run_store.are_queued if settings.dask is None else lambda: False,
     )
     stack.enter_context(live.listening(None, relay.of_here(counter_queue.on_event)))
     counter_queue.start()

@@ -96,6 +96,11 @@ class RunStore:
 
         return self._database.write(adopt)
 
+    def are_queued(self) -> bool:
+        """Return whether inspections wait to be tracked."""
+        with self._database.read() as session:
+            return session.scalar(_FIRST_QUEUED) is not None
+
     def claim_next(self, owner: str, claim_s: float) -> Inspection | None:
         """Claim the queued inspection that is first in order, or one whose claim has lapsed.
 

@@ -9,7 +9,7 @@ from typing import Any
 import counter_drives
 import numpy as np
 import pytest
-from builders import Client, assert_error, serving, wait_until
+from builders import Client, assert_error, make_clip, serving, wait_until
 from counter_drives import STEP_MM, CounterDrive
 
 DRIVE = CounterDrive()
@@ -87,6 +87,22 @@ def test_the_counter_is_read_after_the_tracking_and_compared_with_it(
     assert stuck["first_frame"] == pytest.approx(80, abs=4)
     assert stuck["last_frame"] == pytest.approx(112, abs=4)
     assert (reset["first_frame"], reset["last_frame"]) == (149, 150)
+
+
+def test_counters_that_nobody_asked_for_wait_while_films_do(films: Path, tmp_path: Path) -> None:
+    film = counter_drives.write(CounterDrive(20, stuck=None, reset_at=None), films / "few.mp4")
+    long = make_clip(films / "long.mp4", 100)
+    with serving(tmp_path, max_jobs=1, pace=0.4) as client:
+        first, second = inspect(client, film), inspect(client, film)
+        running, queued = client.inspect(long), client.inspect(long)
+        client.wait(running, "running")
+        assert client.inspection(queued)["status"] == "queued"
+        state(client, second, is_present=True)
+        assert settled(client, second)["state"] == "read"
+        assert counter(client, first)["state"] == "waiting"
+        for each in (queued, running):
+            client.post(f"/api/inspections/{each}/cancel")
+        assert settled(client, first)["state"] == "read"
 
 
 def test_the_readings_come_as_a_table_and_as_columns(desk: Client, driven: str) -> None:
