@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import logging
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import timedelta
 from pathlib import Path
@@ -110,13 +110,17 @@ class ObjectBlobs:
 
     def listed(self, folder: str) -> Iterator[Blob]:
         """Ask for one page of keys after another."""
+        for page in self._pages(folder):
+            yield from (_described(meta["path"], meta) for meta in page)
+
+    def _pages(self, folder: str) -> Iterator[Sequence[ObjectMeta]]:
         pages = self._store.list(checked_key(folder), chunk_size=_PAGE)
         while True:
             with self._answers(folder):
                 page = next(pages, None)
             if page is None:
                 return
-            yield from (_described(meta["path"], meta) for meta in page)
+            yield page
 
     def delete(self, key: str) -> None:
         """Delete the object."""
@@ -128,12 +132,8 @@ class ObjectBlobs:
 
     def delete_all(self, folder: str) -> None:
         """Delete one page of objects after another."""
-        pages = self._store.list(checked_key(folder), chunk_size=_PAGE)
-        while True:
+        for page in self._pages(folder):
             with self._answers(folder):
-                page = next(pages, None)
-                if page is None:
-                    return
                 self._store.delete([meta["path"] for meta in page])
 
     @contextmanager
