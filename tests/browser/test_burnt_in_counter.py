@@ -10,7 +10,7 @@ import counter_drives
 import pytest
 from counter_drives import STEP_MM, CounterDrive
 from looks import expect_no_fault
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Locator, Page, Route, expect
 from steps import Server, log_in
 
 DRIVE = CounterDrive()
@@ -127,16 +127,27 @@ def test_a_person_states_the_unit_draws_the_box_and_says_that_there_is_none(
     expect(section).to_contain_text("the film shows no counter")
     assert stored(server, unclear, "counter")["state"] == "declined"
 
+    # A picture that comes late moves nothing: the box stays where it was drawn.
+    held: list[Route] = []
+    page.route("**/frames/*.jpg", lambda route: held.append(route))
     section.get_by_role("button", name="Draw its box").click()
     dialog = page.get_by_role("dialog")
     expect(dialog.get_by_role("button", name="Read the counter in this box")).to_be_disabled()
-    box = dialog.locator(".counter-box__drawing").bounding_box()
+    drawing = dialog.locator(".counter-box__drawing")
+    box = drawing.bounding_box()
     assert box
     across, down = box["width"] / counter_drives.WIDTH, box["height"] / counter_drives.HEIGHT
     page.mouse.move(box["x"] + 4 * across, box["y"] + 212 * down)
     page.mouse.down()
     page.mouse.move(box["x"] + 160 * across, box["y"] + 236 * down, steps=4)
     page.mouse.up()
+    for route in held:
+        route.continue_()
+    page.unroute("**/frames/*.jpg")
+    page.wait_for_function(
+        "() => document.querySelector('dialog .counter-box__picture img').complete"
+    )
+    assert drawing.bounding_box() == box
     page.keyboard.press("Shift+Control+ArrowLeft")
     expect_no_fault(page)
     dialog.get_by_role("button", name="Read the counter in this box").click()

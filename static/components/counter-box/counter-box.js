@@ -36,7 +36,7 @@ class CounterBox extends Component {
     this.#box = box;
     this.parts = render(
       this,
-      html`<div class="counter-box__picture">
+      html`<div class="counter-box__picture" data-part="frame">
           <img src="${source}" width="${width}" height="${height}" alt="${alt}" draggable="false" />
           <svg class="counter-box__drawing" viewBox="0 0 ${width} ${height}" data-part="drawing" tabindex="0"
             role="application" aria-label="${t('counter.box')}" aria-describedby="counter-box-help">
@@ -46,7 +46,8 @@ class CounterBox extends Component {
         <p class="visually-hidden" role="status" data-part="said"></p>
         <p class="help" id="counter-box-help">${t('counter.box_help')}</p>`,
     );
-    const { drawing } = this.parts;
+    const { drawing, frame } = this.parts;
+    frame.style.setProperty('--aspect', width / height);
     this.listen(drawing, 'pointerdown', (event) => {
       if (event.button !== 0) return;
       event.preventDefault();
