@@ -64,6 +64,15 @@ class _Place:
         return Box(int(corners[:, 0].min()), int(top), int(corners[:, 2].max()), int(bottom))
 
 
+@dataclass(frozen=True)
+class _Line:
+    """A burnt-in line that reads as a distance."""
+
+    box: Box
+    found: list[Distance]
+    """Its readings, in the pictures in which it has one."""
+
+
 def find_counter(
     pictures: Sequence[ByteImage],
     lines: Sequence[Sequence[Box]],
@@ -79,6 +88,33 @@ def find_counter(
         within: A part of the picture that holds the counter and perhaps other lines; there the
             counter may lack a decimal point.
     """
+    line = _best_line(pictures, lines, read, within)
+    if line is None:
+        return None
+    units = [distance.unit for distance in line.found if distance.unit]
+    box = _fitted(line.box, pictures[:: -(-len(pictures) // FITTED_ON)], read)
+    return CounterPlace(
+        box=box,
+        decimals=_most_frequent([distance.decimals for distance in line.found]),
+        unit=_most_frequent(units) if len(units) > LEAST_SHARE * len(line.found) else "",
+        has_fields=_has_fields([box.of(picture) for picture in pictures], read),
+    )
+
+
+def shows_counter(
+    pictures: Sequence[ByteImage], lines: Sequence[Sequence[Box]], read: Read
+) -> bool:
+    """Whether `find_counter` can find one; it takes the same arguments and more time."""
+    return _best_line(pictures, lines, read, None) is not None
+
+
+def _best_line(
+    pictures: Sequence[ByteImage],
+    lines: Sequence[Sequence[Box]],
+    read: Read,
+    within: Box | None,
+) -> _Line | None:
+    """The line that resembles a counter most, or None if none does."""
     places: list[_Place] = []
     for found_lines in lines:
         for box in found_lines:
@@ -92,15 +128,7 @@ def find_counter(
     best = max(range(len(boxes)), key=lambda n: scores[n], default=None)
     if best is None or scores[best] <= 0:
         return None
-    found = [distance for distance in readings[best] if distance is not None]
-    units = [distance.unit for distance in found if distance.unit]
-    box = _fitted(boxes[best], pictures[:: -(-len(pictures) // FITTED_ON)], read)
-    return CounterPlace(
-        box=box,
-        decimals=_most_frequent([distance.decimals for distance in found]),
-        unit=_most_frequent(units) if len(units) > LEAST_SHARE * len(found) else "",
-        has_fields=_has_fields([box.of(picture) for picture in pictures], read),
-    )
+    return _Line(boxes[best], [distance for distance in readings[best] if distance is not None])
 
 
 def _distances(box: Box, pictures: Sequence[ByteImage], read: Read) -> list[Distance | None]:
