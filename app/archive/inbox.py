@@ -97,7 +97,8 @@ class Inbox(Worker):
         settled = [film for film in found if film.path not in known and self._has_settled(film)]
         if settled:
             written = being_written()
-            self._add([film for film in settled if path_of(film.path) not in written])
+            if complete := [film for film in settled if self._is_complete(film, written)]:
+                self._add(complete)
 
     def _looked_at(self, path: Path) -> Found:
         root = self._folder.resolve()
@@ -117,6 +118,11 @@ class Inbox(Worker):
             logger.warning("In the inbox, %r: %s", film.relative, film.problem.detail)
             self._reported.add(path)
         return film.problem is None
+
+    def _is_complete(self, film: Found, written: set[Path]) -> bool:
+        """Whether nobody writes a settled film, nor has written its end since it was looked at."""
+        path = path_of(film.path)
+        return path not in written and self._looked_at(path) == film
 
     def _add(self, films: list[Found]) -> None:
         assigned = assigned_to(films, Assignment(stored_rules(self._rules)), self._archive)

@@ -214,14 +214,24 @@ class CounterQueue(Worker):
 
     def _next(self) -> str | None:
         """Take the next inspection to look at; None, after a while, if all of them must wait."""
-        must_wait = self._must_wait()
+        inspection_id = self._take(are_asked=True)
+        if inspection_id is None and not self._must_wait():
+            inspection_id = self._take(are_asked=False)
+        if inspection_id is None:
+            with self._changed:
+                self._changed.wait_for(
+                    lambda: self._stopping or any(self._due.values()), _LOOK_AGAIN_S
+                )
+        return inspection_id
+
+    def _take(self, *, are_asked: bool) -> str | None:
+        """Take the oldest inspection for which a person has asked, or the oldest other one."""
         with self._changed:
-            for inspection_id, is_asked in self._due.items():
-                if is_asked or not must_wait:
-                    del self._due[inspection_id]
-                    return inspection_id
-            self._changed.wait_for(lambda: self._stopping or any(self._due.values()), _LOOK_AGAIN_S)
-            return None
+            due = (each for each, is_asked in self._due.items() if is_asked == are_asked)
+            inspection_id = next(due, None)
+            if inspection_id is not None:
+                del self._due[inspection_id]
+            return inspection_id
 
     def _must_wait(self) -> bool:
         try:
