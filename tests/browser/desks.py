@@ -19,6 +19,18 @@ DRAWN_AND_STATED = """() => {
   return [drawn, Number(/frame (\\d+)/.exec(stated)[1])];
 }"""
 
+# What the page of an ended inspection reads when it is opened; nothing is read again by itself.
+HAS_READ = """() => {
+  const desk = document.querySelector('inspection-page')?.desk;
+  return desk?.observations.isRead && desk.corrections.value && desk.checks.value
+    && desk.live.state === 'OPEN' && !desk.inspection.isUnfinished;
+}"""
+
+
+def expect_read(page: Page) -> None:
+    """The page of an ended inspection has read everything, and follows what changes."""
+    page.wait_for_function(HAS_READ)
+
 
 def expect_frame(page: Page, frame: int | str) -> None:
     """The transport states it; a string is a regular expression."""

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from clips import numbered_clip, rig_for_clip
+from desks import expect_read
 from playwright.sync_api import Browser, Locator, Page, Route, expect
 from steps import TOKEN, Server, log_in
 
@@ -57,7 +58,7 @@ def reload(page: Page, defects: int = 1) -> None:
 
 def expect_listed(page: Page, defects: int) -> None:
     expect(page.locator(".defect")).to_have_count(defects)
-    page.wait_for_load_state("networkidle")
+    expect_read(page)
 
 
 def read(server: Server, path: str) -> dict:
@@ -714,7 +715,6 @@ def test_a_zero_that_was_overtaken_waits_as_a_draft(desk: Page, server: Server, 
     unstated = read(server, f"{path}/corrections")
     desk.route("**/corrections", lambda route: route.fulfill(json=unstated))
     state_zero(server, path, 0.25)
-    desk.wait_for_load_state("networkidle")
     desk.unroute("**/corrections")
     desk.keyboard.press("z")
     found = versions(question(desk))

@@ -7,7 +7,7 @@ import re
 
 import pytest
 from clips import numbered_clip, wide_rig
-from desks import delete_observations, expect_frame, expect_saved, observations
+from desks import delete_observations, expect_frame, expect_read, expect_saved, observations
 from lines import Line
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
@@ -64,7 +64,7 @@ def test_changes_are_saved_after_a_line_that_breaks_within_answers(
         page.get_by_role("tab", name="Header").click()
         asset = page.get_by_role("textbox", name="Asset", exact=True)
         expect(asset).to_be_visible()
-        page.wait_for_load_state("networkidle")
+        expect_read(page)
         line.breaks = True
         asset.fill("KL-204")
         asset.blur()
