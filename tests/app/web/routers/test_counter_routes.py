@@ -90,7 +90,8 @@ def test_the_counter_is_read_after_the_tracking_and_compared_with_it(
 
 
 def test_counters_that_nobody_asked_for_wait_while_films_do(films: Path, tmp_path: Path) -> None:
-    film = counter_drives.write(CounterDrive(20, stuck=None, reset_at=None), films / "few.mp4")
+    drive = CounterDrive(20, stuck=None, reset_at=None, has_counter=False)
+    film = counter_drives.write(drive, films / "few.mp4")
     long = make_clip(films / "long.mp4", 100)
     with serving(tmp_path, max_jobs=1, pace=0.4) as client:
         first, second = inspect(client, film), inspect(client, film)
@@ -98,11 +99,11 @@ def test_counters_that_nobody_asked_for_wait_while_films_do(films: Path, tmp_pat
         client.wait(running, "running")
         assert client.inspection(queued)["status"] == "queued"
         state(client, second, is_present=True)
-        assert settled(client, second)["state"] == "read"
+        assert settled(client, second)["state"] == "not_found"
         assert counter(client, first)["state"] == "waiting"
         for each in (queued, running):
             client.post(f"/api/inspections/{each}/cancel")
-        assert settled(client, first)["state"] == "read"
+        assert settled(client, first)["state"] == "not_found"
 
 
 def test_the_readings_come_as_a_table_and_as_columns(desk: Client, driven: str) -> None:
