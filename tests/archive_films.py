@@ -54,8 +54,9 @@ def _render(folder: Path, length_mm: float, number: int) -> None:
     if path.exists():
         return
     scenario = SCENARIOS[QUALITIES[number % len(QUALITIES)]]
-    own = replace(scenario, rig=Rig.parse(half_size(scenario.rig)), seed=1000 + number)
+    small = Rig.parse(half_size(scenario.rig))
+    own = replace(scenario, rig=small, seed=1000 + number, length_mm=length_mm)
     path.parent.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder) as made:
-        simulate(own.shortened(length_mm), Path(made))
+        simulate(own, Path(made))
         shutil.move(Path(made, "video.mp4"), path)

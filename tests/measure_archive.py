@@ -64,7 +64,7 @@ from vo_core import Rig, VideoFile  # noqa: E402
 PAGE = Path(__file__).parent.parent / "docs" / "archive_measured.md"
 TOKEN = "measured-by-a-script"  # noqa: S105
 CHAINAGE = [str(Path(sys.executable).with_name("chainage"))]
-SHORT_MM, LONG_MM = 600.0, 4500.0
+SHORT_MM, LONG_MM = 600.0, 15_000.0
 PATIENCE_S = 1800.0
 USERS, USING_S, SEARCH_EVERY_S = 20, 60.0, 5.0
 FILM_BYTES, FILM_FRAMES, FILM_M = 1e9, 22_500, 90.0
