@@ -107,8 +107,11 @@ class Server:
         response: HTTPResponse = urllib.request.urlopen(request, timeout=timeout_s)  # noqa: S310
         return response
 
-    def track(self, video: Path, rig: Path) -> str:
-        """Upload, track and wait for the end, like a program; return the inspection's id."""
+    def track(self, video: Path, rig: Path, *, has_counter: bool = False) -> str:
+        """Upload, track and wait for the end, like a program; return the inspection's id.
+
+        A counter is searched only where there is one: it takes longer than to track a short film.
+        """
         content = video.read_bytes()
         tus = {"Tus-Resumable": "1.0.0"}
         name = base64.b64encode(video.name.encode()).decode()
@@ -118,7 +121,12 @@ class Server:
         piece = {"Content-Type": "application/offset+octet-stream", "Upload-Offset": "0"}
         self.ask("PATCH", upload, content, tus | piece)
         source = {"kind": "upload", "upload_id": upload.rsplit("/", 1)[1]}
-        wanted = {"name": video.stem, "source": source, "rig": json.loads(rig.read_text())}
+        wanted = {
+            "name": video.stem,
+            "source": source,
+            "rig": json.loads(rig.read_text()),
+            "counter": {"is_present": has_counter},
+        }
         made = json.load(self.ask("POST", "/api/inspections", wanted))
         deadline = monotonic() + TRACK_LIMIT_S
         while (now := json.load(self.ask("GET", f"/api/inspections/{made['id']}")))[

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import counter_drives
 import pytest
 from counter_drives import STEP_MM, CounterDrive
+from counter_surveys import DRIVE, faulty_drive
 from looks import expect_no_fault
 from playwright.sync_api import Locator, Page, Route, expect
 from steps import Server, log_in
-
-DRIVE = CounterDrive()
+from surveys import Survey
 
 
 @pytest.fixture(scope="module")
@@ -24,10 +25,20 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def faulty(server: Server, rig: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
+def survey(tmp_path_factory: pytest.TempPathFactory) -> Survey:
+    return faulty_drive(tmp_path_factory)
+
+
+@pytest.fixture(scope="module")
+def server(survey: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(survey.copied_to(tmp_path_factory.mktemp("data"))) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def faulty(survey: Survey) -> str:
     """Its counter counts 2 % too little, stuck once, and was set to 0 once."""
-    film = counter_drives.write(DRIVE, tmp_path_factory.mktemp("film") / "faulty.mp4")
-    return server.track(film, rig)
+    return survey.id
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +46,9 @@ def unclear(server: Server, rig: Path, tmp_path_factory: pytest.TempPathFactory)
     """Shows no unit."""
     drive = CounterDrive(50, unit="", stuck=None, reset_at=None)
     return server.track(
-        counter_drives.write(drive, tmp_path_factory.mktemp("film") / "unclear.mp4"), rig
+        counter_drives.write(drive, tmp_path_factory.mktemp("film") / "unclear.mp4"),
+        rig,
+        has_counter=True,
     )
 
 
@@ -171,7 +184,9 @@ def test_the_date_of_the_film_is_offered_for_the_header(
     page: Page, server: Server, rig: Path, tmp_path: Path
 ) -> None:
     drive = CounterDrive(12, stuck=None, reset_at=None, has_counter=False, date="2019/05/17")
-    inspection = server.track(counter_drives.write(drive, tmp_path / "dated.mp4"), rig)
+    inspection = server.track(
+        counter_drives.write(drive, tmp_path / "dated.mp4"), rig, has_counter=True
+    )
     log_in(page, server, f"/inspections/{inspection}")
     page.get_by_role("tab", name="Header").click()
     offer = page.get_by_role("button", name="From the film: 2019-05-17 – use")

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from builders import Client, assert_error, make_clip, serving, wait_until
 from counter_drives import STEP_MM, CounterDrive
+from counter_surveys import DRIVE, counter, faulty_drive, inspect, settled
+from surveys import Survey, served
 
-DRIVE = CounterDrive()
 TICK_MM = 10.0
 
 
@@ -22,17 +23,20 @@ def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
-    with serving(tmp_path_factory.mktemp("data")) as client:
+def survey(tmp_path_factory: pytest.TempPathFactory) -> Survey:
+    return faulty_drive(tmp_path_factory)
+
+
+@pytest.fixture(scope="module")
+def desk(survey: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+    with served(survey, tmp_path_factory.mktemp("data"), None) as client:
         yield client
 
 
 @pytest.fixture(scope="module")
-def driven(desk: Client, films: Path) -> str:
-    """An inspection whose counter is read: stuck once, then set to 0."""
-    inspection = inspect(desk, counter_drives.write(DRIVE, films / "faults.mp4"))
-    assert settled(desk, inspection)["state"] == "read"
-    return inspection
+def driven(survey: Survey) -> str:
+    """An inspection on `desk` whose counter is read."""
+    return survey.id
 
 
 @pytest.fixture(scope="module")
@@ -41,24 +45,6 @@ def short(films: Path) -> Path:
     return counter_drives.write(
         CounterDrive(50, unit="", stuck=None, reset_at=None), films / "short.mp4"
     )
-
-
-def inspect(client: Client, film: Path, **fields: Any) -> str:
-    return client.inspect(film, rig=counter_drives.rig(), **fields)
-
-
-def counter(client: Client, inspection: str) -> dict[str, Any]:
-    return dict(client.get(f"/api/inspections/{inspection}/counter").json())
-
-
-def settled(client: Client, inspection: str) -> dict[str, Any]:
-    """Wait until it is not being read any more."""
-
-    def look() -> dict[str, Any] | None:
-        found = counter(client, inspection)
-        return found if found["state"] != "waiting" else None
-
-    return wait_until(look)
 
 
 def state(client: Client, inspection: str, **stated: Any) -> dict[str, Any]:
@@ -150,7 +136,7 @@ def test_a_counter_without_a_unit_is_compared_once_somebody_states_it(
 
 
 def test_a_person_draws_the_box_or_says_that_there_is_none(desk: Client, short: Path) -> None:
-    inspection = inspect(desk, short, counter={"is_present": False})
+    inspection = inspect(desk, short, is_present=False)
     desk.wait(inspection)
     assert counter(desk, inspection)["state"] == "declined"
     # No text stands there.
@@ -226,8 +212,8 @@ def test_who_is_not_logged_in_or_names_no_inspection_gets_nothing(
         assert_error(desk.request(method, url, **body), 404, "inspection_not_found")
 
 
-def test_the_counter_of_an_upload_is_found(desk: Client, films: Path, driven: str) -> None:
-    upload = desk.upload((films / "faults.mp4").read_bytes())
+def test_the_counter_of_an_upload_is_found(desk: Client, driven: str) -> None:
+    upload = desk.upload(desk.get(f"/api/inspections/{driven}/video").content)
     found = desk.get(f"/api/uploads/{upload}/counter").json()
     assert found["box"] == counter(desk, driven)["box"]
     assert (found["width"], found["height"], found["unit"]) == (320, 240, "m")
