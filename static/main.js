@@ -1,11 +1,13 @@
 /** Shows the page that belongs to the address. */
 
 import { session } from './core/api.js';
+import { keepPage } from './core/kept-page.js';
 import { isKeyOn } from './core/keys.js';
 import { preferences } from './core/preferences.js';
 import { may } from './core/rights.js';
 import { t } from './core/words.js';
 import { showInsecure } from './components/insecure-banner/insecure-banner.js';
+import { showKept } from './components/kept-banner/kept-banner.js';
 import { reopenSettings } from './components/settings-dialog/settings-dialog.js';
 import { toastError } from './components/toast-stack/toast-stack.js';
 import './components/archive-add/archive-add.js';
@@ -59,6 +61,8 @@ if (!may('operator')) {
   page.before(note);
 }
 showInsecure();
+showKept();
+keepPage();
 
 // Changed on another device: every word and number of the page may change.
 if (await preferences.load()) location.reload();

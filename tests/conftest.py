@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Generator, Iterator
+from functools import partial
 from pathlib import Path
 
 # Two test processes share two cores.  The threads of OpenBLAS, which reads this when NumPy is
@@ -183,5 +184,8 @@ def browser() -> Iterator[Browser]:
                     "`playwright install chromium`, then run the browser tests again."
                 )
         running = playwright.chromium.launch(executable_path=path, args=CHROMIUM_FLAGS)
+        # What a service worker requests cannot be routed by a test.
+        running.new_context = partial(running.new_context, service_workers="block")  # type: ignore[method-assign]
+        running.new_page = partial(running.new_page, service_workers="block")  # type: ignore[method-assign]
         yield running
         running.close()

@@ -25,6 +25,13 @@ export class ApiError extends Error {
   }
 }
 
+/**
+ * When the server sent this page, if it was opened from what this browser has kept (`service-worker.js`): then
+ * what the page reads may be kept too.
+ * @type {string|undefined}
+ */
+export const keptSince = document.documentElement.dataset.kept;
+
 /** Fires `signed-out` when the server no longer accepts this browser's session. */
 export const session = new EventTarget();
 
@@ -36,7 +43,8 @@ export const session = new EventTarget();
  *     allow: failing statuses that the caller handles
  */
 export async function send(method, path, { headers = {}, body, signal, allow = [] } = {}) {
-  const response = await reached(fetch(path, { method, headers, body, signal, credentials: 'same-origin' }));
+  const all = keptSince === undefined ? headers : { ...headers, 'Chainage-Kept': 'yes' };
+  const response = await reached(fetch(path, { method, headers: all, body, signal, credentials: 'same-origin' }));
   if (response.ok || allow.includes(response.status)) return response;
   if (response.status === 401) session.dispatchEvent(new Event('signed-out'));
   throw await refusal(response);

@@ -26,7 +26,7 @@ def _occurrences(pattern: str, suffixes: tuple[str, ...] = (".js", ".html")) -> 
     ("pattern", "places"),
     [
         (r"\.(inner|outer)HTML|insertAdjacentHTML|document\.write", ["core/html.js"]),
-        (r"(?<!#)\bfetch\(", ["core/api.js"]),
+        (r"(?<!#)\bfetch\(", ["core/api.js", "service-worker.js"]),
         (r"new WebSocket\b", ["core/live.js"]),
         (r"\bstyle=", []),
         (r"<script(?![^>]*\bsrc=)", []),

@@ -126,6 +126,16 @@ def shell(request: Request, principal: PrincipalDep) -> Response:
     return HTMLResponse(_with_facts(versioned, request, role=principal.role), headers=_ASKED)
 
 
+@router.get("/service-worker.js")
+@viewer
+def service_worker() -> Response:
+    """Return the worker that opens the page without the server; it stands here because a worker
+    answers only for paths below its own.
+    """
+    script = (static_folder() / "service-worker.js").read_bytes()
+    return Response(script, media_type="text/javascript", headers=_ASKED)
+
+
 def _with_facts(page: str, request: Request, **facts: str) -> str:
     """Add what a page needs before its first paint, as `data-` attributes of its root element."""
     if request.app.state.is_insecure:

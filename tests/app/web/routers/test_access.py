@@ -58,10 +58,11 @@ def test_a_page_names_two_files_that_hold_all_its_modules_and_style_sheets(share
     kinds = {path: shared.get(path).headers["Content-Type"] for path in named}
     assert [kind.partition(";")[0] for kind in kinds.values()] == [
         "image/svg+xml",
+        "application/manifest+json",
         "text/javascript",
         "text/css",
     ]
-    script = shared.get(named[1]).text
+    script = shared.get(named[2]).text
     assert len(set(re.findall(r"^// ([\w./-]+\.js)$", script, re.MULTILINE))) > 100
 
 
