@@ -10,7 +10,7 @@ from collections.abc import Callable, Generator, Iterator
 from functools import partial
 from pathlib import Path
 
-# Two test processes share two cores.  The threads of OpenBLAS, which reads this when NumPy is
+# Three test processes share two cores.  The threads of OpenBLAS, which reads this when NumPy is
 # imported, would wait for each other busily: calibrations of a film took 4 to 10 times as long.
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 

@@ -12,7 +12,8 @@ from playwright.sync_api import Page, expect
 from steps import Server, log_in
 
 PADDING_BYTES = 24_000_000
-BYTES_PER_S = 4_000_000
+BYTES_PER_S, RELOADED_BYTES_PER_S = 4_000_000, 1_500_000
+"""Upload, at first, and until the page is reloaded before its last piece has arrived."""
 
 
 @pytest.fixture(scope="module")
@@ -24,14 +25,14 @@ def large_video(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return video
 
 
-def _slow_down(page: Page) -> None:
+def _slow_down(page: Page, bytes_per_s: int) -> None:
     network = page.context.new_cdp_session(page)
     network.send("Network.enable")
     network.send(
         "Network.emulateNetworkConditions",
         {
             "offline": False, "latency": 0, "downloadThroughput": -1,
-            "uploadThroughput": BYTES_PER_S,
+            "uploadThroughput": bytes_per_s,
         },
     )  # fmt: skip
 
@@ -48,18 +49,20 @@ def test_upload_goes_on_after_the_server_was_killed_and_after_a_reload(
 ) -> None:
     log_in(page, server)
     page.goto(server.url + "/new")
-    _slow_down(page)
+    _slow_down(page, BYTES_PER_S)
     file_input = page.locator("input[type=file]").first
     file_input.set_input_files(large_video)
     _wait_for_share(page, 15)
     server.kill()
     expect(page.locator(".drop__state")).to_contain_text("Trying again")
+    _slow_down(page, RELOADED_BYTES_PER_S)
     server.start()
     _wait_for_share(page, 40)
 
     page.on("dialog", lambda dialog: dialog.accept())
     page.reload()
     expect(page.get_by_text("was interrupted")).to_be_visible()
+    _slow_down(page, BYTES_PER_S)
     sent: list[int] = []
     page.on("request", lambda request: sent.append(_offset_of(request.headers)))
     file_input.set_input_files(large_video)
