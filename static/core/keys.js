@@ -39,6 +39,7 @@ const OWN_KEYS = [
   ['[role=slider], [type=range], [type=radio]', new Set([
     ' ', 'ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown', 'Home', 'End', 'PageUp', 'PageDown',
   ])],
+  ['[role=separator]', new Set(['ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown', 'Home'])],
   ['[role=tab]', new Set(['ArrowLeft', 'ArrowRight', 'Home', 'End'])],
 ];
 

@@ -22,6 +22,7 @@ import { u95FromSigma } from '../../core/units.js';
 import { Unrolled } from '../../core/unrolled.js';
 import { WallGrid, frameShowing } from '../../core/wall.js';
 import { errorText, t } from '../../core/words.js';
+import { Large } from './large.js';
 
 /** How often the 3D robot follows the shown frame. */
 const SHOW_EVERY_MS = 66;
@@ -91,6 +92,8 @@ export class Desk extends EventTarget {
   constructor({ inspection, outbox, catalogue, wall }, signal) {
     super();
     this.#signal = signal;
+    /** The part that fills the window. */
+    this.large = new Large(signal);
     this.#revision = inspection.value.revision;
     this.inspection = inspection;
     this.outbox = outbox;

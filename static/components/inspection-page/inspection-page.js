@@ -27,6 +27,7 @@ import { followLinks } from './links.js';
 import { stepName } from './step-names.js';
 import { TABS } from './tabs.js';
 import '../conflict-dialog/conflict-notice.js';
+import '../desk-splitter/desk-splitter.js';
 import '../distance-readout/distance-readout.js';
 import '../emergency-banner/emergency-banner.js';
 import '../live-bar/live-bar.js';
@@ -105,7 +106,7 @@ class InspectionPage extends Component {
         </header>
         <main id="main" class="desk-main" tabindex="-1">
           <live-bar></live-bar>
-          <div class="desk">
+          <div class="desk" data-part="all">
             <distance-readout class="desk__readout panel"></distance-readout>
             <video-panel class="desk__video" data-part="video"></video-panel>
             <section class="desk__strip strips panel" aria-label="${t('strip.title')}">
@@ -114,6 +115,9 @@ class InspectionPage extends Component {
             </section>
             <viewer-panel class="desk__viewer panel" data-part="viewer"></viewer-panel>
             <tab-panels class="desk__side panel" data-part="side"></tab-panels>
+            <desk-splitter data-of="side"></desk-splitter>
+            <desk-splitter data-of="strip"></desk-splitter>
+            <desk-splitter data-of="viewer"></desk-splitter>
             <div class="desk__notices">
               <emergency-banner hidden></emergency-banner>
               <conflict-notice hidden></conflict-notice>
@@ -143,6 +147,8 @@ class InspectionPage extends Component {
     this.listen(desk.history, 'change', () => this.#showHistory());
     this.listen(document, 'visibilitychange', () => !document.hidden && this.#lookAgain());
     this.listen(desk.editing, 'change', () => desk.editing.value && desk.tab.set('defects'));
+    this.listen(desk.editing, 'change', () => parts.all.toggleAttribute('data-editing', desk.editing.value));
+    this.listen(desk.large, 'change', () => this.#showLarge());
     this.listen(desk, 'fault', ({ detail }) => toast(detail, { kind: 'error' }));
     this.listen(desk, 'done', ({ detail: { text, ...other } }) => this.#showDone(text, other));
     this.listen(desk, 'tagged', ({ detail }) => this.#announceTag(detail));
@@ -331,13 +337,20 @@ class InspectionPage extends Component {
   }
 
   leave() {
-    if (this.desk.picking.value) this.desk.picking.set(null);
+    if (this.desk.large.value) this.desk.large.leave();
+    else if (this.desk.picking.value) this.desk.picking.set(null);
     else if (this.desk.editing.value) this.desk.editing.set(false);
     else this.desk.selection.set(null);
   }
 
   help() {
     showKeys(this.#keys);
+  }
+
+  #showLarge() {
+    const { value } = this.desk.large;
+    if (value) this.parts.all.dataset.large = value;
+    else delete this.parts.all.dataset.large;
   }
 
   // What the top bar shows -------------------------------------------------------------------

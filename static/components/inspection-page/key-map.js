@@ -8,6 +8,11 @@ import { quickCodes } from '../video-panel/quick-codes.js';
 import { copyLink } from './links.js';
 import { HERE_M, changeStretch, finishStretch, startStretch } from './stretches.js';
 
+/** Directions in which the keys move an enlarged picture: across and down. */
+const PAN = {
+  'Ctrl+ArrowLeft': [-1, 0], 'Ctrl+ArrowRight': [1, 0], 'Ctrl+ArrowUp': [0, -1], 'Ctrl+ArrowDown': [0, 1],
+};
+
 /**
  * @param {object} page the inspection page: `desk`, `video`, `strip`, `undo`, `redo`, `remove`, `edit`, `rate`, `setZero`, `help`
  * @returns {{title: string, bindings: import('../../core/keys.js').Binding[]}[]}
@@ -55,6 +60,18 @@ export function keyMap(page) {
         { keys: ['j'], shown: ['J'], label: t('keys.backwards'), run: () => video.shuttle(-1) },
         { keys: ['k'], shown: ['K'], label: t('keys.still'), run: () => video.shuttle(0) },
         { keys: ['l'], shown: ['L'], label: t('keys.forwards'), run: () => video.shuttle(1) },
+        { keys: ['<'], label: t('keys.slower'), run: () => video.changeSpeed(-1) },
+        { keys: ['>'], label: t('keys.faster'), run: () => video.changeSpeed(1) },
+        { keys: ['i'], shown: ['I'], label: t('video.zoom_in'), run: () => video.zoom(1) },
+        { keys: ['o'], shown: ['O'], label: t('video.zoom_out'), run: () => video.zoom(-1) },
+        { keys: ['w'], shown: ['W'], label: t('video.whole'), run: () => video.showWhole() },
+        {
+          keys: Object.keys(PAN),
+          shown: ['Ctrl + ← → ↑ ↓'],
+          label: t('keys.pan'),
+          run: (event, key) => video.pan(...PAN[key]),
+        },
+        { keys: ['Shift+f'], shown: ['Shift + F'], label: t('video.large'), run: () => desk.large.toggle('film') },
         { keys: ['g'], shown: ['G'], label: t('strip.go_to'), run: () => strip.goTo() },
         { keys: ['z'], shown: ['Z'], needs: 'operator', label: t('corrections.zero_here'), run: () => page.setZero() },
         { keys: ['Home'], label: t('keys.first'), run: () => video.seek(0) },

@@ -5,8 +5,9 @@
  * or when tracking ends; REVIEW => LIVE by the Live button while tracking runs.
  */
 
-import { html, render } from '../../core/html.js';
+import { html, render, setText } from '../../core/html.js';
 import { hasFilm } from '../../core/inspection.js';
+import { withKey } from '../../core/keys.js';
 import { onThemeChange, sharpContext, typeScale } from '../../core/screen.js';
 import { Component } from '../../core/store.js';
 import { chainage, clockHour, timecode } from '../../core/units.js';
@@ -14,11 +15,17 @@ import { t } from '../../core/words.js';
 import { drawSeverity } from '../severity-mark/severity-mark.js';
 import { icon } from '../icon/icon.js';
 import { quickCodes } from './quick-codes.js';
+import { filmGestures } from './film-gestures.js';
+import { FilmView, layoutOf, transformOf } from './film-view.js';
 import './picture-age.js';
+import './picture-look.js';
 import { BlankPlayer, FilePlayer, LivePlayer, StillPlayer } from './players.js';
 import { toastError } from '../toast-stack/toast-stack.js';
 
-const SPEEDS = [1, 2, 4];
+/** Times the speed of the recording; slow motion to look closely. */
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
+const ZOOM_STEP = 1.5;
+const PAN_PX = 60;
 const MARK_PX = 22;
 /** Marks closer than this share of their size are drawn as one: the selected, else the gravest. */
 const APART = 1 / 3;
@@ -31,6 +38,9 @@ class VideoPanel extends Component {
   #playerEnd = null;
   #mode = null;
   #cursor = null;
+  #view = new FilmView();
+  /** Speed of playing, one of SPEEDS. */
+  #speed = 1;
   #busySince = 0;
   /** Wall points by observation; a changed observation is a new object. Cleared when the track restarts. */
   #wallPoints = new WeakMap();
@@ -45,12 +55,22 @@ class VideoPanel extends Component {
     this.parts = render(
       this,
       html`<div class="stage" data-part="stage">
-          <video data-part="video" muted playsinline preload="auto" tabindex="-1" aria-hidden="true"></video>
-          <canvas data-part="picture" class="stage__picture" role="img" aria-label="${t('video.picture')}"></canvas>
+          <div class="stage__film">
+            <video data-part="video" muted playsinline preload="auto" tabindex="-1" aria-hidden="true"></video>
+            <canvas data-part="picture" class="stage__picture" role="img" aria-label="${t('video.picture')}"></canvas>
+          </div>
           <canvas data-part="overlay" class="stage__overlay" aria-hidden="true"></canvas>
           <p class="stage__badge" data-part="badge" hidden>${icon('live')}${t('video.live')}
             <picture-age class="stage__age"></picture-age></p>
           <p class="stage__note" data-part="note"></p>
+          <div class="stage__tools" role="group" aria-label="${t('video.view')}">
+            ${tool('zoomOut', 'minus', t('video.zoom_out'), 'O')}
+            <button class="button button--small stage__tool number" data-part="whole" disabled
+              title="${withKey(t('video.whole'), 'W')}"></button>
+            ${tool('zoomIn', 'plus', t('video.zoom_in'), 'I')}
+            <picture-look></picture-look>
+            ${tool('large', 'large', t('video.large'), 'Shift + F')}
+          </div>
         </div>
         <div class="transport">
           <div class="transport__buttons">
@@ -62,6 +82,8 @@ class VideoPanel extends Component {
             aria-label="${t('video.time')}" />
           <p class="transport__clock number"><span data-part="clock"></span><span class="transport__frame"
             data-part="frame"></span></p>
+          <select class="input transport__speed" data-part="speed" aria-label="${t('video.speed')}"
+            title="${t('video.speed_keys')}">${SPEEDS.map((speed) => html`<option value="${speed}">${speed}×</option>`)}</select>
           <button class="button button--small" data-part="live" aria-pressed="false"
             title="${t('video.follow')}">${icon('live')}${t('video.live')}</button>
         </div>
@@ -90,6 +112,17 @@ class VideoPanel extends Component {
     for (const quick of this.querySelectorAll('[data-quick]')) {
       this.listen(quick, 'click', () => desk.tagAs(quickOnes[quick.dataset.quick]));
     }
+    this.listen(parts.zoomIn, 'click', () => this.zoom(1));
+    this.listen(parts.zoomOut, 'click', () => this.zoom(-1));
+    this.listen(parts.whole, 'click', () => this.#view.showWhole());
+    this.listen(parts.large, 'click', () => desk.large.toggle('film'));
+    this.listen(parts.speed, 'change', () => {
+      this.#setSpeed(Number(parts.speed.value));
+      parts.speed.blur();
+    });
+    this.listen(desk.large, 'change', () => this.#showLarge());
+    filmGestures(parts.overlay, this.#view, () => [this.#size(), video], this.signal);
+    this.listen(this.#view, 'change', () => this.repaint());
     this.listen(parts.overlay, 'pointermove', (event) => this.#point(event));
     this.listen(parts.overlay, 'pointerleave', () => this.#point(null));
     this.listen(parts.overlay, 'click', (event) => this.#click(event));
@@ -106,6 +139,7 @@ class VideoPanel extends Component {
       resized.disconnect();
       this.#leave();
     });
+    parts.speed.value = this.#speed;
     this.#enter(desk.inspection.isUnfinished ? 'LIVE' : 'REVIEW');
   }
 
@@ -128,7 +162,7 @@ class VideoPanel extends Component {
     if (!this.#review()) return;
     const isAtEnd = this.#player.asked >= this.desk.track.length - 1;
     if (this.#player.rate === 0 && isAtEnd) this.#ask(0);
-    this.#player.shuttle(this.#player.rate === 0 ? 1 : 0);
+    this.#player.shuttle(this.#player.rate === 0 ? this.#speed : 0);
   }
 
   /** J, K, L: backwards, stop, forwards; again is faster. */
@@ -136,8 +170,35 @@ class VideoPanel extends Component {
     if (!this.#review()) return;
     const { rate } = this.#player;
     const isSame = direction !== 0 && Math.sign(rate) === direction;
-    const next = isSame ? SPEEDS[Math.min(SPEEDS.indexOf(Math.abs(rate)) + 1, SPEEDS.length - 1)] : 1;
-    this.#player.shuttle(direction * next);
+    this.#player.shuttle(direction * (isSame ? besideSpeed(Math.abs(rate), 1) : this.#speed));
+  }
+
+  /** Plays slower (-1) or faster (1) from now on. */
+  changeSpeed(direction) {
+    this.#setSpeed(besideSpeed(this.#speed, direction));
+  }
+
+  #setSpeed(speed) {
+    this.#speed = speed;
+    this.parts.speed.value = speed;
+    const { rate } = this.#player;
+    if (this.#mode === 'REVIEW' && rate !== 0) this.#player.shuttle(Math.sign(rate) * speed);
+  }
+
+  /** Enlarges the picture (1) or makes it smaller (-1), about its middle. */
+  zoom(direction) {
+    const size = this.#size();
+    const [x, y] = size.map((length) => length / 2);
+    this.#view.zoomAt(ZOOM_STEP ** direction, x, y, size, this.desk.inspection.value.video);
+  }
+
+  /** Moves an enlarged picture: 1 shows what lies right of it, or below. */
+  pan(across, down) {
+    this.#view.move(-PAN_PX * across, -PAN_PX * down, this.#size(), this.desk.inspection.value.video);
+  }
+
+  showWhole() {
+    this.#view.showWhole();
   }
 
   /** Enters REVIEW if anything is tracked. */
@@ -280,21 +341,17 @@ class VideoPanel extends Component {
 
   // The overlay -------------------------------------------------------------------------------
 
+  /** The size of the stage, in as many CSS px. */
+  #size(unit = 1) {
+    return [this.parts.stage.clientWidth / unit, this.parts.stage.clientHeight / unit];
+  }
+
   /**
    * Returns where the picture lies within the stage: its corner, and the size of a video px.
    * @param {number} unit of the result, in CSS px
    */
   #layout(unit = 1) {
-    const [across, down] = [this.parts.stage.clientWidth / unit, this.parts.stage.clientHeight / unit];
-    const { width, height } = this.desk.inspection.value.video;
-    const scale = Math.min(across / width, down / height);
-    return {
-      left: (across - width * scale) / 2,
-      top: (down - height * scale) / 2,
-      scale,
-      width,
-      height,
-    };
+    return layoutOf(this.#size(unit), this.desk.inspection.value.video, this.#view.value);
   }
 
   /** Pixel centres are integers, so the picture's corner is at (-0.5, -0.5). */
@@ -367,8 +424,30 @@ class VideoPanel extends Component {
     return found;
   }
 
+  /** Shows the part of the picture that was chosen; the overlay draws itself where that is. */
+  #showView() {
+    const { parts } = this;
+    const transform = transformOf(this.#size(), this.desk.inspection.value.video, this.#view.value);
+    if (parts.picture.style.transform !== transform) {
+      parts.picture.style.transform = parts.video.style.transform = transform;
+    }
+    setText(parts.whole, `${Math.round(100 * this.#view.value.zoom)} %`);
+    parts.whole.disabled = parts.zoomOut.disabled = this.#view.isWhole;
+    parts.stage.classList.toggle('stage--part', !this.#view.isWhole);
+  }
+
+  #showLarge() {
+    const { large } = this.parts;
+    const isLarge = this.desk.large.value === 'film';
+    const label = isLarge ? t('video.small') : t('video.large');
+    render(large, icon(isLarge ? 'small' : 'large'));
+    large.setAttribute('aria-label', label);
+    large.title = withKey(label, 'Shift + F');
+  }
+
   paint() {
     const { parts, desk } = this;
+    this.#showView();
     const type = typeScale();
     const context = sharpContext(parts.overlay, type);
     const layout = this.#layout(type);
@@ -429,6 +508,15 @@ class VideoPanel extends Component {
     if (parts.note.textContent !== note) parts.note.textContent = note;
   }
 }
+
+/** Returns the speed next to another, or that one at the end. */
+function besideSpeed(speed, direction) {
+  const next = SPEEDS.indexOf(speed) + direction;
+  return SPEEDS[Math.min(Math.max(next, 0), SPEEDS.length - 1)];
+}
+
+const tool = (part, sign, label, key) => html`<button class="button button--small button--icon stage__tool"
+  data-part="${part}" aria-label="${label}" title="${withKey(label, key)}">${icon(sign)}</button>`;
 
 const button = (part, sign, label, key) => html`<button class="button button--icon" data-part="${part}"
   aria-label="${label}" title="${t('video.with_key', { what: label, key })}">${icon(sign)}</button>`;

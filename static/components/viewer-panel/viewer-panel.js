@@ -5,6 +5,7 @@ import { pageId } from '../../core/page-id.js';
 import { Component } from '../../core/store.js';
 import { lengthUnit } from '../../core/units.js';
 import { language, t } from '../../core/words.js';
+import { icon } from '../icon/icon.js';
 
 const REMEMBERED = 'chainage.camera';
 const CAMERAS = [
@@ -38,6 +39,8 @@ class ViewerPanel extends Component {
           <div class="viewer__cameras" role="group" aria-label="${t('viewer.cameras')}">
             ${CAMERAS.map(([mode, label, title]) => html`<button class="button button--small" data-mode="${mode}"
               aria-pressed="false" title="${title}">${label}</button>`)}
+            <button class="button button--small button--icon" data-part="large" aria-pressed="false"
+              aria-label="${t('viewer.large')}" title="${t('viewer.large')}">${icon('large')}</button>
           </div>
         </div>
         <div class="viewer__stage">
@@ -50,6 +53,10 @@ class ViewerPanel extends Component {
     for (const button of this.querySelectorAll('[data-mode]')) {
       this.listen(button, 'click', () => this.#choose(button.dataset.mode));
     }
+    this.listen(this.parts.large, 'click', () => this.desk.large.toggle('viewer'));
+    this.listen(this.desk.large, 'change', () => {
+      this.parts.large.setAttribute('aria-pressed', String(this.desk.large.value === 'viewer'));
+    });
     if (gl) {
       this.listen(this.parts.frame, 'load', () => this.#briefFrame());
       this.listen(this.desk.inspection, 'change', () => {

@@ -1,0 +1,158 @@
+"""The film is enlarged, lightened, slowed down and fills the screen; the panels are resized."""
+
+from __future__ import annotations
+
+import pytest
+from clips import numbered_clip, rig_for_clip
+from desks import (
+    DRAWN_AND_STATED,
+    delete_observations,
+    expect_frame,
+    expect_read,
+    observations,
+)
+from playwright.sync_api import Locator, Page, expect
+from steps import Server, log_in
+
+FRAMES = 30
+
+
+@pytest.fixture(scope="module")
+def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
+    folder = tmp_path_factory.mktemp("clip")
+    clip = numbered_clip(folder / "clip.mp4", "libx264", frames=FRAMES)
+    return server.track(clip, rig_for_clip(folder / "rig.json"))
+
+
+@pytest.fixture
+def desk(page: Page, server: Server, inspection: str) -> Page:
+    delete_observations(server, inspection)
+    page.set_viewport_size({"width": 1366, "height": 768})
+    log_in(page, server, f"/inspections/{inspection}")
+    expect_read(page)
+    expect_frame(page, 0)
+    return page
+
+
+def box(found: Locator) -> dict[str, float]:
+    place = found.bounding_box()
+    assert place is not None
+    return dict(place)
+
+
+def test_an_enlarged_picture_is_tagged_where_it_is_clicked(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    stage = box(desk.locator(".stage"))
+    # Of a picture of 320 x 240 that fills the height of the stage, a point right of its middle.
+    scale = stage["height"] / 240
+    x = stage["x"] + stage["width"] / 2 + 60 * scale
+    y = stage["y"] + stage["height"] / 2 + 20 * scale
+    desk.mouse.move(x, y)
+    desk.mouse.wheel(0, -500)
+    zoom = desk.locator(".stage__tools [data-part=whole]")
+    expect(zoom).to_have_text("349 %")
+    desk.mouse.click(x, y)
+    [tag] = observations_after(desk, server, inspection, 1)
+    assert tag["pixel"] == pytest.approx([219.5, 139.5], abs=1)  # the wheel kept it under the hand
+
+    desk.mouse.down()
+    desk.mouse.move(x - 40 * scale, y, steps=4)
+    desk.mouse.up()
+    expect(desk.locator(".defect")).to_have_count(1)  # a drag tags nothing
+    desk.mouse.click(x, y)
+    first, second = observations_after(desk, server, inspection, 2)
+    assert second["pixel"][0] - first["pixel"][0] == pytest.approx(40 / 3.49, abs=1)
+
+    desk.keyboard.press("w")
+    expect(zoom).to_have_text("100 %")
+    assert desk.evaluate(DRAWN_AND_STATED) == [0, 0]
+
+
+def observations_after(desk: Page, server: Server, inspection: str, count: int) -> list[dict]:
+    expect(desk.locator(".save")).to_have_text("Saved")
+    expect(desk.locator(".defect")).to_have_count(count)
+    return sorted(observations(server, inspection), key=lambda item: item["seq"])
+
+
+def test_the_look_of_the_picture_is_remembered_and_changes_no_pixel(desk: Page) -> None:
+    picture = desk.locator(".stage__picture")
+    expect(picture).to_have_css("filter", "none")
+    desk.get_by_label("Brightness and contrast").first.click()
+    desk.get_by_label("Gamma").fill("1.8")
+    desk.get_by_label("Local contrast").fill("1")
+    expect(picture).to_have_css("filter", 'url("#film-look")')
+    assert desk.evaluate(DRAWN_AND_STATED) == [0, 0]
+    desk.reload()
+    expect(picture).to_have_css("filter", 'url("#film-look")')
+    desk.get_by_label("Brightness and contrast").first.click()
+    expect(desk.get_by_label("Gamma")).to_have_value("1.8")
+    desk.get_by_role("button", name="Reset").click()
+    expect(picture).to_have_css("filter", "none")
+
+
+def test_slow_motion_plays_every_frame_and_keeps_its_speed(desk: Page) -> None:
+    speed = desk.get_by_label("Speed of playing")
+    for _ in range(3):
+        desk.keyboard.press("<")
+    expect(speed).to_have_value("0.1")
+    desk.evaluate("""() => {
+      const { playhead } = document.querySelector('inspection-page').desk;
+      window.shown = new Set();
+      playhead.addEventListener('change', () => window.shown.add(playhead.value.frame));
+    }""")
+    desk.keyboard.press("Space")
+    expect_frame(desk, FRAMES - 1)
+    assert desk.evaluate("() => window.shown.size") >= FRAMES - 2
+    desk.keyboard.press(">")
+    expect(speed).to_have_value("0.25")
+
+
+def test_the_film_fills_the_screen_and_a_defect_is_edited_beside_it(desk: Page) -> None:
+    stage, window = desk.locator(".stage"), desk.viewport_size
+    assert window is not None
+    usual = box(stage)
+    assert usual["height"] > 320
+    desk.keyboard.press("Shift+F")
+    expect(desk.locator(".desk__strip")).to_be_hidden()
+    assert box(stage)["height"] > 0.85 * window["height"]
+    expect(desk.locator(".readout__distance")).to_be_in_viewport()
+    expect(desk.locator(".desk__side")).to_be_hidden()
+    desk.keyboard.press("t")
+    desk.keyboard.press("e")
+    expect(desk.get_by_label("Code", exact=True)).to_be_in_viewport()
+    desk.get_by_role("button", name="Done").click()
+    expect(desk.locator(".desk__side")).to_be_hidden()
+    desk.keyboard.press("Escape")
+    expect(desk.locator(".desk__strip")).to_be_visible()
+    assert box(stage) == usual
+
+
+def test_panels_are_resized_by_hand_and_by_key_and_remember_it(desk: Page) -> None:
+    stage = desk.locator(".stage")
+    edge = desk.get_by_role("separator", name="Height of the strips")
+    usual = box(stage)["height"]
+    grip = box(edge)
+    x, y = grip["x"] + grip["width"] / 2, grip["y"] + grip["height"] / 2
+    desk.mouse.move(x, y)
+    desk.mouse.down()
+    desk.mouse.move(x, y + 120, steps=3)
+    desk.mouse.up()
+    assert box(stage)["height"] == pytest.approx(usual + 120, abs=1)
+    side = desk.locator(".desk__side")
+    width = box(side)["width"]
+    desk.get_by_role("separator", name="Width of the list").focus()
+    desk.keyboard.press("ArrowRight")
+    assert box(side)["width"] == pytest.approx(width - 24, abs=1)
+    expect_frame(desk, 0)  # the key moved the edge, not the film
+    desk.reload()
+    expect_read(desk)
+    assert box(side)["width"] == pytest.approx(width - 24, abs=1)
+    assert box(stage)["height"] == pytest.approx(usual + 120, abs=1)
+    edge.dblclick()
+    assert box(stage)["height"] == pytest.approx(usual, abs=1)
+
+
+def test_tag_buttons_are_in_sight_on_a_tablet(desk: Page) -> None:
+    desk.set_viewport_size({"width": 1024, "height": 768})
+    expect(desk.locator(".quick__code").last).to_be_in_viewport(ratio=1)
