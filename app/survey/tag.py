@@ -12,7 +12,8 @@ from app.survey.given import LINE, TEXT, Clock, CodeName, Frame, Given, Letter, 
 LONGEST_IMPORTED_REMARK = 40_000
 """Characters; other programs allow longer remarks than this page."""
 
-_Quantity = Annotated[float, Field(ge=-1e6, le=1e6)]
+Quantity = Annotated[float, Field(ge=-1e6, le=1e6)]
+Severity = Annotated[int, Field(ge=0, le=5)]
 
 
 class Tag(Given):
@@ -25,11 +26,11 @@ class Tag(Given):
     code: CodeName | None = None
     char1: Letter | None = None
     char2: Letter | None = None
-    quant1: _Quantity | None = None
-    quant2: _Quantity | None = None
+    quant1: Quantity | None = None
+    quant2: Quantity | None = None
     clock_from: Clock | None = None
     clock_to: Clock | None = None
-    severity: Annotated[int, Field(ge=0, le=5)] | None = Field(
+    severity: Severity | None = Field(
         None, description="0 note, 1 as new, 2 slight, 3 watch, 4 plan repair, 5 act now."
     )
     continuous: Annotated[str, StringConstraints(pattern=r"^[ABC][1-9][0-9]{0,2}$")] | None = Field(

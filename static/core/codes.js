@@ -17,6 +17,7 @@ import { language, t } from './words.js';
 export class Catalogue {
   #rows;
   #byCode;
+  #offered = null;
 
   /**
    * @param {AbortSignal} [signal]
@@ -40,6 +41,15 @@ export class Catalogue {
   constructor(rows) {
     this.#rows = rows;
     this.#byCode = Map.groupBy(rows, (row) => row.code);
+  }
+
+  /** Main codes, and the full codes that a new tag may need. @returns {CodeRow[]} */
+  get rows() {
+    this.#offered ??= [
+      ...[...this.#byCode.keys()].map((code) => this.#mainOf(code)),
+      ...this.#rows.filter((row) => row.isOffered && (row.char1 || row.char2)),
+    ];
+    return this.#offered;
   }
 
   has(code) {
@@ -129,13 +139,11 @@ export class Catalogue {
    */
   search(text, limit = 40) {
     const words = text.toLowerCase().split(/\s+/).filter(Boolean);
-    const mains = [...this.#byCode.keys()].map((code) => this.#mainOf(code));
-    if (words.length === 0) return mains.slice(0, limit);
+    if (words.length === 0) return this.rows.slice(0, Math.min(limit, this.#byCode.size));
     const letters = lettersOf(text);
-    const offered = this.#rows.filter((row) => row.isOffered && (row.char1 || row.char2));
     const found = [
-      ...[...mains, ...offered].filter((row) => row.letters.startsWith(letters)),
-      ...[...mains, ...offered].filter((row) => holds(row, words)),
+      ...this.rows.filter((row) => row.letters.startsWith(letters)),
+      ...this.rows.filter((row) => holds(row, words)),
     ];
     return [...new Map(found.map((row) => [row.letters, row])).values()].slice(0, limit);
   }

@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field
 
-from app.survey.given import CodeName, Given, Letter, PackId
+from app.survey.given import Clock, CodeName, Given, Letter, PackId
+from app.survey.tag import Quantity, Severity
 
 
 class LoginIn(Given):
@@ -23,11 +24,16 @@ class SessionOut(BaseModel):
 
 
 class QuickCode(Given):
-    """The code that a digit key tags."""
+    """What a digit key tags: a code, with what else is given to each tag of it."""
 
     code: CodeName
     char1: Letter | None
     char2: Letter | None
+    severity: Severity | None = None
+    quant1: Quantity | None = None
+    quant2: Quantity | None = None
+    clock_from: Clock | None = None
+    clock_to: Clock | None = None
 
 
 class PreferencesIn(Given):

@@ -18,6 +18,7 @@ import { GRADES, severityMark, severityWord } from '../severity-mark/severity-ma
 import { showPhoto } from './photo-dialog.js';
 import { unitOf } from './units.js';
 import './clock-dial.js';
+import './quick-key.js';
 
 const NEEDS = ['code', 'char1', 'char2', 'clock', 'quant1', 'quant2', 'remark'];
 
@@ -60,6 +61,7 @@ class DefectForm extends Component {
               placeholder="${t('form.code_hint')}" data-part="code" />
             <ul class="code-search__list panel" id="defect-codes" role="listbox" aria-label="${t('form.codes')}" data-part="codes" hidden></ul>
             <span class="help form__label" id="defect-code-label" data-part="label"></span>
+            <quick-key data-part="quickKey"></quick-key>
           </div>
           <div class="field form__kind" data-part="char1Field">${head('defect-char1', t('form.kind'), 'char1')}
             <select class="input" id="defect-char1" name="char1" aria-describedby="needs-char1" data-part="char1"></select></div>
@@ -245,6 +247,7 @@ class DefectForm extends Component {
     parts.label.textContent = item.code
       ? catalogue.label(item.code, item.char1, item.char2)
       : t('form.no_code');
+    parts.quickKey.show(item);
     this.#offer('char1', catalogue.firstChars(item.code, item.char1), item.char1);
     this.#offer('char2', catalogue.secondChars(item.code, item.char1, item.char2), item.char2);
     const grade = item.severity ?? null;

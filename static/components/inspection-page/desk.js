@@ -4,6 +4,7 @@ import { ApiError } from '../../core/api.js';
 import { Axis } from '../../core/axis.js';
 import { Checks } from '../../core/checks.js';
 import { Catalogue } from '../../core/codes.js';
+import { lastCodes } from '../../core/code-chain.js';
 import { Conflicts } from '../../core/conflicts.js';
 import { Corrections } from '../../core/corrections.js';
 import { FilmCounter } from '../../core/counter.js';
@@ -72,6 +73,8 @@ export class Desk extends EventTarget {
   #shownFrame = -1;
   /** The last tag made by pointing, and the pose of the robot then. */
   #pointed = { id: null, row: null };
+  /** Frame of a tag whose code is being typed, and the tag that was pointed at then. */
+  #held = { frame: -1, pointed: { id: null } };
   /** The pose of the last tag: for a live picture it is known before the track contains it. */
   #tagged = { frame: -1, row: null };
   #showTimer = 0;
@@ -238,20 +241,42 @@ export class Desk extends EventTarget {
    * Tags a wall point of a frame, by default the shown one; without a pixel, its camera position.
    * @returns {object|null} the observation, null when there is no such frame yet
    */
-  tag({
-    code = null, char1 = null, char2 = null, continuous = null, pixel = null,
-    frame = this.playhead.value.frame, isSelected = true,
-  }) {
+  tag({ pixel = null, frame = this.playhead.value.frame, isSelected = true, ...fields }) {
     const row = this.#poseOf(frame);
     if (!may('operator') || !row) {
       this.fault(may('operator') ? t('desk.not_tracked') : t('rights.viewer'));
       return null;
     }
     this.#tagged = { frame, row };
-    const created = this.observations.create({ ...this.#anchor(frame, pixel), code, char1, char2, continuous });
+    const created = this.observations.create({ ...this.#anchor(frame, pixel), ...fields });
     if (isSelected) this.select(created.id);
     this.dispatchEvent(new CustomEvent('tagged', { detail: created }));
     return created;
+  }
+
+  /** Notes the shown frame for a tag whose code is still being typed; false when nothing may be tagged. */
+  hold() {
+    const { frame, row } = this.playhead.value;
+    const isAllowed = may('operator') && row !== null;
+    if (isAllowed) this.#held = { frame, pointed: this.#pointed };
+    else this.fault(may('operator') ? t('desk.not_tracked') : t('rights.viewer'));
+    if (isAllowed) this.#tagged = { frame, row };
+    return isAllowed;
+  }
+
+  /** Tags the frame that was noted, or the tag without a code that was pointed at then. */
+  tagHeld(fields) {
+    const { frame, pointed } = this.#held;
+    const item = this.observations.find(pointed.id);
+    if (item && !item.code && item.frame === frame) this.#give(item, fields);
+    else this.tag({ ...fields, frame, pixel: this.#middle });
+  }
+
+  /** Repeats the code, the severity and the quantities of the newest tag at the shown frame. */
+  repeatLast() {
+    const [last] = lastCodes(this.observations.value, 1);
+    if (last) this.tagAs(last);
+    else this.fault(t('desk.nothing_to_repeat'));
   }
 
   /** Tags the middle of the picture, with or without a code. */
@@ -265,14 +290,18 @@ export class Desk extends EventTarget {
    * Gives a code to the tag that was just made by pointing and has none; else tags the middle of the
    * picture with it.
    */
-  tagAs({ code, char1, char2 }) {
+  tagAs(fields) {
     const item = this.#pointed.id === this.selection.value ? this.observations.find(this.#pointed.id) : null;
     if (!item || item.code || !this.#isWithin(POINTED_M, this.#pointed.row) || !may('operator')) {
-      this.tagCentre({ code, char1, char2 });
+      this.tagCentre(fields);
       return;
     }
-    this.observations.edit(item.id, { code, char1, char2 });
-    this.dispatchEvent(new CustomEvent('tagged', { detail: this.observations.find(item.id) }));
+    this.#give(item, fields);
+  }
+
+  #give({ id }, fields) {
+    this.observations.edit(id, fields);
+    this.dispatchEvent(new CustomEvent('tagged', { detail: this.observations.find(id) }));
   }
 
   /** Selects what the person has pointed at. */

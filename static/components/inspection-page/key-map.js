@@ -1,5 +1,6 @@
 /** Every key of the inspection page, in the groups of the help. */
 
+import { preferences } from '../../core/preferences.js';
 import { may } from '../../core/rights.js';
 import { chainage } from '../../core/units.js';
 import { t } from '../../core/words.js';
@@ -32,11 +33,13 @@ export function keyMap(page) {
           // A pedal tags while a form is being filled in too; the form stays open.
           run: ({ target }) => desk.tagCentre({ isSelected: !target.closest?.('defect-form') }),
         },
-        ...quickCodes(desk.catalogue).map((quick, i) => ({
+        ...quickCodes(desk.catalogue).map(({ tag, label }, i) => ({
           keys: [String(i + 1)],
-          label: t('keys.tag_as', { code: quick.code, label: quick.label.toLowerCase() }),
-          run: () => desk.tagAs(quick),
+          label: t('keys.tag_as', { code: tag.code, label: label.toLowerCase() }),
+          run: () => desk.tagAs(preferences.value.quick_codes[i]),
         })),
+        { keys: ['b'], shown: ['B … B A B B A 3'], label: t('keys.chain'), run: () => video.typeCode('b') },
+        { keys: ['r'], shown: ['R'], label: t('keys.repeat'), run: () => desk.repeatLast() },
         { keys: ['s'], shown: ['S'], label: t('keys.stretch', { reach: chainage(HERE_M) }), run: () => startStretch(desk) },
         { keys: ['c'], shown: ['C'], label: t('keys.stretch_change'), run: () => changeStretch(desk) },
         { keys: ['f'], shown: ['F'], label: t('keys.stretch_finish'), run: () => finishStretch(desk) },

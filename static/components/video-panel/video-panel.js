@@ -8,11 +8,13 @@
 import { html, render, setText } from '../../core/html.js';
 import { hasFilm } from '../../core/inspection.js';
 import { withKey } from '../../core/keys.js';
+import { preferences } from '../../core/preferences.js';
 import { onThemeChange, sharpContext, typeScale } from '../../core/screen.js';
 import { Component } from '../../core/store.js';
 import { chainage, clockHour, timecode } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { drawSeverity } from '../severity-mark/severity-mark.js';
+import '../code-chain/code-chain.js';
 import { icon } from '../icon/icon.js';
 import { quickCodes } from './quick-codes.js';
 import { filmGestures } from './film-gestures.js';
@@ -51,7 +53,6 @@ class VideoPanel extends Component {
   mount() {
     this.desk = this.closest('inspection-page').desk;
     const { video } = this.desk.inspection.value;
-    const quickOnes = quickCodes(this.desk.catalogue);
     this.parts = render(
       this,
       html`<div class="stage" data-part="stage">
@@ -63,6 +64,7 @@ class VideoPanel extends Component {
           <p class="stage__badge" data-part="badge" hidden>${icon('live')}${t('video.live')}
             <picture-age class="stage__age"></picture-age></p>
           <p class="stage__note" data-part="note"></p>
+          <code-chain data-part="chain"></code-chain>
           <div class="stage__tools" role="group" aria-label="${t('video.view')}">
             ${tool('zoomOut', 'minus', t('video.zoom_out'), 'O')}
             <button class="button button--small stage__tool number" data-part="whole" disabled
@@ -87,11 +89,7 @@ class VideoPanel extends Component {
           <button class="button button--small" data-part="live" aria-pressed="false"
             title="${t('video.follow')}">${icon('live')}${t('video.live')}</button>
         </div>
-        <div class="quick" role="group" aria-label="${t('video.quick')}" data-needs="operator">
-          <button class="button quick__code quick__code--plain" data-part="tag"><kbd>T</kbd>${t('video.tag')}</button>
-          ${quickOnes.map(({ code, label }, i) => html`<button class="button quick__code" data-quick="${i}"
-            title="${code}: ${label}"><kbd>${i + 1}</kbd>${label}</button>`)}
-        </div>`,
+        <div class="quick" role="group" aria-label="${t('video.quick')}" data-needs="operator" data-part="quick"></div>`,
     );
     const { parts, desk } = this;
     parts.stage.style.setProperty('--aspect', `${video.width} / ${video.height}`);
@@ -108,10 +106,9 @@ class VideoPanel extends Component {
       if (event.target.closest('button')) event.preventDefault();
     });
     this.listen(parts.time, 'pointerup', () => parts.time.blur());
-    this.listen(parts.tag, 'click', () => desk.tagCentre());
-    for (const quick of this.querySelectorAll('[data-quick]')) {
-      this.listen(quick, 'click', () => desk.tagAs(quickOnes[quick.dataset.quick]));
-    }
+    this.listen(parts.quick, 'click', ({ target }) => this.#tagQuickly(target.closest('button')));
+    this.listen(preferences, 'change', () => this.#showQuick());
+    this.#showQuick();
     this.listen(parts.zoomIn, 'click', () => this.zoom(1));
     this.listen(parts.zoomOut, 'click', () => this.zoom(-1));
     this.listen(parts.whole, 'click', () => this.#view.showWhole());
@@ -195,6 +192,27 @@ class VideoPanel extends Component {
   /** Moves an enlarged picture: 1 shows what lies right of it, or below. */
   pan(across, down) {
     this.#view.move(-PAN_PX * across, -PAN_PX * down, this.#size(), this.desk.inspection.value.video);
+  }
+
+  #showQuick() {
+    render(
+      this.parts.quick,
+      html`<button class="button quick__code quick__code--plain"><kbd>T</kbd>${t('video.tag')}</button>
+        ${quickCodes(this.desk.catalogue).map(({ tag: { code }, label }, i) => html`<button class="button quick__code"
+          data-quick="${i}" title="${code}: ${label}"><kbd>${i + 1}</kbd>${label}</button>`)}`,
+    );
+  }
+
+  #tagQuickly(button) {
+    if (!button) return;
+    const { quick } = button.dataset;
+    if (quick === undefined) this.desk.tagCentre();
+    else this.desk.tagAs(preferences.value.quick_codes[quick]);
+  }
+
+  /** Begins a code with the letter that was pressed. */
+  typeCode(letter) {
+    this.parts.chain.open(letter);
   }
 
   showWhole() {

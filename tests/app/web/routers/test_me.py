@@ -9,7 +9,18 @@ from builders import Client, assert_error, serving
 CHOSEN: dict[str, Any] = {
     "language": "ms",
     "units": "ft",
-    "quick_codes": [{"code": "BAB", "char1": "C", "char2": None}],
+    "quick_codes": [
+        {
+            "code": "BAB",
+            "char1": "C",
+            "char2": "A",
+            "severity": 3,
+            "quant1": 2.0,
+            "quant2": None,
+            "clock_from": 12,
+            "clock_to": None,
+        }
+    ],
     "single_keys": False,
     "pack": None,
 }

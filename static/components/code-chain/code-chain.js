@@ -1,0 +1,128 @@
+/**
+ * Tags by letters alone: B opens the list of what may follow, each letter narrows it, a digit rates and ends.
+ * The tag belongs to the frame that was shown at the first letter, however long the rest takes.
+ */
+
+import { html, render } from '../../core/html.js';
+import { lastCodes, typedSoFar } from '../../core/code-chain.js';
+import { Component } from '../../core/store.js';
+import { t } from '../../core/words.js';
+import { GRADES, severityMark, severityWord } from '../severity-mark/severity-mark.js';
+
+const LAST = 5;
+
+class CodeChain extends Component {
+  #text = '';
+  #typed;
+  /** Codes of the last tags. */
+  #last = [];
+  #end = null;
+
+  mount() {
+    this.desk = this.closest('inspection-page').desk;
+    this.hidden = true;
+    this.setAttribute('role', 'group');
+    this.setAttribute('aria-label', t('chain.title'));
+    this.listen(this, 'click', ({ target }) => {
+      const button = target.closest('[data-key]');
+      if (button) this.#press(button.dataset.key);
+    });
+  }
+
+  disconnectedCallback() {
+    this.close();
+    super.disconnectedCallback();
+  }
+
+  /** Begins with the frame on the screen. @param {string} letter that was pressed */
+  open(letter) {
+    if (!this.desk.hold()) return;
+    this.#last = lastCodes(this.desk.observations.value, LAST);
+    this.hidden = false;
+    this.#end?.abort();
+    this.#end = new AbortController();
+    // Before the keys of the page: while a code is typed, they are its letters.
+    document.addEventListener('keydown', (event) => this.#key(event), { capture: true, signal: this.#end.signal });
+    this.#type('');
+    // In most packs all codes begin with the same letter, which is there already.
+    if (!this.#typed.letters.startsWith(letter.toUpperCase())) this.#press(letter);
+  }
+
+  close() {
+    this.#end?.abort();
+    this.hidden = true;
+  }
+
+  #key(event) {
+    const { key, target } = event;
+    if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector('dialog[open]')) return;
+    if (target instanceof Element && target.matches('input:not([type=range]), textarea, select')) return;
+    if (!/^([a-z0-9]|Enter|Escape|Backspace)$/i.test(key)) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    this.#press(key);
+  }
+
+  #press(key) {
+    const { row, choices } = this.#typed;
+    const letter = key.toUpperCase();
+    if (key === 'Escape') this.close();
+    else if (key === 'Backspace') this.#back();
+    else if (key === 'Enter' && row) this.#tag({});
+    else if (choices.some((choice) => choice.letter === letter)) this.#type(this.#typed.letters + letter);
+    else if (row && GRADES.includes(Number(key)) && key.trim()) this.#tag({ severity: Number(key) });
+    else if (!row && this.#last[Number(key) - 1]) this.#finish(this.#last[Number(key) - 1]);
+  }
+
+  #back() {
+    if (!this.#text) {
+      this.close();
+      return;
+    }
+    // Letters that followed by themselves go with the one that was typed before them.
+    let text = this.#text.slice(0, -1);
+    const rows = this.desk.catalogue.rows;
+    while (text && typedSoFar(rows, text).letters === this.#typed.letters) text = text.slice(0, -1);
+    this.#type(text);
+  }
+
+  #type(text) {
+    this.#text = text;
+    this.#typed = typedSoFar(this.desk.catalogue.rows, text);
+    this.#show();
+  }
+
+  #tag(fields) {
+    const { code, char1, char2 } = this.#typed.row;
+    this.#finish({ code, char1: char1 || null, char2: char2 || null, ...fields });
+  }
+
+  #finish(fields) {
+    this.close();
+    this.desk.tagHeld(fields);
+  }
+
+  #show() {
+    const { letters, row, choices } = this.#typed;
+    const { catalogue } = this.desk;
+    render(
+      this,
+      html`<p class="chain__code" role="status"><b>${letters || '…'}</b>
+          ${row ? catalogue.label(row.code, row.char1 || null, row.char2 || null) : t('chain.begin')}</p>
+        ${choices.length ? html`<div class="chain__keys">${choices.map(({ letter, label }) => html`<button
+          type="button" class="button button--small" data-key="${letter}"><kbd>${letter}</kbd>${label}</button>`)}</div>` : ''}
+        ${row
+          ? html`<div class="chain__keys" role="group" aria-label="${t('form.severity')}">${GRADES.map((grade) => html`<button
+              type="button" class="button button--small" data-key="${grade}" title="${severityWord(grade)}"><kbd>${grade}</kbd>
+              ${severityMark(grade)}<span class="visually-hidden">${severityWord(grade)}</span></button>`)}
+              <button type="button" class="button button--small button--primary" data-key="Enter"><kbd>↵</kbd>${t('chain.without')}</button></div>`
+          : html`<div class="chain__keys" role="group" aria-label="${t('chain.last')}">${this.#last.map((last, i) => html`<button
+              type="button" class="button button--small" data-key="${i + 1}"><kbd>${i + 1}</kbd>${
+              [last.code, last.char1, last.char2].filter(Boolean).join(' ')} ${severityMark(last.severity)}</button>`)}</div>`}
+        <div class="chain__keys"><button type="button" class="button button--quiet button--small" data-key="Backspace"><kbd>⌫</kbd>${t('chain.back')}</button>
+          <button type="button" class="button button--quiet button--small" data-key="Escape"><kbd>Esc</kbd>${t('page.cancel')}</button></div>`,
+    );
+  }
+}
+
+customElements.define('code-chain', CodeChain);

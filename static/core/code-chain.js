@@ -1,0 +1,65 @@
+/** A code typed letter by letter, B-A-B-B-A: each letter narrows what may follow. */
+
+/**
+ * @typedef {object} Choice what may be typed next
+ * @property {string} letter
+ * @property {string} label what the code means from then on
+ *
+ * @typedef {object} Typed
+ * @property {string} letters all that are typed, and those that were the only ones that could follow
+ * @property {import('./codes.js').CodeRow|null} row the code that the letters spell, null before that
+ * @property {Choice[]} choices
+ */
+
+/**
+ * @param {import('./codes.js').CodeRow[]} rows main codes, and full ones
+ * @param {string} text typed letters
+ * @returns {Typed}
+ */
+export function typedSoFar(rows, text) {
+  let letters = text;
+  let follows;
+  for (;;) {
+    const fits = rows.filter((row) => row.letters.startsWith(letters));
+    follows = Map.groupBy(
+      fits.filter((row) => row.letters.length > letters.length),
+      (row) => row.letters[letters.length],
+    );
+    const isCode = fits.some((row) => row.letters === letters);
+    if (isCode || follows.size !== 1) break;
+    letters += [...follows.keys()][0];
+  }
+  const row = rows.find((other) => other.letters === letters) ?? null;
+  const choices = [...follows].map(([letter, group]) => ({ letter, label: meaning(group, row) }));
+  return { letters, row, choices };
+}
+
+/** Returns what a group of rows has in common, without what the code so far says already. */
+function meaning(group, row) {
+  const [title] = group[0].label.split(':');
+  if (!row) return [...new Set(group.map(({ label }) => label.split(':')[0]))].join(', ') || title;
+  const details = group.map(({ label }) => (label.split(': ')[1] ?? label).split(', '));
+  const [first] = details;
+  const end = first.findIndex((part, i) => details.some((other) => other[i] !== part));
+  const common = end < 0 ? first : first.slice(0, Math.max(end, 1));
+  const known = row.label.split(': ')[1]?.split(', ') ?? [];
+  return common.filter((part) => !known.includes(part)).join(', ') || common.join(', ');
+}
+
+/**
+ * Returns the codes of the last tags, the newest first, each once.
+ * @param {object[]} observations
+ * @param {number} most
+ */
+export function lastCodes(observations, most) {
+  const numberOf = ({ seq }) => seq ?? Number.MAX_SAFE_INTEGER; // one that the server has not numbered yet is newer than all
+  const newestFirst = observations.filter(({ code }) => code).reverse().sort((a, b) => numberOf(b) - numberOf(a));
+  const found = new Map();
+  for (const item of newestFirst) {
+    if (found.size === most) break;
+    const { code, char1 = null, char2 = null, severity = null, quant1 = null, quant2 = null } = item;
+    const key = [code, char1, char2, severity].join(' ');
+    if (!found.has(key)) found.set(key, { code, char1, char2, severity, quant1, quant2 });
+  }
+  return [...found.values()];
+}

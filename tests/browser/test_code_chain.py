@@ -1,0 +1,101 @@
+"""A full code by letters, the last code again, and what a digit key gives with all details."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from clips import numbered_clip, rig_for_clip
+from desks import delete_observations, expect_frame, expect_read, expect_saved, observations
+from playwright.sync_api import Page, expect
+from steps import Server, log_in
+
+
+@pytest.fixture(scope="module")
+def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
+    folder = tmp_path_factory.mktemp("clip")
+    clip = numbered_clip(folder / "clip.mp4", "libx264", frames=20)
+    return server.track(clip, rig_for_clip(folder / "rig.json"))
+
+
+@pytest.fixture
+def desk(page: Page, server: Server, inspection: str) -> Page:
+    delete_observations(server, inspection)
+    log_in(page, server, f"/inspections/{inspection}")
+    expect_read(page)
+    expect_frame(page, 0)
+    return page
+
+
+def press(page: Page, keys: str) -> int:
+    """Press each of the keys; return how many that was."""
+    for key in keys:
+        page.keyboard.press(key)
+    return len(keys)
+
+
+def newest(page: Page, server: Server, inspection: str, count: int) -> dict[str, Any]:
+    """The last of as many observations as there should be."""
+    expect(page.locator(".defect")).to_have_count(count)
+    expect_saved(page)
+    return max(observations(server, inspection), key=lambda item: int(item["seq"]))
+
+
+def stated(item: dict[str, Any]) -> list[Any]:
+    return [item[name] for name in ("code", "char1", "char2", "severity")]
+
+
+def test_a_full_code_with_kind_clock_and_severity_takes_six_keys(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    chain = desk.get_by_role("group", name="Code by letters")
+    assert press(desk, "bab") == 3
+    expect(chain.get_by_role("status")).to_have_text("BAB Crack")
+    expect(chain.get_by_role("button", name="B line, edges touching")).to_be_visible()
+    desk.keyboard.press("ArrowRight")  # the film goes on; the tag stays where the code began
+    expect_frame(desk, 1)
+    assert press(desk, "ba3") == 3
+    expect(chain).to_be_hidden()
+    tag = newest(desk, server, inspection, 1)
+    assert stated(tag) == ["BAB", "B", "A", 3]
+    assert tag["frame"] == 0
+    assert tag["clock"] == 6
+
+    press(desk, "r")
+    again = newest(desk, server, inspection, 2)
+    assert stated(again) == ["BAB", "B", "A", 3]
+    assert again["frame"] == 1
+
+    press(desk, "bbac")
+    desk.keyboard.press("Backspace")
+    expect(chain.get_by_role("status")).to_have_text("BBA Roots")
+    press(desk, "b4")
+    assert stated(newest(desk, server, inspection, 3)) == ["BBA", "B", None, 4]
+    press(desk, "b2")  # the second of the last codes
+    assert stated(newest(desk, server, inspection, 4)) == ["BAB", "B", "A", 3]
+
+    press(desk, "bb")
+    desk.keyboard.press("Escape")
+    expect(chain).to_be_hidden()
+    desk.keyboard.press("u")
+    newest(desk, server, inspection, 3)
+
+
+def test_a_digit_key_gives_all_that_was_kept_for_it(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    press(desk, "babca2")
+    press(desk, "e")
+    desk.get_by_label("Quantity", exact=True).fill("2")
+    desk.get_by_label("Keep for a digit key").select_option(label="9 – Water")
+    expect(desk.get_by_text("Key 9 now tags this.")).to_be_visible()
+    desk.get_by_role("button", name="Done").click()
+    expect(desk.locator(".quick__code").last).to_have_text("9Crack C A 2")
+    desk.keyboard.press("ArrowRight")
+    expect_frame(desk, 1)
+    press(desk, "9")
+    tag = newest(desk, server, inspection, 2)
+    assert stated(tag) == ["BAB", "C", "A", 2]
+    assert (tag["frame"], tag["quant1"]) == (1, 2)
+    desk.reload()
+    expect(desk.locator(".quick__code").last).to_have_text("9Crack C A 2")
