@@ -16,6 +16,7 @@ from app.archive.inbox import Inbox
 from app.archive.intake import Intake
 from app.data_folder import Records
 from app.inspections.aiming import Aiming
+from app.inspections.attachments import Attachments
 from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
 from app.inspections.counters import Counters
@@ -96,6 +97,7 @@ class Services:
     tracks: Tracks
     unrolled: Unrolled
     observations: Observations
+    attachments: Attachments
     corrections: Corrections
     checks: Checks
     counters: Counters
@@ -191,6 +193,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     photos = Photos(
         records.inspection_store,
         records.observation_store,
+        records.attachment_store,
         blobs,
         film_files,
         media,
@@ -342,6 +345,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         tracks=tracks,
         unrolled=records.unrolled,
         observations=records.observations,
+        attachments=records.attachments,
         corrections=records.corrections,
         checks=records.checks,
         counters=records.counters,
