@@ -57,6 +57,8 @@ from app.storage.preferences import PreferenceStore
 from app.storage.runs import RunStore
 from app.storage.tokens import TokenFile
 from app.tracking.cameras import Sources
+from app.tracking.clips import CPU_S as CLIP_CPU_S
+from app.tracking.clips import Clips
 from app.tracking.counter_queue import CounterQueue
 from app.tracking.dask_engine import Cluster, DaskEngine, Store
 from app.tracking.engines import Engine, Pool
@@ -103,6 +105,7 @@ class Services:
     counters: Counters
     counter_queue: CounterQueue
     photos: Photos
+    clips: Clips
     media: Media
     packs: Packs
     preferences: Preferences
@@ -351,6 +354,14 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         counters=records.counters,
         counter_queue=counter_queue,
         photos=photos,
+        clips=Clips(
+            records.inspection_store,
+            records.observation_store,
+            blobs,
+            film_files,
+            tracks,
+            Limits(settings.child_memory_bytes, CLIP_CPU_S),
+        ),
         media=media,
         packs=records.packs,
         preferences=Preferences(PreferenceStore(database)),

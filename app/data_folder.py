@@ -101,6 +101,7 @@ class Records:
         self.reports = Reports(
             self.inspection_store,
             self.observations,
+            self.attachment_store,
             self.corrections,
             self.checks,
             self.counters,

@@ -18,6 +18,7 @@ from app.errors import (
     TooManyAttachments,
     WrongContentType,
 )
+from app.reports.report import Language, Units
 from app.survey.attachments import LONGEST_VOICE_S, VOICE_SUFFIXES, Picture
 from app.web.deps import (
     AttachmentId,
@@ -28,14 +29,14 @@ from app.web.deps import (
     operator,
     viewer,
 )
-from app.web.ranges import blob_response
+from app.web.ranges import PRIVATE, blob_response
 from app.web.schemas.attachments import AttachmentOut, AttachmentsOut
 from app.web.schemas.failures import content, failures
+from app.web.slow import slow
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["attachments"])
 
 _ONE = "/observations/{observation_id}/attachments/{attachment_id}"
-_HEADERS = {"Cache-Control": "private, no-cache", "Content-Security-Policy": "sandbox"}
 
 
 @router.get("/attachments", responses=failures(InspectionNotFound))
@@ -152,7 +153,7 @@ def voice(
     """Return the voice note, also in ranges."""
     note = services.attachments.get(inspection_id, observation_id, attachment_id)
     sound = services.attachments.voice(note)
-    return blob_response(request.headers, sound, note.media_type or "", _HEADERS)
+    return blob_response(request.headers, sound, note.media_type or "", PRIVATE)
 
 
 @router.get(
@@ -170,7 +171,33 @@ def photo(
 ) -> Response:
     """Return the photo as it was taken; the strokes of a drawing are beside it, not in it."""
     found = services.attachments.get(inspection_id, observation_id, attachment_id)
-    return Response(services.photos.jpeg(found), media_type="image/jpeg", headers=_HEADERS)
+    return Response(services.photos.jpeg(found), media_type="image/jpeg", headers=PRIVATE)
+
+
+@router.get(
+    "/photos/{photo_of}",
+    response_class=Response,
+    responses=content("image/jpeg") | failures(InspectionNotFound, PhotoNotFound),
+)
+@viewer
+@slow
+def shown_photo(
+    inspection_id: InspectionId,
+    photo_of: AttachmentId,
+    services: ServicesDep,
+    lang: Language = "en",
+    units: Units = "m",
+    burnt_in: bool = False,
+) -> Response:
+    """Return the photo of an observation or an attachment as reports show it, to be kept.
+
+    A drawing is in it; `burnt_in` adds distance and code below the picture.
+    """
+    name, jpeg = services.reports.photo(
+        inspection_id, photo_of, language=lang, units=units, burnt_in=burnt_in
+    )
+    headers = PRIVATE | {"Content-Disposition": f'attachment; filename="{name}"'}
+    return Response(jpeg, media_type="image/jpeg", headers=headers)
 
 
 def _out(
