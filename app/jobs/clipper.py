@@ -43,7 +43,7 @@ def _cut(request: ClipRequest) -> bytes:
     import av
 
     from vo_core.errors import UnreadableVideo
-    from vo_core.sources import frames_between
+    from vo_core.frames_at import frames_between
 
     out = io.BytesIO()
     with av.open(out, "w", format="mp4") as container:

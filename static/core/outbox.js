@@ -10,11 +10,12 @@
  */
 
 import { ApiError, put, remove } from './api.js';
+import { idInTime } from './new-id.js';
 import { Operations } from './operations.js';
+import { alone, pauseS } from './sending.js';
 import { errorText } from './words.js';
 
 const NAME = 'chainage-outbox';
-const PAUSES_S = [0.5, 1, 2, 5, 10];
 /** Time after which a silent server counts as unreachable; a photo takes a few seconds. */
 const ANSWER_LIMIT_S = 30;
 /** Pause in typing after which text is sent; it is stored at every letter. */
@@ -66,7 +67,7 @@ export class Outbox extends EventTarget {
 
   /** Opens the outbox of this browser and sends what it still holds. */
   static async open() {
-    const operations = await Operations.open();
+    const operations = await Operations.open(NAME);
     return new Outbox(operations, await operations.all());
   }
 
@@ -101,17 +102,6 @@ export class Outbox extends EventTarget {
     return this.#waiting.some((operation) => operation.observation === observation);
   }
 
-  /** Resolves when no operation of an inspection is waiting, or when `signal` aborts. */
-  async whenSent(inspection, signal) {
-    const waits = () => this.#waiting.some((operation) => operation.inspection === inspection);
-    while (waits() && !signal.aborted) {
-      await new Promise((resolve) => {
-        this.addEventListener('change', resolve, { once: true, signal });
-        signal.addEventListener('abort', resolve, { once: true });
-      });
-    }
-  }
-
   /** Resolves when the operation is safe in this browser; it is sent in the background. */
   async add(operation) {
     await this.#keep(operation);
@@ -140,7 +130,7 @@ export class Outbox extends EventTarget {
 
   /** Adds an operation, replacing another one if there is one. */
   async #put(operation, replaced) {
-    const added = { id: nextId(), ...operation };
+    const added = { id: idInTime(), ...operation };
     this.#known = [...this.#known.filter((other) => other !== replaced), added];
     this.#written = this.#operations.put(added, replaced?.id);
     this.#changed();
@@ -189,15 +179,14 @@ export class Outbox extends EventTarget {
     try {
       while (this.#isAsked) {
         this.#isAsked = false;
-        await alone(() => this.#sendAll());
+        await alone(NAME, () => this.#sendAll());
       }
     } finally {
       this.#isFlushing = false;
     }
     if (!this.reason) return;
-    const seconds = PAUSES_S[Math.min(this.#failures, PAUSES_S.length - 1)];
+    this.#timer = setTimeout(() => this.#flush(), 1000 * pauseS(this.#failures));
     this.#failures += 1;
-    this.#timer = setTimeout(() => this.#flush(), seconds * 1000);
   }
 
   /** Sends the stored operations, not those that this tab last saw: another tab may have sent some. */
@@ -331,9 +320,6 @@ export class Outbox extends EventTarget {
   }
 }
 
-/** Runs `send` while no other tab does. Over plain http, where locks are missing, at once. */
-const alone = (send) => (navigator.locks ? navigator.locks.request(NAME, send) : send());
-
 /** Returns what an operation is based on, for its successor. */
 const madeOf = ({ before = null, version = null }) => ({ before, version });
 
@@ -342,10 +328,3 @@ const isSame = (a, b) => statedIn(a) === statedIn(b);
 
 const statedIn = (fields) =>
   JSON.stringify(Object.entries(fields ?? {}).filter(([, value]) => value !== null).sort());
-
-let made = 0;
-
-function nextId() {
-  made += 1;
-  return `${Date.now()}-${String(made).padStart(8, '0')}-${Math.random()}`;
-}
