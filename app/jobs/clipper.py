@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import itertools
+from contextlib import suppress
 from fractions import Fraction
 
 import msgspec
@@ -35,7 +36,8 @@ def main() -> None:
             answer = encode(Clip(_cut(request)))
         except Exception as error:
             answer = encode(failure_of(error, "Cutting the clip"))
-        connection.send_bytes(answer)
+        with suppress(BrokenPipeError):  # nobody wants the clip any more
+            connection.send_bytes(answer)
 
 
 def _cut(request: ClipRequest) -> bytes:

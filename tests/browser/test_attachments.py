@@ -126,7 +126,7 @@ def test_photos_drawings_notes_and_clips_are_made_and_kept(
     form.get_by_role("button", name="Clip").click()
     clip = page.get_by_role("dialog").locator("video")
     expect(clip).to_be_visible()
-    page.wait_for_function("document.querySelector('dialog video').readyState >= 2")
+    page.wait_for_function("() => document.querySelector('dialog video').readyState >= 2")
     last_s = sum(20 + (number * 7) % 50 for number in range(FRAMES - 1)) / 1000
     assert clip.evaluate("video => video.duration") == pytest.approx(last_s, abs=0.1)
     page.get_by_role("button", name="Close").click()

@@ -4,7 +4,7 @@ import { html, patchList, render, setText } from '../../core/html.js';
 import { isUnfinished } from '../../core/inspection.js';
 import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
-import { duration } from '../../core/units.js';
+import { timecode } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { nameOf } from '../defect-list/names.js';
 import { icon } from '../icon/icon.js';
@@ -15,6 +15,8 @@ import { canRecord, record } from './recorder.js';
 import { paintStrokes } from './strokes.js';
 
 const TICK_MS = 500;
+/** Width in which the strokes of a small picture are drawn, twice that of the picture for dense screens. */
+const THUMB_PX = 256;
 
 class DefectAttachments extends Component {
   /** The recording that runs, or null. */
@@ -128,7 +130,7 @@ class DefectAttachments extends Component {
     button.title = label;
     element.classList.toggle('thumbs__waiting', attachment !== null && attachment.save !== 'saved');
     canvas.hidden = strokes.length === 0;
-    if (strokes.length) paintStrokes(canvas, strokes, this.desk.inspection.value.video);
+    if (strokes.length) paintStrokes(canvas, strokes, this.desk.inspection.value.video, THUMB_PX);
   }
 
   #fillNote(element, note) {
@@ -136,7 +138,7 @@ class DefectAttachments extends Component {
     const shows = JSON.stringify([save, file, refusal]);
     if (element.dataset.shows === shows) return;
     element.dataset.shows = shows;
-    const name = kind === 'voice' ? t('attach.voice_note', { length: duration(seconds) }) : t(`attach.kind_${kind}`);
+    const name = kind === 'voice' ? t('attach.voice_note', { length: timecode(seconds, 0) }) : t(`attach.kind_${kind}`);
     const address = file ?? this.#addressOf(note);
     const offers = save === 'refused' ? [['again', 'retry', t('form.send_again')], ['drop', 'undo', t('form.give_up')]] : [['delete', 'trash', t('attach.delete')]];
     render(
@@ -171,7 +173,7 @@ class DefectAttachments extends Component {
     button.disabled = !canRecord() || !may('operator');
     button.title = canRecord() ? '' : t('attach.needs_https');
     const seconds = isOn ? (performance.now() - this.#recording.since) / 1000 : 0;
-    setText(button.lastElementChild, isOn ? t('attach.stop_recording', { length: duration(seconds) }) : t('attach.record'));
+    setText(button.lastElementChild, isOn ? t('attach.stop_recording', { length: timecode(seconds, 0) }) : t('attach.record'));
   }
 
   /** The form is closed: what was said so far is kept. */

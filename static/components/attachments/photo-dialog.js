@@ -108,8 +108,11 @@ class PhotoDialog {
   }
 }
 
-const tool = (what, sign, label, { isOff = false, needs = 'operator' } = {}) =>
-  html`<button type="button" class="button button--small" data-do="${what}" ${(isOff || !may(needs)) && 'disabled'}>${icon(sign)}${label}</button>`;
+const tool = (what, sign, label, isOff = false) => html`<button type="button" class="button button--small" data-do="${what}"
+  ${(isOff || !may('operator')) && 'disabled'}>${icon(sign)}${label}</button>`;
+
+const step = (what, sign, label, isOff) => html`<button type="button" class="button button--small button--icon" data-do="${what}"
+  title="${label}" aria-label="${label}" ${isOff && 'disabled'}>${icon(sign)}</button>`;
 
 function markup(desk, item, photos, at, title, isBurntIn) {
   const { video } = desk.inspection.value;
@@ -118,22 +121,22 @@ function markup(desk, item, photos, at, title, isBurntIn) {
   const alt = t(strokes.length ? 'attach.drawing_alt' : 'form.photo_alt', { name: title });
   const query = new URLSearchParams({ lang: language, units: lengthUnit, burnt_in: isBurntIn });
   const path = `/api/inspections/${desk.inspection.id}/photos/${photos[at].id}?${query}`;
-  return html`<div class="photo">
+  const isOne = photos.length === 1;
+  const [isFirst, isLast] = [at === 0, at === photos.length - 1];
+  return html`<div class="photo__tools">
+      ${!isOne && html`${step('before', 'back', t('attach.before'), isFirst)}${step('after', 'forward', t('attach.after'), isLast)}`}
+      <span class="number">${t('attach.of', { n: at + 1, all: photos.length })}</span>
+      <span class="dim number">${t('form.frame', { frame })}</span>
+      ${isFirst && !isOne && html`<span class="chip">${t('attach.main')}</span>`}
+      ${tool('draw', 'edit', strokes.length ? t('attach.redraw') : t('attach.draw'), !isStored)}
+      ${!isOne && html`${tool('main', 'flag', t('attach.make_main'), isFirst)}${tool('earlier', 'undo', t('attach.earlier'), isFirst)}
+        ${tool('later', 'redo', t('attach.later'), isLast)}`}
+      ${attachment && tool('delete', 'trash', t('attach.delete'))}
+    </div>
+    <div class="photo">
       <img src="${url}" alt="${alt}" width="${video.width}" height="${video.height}" />
       ${!attachment && item.pixel && mark(item.pixel, video)}
       ${strokes.length > 0 && html`<canvas class="photo__strokes" data-part="strokes" aria-hidden="true"></canvas>`}
-    </div>
-    <p class="photo__about"><span class="number">${t('attach.of', { n: at + 1, all: photos.length })}</span>
-      <span class="dim number">${t('form.frame', { frame })}</span>
-      ${at === 0 && photos.length > 1 && html`<span class="chip">${t('attach.main')}</span>`}</p>
-    <div class="photo__tools">
-      ${photos.length > 1 && html`${tool('before', 'back', t('attach.before'), { isOff: at === 0, needs: 'viewer' })}
-        ${tool('after', 'forward', t('attach.after'), { isOff: at === photos.length - 1, needs: 'viewer' })}`}
-      ${tool('draw', 'edit', strokes.length ? t('attach.redraw') : t('attach.draw'), { isOff: !isStored })}
-      ${photos.length > 1 && html`${tool('main', 'flag', t('attach.make_main'), { isOff: at === 0 })}
-        ${tool('earlier', 'undo', t('attach.earlier'), { isOff: at === 0 })}
-        ${tool('later', 'redo', t('attach.later'), { isOff: at === photos.length - 1 })}`}
-      ${attachment && tool('delete', 'trash', t('attach.delete'))}
     </div>
     <div class="photo__tools">
       <label class="switch"><input type="checkbox" ${isBurntIn && 'checked'} />${t('attach.burnt_in')}</label>

@@ -12,28 +12,30 @@ const TEXT = { share: 1 / 28, least: 12 };
 /** Length of an arrow's head in widths of its line, and half of its angle. */
 const HEAD = { lines: 6, rad: (28 * Math.PI) / 180 };
 
-const sizeOf = ({ share, least }, width) => Math.max(least, width * share);
-
 /**
- * @param {HTMLCanvasElement} canvas over the picture; it gets as many pixels as the picture
+ * @param {HTMLCanvasElement} canvas over the picture
  * @param {object[]} strokes in pixels of the picture
  * @param {{width: number, height: number}} picture
+ * @param {number} [widthPx] of the canvas: so many pixels as the picture has, or fewer for a small one
  */
-export function paintStrokes(canvas, strokes, { width, height }) {
-  if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+export function paintStrokes(canvas, strokes, { width, height }, widthPx = width) {
+  const scale = widthPx / width;
+  const size = { width: widthPx, height: Math.round(height * scale) };
+  if (canvas.width !== size.width || canvas.height !== size.height) Object.assign(canvas, size);
   const context = canvas.getContext('2d');
-  context.clearRect(0, 0, width, height);
+  context.clearRect(0, 0, size.width, size.height);
   context.save();
+  context.scale(scale, scale);
   context.translate(0.5, 0.5); // pixel centres are integers
   context.lineCap = context.lineJoin = 'round';
-  for (const stroke of strokes) paint(context, stroke, width);
+  for (const stroke of strokes) paint(context, stroke, (size) => Math.max(size.least / scale, width * size.share));
   context.restore();
 }
 
-function paint(context, { kind, points, colour, text }, width) {
-  const line = sizeOf(LINE, width);
+function paint(context, { kind, points, colour, text }, sizeOf) {
+  const line = sizeOf(LINE);
   if (kind === 'text') {
-    context.font = `${sizeOf(TEXT, width)}px "Noto Sans", sans-serif`;
+    context.font = `${sizeOf(TEXT)}px "Noto Sans", sans-serif`;
     context.strokeStyle = EDGE;
     context.lineWidth = line;
     context.strokeText(text, ...points[0]);
