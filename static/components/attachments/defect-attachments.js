@@ -5,7 +5,7 @@ import { isUnfinished } from '../../core/inspection.js';
 import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { timecode } from '../../core/units.js';
-import { t } from '../../core/words.js';
+import { t, wordFor } from '../../core/words.js';
 import { nameOf } from '../defect-list/names.js';
 import { icon } from '../icon/icon.js';
 import { openClip } from './clip-dialog.js';
@@ -138,7 +138,7 @@ class DefectAttachments extends Component {
     const shows = JSON.stringify([save, file, refusal]);
     if (element.dataset.shows === shows) return;
     element.dataset.shows = shows;
-    const name = kind === 'voice' ? t('attach.voice_note', { length: timecode(seconds, 0) }) : t(`attach.kind_${kind}`);
+    const name = kind === 'voice' ? t('attach.voice_note', { length: timecode(seconds, 0) }) : wordFor('attach.kind', kind);
     const address = file ?? this.#addressOf(note);
     const offers = save === 'refused' ? [['again', 'retry', t('form.send_again')], ['drop', 'undo', t('form.give_up')]] : [['delete', 'trash', t('attach.delete')]];
     render(

@@ -4,7 +4,7 @@
  */
 
 import { html } from '../../core/html.js';
-import { t } from '../../core/words.js';
+import { t, wordFor } from '../../core/words.js';
 import { openDialog } from '../dialog/dialog.js';
 import { icon } from '../icon/icon.js';
 import { COLOURS, paintStrokes } from './strokes.js';
@@ -159,11 +159,11 @@ function paintCross(canvas, [u, v], width) {
 }
 
 const markup = ({ url }, { width, height }) => html`<form class="drawing__tools" data-part="tools">
-    <fieldset class="drawing__choice"><legend class="visually-hidden">${t('attach.tool')}</legend>
-      ${TOOLS.map((tool, i) => html`<label class="button button--small"><input type="radio" class="visually-hidden" name="tool" value="${tool}" ${i === 0 && 'checked'} />${t(`attach.tool_${tool}`)}</label>`)}</fieldset>
-    <fieldset class="drawing__choice"><legend class="visually-hidden">${t('attach.colour')}</legend>
-      ${Object.keys(COLOURS).map((colour, i) => html`<label class="drawing__colour drawing__colour--${colour}" title="${t(`attach.colour_${colour}`)}"><input type="radio"
-        name="colour" value="${colour}" aria-label="${t(`attach.colour_${colour}`)}" ${i === 0 && 'checked'} /></label>`)}</fieldset>
+    <fieldset class="drawing__choice"><legend class="visually-hidden">${t('attach.tools')}</legend>
+      ${TOOLS.map((tool, i) => html`<label class="button button--small"><input type="radio" class="visually-hidden" name="tool" value="${tool}" ${i === 0 && 'checked'} />${wordFor('attach.tool', tool)}</label>`)}</fieldset>
+    <fieldset class="drawing__choice"><legend class="visually-hidden">${t('attach.colours')}</legend>
+      ${Object.keys(COLOURS).map((colour, i) => html`<label class="drawing__colour drawing__colour--${colour}" title="${wordFor('attach.colour', colour)}"><input type="radio"
+        name="colour" value="${colour}" aria-label="${wordFor('attach.colour', colour)}" ${i === 0 && 'checked'} /></label>`)}</fieldset>
     <input class="input drawing__text" name="text" maxlength="200" autocomplete="off" aria-label="${t('attach.text')}" placeholder="${t('attach.text')}" />
     <button type="button" class="button button--small" data-part="undo">${icon('undo')}${t('attach.undo_stroke')}</button>
     <button type="button" class="button button--small" data-part="clear">${icon('trash')}${t('attach.clear')}</button>

@@ -118,7 +118,7 @@ function markup(desk, item, photos, at, title, isBurntIn) {
   const { video } = desk.inspection.value;
   const { url, attachment, strokes, frame } = photos[at];
   const isStored = attachment ? attachment.save === 'saved' : true;
-  const alt = t(strokes.length ? 'attach.drawing_alt' : 'form.photo_alt', { name: title });
+  const alt = strokes.length ? t('attach.drawing_alt', { name: title }) : t('form.photo_alt', { name: title });
   const query = new URLSearchParams({ lang: language, units: lengthUnit, burnt_in: isBurntIn });
   const path = `/api/inspections/${desk.inspection.id}/photos/${photos[at].id}?${query}`;
   const isOne = photos.length === 1;

@@ -4,7 +4,7 @@ import { ApiError } from '../../core/api.js';
 import { lossesOf, makeExport, save } from '../../core/exports.js';
 import { html, render } from '../../core/html.js';
 import { bytes } from '../../core/units.js';
-import { errorText, t } from '../../core/words.js';
+import { errorText, t, wordFor } from '../../core/words.js';
 import { sentenceOf } from '../checks-panel/sentences.js';
 import { openDialog } from '../dialog/dialog.js';
 import { icon } from '../icon/icon.js';
@@ -184,7 +184,7 @@ class ExportDialog {
 const markup = ({ help, extras = [] }) => html`<div class="export">
   <p>${help}</p>
   <div class="export__extras" data-part="extras">${extras.map((name) => html`<label class="switch"><input type="checkbox"
-    name="${name}" />${t(`export.${name}`)}</label>`)}</div>
+    name="${name}" />${wordFor('export.extra', name)}</label>`)}</div>
   <section data-part="losses" role="status" hidden><p class="dim">${t('export.looking')}</p></section>
   <section data-part="checks"><p class="dim">${t('checks.looking')}</p></section>
   <div data-part="fault" role="alert"></div>
