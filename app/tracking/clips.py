@@ -78,7 +78,7 @@ class Clips:
         with self._films.of(inspection).local() as video:
             start_s = max(estimate.time_s - BEFORE_S, 0.0)
             request = ClipRequest(str(video), start_s, estimate.time_s + AFTER_S, self._limits)
-            self._blobs.put_again(clip.key, self._cut(request))
+            self._blobs.put(clip.key, self._cut(request))
         return clip
 
     def content_of(self, inspection_id: str, observation_id: str) -> bytes:

@@ -7,7 +7,7 @@
 import { ApiError, bodyOf, post, put, remove, send } from './api.js';
 import { idInTime } from './new-id.js';
 import { Operations } from './operations.js';
-import { alone, pauseS } from './sending.js';
+import { Sender } from './sending.js';
 import { errorText } from './words.js';
 
 const NAME = 'chainage-attachments';
@@ -36,11 +36,8 @@ export class AttachmentOutbox extends EventTarget {
   #known;
   /** The outbox of the observations. */
   #tags;
-  #isFlushing = false;
-  #isAsked = false;
-  #failures = 0;
-  #timer = 0;
   #others = new BroadcastChannel(NAME);
+  #sender = new Sender(NAME, () => this.#sendAll(), () => this.reason !== null);
 
   /** Opens the outbox of this browser and sends what it still holds. */
   static async open(tags, signal) {
@@ -54,13 +51,13 @@ export class AttachmentOutbox extends EventTarget {
     this.#known = known;
     this.#tags = tags;
     this.#others.onmessage = () => this.#read();
-    tags.addEventListener('answered', () => this.#flush(), { signal });
-    addEventListener('online', () => this.#flush(), { signal });
+    tags.addEventListener('change', () => this.count && this.#sender.flush(), { signal });
+    addEventListener('online', () => this.#sender.flush(), { signal });
     addEventListener('beforeunload', (event) => {
       if (!this.#operations.isKept && this.count) event.preventDefault();
     }, { signal });
     signal.addEventListener('abort', () => this.#close());
-    this.#flush();
+    this.#sender.flush();
   }
 
   /** Number of operations that wait for the server. */
@@ -80,13 +77,13 @@ export class AttachmentOutbox extends EventTarget {
     this.#changed();
     await this.#operations.put(added);
     this.#others.postMessage(null);
-    this.#flush();
+    this.#sender.flush();
   }
 
   /** Sends a refused operation again. */
   async sendAgain(id) {
     await this.#note(id, { refusal: null });
-    this.#flush();
+    this.#sender.flush();
   }
 
   /** Discards a refused operation. */
@@ -98,26 +95,8 @@ export class AttachmentOutbox extends EventTarget {
   }
 
   #close() {
-    clearTimeout(this.#timer);
+    this.#sender.end();
     this.#others.close();
-  }
-
-  async #flush() {
-    this.#isAsked = true;
-    if (this.#isFlushing) return;
-    this.#isFlushing = true;
-    clearTimeout(this.#timer);
-    try {
-      while (this.#isAsked) {
-        this.#isAsked = false;
-        await alone(NAME, () => this.#sendAll());
-      }
-    } finally {
-      this.#isFlushing = false;
-    }
-    if (!this.reason) return;
-    this.#timer = setTimeout(() => this.#flush(), 1000 * pauseS(this.#failures));
-    this.#failures += 1;
   }
 
   /** Sends the stored operations, not those that this tab last saw: another tab may have sent some. */
@@ -127,7 +106,7 @@ export class AttachmentOutbox extends EventTarget {
     while ((operation = (await this.#operations.all()).find(isReady))) {
       await this.#sendOne(operation);
       if (this.reason) return;
-      this.#failures = 0;
+      this.#sender.arrived();
     }
     this.reason = null;
     await this.#read();

@@ -12,7 +12,7 @@
 import { ApiError, put, remove } from './api.js';
 import { idInTime } from './new-id.js';
 import { Operations } from './operations.js';
-import { alone, pauseS } from './sending.js';
+import { Sender } from './sending.js';
 import { errorText } from './words.js';
 
 const NAME = 'chainage-outbox';
@@ -56,14 +56,10 @@ export class Outbox extends EventTarget {
   #sending = null;
   /** The state of each observation that the server last accepted: {fields, version}. */
   #taken = new Map();
-  #isFlushing = false;
-  /** Whether something was added while the last was being sent. */
-  #isAsked = false;
   #written = Promise.resolve();
-  #failures = 0;
-  #timer = 0;
   #typedTimer = 0;
   #others = new BroadcastChannel(NAME);
+  #sender = new Sender(NAME, () => this.#sendAll(), () => this.reason !== null);
 
   /** Opens the outbox of this browser and sends what it still holds. */
   static async open() {
@@ -76,11 +72,11 @@ export class Outbox extends EventTarget {
     this.#operations = operations;
     this.#known = known;
     this.#others.onmessage = ({ data }) => (data ? this.#note(data.sent, { isSent: true }) : this.#readAgain());
-    addEventListener('online', () => this.#flush());
+    addEventListener('online', () => this.#sender.flush());
     addEventListener('beforeunload', (event) => {
       if (!this.isKept && this.count) event.preventDefault();
     });
-    this.#flush();
+    this.#sender.flush();
   }
 
   /** Number of operations that wait for the server. */
@@ -105,13 +101,13 @@ export class Outbox extends EventTarget {
   /** Resolves when the operation is safe in this browser; it is sent in the background. */
   async add(operation) {
     await this.#keep(operation);
-    this.#flush();
+    this.#sender.flush();
   }
 
   /** Like `add`, for text that is still being typed: it is sent after a pause in typing. */
   async addTyped(operation) {
     clearTimeout(this.#typedTimer);
-    this.#typedTimer = setTimeout(() => this.#flush(), 1000 * TYPED_S);
+    this.#typedTimer = setTimeout(() => this.#sender.flush(), 1000 * TYPED_S);
     await this.#keep(operation);
   }
 
@@ -151,7 +147,7 @@ export class Outbox extends EventTarget {
     const { refusal, isSent: _, id: _id, ...operation } = refused;
     const { code, current: before, version } = refusal;
     await this.#put({ ...operation, ...(code === 'changed_meanwhile' && { before, version }) }, refused);
-    this.#flush();
+    this.#sender.flush();
   }
 
   #refusedOf(observation) {
@@ -171,24 +167,6 @@ export class Outbox extends EventTarget {
     return this.#known.filter(({ refusal }) => !refusal);
   }
 
-  async #flush() {
-    this.#isAsked = true;
-    if (this.#isFlushing) return;
-    this.#isFlushing = true;
-    clearTimeout(this.#timer);
-    try {
-      while (this.#isAsked) {
-        this.#isAsked = false;
-        await alone(NAME, () => this.#sendAll());
-      }
-    } finally {
-      this.#isFlushing = false;
-    }
-    if (!this.reason) return;
-    this.#timer = setTimeout(() => this.#flush(), 1000 * pauseS(this.#failures));
-    this.#failures += 1;
-  }
-
   /** Sends the stored operations, not those that this tab last saw: another tab may have sent some. */
   async #sendAll() {
     for (;;) {
@@ -202,7 +180,7 @@ export class Outbox extends EventTarget {
         this.#sending = null;
       }
       if (this.reason) return;
-      this.#failures = 0;
+      this.#sender.arrived();
     }
     this.reason = null;
     await this.#read();
@@ -299,7 +277,7 @@ export class Outbox extends EventTarget {
   async #readAgain() {
     await this.#read();
     this.dispatchEvent(new Event('elsewhere'));
-    if (this.count) this.#flush();
+    if (this.count) this.#sender.flush();
   }
 
   /** Reads the operations again: other tabs have added or removed some. */
