@@ -72,8 +72,8 @@ def test_photos_drawings_notes_and_clips_are_made_and_kept(
     page.locator("body").press("Escape")
     page.keyboard.press("End")
     expect_frame(page, FRAMES - 1)
+    page.keyboard.press("Shift+P")
     page.keyboard.press("e")
-    form.get_by_role("button", name="Add a photo of the shown frame").click()
     expect(thumbs).to_have_count(2)
     expect_saved(page)
 
@@ -115,6 +115,8 @@ def test_photos_drawings_notes_and_clips_are_made_and_kept(
     page.locator(".defect").first.click()
     page.keyboard.press("e")
     expect(form.locator("audio")).to_have_attribute("src", re.compile("/voice$"))
+
+    expect_no_fault(page, ("dark",))
 
     # Deleted, and undone.
     form.get_by_role("button", name="Delete", exact=True).click()

@@ -2,12 +2,14 @@
 
 import { html, patchList, render, setText } from '../../core/html.js';
 import { isUnfinished } from '../../core/inspection.js';
+import { withKey } from '../../core/keys.js';
 import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { timecode } from '../../core/units.js';
 import { t, wordFor } from '../../core/words.js';
 import { nameOf } from '../defect-list/names.js';
 import { icon } from '../icon/icon.js';
+import { addPhoto, detach } from './actions.js';
 import { openClip } from './clip-dialog.js';
 import { openPhotos } from './photo-dialog.js';
 import { photosOf } from './photos.js';
@@ -33,7 +35,8 @@ class DefectAttachments extends Component {
       this,
       html`<ul class="thumbs" aria-label="${t('attach.photos')}" data-part="photos"></ul>
         <div class="form__row">
-          <button type="button" class="button button--small" data-needs="operator" data-part="add">${icon('plus')}${t('attach.add_photo')}</button>
+          <button type="button" class="button button--small" data-needs="operator" data-part="add"
+            title="${withKey(t('attach.add_photo'), 'Shift + P')}">${icon('plus')}${t('attach.add_photo')}</button>
           <button type="button" class="button button--small" data-needs="operator" data-part="record"
             aria-describedby="voice-fault"></button>
           <button type="button" class="button button--small" data-part="clip">${icon('film')}${t('attach.clip')}</button>
@@ -42,7 +45,7 @@ class DefectAttachments extends Component {
         <ul class="voices" aria-label="${t('attach.voices')}" data-part="voices"></ul>`,
     );
     const { parts, desk } = this;
-    this.listen(parts.add, 'click', () => this.#addPhoto());
+    this.listen(parts.add, 'click', () => addPhoto(desk, this.observationId));
     this.listen(parts.record, 'click', () => this.#toggleRecording());
     this.listen(parts.clip, 'click', () => openClip(desk.inspection.id, this.#item, nameOf(this.#item)));
     this.listen(parts.photos, 'click', ({ target }) => {
@@ -60,13 +63,6 @@ class DefectAttachments extends Component {
 
   get #item() {
     return this.desk.observations.find(this.observationId);
-  }
-
-  #addPhoto() {
-    const { desk } = this;
-    const { frame, row } = desk.playhead.value;
-    if (!row) desk.fault(t('desk.not_tracked'));
-    else desk.attach(this.#item, { kind: 'photo', frame });
   }
 
   async #toggleRecording() {
@@ -100,7 +96,7 @@ class DefectAttachments extends Component {
   #doWithNote(what, id) {
     const { attachments } = this.desk;
     const note = attachments.value.find((item) => item.id === id);
-    if (what === 'delete') this.desk.detach(this.#item, note);
+    if (what === 'delete') detach(this.desk, this.#item, note);
     if (what === 'again') attachments.sendAgain(note);
     if (what === 'drop') attachments.giveUp(note);
   }

@@ -6,6 +6,7 @@ import { lengthUnit } from '../../core/units.js';
 import { language, t } from '../../core/words.js';
 import { openDialog } from '../dialog/dialog.js';
 import { icon } from '../icon/icon.js';
+import { detach } from './actions.js';
 import { openDrawing } from './drawing-dialog.js';
 import { photosOf } from './photos.js';
 import { paintStrokes } from './strokes.js';
@@ -94,7 +95,7 @@ class PhotoDialog {
     if (what === 'draw') this.#draw(item, photos[at]);
     if (what === 'delete') {
       this.#dialog.close(); // the message that offers the undo is beneath it
-      this.#desk.detach(item, photos[at].attachment);
+      detach(this.#desk, item, photos[at].attachment);
     }
   }
 

@@ -308,22 +308,6 @@ export class Desk extends EventTarget {
     for (const box of [this.outbox, this.attachmentOutbox]) await whenSent(box, this.inspection.id, signal);
   }
 
-  /** Adds a photo to an observation, {kind, frame}. */
-  attach(item, picture) {
-    if (may('operator')) this.attachments.add(item, picture);
-    else this.fault(t('rights.viewer'));
-  }
-
-  /** Deletes an attachment of an observation, which can be undone. */
-  detach(item, attachment) {
-    if (!may('operator')) {
-      this.fault(t('rights.viewer'));
-      return;
-    }
-    this.attachments.remove(item, attachment);
-    this.done(t('attach.deleted'));
-  }
-
   /** Selects an observation and shows its frame. */
   goTo(id) {
     const item = this.observations.find(id);
