@@ -27,6 +27,7 @@ const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowD
  */
 export async function openDrawing(photo, video, title) {
   const { parts, closed } = openDialog({ title: t('attach.draw_on', { name: title }), size: 'wide', content: markup(photo, video) });
+  parts.picture.style.setProperty('--aspect', video.width / video.height);
   const pad = new Pad(parts, photo.strokes, video);
   parts.canvas.focus();
   parts.done.addEventListener('click', () => parts.done.closest('dialog').close());
@@ -169,7 +170,7 @@ const markup = ({ url }, { width, height }) => html`<form class="drawing__tools"
     <button type="button" class="button button--small" data-part="clear">${icon('trash')}${t('attach.clear')}</button>
     <button type="button" class="button button--small button--primary" data-part="done">${icon('check')}${t('form.done')}</button>
   </form>
-  <div class="photo drawing">
+  <div class="photo" data-part="picture">
     <img src="${url}" alt="" width="${width}" height="${height}" draggable="false" />
     <canvas class="photo__strokes drawing__pad" width="${width}" height="${height}" tabindex="0" role="application" aria-label="${t('attach.pad')}" data-part="canvas"></canvas>
   </div>

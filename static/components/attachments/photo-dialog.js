@@ -68,8 +68,10 @@ class PhotoDialog {
     const photo = photos[at];
     this.#shown = photo.id;
     const focused = this.#place.contains(document.activeElement) ? document.activeElement.dataset.do : null;
+    const { video } = this.#desk.inspection.value;
     const parts = render(this.#place, markup(this.#desk, item, photos, at, this.#title, this.#isBurntIn));
-    if (photo.strokes.length) paintStrokes(parts.strokes, photo.strokes, this.#desk.inspection.value.video);
+    parts.picture.style.setProperty('--aspect', video.width / video.height);
+    if (photo.strokes.length) paintStrokes(parts.strokes, photo.strokes, video);
     if (focused) this.#place.querySelector(`[data-do="${focused}"]:enabled`)?.focus();
   }
 
@@ -134,7 +136,7 @@ function markup(desk, item, photos, at, title, isBurntIn) {
         ${tool('later', 'redo', t('attach.later'), isLast)}`}
       ${attachment && tool('delete', 'trash', t('attach.delete'))}
     </div>
-    <div class="photo">
+    <div class="photo" data-part="picture">
       <img src="${url}" alt="${alt}" width="${video.width}" height="${video.height}" />
       ${!attachment && item.pixel && mark(item.pixel, video)}
       ${strokes.length > 0 && html`<canvas class="photo__strokes" data-part="strokes" aria-hidden="true"></canvas>`}

@@ -93,7 +93,6 @@ def test_a_deleted_attachment_comes_back_and_the_history_has_it(shared: Client, 
     assert_error(shared.delete(one(done, other, photo["id"])), 404, "attachment_not_found")
 
 
-@ON_BOTH
 def test_a_voice_note_is_kept_whole_and_may_be_sent_again(shared: Client, done: str) -> None:
     tag, name = shared.tag(done, frame=14).json()["id"], str(uuid.uuid4())
     first, again = (say(shared, done, tag, name) for _ in range(2))
