@@ -184,6 +184,11 @@ def test_a_backup_has_attachments_and_a_deleted_inspection_leaves_none(
         photo = attach(client, survey.id, tag, kind="photo", frame=20)
         note = say(client, survey.id, tag, str(uuid.uuid4())).json()
         back_up(tmp_path / "data", tmp_path / "backup.zip", lambda _done, _total: None)
+        (film,) = (tmp_path / "data" / "inspections").glob("*/video.mp4")
+        film.unlink()  # it may be a link to the film of other tests
+        film.write_bytes(b"no film")
+        refused = client.get(f"/api/inspections/{survey.id}/observations/{tag}/clip")
+        assert_error(refused, 422, "unreadable_video")
         client.delete(f"/api/inspections/{survey.id}")
     assert not list((tmp_path / "data" / "inspections").iterdir())
     with closing(sqlite3.connect(tmp_path / "data" / "chainage.db")) as database:
