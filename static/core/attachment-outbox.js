@@ -27,7 +27,7 @@ const ANSWER_LIMIT_S = 60;
  * @property {{code: string, message: string}} [refusal] why the server refuses it
  */
 
-/** Events: `change`, and `answered` (detail {operation, answer}). */
+/** Events: `change`, `answered` (detail {operation, answer}), and `elsewhere`: the list must be read again. */
 export class AttachmentOutbox extends EventTarget {
   /** What prevents the first operation from being sent, or null. */
   reason = null;
@@ -50,7 +50,7 @@ export class AttachmentOutbox extends EventTarget {
     this.#operations = operations;
     this.#known = known;
     this.#tags = tags;
-    this.#others.onmessage = () => this.#read();
+    this.#others.onmessage = () => this.#readAgain();
     tags.addEventListener('change', () => this.count && this.#sender.flush(), { signal });
     addEventListener('online', () => this.#sender.flush(), { signal });
     addEventListener('beforeunload', (event) => {
@@ -143,6 +143,12 @@ export class AttachmentOutbox extends EventTarget {
     this.#known = this.#known.map((other) => (other.id === id ? { ...other, ...changes } : other));
     this.#others.postMessage(null);
     this.#changed();
+  }
+
+  /** Another tab has added or sent something. */
+  async #readAgain() {
+    await this.#read();
+    this.dispatchEvent(new Event('elsewhere'));
   }
 
   async #read() {

@@ -43,6 +43,7 @@ export class Attachments extends Store {
     this.#signal = signal;
     outbox.addEventListener('answered', ({ detail }) => this.#answered(detail), { signal });
     outbox.addEventListener('change', () => this.#publish(), { signal });
+    outbox.addEventListener('elsewhere', () => this.loadPatiently(), { signal });
     signal.addEventListener('abort', () => clearTimeout(this.#timer));
   }
 

@@ -13,10 +13,7 @@ from starlette.responses import StreamingResponse
 
 from app.errors import (
     ExportNotAvailable,
-    FrameNotFound,
     InspectionNotFound,
-    MediaFailed,
-    MediaTimeout,
     NothingRecorded,
     StoreUnavailable,
     UnreadableKey,
@@ -26,10 +23,9 @@ from app.reports.formats import FORMATS
 from app.reports.report import Extras, Language, Units
 from app.web.deps import InspectionId, ServicesDep, viewer
 from app.web.ranges import PRIVATE, blob_response
-from app.web.schemas.failures import content, failures
+from app.web.schemas.failures import READING_A_FILM, content, failures
 from app.web.schemas.records import LossesOut
 from app.web.slow import slow
-from vo_core.errors import UnreadableVideo
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["media"])
 
@@ -54,11 +50,7 @@ def video(inspection_id: InspectionId, services: ServicesDep, request: Request) 
     responses=content("image/jpeg")
     | failures(
         InspectionNotFound,
-        FrameNotFound,
-        NothingRecorded,
-        UnreadableVideo,
-        MediaFailed,
-        MediaTimeout,
+        *READING_A_FILM,
     ),
 )
 @viewer

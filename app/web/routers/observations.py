@@ -8,12 +8,8 @@ from starlette.responses import StreamingResponse
 from app.container import Services
 from app.errors import (
     ChangedMeanwhile,
-    FrameNotFound,
     FrameOutsideVideo,
     InspectionNotFound,
-    MediaFailed,
-    MediaTimeout,
-    NothingRecorded,
     ObservationNotFound,
     PhotoNotFound,
     PixelOutsidePicture,
@@ -21,11 +17,10 @@ from app.errors import (
 from app.survey.tag import Tag
 from app.web.deps import InspectionId, ObservationId, PrincipalDep, ServicesDep, operator, viewer
 from app.web.ranges import PRIVATE, blob_response
-from app.web.schemas.failures import content, failures
+from app.web.schemas.failures import READING_A_FILM, content, failures
 from app.web.schemas.observations import ObservationOut, ObservationsOut
 from app.web.slow import slow
 from app.web.versions import Replaced, tag_with
-from vo_core.errors import UnreadableVideo
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}/observations", tags=["observations"])
 
@@ -140,11 +135,7 @@ def photo(
     | failures(
         InspectionNotFound,
         ObservationNotFound,
-        FrameNotFound,
-        NothingRecorded,
-        UnreadableVideo,
-        MediaFailed,
-        MediaTimeout,
+        *READING_A_FILM,
     ),
 )
 @viewer

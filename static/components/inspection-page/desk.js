@@ -139,7 +139,8 @@ export class Desk extends EventTarget {
   /** Reads again everything that contains distances, as they have been corrected. */
   async reload() {
     await Promise.all([
-      this.track.reload(this.#signal), this.observations.load(), this.corrections.load(), this.#loadWall(),
+      this.track.reload(this.#signal), this.observations.load(), this.attachments.load(), this.corrections.load(),
+      this.#loadWall(),
     ]);
   }
 
