@@ -10,6 +10,8 @@ import { errorText } from './words.js';
 
 /** Pause before the list is read again, for a missing picture or after a failure. */
 const LOAD_PAUSE_MS = 1500;
+/** The attachments of most observations. */
+const NONE = Object.freeze([]);
 
 /**
  * @typedef {object} Attachment as in the API, and
@@ -26,6 +28,7 @@ export class Attachments extends Store {
   #signal;
   /** Those that the server has, by id. */
   #stored = new Map();
+  #byObservation = new Map();
   #version = 0;
   #timer = 0;
 
@@ -73,7 +76,7 @@ export class Attachments extends Store {
 
   /** Returns the pictures and the voice notes of an observation, in their order. */
   of(observation) {
-    return this.value.filter((item) => item.observation_id === observation);
+    return this.#byObservation.get(observation) ?? NONE;
   }
 
   /** Adds a photo of a frame or a drawing on it: {kind, frame, strokes}. Returns its id. */
@@ -171,7 +174,13 @@ export class Attachments extends Store {
       else if (known.has(id)) known.set(id, { ...known.get(id), ...state });
     }
     const items = [...known.values()].sort((a, b) => a.rank - b.rank);
-    if (JSON.stringify(items) !== JSON.stringify(this.value)) this.set(items);
+    if (JSON.stringify(items) === JSON.stringify(this.value)) return;
+    this.#byObservation = new Map();
+    for (const item of items) {
+      const { observation_id: observation } = item;
+      this.#byObservation.set(observation, [...this.of(observation), item]);
+    }
+    this.set(items);
   }
 
   /** Waits for pictures, which are made after their row is stored. */

@@ -25,6 +25,10 @@ export function photosOf(desk, item) {
   return [...own, ...attached].sort((a, b) => a.rank - b.rank); // stable: the own photo precedes others of its rank
 }
 
+/** Returns the address of the main photo of a defect, for a list; null while there is none. */
+export const mainPhotoOf = (desk, item) =>
+  desk.attachments.of(item.id).length === 0 ? item.photo : (photosOf(desk, item)[0]?.url ?? null);
+
 /** Until the server has it, the picture is the same frame as it is shown to everybody. */
 const pictureOf = (desk, { id, frame, file }) => ({
   id, frame, url: file ?? `/api/inspections/${desk.inspection.id}/frames/${frame}.jpg`,

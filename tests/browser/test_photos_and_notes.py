@@ -110,6 +110,8 @@ def test_photos_drawings_notes_and_clips_are_made_and_kept(
     expect(form.locator(".voices li")).to_contain_text("waits for the server")
     page.reload()
     expect(page.locator(".save")).to_have_text("Waiting (1)")
+    in_list = page.locator(".defect [data-part=photo]")
+    expect(in_list).to_have_attribute("src", drawing["file"])
     page.unroute("**/voice?*")
     expect_saved(page)
     page.locator(".defect").first.click()
