@@ -16,6 +16,7 @@ from app.archive.inbox import Inbox
 from app.archive.intake import Intake
 from app.data_folder import Records
 from app.inspections.aiming import Aiming
+from app.inspections.attachments import Attachments
 from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
 from app.inspections.counters import Counters
@@ -56,6 +57,8 @@ from app.storage.preferences import PreferenceStore
 from app.storage.runs import RunStore
 from app.storage.tokens import TokenFile
 from app.tracking.cameras import Sources
+from app.tracking.clips import CPU_S as CLIP_CPU_S
+from app.tracking.clips import Clips
 from app.tracking.counter_queue import CounterQueue
 from app.tracking.dask_engine import Cluster, DaskEngine, Store
 from app.tracking.engines import Engine, Pool
@@ -96,11 +99,13 @@ class Services:
     tracks: Tracks
     unrolled: Unrolled
     observations: Observations
+    attachments: Attachments
     corrections: Corrections
     checks: Checks
     counters: Counters
     counter_queue: CounterQueue
     photos: Photos
+    clips: Clips
     media: Media
     packs: Packs
     preferences: Preferences
@@ -191,6 +196,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     photos = Photos(
         records.inspection_store,
         records.observation_store,
+        records.attachment_store,
         blobs,
         film_files,
         media,
@@ -342,11 +348,20 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         tracks=tracks,
         unrolled=records.unrolled,
         observations=records.observations,
+        attachments=records.attachments,
         corrections=records.corrections,
         checks=records.checks,
         counters=records.counters,
         counter_queue=counter_queue,
         photos=photos,
+        clips=Clips(
+            records.inspection_store,
+            records.observation_store,
+            blobs,
+            film_files,
+            tracks,
+            Limits(settings.child_memory_bytes, CLIP_CPU_S),
+        ),
         media=media,
         packs=records.packs,
         preferences=Preferences(PreferenceStore(database)),

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from app.errors import UnusableDatabase
+from app.inspections.attachments import Attachments
 from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
 from app.inspections.counters import Counters
@@ -18,6 +19,7 @@ from app.reports.reports import Reports
 from app.search.export import ArchiveExport
 from app.search.indexer import Indexer
 from app.search.tables import Rows
+from app.storage.attachments import AttachmentStore
 from app.storage.blob_stores import blobs_at
 from app.storage.blobs import Blobs
 from app.storage.corrections import CorrectionStore
@@ -52,6 +54,7 @@ class Records:
         self.inspection_store = InspectionStore(database)
         self.correction_store = CorrectionStore(database)
         self.observation_store = ObservationStore(database, has_webhook=has_webhook)
+        self.attachment_store = AttachmentStore(database)
         self.tracks = Tracks(blobs, places)
         self.unrolled = Unrolled(blobs, live)
         self.corrections = Corrections(
@@ -65,6 +68,14 @@ class Records:
         self.counters = Counters(self.inspection_store, self.counter_files, self.tracks)
         self.observations = Observations(
             self.inspection_store, self.observation_store, self.tracks, self.corrections, live
+        )
+        self.attachments = Attachments(
+            self.inspection_store,
+            self.observation_store,
+            self.attachment_store,
+            blobs,
+            self.tracks,
+            live,
         )
         self.packs = Packs(PackStore(database))
         self.checks = Checks(
@@ -90,6 +101,7 @@ class Records:
         self.reports = Reports(
             self.inspection_store,
             self.observations,
+            self.attachment_store,
             self.corrections,
             self.checks,
             self.counters,

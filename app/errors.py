@@ -49,6 +49,14 @@ class PhotoNotFound(AppError):
     """The observation has no photo."""
 
 
+class AttachmentNotFound(AppError):
+    """The observation has no attachment with this id, or its file is missing."""
+
+
+class TooManyAttachments(AppError):
+    """The observation has as many attachments as it may have."""
+
+
 class TileNotFound(AppError):
     """The part of the wall was not seen."""
 
@@ -102,7 +110,7 @@ class UnsupportedTusVersion(AppError):
 
 
 class WrongContentType(AppError):
-    """The PATCH is not application/offset+octet-stream."""
+    """The body is of another type than the route accepts."""
 
 
 class TooManyUploads(AppError):
@@ -186,7 +194,7 @@ class ExportNotAvailable(AppError):
 
 
 class InvalidRequest(AppError):
-    """The request has a value that the database cannot compare with anything."""
+    """The request has a value that does not fit what is stored."""
 
 
 class InvalidImport(AppError):

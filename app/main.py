@@ -41,6 +41,7 @@ from app.web.routers import (
     access,
     aiming,
     archive,
+    attachments,
     catalogue,
     corrections,
     counter,
@@ -100,9 +101,9 @@ def create_app(settings: Settings) -> FastAPI:
     # Mounted before the routes, because the first match answers.
     app.mount("/static", pages.Assets(directory=pages.static_folder()))
     for part in (
-        access, me, uploads, aiming, imports, inspections, observations, picking, corrections,
-        counter, media, catalogue, packs, samples, archive, search, sources, meter_counter,
-        unrolled, health, metrics, live, viewer, pages,
+        access, me, uploads, aiming, imports, inspections, observations, attachments, picking,
+        corrections, counter, media, catalogue, packs, samples, archive, search, sources,
+        meter_counter, unrolled, health, metrics, live, viewer, pages,
     ):  # fmt: skip
         app.include_router(part.router)
     app.add_middleware(Guard, allowed_hosts=(socket.gethostname(), *settings.allowed_hosts))

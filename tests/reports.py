@@ -94,6 +94,8 @@ def entry(seq: int, photos: Path | None = None, **fields: Any) -> Entry:
         "at_joint": False,
         "kind": built_in().named(**known),
         "photo": photo(photos, seq) if photos else None,
+        "more_photos": (),
+        "voice_notes": (),
         "tagged_by": "Operator 1",
         "tagged_at": AT + timedelta(seconds=seq),
     }

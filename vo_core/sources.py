@@ -259,43 +259,6 @@ def _enter(
     return None
 
 
-def read_frame(path: Path | str, t_s: float) -> ByteImage:
-    """Read the picture shown at presentation time `t_s` in colour, (H, W, 3) BGR.
-
-    Raises:
-        UnreadableVideo: The file cannot be opened, or ends before that time.
-    """
-    with VideoFile(path) as video:
-        for back_s in _SEEK_BACK_S:
-            video.seek(max(t_s - back_s, 0.0))
-            if (picture := _from_here(video, t_s)) is not None:
-                return picture
-    raise UnreadableVideo(f"The video has no frame at {t_s:.3f} s.")
-
-
-_SEEK_BACK_S = (0.0, 1.0, 4.0, 16.0, math.inf)
-"""Seconds to seek before the frame, one after the other: without an index (MPEG-TS) a seek may end
-after it."""
-
-_ROUNDING_S = 1e-5
-"""Tolerance of times, which come from track files with six decimals."""
-
-
-def _from_here(video: VideoFile, t_s: float) -> ByteImage | None:
-    """Read on to the first frame at or after `t_s`; None if the source is already after it."""
-    is_first = True
-    try:
-        for frame in video:
-            if is_first and frame.t_s > t_s + _ROUNDING_S:
-                return None
-            if frame.t_s >= t_s - _ROUNDING_S:
-                return frame.to_bgr()
-            is_first = False
-    except UnreadableVideo:  # nothing can be decoded from here on, perhaps from an earlier position
-        return None
-    return None
-
-
 def _open(path: Path) -> tuple[InputContainer, VideoStream]:
     if not path.is_file():
         raise UnreadableVideo(f"{path.name} is not there or is not a file.")

@@ -23,7 +23,7 @@ from app.burnt_in.finder import CounterPlace, find_counter, joined, shows_counte
 from app.burnt_in.text_model import TextDetector, TextReader
 from vo_core import VideoFile
 from vo_core.errors import UnreadableVideo
-from vo_core.sources import read_frame
+from vo_core.frames_at import read_frame
 from vo_core.types import ByteImage
 
 HEADER = "frame,time_s,reading,unit,confidence"

@@ -93,7 +93,9 @@ class Observations:
         """
         inspection = self._inspections.get(inspection_id)
         track = self._tracks.get(inspection_id)
-        _check_anchor(inspection, len(track), tag)
+        check_frame(inspection, len(track), tag.frame)
+        if tag.pixel is not None:
+            check_pixel(inspection, *tag.pixel)
         if tag.pixel and inspection.source_kind == IMPORTED and is_unmeasured(track):
             raise PixelOutsidePicture(f"{NO_FILM} Tag it without a pixel.")
         stated = StatedTag.kept(tag.model_dump())
@@ -219,8 +221,8 @@ def check_pixel(inspection: Inspection, u: float, v: float) -> None:
         )
 
 
-def _check_anchor(inspection: Inspection, tracked: int, tag: Tag) -> None:
-    frame, pixel = tag.frame, tag.pixel
+def check_frame(inspection: Inspection, tracked: int, frame: int) -> None:
+    """Raise FrameOutsideVideo unless the film has the frame; `tracked` is the number so far."""
     total = inspection.video.get("frames")
     if inspection.status == "done":
         limit = tracked
@@ -231,5 +233,3 @@ def _check_anchor(inspection: Inspection, tracked: int, tag: Tag) -> None:
         limit = frame + 1
     if frame >= limit:
         raise FrameOutsideVideo(f"The video has no frame {frame}; its last one is {limit - 1}.")
-    if pixel is not None:
-        check_pixel(inspection, *pixel)

@@ -82,7 +82,7 @@ def _probe(request: ProbeRequest) -> Probed:
 
 
 def _picture(request: PictureRequest) -> Picture:
-    from vo_core.sources import read_frame
+    from vo_core.frames_at import read_frame
 
     return Picture(_jpeg(read_frame(request.video, request.t_s), request.jpeg_quality))
 

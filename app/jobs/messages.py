@@ -435,6 +435,23 @@ class Picture(msgspec.Struct, frozen=True, tag="picture"):
     jpeg: bytes
 
 
+class ClipRequest(msgspec.Struct, frozen=True, tag="clip"):
+    """Parent to the process that cuts a clip: its one request."""
+
+    video: str
+    start_s: float
+    """Presentation time of the first frame, or of one shortly before it."""
+    end_s: float
+    """Presentation time that no frame of the clip exceeds."""
+    limits: Limits
+
+
+class Clip(msgspec.Struct, frozen=True, tag="clip"):
+    """Cutter to parent: the clip as an MP4 file."""
+
+    mp4: bytes
+
+
 class FirstPictureRequest(msgspec.Struct, frozen=True, tag="first_picture"):
     """Parent to media worker: return the first picture and the pipe's axis in it."""
 
@@ -459,6 +476,7 @@ FromFinaliser = Finalised | Failed
 FromReopener = Done | Failed
 FromWallJoiner = Batch | Done | Failed
 FromCounterReader = CounterProgress | CounterFound | CounterRead | Failed
+FromClipper = Clip | Failed
 FromSample = Rendered | Done | Failed
 MediaRequest = ProbeRequest | PictureRequest | FirstPictureRequest
 MediaAnswer = Probed | Picture | FirstPicture

@@ -45,6 +45,36 @@ class Photo:
     """A blob that may be missing; None in an import, whose photos are elsewhere."""
     sha256: str | None
     """None for another program's photo."""
+    marked: Readable | None = None
+    """A copy with the marks of a person, or a burnt-in caption."""
+    of: str = ""
+    """Id of the observation or the attachment that it is the photo of."""
+
+    @property
+    def shown(self) -> Readable | None:
+        """What reports show of it: the copy with marks if there is one."""
+        return self.marked or self.jpeg
+
+
+@dataclass(frozen=True)
+class VoiceNote:
+    """What a person said about an entry."""
+
+    name: str
+    """`<asset>-<number>-<number of the note>.webm`, or another suffix."""
+    sound: Readable
+    """A blob that may be missing."""
+    sha256: str | None
+
+
+@dataclass(frozen=True)
+class Extras:
+    """What a report shows only where it is asked for."""
+
+    burnt_in: bool = False
+    """Distance and code below each photo."""
+    clip_of: Callable[[str], bytes] | None = None
+    """Cuts the clip around an entry, by its id, as MP4; raises a ChainageError if it cannot."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +120,14 @@ class Entry:
     tagged_at: datetime
     edited_at: datetime | None
     edited_by: str | None
+    more_photos: tuple[Photo, ...] = ()
+    """Further photos, and drawings on copies of photos, in the order of the person."""
+    voice_notes: tuple[VoiceNote, ...] = ()
+
+    @property
+    def photos(self) -> tuple[Photo, ...]:
+        """All its photos, the main one first."""
+        return (self.photo, *self.more_photos) if self.photo else self.more_photos
 
     @property
     def unit1(self) -> str | None:
@@ -190,6 +228,7 @@ class Report:
     """Signs evidence bundles."""
     draw_scene: Callable[[Report], str] | None = None
     """Makes the page of the 3D view; raises a ChainageError if it cannot."""
+    extras: Extras = field(default_factory=Extras)
     language: Language = "en"
     units: Units = "m"
 

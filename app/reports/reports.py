@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Hashable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any
@@ -13,17 +14,30 @@ import numpy as np
 from cachetools import TTLCache
 from numpy.typing import NDArray
 
-from app.errors import ExportNotAvailable
+from app.errors import ExportNotAvailable, PhotoNotFound
 from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
 from app.inspections.counters import Counters
 from app.inspections.observations import Observations, rig_of
 from app.inspections.packs import Packs
+from app.reports.attached import Attached
 from app.reports.bundle.signing import Signer
-from app.reports.content.naming import ascii_file_name, safe_file_name
+from app.reports.content.naming import file_stem, safe_file_name
+from app.reports.content.translator import Translator
 from app.reports.formats import FORMATS
-from app.reports.report import Company, Entry, Language, Photo, Report, Role, Source, Units, Written
+from app.reports.report import (
+    Company,
+    Entry,
+    Extras,
+    Language,
+    Report,
+    Role,
+    Source,
+    Units,
+    Written,
+)
 from app.storage import keys
+from app.storage.attachments import AttachmentStore
 from app.storage.blobs import Blobs, StoredBlob
 from app.storage.inspections import InspectionStore
 from app.storage.tables import ENDED, IMPORTED
@@ -40,12 +54,11 @@ from vo_core import Rig
 from vo_core.errors import InvalidRig
 
 _ROLES: Mapping[str, Role] = {"A": "start", "C": "change", "B": "finish"}
+_NO_EXTRAS = Extras()
 _KEPT_S = 60.0
 """How long a written report is cached: a page requests its losses and then the report itself."""
 _KEPT_BYTES = 64 * 2**20
 """Bytes of cached reports, together."""
-_LONGEST_PHOTO_STEM = 100
-"""Longest asset in the name of a photo: file systems and exchange formats allow 255 characters."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +77,7 @@ class Reports:
         self,
         inspections: InspectionStore,
         observations: Observations,
+        attachments: AttachmentStore,
         corrections: Corrections,
         checks: Checks,
         counters: Counters,
@@ -77,6 +91,7 @@ class Reports:
     ) -> None:
         self._inspections = inspections
         self._observations = observations
+        self._attachments = attachments
         self._corrections = corrections
         self._checks = checks
         self._counters = counters
@@ -94,7 +109,13 @@ class Reports:
         )
 
     def export(
-        self, inspection_id: str, kind: str, *, language: Language = "en", units: Units = "m"
+        self,
+        inspection_id: str,
+        kind: str,
+        *,
+        language: Language = "en",
+        units: Units = "m",
+        extras: Extras = _NO_EXTRAS,
     ) -> Export:
         """Return the report as a file; a second call within a minute returns the same file.
 
@@ -103,6 +124,7 @@ class Reports:
             kind: One of FORMATS.
             language: Language of formats that people read.
             units: Units of the same formats.
+            extras: What it shows only where it is asked for.
 
         Raises:
             InspectionNotFound: No inspection has this id.
@@ -112,14 +134,18 @@ class Reports:
             raise ExportNotAvailable(
                 f"There is no export as {kind}; there are {', '.join(FORMATS)}."
             )
-        state = (self._inspections.state(inspection_id), self._counters.kept(inspection_id))
-        key = (inspection_id, kind, language, units, state)
+        state = (
+            self._inspections.state(inspection_id),
+            self._attachments.state(inspection_id),
+            self._counters.kept(inspection_id),
+        )
+        key = (inspection_id, kind, language, units, extras.burnt_in, state)
         with self._lock:
             known = self._kept.get(key)
         if known is not None:
             return known
         form = FORMATS[kind]
-        report = self.report(inspection_id, language=language, units=units)
+        report = self.report(inspection_id, language=language, units=units, extras=extras)
         name = safe_file_name(f"{report.name}-{form.stem}{form.suffix}")
         export = Export(name, form.media_type, form.write(report))
         can_be_kept = export.written.file is None and export.written.size <= _KEPT_BYTES
@@ -128,8 +154,36 @@ class Reports:
                 self._kept[key] = export
         return export
 
+    def photo(
+        self, inspection_id: str, photo_of: str, *, language: Language, units: Units, burnt_in: bool
+    ) -> tuple[str, bytes]:
+        """Return a photo as reports show it: the name of its file, and the JPEG.
+
+        Args:
+            inspection_id: The inspection.
+            photo_of: Id of the observation or the attachment.
+            language, units: Those of what is burnt in.
+            burnt_in: Whether distance and code are below the picture.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            PhotoNotFound: There is no such photo.
+        """
+        extras = Extras(burnt_in=burnt_in)
+        report = self.report(inspection_id, language=language, units=units, extras=extras)
+        for photo in (photo for entry in report.entries for photo in entry.photos):
+            if photo.of == photo_of and photo.shown is not None:
+                with suppress(FileNotFoundError):
+                    return photo.name, photo.shown.read_bytes()
+        raise PhotoNotFound("There is no such photo, or it is not made yet.")
+
     def report(
-        self, inspection_id: str, *, language: Language = "en", units: Units = "m"
+        self,
+        inspection_id: str,
+        *,
+        language: Language = "en",
+        units: Units = "m",
+        extras: Extras = _NO_EXTRAS,
     ) -> Report:
         """Build the report model.
 
@@ -140,12 +194,18 @@ class Reports:
         rig, table = rig_of(row), self._packs.table_of(row.header)
         track, raw = self._corrections.track(inspection_id), self._tracks.get(inspection_id)
         observations = self._observations.all(inspection_id)
-        asset = _photo_stem(str(row.header.get("asset_id") or row.name))
+        asset = file_stem(str(row.header.get("asset_id") or row.name))
         lengths_m = _stretch_lengths_m(observations)
         end_mm, sigma_mm = _last(track.distance_mm), _last(track.sigma_distance_mm)
         line = _line(row.header, end_mm)
+        attached = Attached(
+            self._blobs,
+            asset,
+            self._attachments.listed(inspection_id),
+            Translator(language, units).burnt_in if extras.burnt_in else None,
+        )
         entries = [
-            _entry(item, rig, table, self._photo(item, asset), row.header, line, lengths_m)
+            attached.added_to(_entry(item, rig, table, row.header, line, lengths_m), item.row)
             for item in observations
         ]
         if row.source_kind == IMPORTED and row.video.get("duration_s") is None:
@@ -193,27 +253,10 @@ class Reports:
             company=self._company,
             signer=self._signer,
             draw_scene=self._draw_scene,
+            extras=extras,
             language=language,
             units=units,
         )
-
-    def _photo(self, view: ObservationView, asset: str) -> Photo | None:
-        row = view.row
-        if stated := row.tag.photo_name:
-            return Photo(stated, None, None)
-        if not row.is_photographed:
-            return None
-        jpeg = None
-        if row.has_photo:
-            key = keys.photo(row.inspection_id, row.id, row.frame)
-            jpeg = StoredBlob(self._blobs, key)
-        return Photo(f"{asset}-{row.seq:03d}.jpg", jpeg, row.photo_sha256)
-
-
-def _photo_stem(asset: str) -> str:
-    """Return a name for every format, so in ASCII: EN 13508-2 text and RIBX allow nothing else."""
-    stem = ascii_file_name(asset)
-    return stem if len(stem) <= _LONGEST_PHOTO_STEM else stem[-_LONGEST_PHOTO_STEM:].lstrip("._-")
 
 
 @dataclass(frozen=True)
@@ -247,7 +290,6 @@ def _entry(
     view: ObservationView,
     rig: Rig,
     table: CodeTable,
-    photo: Photo | None,
     header: Mapping[str, Any],
     line: _Line | None,
     lengths_m: Mapping[str, float],
@@ -274,7 +316,7 @@ def _entry(
         cont_id=number,
         cont_role=_ROLES[role] if role else None,
         cont_length_m=lengths_m.get(row.id),
-        photo=photo,
+        photo=None,
         x_m=x_m,
         y_m=y_m,
         z_m=z_m,

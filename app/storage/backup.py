@@ -40,6 +40,7 @@ from app.storage.files import DataFolder, raise_if_full, sync_folder
 from app.storage.folder_blobs import FolderBlobs
 from app.storage.sqlite import revision_of
 from app.storage.tables import ENDED
+from app.survey.attachments import VOICE_SUFFIXES
 
 OnProgress = Callable[[int, int], None]
 """Called with the bytes done and the total."""
@@ -234,13 +235,33 @@ def _named_by(database: Path) -> set[str]:
             "SELECT inspection_id, id, photo_frame FROM observations "
             "WHERE photo_frame IS NOT NULL AND photo_error IS NULL"
         ).fetchall()
+        attachments = _attachments_in(connection)
     names = {keys.photo(*row) for row in photos}
+    names |= {
+        keys.photo(inspection_id, id_, frame)
+        if media_type is None
+        else keys.voice(inspection_id, id_, VOICE_SUFFIXES[media_type])
+        for inspection_id, id_, frame, media_type in attachments
+    }
     for id_, video_file, status, frames_done, sha256 in inspections:
         if sha256 and video_file:  # without a digest it is a recording, possibly not begun
             names.add(keys.film(id_, video_file))
         if status in ENDED and frames_done:
             names.add(keys.track(id_))
     return names
+
+
+def _attachments_in(connection: sqlite3.Connection) -> list[tuple[str, str, int, str | None]]:
+    """Return inspection, id, frame and media type of the stored attachments.
+
+    A database of an older revision has no table of them.
+    """
+    table = "SELECT name FROM sqlite_master WHERE type = 'table' AND name = 'attachments'"
+    if connection.execute(table).fetchone() is None:
+        return []
+    return connection.execute(
+        "SELECT inspection_id, id, frame, media_type FROM attachments WHERE sha256 IS NOT NULL"
+    ).fetchall()
 
 
 def _written(

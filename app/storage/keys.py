@@ -73,5 +73,15 @@ def photos(inspection_id: str) -> str:
 
 
 def photo(inspection_id: str, observation_id: str, frame: int) -> str:
-    """Return the key of the photo of an observation at a frame."""
+    """Return the key of the photo of an observation, or of an attachment, at a frame."""
     return f"{photos(inspection_id)}/{observation_id}-{frame}.jpg"
+
+
+def voice(inspection_id: str, attachment_id: str, suffix: str) -> str:
+    """Return the key of a voice note; the suffix begins with a dot."""
+    return f"{inspection(inspection_id)}/voice/{attachment_id}{suffix}"
+
+
+def clip(inspection_id: str, observation_id: str, frame: int) -> str:
+    """Return the key of the clip around an observation at a frame; it can be made again."""
+    return f"{inspection(inspection_id)}/clips/{observation_id}-{frame}.mp4"

@@ -1,6 +1,6 @@
-"""The photo of each observation: the original picture of its frame, found by presentation time.
+"""The photos of each observation: original pictures of frames, found by presentation time.
 
-The table says which photos are missing, so nothing is lost when the server ends. One thread makes
+The tables say which photos are missing, so nothing is lost when the server ends. One thread makes
 them; a request for a photo waits briefly for it.
 """
 
@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import hashlib
 import logging
+from typing import Protocol, TypeVar
 
 from app.errors import (
+    AttachmentNotFound,
     BlobNotFound,
     DiskFull,
     InspectionNotFound,
@@ -20,11 +22,11 @@ from app.errors import (
 from app.jobs.parts import NOT_RECORDED
 from app.logs import about
 from app.storage import keys
-from app.storage.blobs import Blobs
+from app.storage.attachments import AttachmentStore
+from app.storage.blobs import Blobs, StoredBlob
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
 from app.storage.tables import ENDED, Inspection
-from app.survey.records import Observation
 from app.survey.track_rows import estimate_at
 from app.tracking.film_files import FilmFiles
 from app.tracking.live import Event, Live, Update, WallChanged
@@ -41,6 +43,56 @@ _PAUSE_AFTER_FAULT_S = 5.0
 _STOP_TIMEOUT_S = 40.0
 
 
+class Photographed(Protocol):
+    """What has a photo: an observation, or a picture attached to one."""
+
+    @property
+    def inspection_id(self) -> str:
+        """Its inspection."""
+
+    @property
+    def id(self) -> str:
+        """Its id, which no other has."""
+
+    @property
+    def frame(self) -> int:
+        """The frame that the photo shows."""
+
+    @property
+    def photo_error(self) -> str | None:
+        """Why there is no photo."""
+
+    @property
+    def is_photographed(self) -> bool:
+        """Whether the photo exists."""
+
+    @property
+    def has_photo(self) -> bool:
+        """Whether it is stored here."""
+
+
+Row = TypeVar("Row", bound=Photographed)
+
+
+class Ledger(Protocol[Row]):
+    """A table that says which photos are missing."""
+
+    def get(self, inspection_id: str, row_id: str, /) -> Row:
+        """Return a row."""
+
+    def inspections_without_photos(self) -> list[str]:
+        """Return the ids of inspections that lack a photo."""
+
+    def without_photo(self, inspection_id: str, /) -> list[Row]:
+        """Return the rows whose photo is neither made nor given up."""
+
+    def record_photo(self, shown: Row, sha256: str, /) -> None:
+        """Record the photo of a row."""
+
+    def record_photo_error(self, shown: Row, error: str, /) -> None:
+        """Record why a row has no photo."""
+
+
 class Photos(Worker):
     """Makes missing photos and finds existing ones."""
 
@@ -48,6 +100,7 @@ class Photos(Worker):
         self,
         inspections: InspectionStore,
         observations: ObservationStore,
+        attachments: AttachmentStore,
         blobs: Blobs,
         films: FilmFiles,
         media: Media,
@@ -57,6 +110,7 @@ class Photos(Worker):
         super().__init__("photos", stop_timeout_s=_STOP_TIMEOUT_S)
         self._inspections = inspections
         self._observations = observations
+        self._attachments = attachments
         self._blobs = blobs
         self._films = films
         self._media = media
@@ -68,8 +122,9 @@ class Photos(Worker):
     def take_over(self) -> None:
         """Make the photos that a server which has ended left missing."""
         missing = self._observations.inspections_without_photos()
+        attached = self._attachments.inspections_without_photos()
         with self._changed:
-            self._dirty.update(missing)
+            self._dirty.update(missing, attached)
             self._changed.notify_all()
 
     def on_event(self, event: Event) -> None:
@@ -84,22 +139,29 @@ class Photos(Worker):
 
     def wait_for(self, inspection_id: str, observation_id: str) -> None:
         """Wait briefly until the photo of an observation is made or has failed."""
+        self._wait_for(self._observations, inspection_id, observation_id)
+
+    def wait_for_attached(self, inspection_id: str, attachment_id: str) -> None:
+        """Wait briefly until an attached picture is made or has failed."""
+        self._wait_for(self._attachments, inspection_id, attachment_id)
+
+    def _wait_for(self, ledger: Ledger[Row], inspection_id: str, row_id: str) -> None:
         with self._changed:
             self._changed.wait_for(
-                lambda: self._is_settled(inspection_id, observation_id), _WAIT_FOR_PHOTO_S
+                lambda: self._is_settled(ledger, inspection_id, row_id), _WAIT_FOR_PHOTO_S
             )
 
-    def _is_settled(self, inspection_id: str, observation_id: str) -> bool:
+    def _is_settled(self, ledger: Ledger[Row], inspection_id: str, row_id: str) -> bool:
         try:
-            row = self._observations.get(inspection_id, observation_id)
-        except ObservationNotFound:
+            row = ledger.get(inspection_id, row_id)
+        except (ObservationNotFound, AttachmentNotFound):
             return True
         if row.photo_error is not None or row.is_photographed:
             return True
         return row.frame >= len(self._tracks.get(inspection_id))  # not before it is tracked
 
-    def jpeg(self, row: Observation) -> bytes:
-        """Return the photo of an observation.
+    def jpeg(self, row: Photographed) -> bytes:
+        """Return the photo of an observation or an attachment.
 
         Raises:
             PhotoNotFound: There is no photo, or only that of an earlier frame.
@@ -107,7 +169,7 @@ class Photos(Worker):
         if not row.has_photo:
             raise PhotoNotFound(row.photo_error or "The photo is not made yet.")
         try:
-            return self._blobs.get(keys.photo(row.inspection_id, row.id, row.frame))
+            return photo_of(self._blobs, row).read_bytes()
         except BlobNotFound as error:
             raise PhotoNotFound("The file of this photo is missing in the server's store.") from (
                 error
@@ -140,29 +202,33 @@ class Photos(Worker):
             inspection = self._inspections.get(inspection_id)
         except InspectionNotFound:
             return
-        for row in self._observations.without_photo(inspection_id):
+        self._make_all(inspection, self._observations)
+        self._make_all(inspection, self._attachments)
+
+    def _make_all(self, inspection: Inspection, ledger: Ledger[Row]) -> None:
+        for row in ledger.without_photo(inspection.id):
             if self._stopping:
                 return
-            self._make(inspection, row)
+            self._make(inspection, ledger, row)
 
-    def _make(self, inspection: Inspection, row: Observation) -> None:
+    def _make(self, inspection: Inspection, ledger: Ledger[Row], row: Row) -> None:
         estimate = estimate_at(self._tracks.get(inspection.id), row.frame)
         if estimate is None and inspection.status not in ENDED:
             return  # its time is known once its frame is tracked
         if not inspection.has_film:
-            self._observations.record_photo_error(row, NO_FILM)
+            ledger.record_photo_error(row, NO_FILM)
         elif estimate is None:
-            self._observations.record_photo_error(
+            ledger.record_photo_error(
                 row, "This frame was not tracked, so its picture cannot be found."
             )
         elif not self._tracks.is_recorded(inspection.id, row.frame):
-            self._observations.record_photo_error(row, NOT_RECORDED)
+            ledger.record_photo_error(row, NOT_RECORDED)
         else:
-            self._cut(inspection, row, estimate.time_s)
+            self._cut(inspection, ledger, row, estimate.time_s)
         with self._changed:
             self._changed.notify_all()
 
-    def _cut(self, inspection: Inspection, row: Observation, time_s: float) -> None:
+    def _cut(self, inspection: Inspection, ledger: Ledger[Row], row: Row, time_s: float) -> None:
         # Looked up anew: a recording becomes another file when it ends.
         film = self._films.of(self._inspections.get(inspection.id))
         try:
@@ -172,6 +238,11 @@ class Photos(Worker):
         except (DiskFull, StoreUnavailable):
             raise  # it can be made later
         except ChainageError as failure:
-            self._observations.record_photo_error(row, str(failure))
+            ledger.record_photo_error(row, str(failure))
         else:
-            self._observations.record_photo(row, hashlib.sha256(jpeg).hexdigest())
+            ledger.record_photo(row, hashlib.sha256(jpeg).hexdigest())
+
+
+def photo_of(blobs: Blobs, row: Photographed) -> StoredBlob:
+    """Return the photo of an observation or an attachment, which may be missing."""
+    return StoredBlob(blobs, keys.photo(row.inspection_id, row.id, row.frame))

@@ -17,6 +17,7 @@ from starlette.websockets import WebSocket, WebSocketState
 
 from app.errors import (
     NO_ROOM,
+    AttachmentNotFound,
     BlobNotFound,
     Busy,
     ChangedMeanwhile,
@@ -59,6 +60,7 @@ from app.errors import (
     StillRunning,
     StoreUnavailable,
     TileNotFound,
+    TooManyAttachments,
     TooManyAttempts,
     TooManyUploads,
     Unauthenticated,
@@ -93,6 +95,8 @@ STATUS: dict[type[Exception], int] = {
     ObservationNotFound: 404,
     UploadNotFound: 404,
     PhotoNotFound: 404,
+    AttachmentNotFound: 404,
+    TooManyAttachments: 409,
     FrameNotFound: 404,
     TileNotFound: 404,
     BlobNotFound: 404,

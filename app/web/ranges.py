@@ -11,6 +11,8 @@ from starlette.responses import PlainTextResponse, Response, StreamingResponse
 
 from app.storage.blobs import StoredBlob
 
+PRIVATE = {"Cache-Control": "private, no-cache", "Content-Security-Policy": "sandbox"}
+"""Headers of films, photos and voice notes."""
 _MOST_RANGES = 100
 _RANGE = re.compile(r"(\d{1,18})-(\d{1,18})?|-(\d{1,18})")
 

@@ -11,7 +11,8 @@ const pathOf = (inspection, kind) => `/api/inspections/${inspection}/exports/${k
 const QUERY = new URLSearchParams({ lang: language, units: lengthUnit });
 
 /** Returns the address of a report, for a link. */
-export const exportPath = (inspection, kind) => `${pathOf(inspection, kind)}?${QUERY}`;
+export const exportPath = (inspection, kind, extras = []) =>
+  `${pathOf(inspection, kind)}?${new URLSearchParams([...QUERY, ...extras.map((name) => [name, 'true'])])}`;
 
 /**
  * Returns what the format cannot hold.
@@ -27,10 +28,11 @@ export async function lossesOf(inspection, kind, signal) {
 
 /**
  * Requests a report, which may take a while.
+ * @param {string[]} extras what it shows only where it is asked for
  * @returns {Promise<File>}
  */
-export async function makeExport(inspection, kind, signal) {
-  const response = await send('GET', exportPath(inspection, kind), { signal });
+export async function makeExport(inspection, kind, extras, signal) {
+  const response = await send('GET', exportPath(inspection, kind, extras), { signal });
   const [, name] = /filename="([^"]+)"/.exec(response.headers.get('Content-Disposition')) ?? [];
   return new File([await bodyOf(response, 'blob')], name ?? kind);
 }

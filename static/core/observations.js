@@ -4,6 +4,7 @@
  */
 
 import { ApiError, get } from './api.js';
+import { newId } from './new-id.js';
 import { Store } from './store.js';
 import { partsOf, stretchNumber } from './stretches.js';
 import { errorText } from './words.js';
@@ -26,15 +27,6 @@ const byDistance = (a, b) =>
 
 const fieldsOf = (observation) =>
   Object.fromEntries(FIELDS.map((name) => [name, observation[name] ?? null]));
-
-/** Returns a random UUID; `crypto.randomUUID` exists only over https and on localhost. */
-function newId() {
-  const bytes = crypto.getRandomValues(new Uint8Array(16));
-  bytes[6] = (bytes[6] & 0x0f) | 0x40;
-  bytes[8] = (bytes[8] & 0x3f) | 0x80;
-  const hex = [...bytes].map((byte) => byte.toString(16).padStart(2, '0')).join('');
-  return hex.replace(/^(.{8})(.{4})(.{4})(.{4})(.{12})$/, '$1-$2-$3-$4-$5');
-}
 
 /**
  * @typedef {object} Change

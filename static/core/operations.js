@@ -3,7 +3,6 @@
  * browser gives no storage, they are in the memory of the page, and `isKept` is false.
  */
 
-const DATABASE = 'chainage-outbox';
 const OPERATIONS = 'operations';
 
 export class Operations {
@@ -17,10 +16,11 @@ export class Operations {
     return this.#database !== null && this.#inMemory.size === 0;
   }
 
-  static async open() {
+  /** @param {string} name of the database in the browser */
+  static async open(name) {
     if (!globalThis.indexedDB) return new Operations(null);
     try {
-      const request = indexedDB.open(DATABASE, 1);
+      const request = indexedDB.open(name, 1);
       request.onupgradeneeded = () =>
         request.result.createObjectStore(OPERATIONS, { keyPath: 'id' });
       return new Operations(await settled(request));

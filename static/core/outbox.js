@@ -10,11 +10,12 @@
  */
 
 import { ApiError, put, remove } from './api.js';
+import { idInTime } from './new-id.js';
 import { Operations } from './operations.js';
+import { Sender } from './sending.js';
 import { errorText } from './words.js';
 
 const NAME = 'chainage-outbox';
-const PAUSES_S = [0.5, 1, 2, 5, 10];
 /** Time after which a silent server counts as unreachable; a photo takes a few seconds. */
 const ANSWER_LIMIT_S = 30;
 /** Pause in typing after which text is sent; it is stored at every letter. */
@@ -55,18 +56,14 @@ export class Outbox extends EventTarget {
   #sending = null;
   /** The state of each observation that the server last accepted: {fields, version}. */
   #taken = new Map();
-  #isFlushing = false;
-  /** Whether something was added while the last was being sent. */
-  #isAsked = false;
   #written = Promise.resolve();
-  #failures = 0;
-  #timer = 0;
   #typedTimer = 0;
   #others = new BroadcastChannel(NAME);
+  #sender = new Sender(NAME, () => this.#sendAll(), () => this.reason !== null);
 
   /** Opens the outbox of this browser and sends what it still holds. */
   static async open() {
-    const operations = await Operations.open();
+    const operations = await Operations.open(NAME);
     return new Outbox(operations, await operations.all());
   }
 
@@ -75,11 +72,11 @@ export class Outbox extends EventTarget {
     this.#operations = operations;
     this.#known = known;
     this.#others.onmessage = ({ data }) => (data ? this.#note(data.sent, { isSent: true }) : this.#readAgain());
-    addEventListener('online', () => this.#flush());
+    addEventListener('online', () => this.#sender.flush());
     addEventListener('beforeunload', (event) => {
       if (!this.isKept && this.count) event.preventDefault();
     });
-    this.#flush();
+    this.#sender.flush();
   }
 
   /** Number of operations that wait for the server. */
@@ -101,27 +98,16 @@ export class Outbox extends EventTarget {
     return this.#waiting.some((operation) => operation.observation === observation);
   }
 
-  /** Resolves when no operation of an inspection is waiting, or when `signal` aborts. */
-  async whenSent(inspection, signal) {
-    const waits = () => this.#waiting.some((operation) => operation.inspection === inspection);
-    while (waits() && !signal.aborted) {
-      await new Promise((resolve) => {
-        this.addEventListener('change', resolve, { once: true, signal });
-        signal.addEventListener('abort', resolve, { once: true });
-      });
-    }
-  }
-
   /** Resolves when the operation is safe in this browser; it is sent in the background. */
   async add(operation) {
     await this.#keep(operation);
-    this.#flush();
+    this.#sender.flush();
   }
 
   /** Like `add`, for text that is still being typed: it is sent after a pause in typing. */
   async addTyped(operation) {
     clearTimeout(this.#typedTimer);
-    this.#typedTimer = setTimeout(() => this.#flush(), 1000 * TYPED_S);
+    this.#typedTimer = setTimeout(() => this.#sender.flush(), 1000 * TYPED_S);
     await this.#keep(operation);
   }
 
@@ -140,7 +126,7 @@ export class Outbox extends EventTarget {
 
   /** Adds an operation, replacing another one if there is one. */
   async #put(operation, replaced) {
-    const added = { id: nextId(), ...operation };
+    const added = { id: idInTime(), ...operation };
     this.#known = [...this.#known.filter((other) => other !== replaced), added];
     this.#written = this.#operations.put(added, replaced?.id);
     this.#changed();
@@ -161,7 +147,7 @@ export class Outbox extends EventTarget {
     const { refusal, isSent: _, id: _id, ...operation } = refused;
     const { code, current: before, version } = refusal;
     await this.#put({ ...operation, ...(code === 'changed_meanwhile' && { before, version }) }, refused);
-    this.#flush();
+    this.#sender.flush();
   }
 
   #refusedOf(observation) {
@@ -181,25 +167,6 @@ export class Outbox extends EventTarget {
     return this.#known.filter(({ refusal }) => !refusal);
   }
 
-  async #flush() {
-    this.#isAsked = true;
-    if (this.#isFlushing) return;
-    this.#isFlushing = true;
-    clearTimeout(this.#timer);
-    try {
-      while (this.#isAsked) {
-        this.#isAsked = false;
-        await alone(() => this.#sendAll());
-      }
-    } finally {
-      this.#isFlushing = false;
-    }
-    if (!this.reason) return;
-    const seconds = PAUSES_S[Math.min(this.#failures, PAUSES_S.length - 1)];
-    this.#failures += 1;
-    this.#timer = setTimeout(() => this.#flush(), seconds * 1000);
-  }
-
   /** Sends the stored operations, not those that this tab last saw: another tab may have sent some. */
   async #sendAll() {
     for (;;) {
@@ -213,7 +180,7 @@ export class Outbox extends EventTarget {
         this.#sending = null;
       }
       if (this.reason) return;
-      this.#failures = 0;
+      this.#sender.arrived();
     }
     this.reason = null;
     await this.#read();
@@ -310,7 +277,7 @@ export class Outbox extends EventTarget {
   async #readAgain() {
     await this.#read();
     this.dispatchEvent(new Event('elsewhere'));
-    if (this.count) this.#flush();
+    if (this.count) this.#sender.flush();
   }
 
   /** Reads the operations again: other tabs have added or removed some. */
@@ -331,9 +298,6 @@ export class Outbox extends EventTarget {
   }
 }
 
-/** Runs `send` while no other tab does. Over plain http, where locks are missing, at once. */
-const alone = (send) => (navigator.locks ? navigator.locks.request(NAME, send) : send());
-
 /** Returns what an operation is based on, for its successor. */
 const madeOf = ({ before = null, version = null }) => ({ before, version });
 
@@ -342,10 +306,3 @@ const isSame = (a, b) => statedIn(a) === statedIn(b);
 
 const statedIn = (fields) =>
   JSON.stringify(Object.entries(fields ?? {}).filter(([, value]) => value !== null).sort());
-
-let made = 0;
-
-function nextId() {
-  made += 1;
-  return `${Date.now()}-${String(made).padStart(8, '0')}-${Math.random()}`;
-}

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from vo_core import UnreadableVideo, VideoFile, read_frame
+from vo_core.frames_at import frames_between
 
 TIMES_S = [0.0, 0.04, 0.06, 0.16, 0.2, 0.25, 0.31, 0.5, 0.52, 0.6] + [
     0.7 + 0.04 * n for n in range(50)
@@ -67,6 +68,22 @@ def test_one_frame_is_read_by_its_time_without_an_index_too(tmp_path, name, code
         frames = [(f.t_s, f.to_bgr()) for f in source]
     for t_s, picture in frames[::7]:
         assert np.array_equal(read_frame(path, t_s), picture)
+
+
+@pytest.mark.parametrize(
+    ("name", "codec"), [("a.ts", "mpeg2video"), ("a.avi", "mpeg4"), ("a.mp4", "libx264")]
+)
+def test_the_frames_between_two_times_are_read_with_or_without_an_index(tmp_path, name, codec):
+    path = write_video(tmp_path / name, [n / 25 for n in range(60)], codec=codec)
+    with VideoFile(path) as source:
+        frames = [(f.t_s, f.to_bgr()) for f in source]
+    wanted = frames[17:32]
+    found = list(frames_between(path, wanted[0][0], wanted[-1][0]))
+    assert [f.t_s for f in found] == [t_s for t_s, _ in wanted]
+    assert all(np.array_equal(f.to_bgr(), p) for f, (_, p) in zip(found, wanted, strict=True))
+    before = frames_between(path, frames[0][0] - 3, frames[1][0])
+    assert [f.t_s for f in before] == [t_s for t_s, _ in frames[:2]]
+    assert list(frames_between(path, 99.0, 100.0)) == []
 
 
 def test_a_time_after_the_end_is_refused(video):

@@ -1,4 +1,5 @@
-"""The evidence bundle: every format of the report, photos and tracks, with a signed manifest.
+"""The evidence bundle: every format of the report, photos, voice notes, clips and tracks, with a
+signed manifest.
 
 `manifest.json` lists every file with its size and SHA-256, and the underlying video.
 `manifest.json.sig` is the Ed25519 signature of its bytes (RFC 8032), in base64.
@@ -8,7 +9,6 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import io
 import stat
 import tempfile
 import zipfile
@@ -21,18 +21,22 @@ import msgspec
 
 from app.errors import ExportNotAvailable
 from app.reports.bundle.signing import fingerprint
-from app.reports.report import Loss, Report, Written
+from app.reports.content.naming import file_stem
+from app.reports.report import Entry, Loss, Photo, Report, VoiceNote, Written
 from app.reports.tables.table import iso
+from app.storage.blobs import Readable
 from vo_core import Track
+from vo_core.errors import ChainageError
 
 SCHEMA = "chainage-bundle/1"
 MANIFEST = "manifest.json"
 SIGNATURE = "manifest.json.sig"
-PHOTOS = "photos/"
+PHOTOS, VOICE, CLIPS = "photos/", "voice/", "clips/"
+MARKED = "-marked"
+"""End of the stem of a copy with marks; the photo as it was taken is beside it."""
 
-_STORED = (".jpg", ".pdf", ".xlsx")
+_STORED = (".jpg", ".pdf", ".xlsx", ".webm", ".ogg", ".m4a", ".mp4")
 """Stored uncompressed: these formats hardly shrink."""
-_BLOCK = 2**20
 
 
 class Form(Protocol):
@@ -81,7 +85,7 @@ class Manifest(msgspec.Struct, frozen=True):
     fingerprint: str
     files: dict[str, Listed]
     missing: list[str]
-    """Photos that are named but no longer exist."""
+    """Photos and voice notes that are named but no longer exist."""
 
 
 def write(report: Report, forms: Mapping[str, Form]) -> Written:
@@ -101,6 +105,8 @@ def write(report: Report, forms: Mapping[str, Form]) -> Written:
             bundle.add_track("track.csv", report.track, raw=False)
             bundle.add_track("track-raw.csv", report.raw_track, raw=True)
             bundle.add_photos()
+            bundle.add_voice_notes()
+            bundle.add_clips()
             manifest = msgspec.json.format(msgspec.json.encode(bundle.manifest()), indent=1)
             bundle.add(MANIFEST, manifest)
             bundle.add(SIGNATURE, base64.b64encode(report.signer.sign(manifest)) + b"\n")
@@ -141,28 +147,57 @@ class _Bundle:
         self._note(name, track.to_csv(metadata).encode("utf-8", "replace"))
 
     def add_photos(self) -> None:
-        """Add the photos under the names used in the tables."""
+        """Add the photos as they were taken, under the names used in the tables, and marked copies
+        of them.
+        """
         for entry in self._report.entries:
-            photo = entry.photo
-            if photo is None:
-                continue
-            if photo.jpeg is None:
-                self.losses.append(Loss(f"The photo {photo.name} is not on this server.", entry))
-                continue
-            name = PHOTOS + photo.name
+            for photo in entry.photos:
+                if photo.jpeg is None:
+                    detail = f"The photo {photo.name} is not on this server."
+                    self.losses.append(Loss(detail, entry))
+                    continue
+                is_there = self._add_stored("photo", PHOTOS, photo, photo.jpeg, entry)
+                if is_there and photo.marked is not None:
+                    name = photo.name.removesuffix(".jpg") + f"{MARKED}.jpg"
+                    self._note(PHOTOS + name, photo.marked.read_bytes())
+
+    def add_voice_notes(self) -> None:
+        """Add what people said."""
+        for entry in self._report.entries:
+            for note in entry.voice_notes:
+                self._add_stored("voice note", VOICE, note, note.sound, entry)
+
+    def add_clips(self) -> None:
+        """Add the clip around each entry, if they are asked for."""
+        clip_of = self._report.extras.clip_of
+        if clip_of is None:
+            return
+        stem = file_stem(self._report.asset)
+        for entry in self._report.entries:
             try:
-                source = io.BytesIO(photo.jpeg.read_bytes())
-            except FileNotFoundError:
-                self._missing.append(name)
-                self.losses.append(Loss(f"The photo {photo.name} is gone.", entry))
+                clip = clip_of(entry.id)
+            except ChainageError as error:
+                self.losses.append(Loss(f"There is no clip: {error}", entry))
                 continue
-            with source, self._archive.open(self._info(name), "w") as target:
-                size, sha256 = _copied(source, target)
-            self._files[name] = Listed(size, sha256)
-            if photo.sha256 is not None and sha256 != photo.sha256:
-                self.losses.append(
-                    Loss(f"The photo {photo.name} has changed since it was taken.", entry)
-                )
+            self._note(f"{CLIPS}{stem}-{entry.seq:03d}.mp4", clip)
+
+    def _add_stored(
+        self, what: str, folder: str, named: Photo | VoiceNote, stored: Readable, entry: Entry
+    ) -> bool:
+        """Add a stored file; return whether it is there. One that has changed is reported."""
+        name, sha256 = named.name, named.sha256
+        path = folder + name
+        try:
+            content = stored.read_bytes()
+        except FileNotFoundError:
+            self._missing.append(path)
+            self.losses.append(Loss(f"The {what} {name} is gone.", entry))
+            return False
+        self._note(path, content)
+        if sha256 is not None and self._files[path].sha256 != sha256:
+            detail = f"The {what} {name} has changed since it was taken."
+            self.losses.append(Loss(detail, entry))
+        return True
 
     def manifest(self) -> Manifest:
         """Return the manifest of the files added so far."""
@@ -199,16 +234,6 @@ class _Bundle:
         is_stored = name.endswith(_STORED)
         info.compress_type = zipfile.ZIP_STORED if is_stored else zipfile.ZIP_DEFLATED
         return info
-
-
-def _copied(source: IO[bytes], target: IO[bytes]) -> tuple[int, str]:
-    """Copy, and return size and SHA-256."""
-    digest, size = hashlib.sha256(), 0
-    while block := source.read(_BLOCK):
-        digest.update(block)
-        size += len(block)
-        target.write(block)
-    return size, digest.hexdigest()
 
 
 def _encodable(text: str) -> str:

@@ -27,7 +27,7 @@ _MOST_MANIFEST_BYTES = 16 * 2**20
 _MOST_BYTES = 64 * 2**30
 """Limit for all files together, unpacked."""
 _MOST_FILES = 100_000
-_NAME = re.compile(r"(?:photos/)?[A-Za-z0-9_-][A-Za-z0-9._-]*")
+_NAME = re.compile(r"(?:(?:photos|voice|clips)/)?[A-Za-z0-9_-][A-Za-z0-9._-]*")
 _BLOCK = 2**20
 
 

@@ -38,3 +38,16 @@ def ascii_file_name(name: str) -> str:
 
 def _latin(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9_.-]+", "_", transliterate(text)).strip("._")
+
+
+_LONGEST_STEM = 100
+"""Longest asset in the name of a photo: file systems and exchange formats allow 255 characters."""
+
+
+def file_stem(asset: str) -> str:
+    """Return the stem of the names of photos, voice notes and clips.
+
+    For every format, so in ASCII: EN 13508-2 text and RIBX allow nothing else.
+    """
+    stem = ascii_file_name(asset)
+    return stem if len(stem) <= _LONGEST_STEM else stem[-_LONGEST_STEM:].lstrip("._-")

@@ -91,6 +91,11 @@ class Translator:
         parts = (entry.tag.code, entry.tag.char1, entry.tag.char2)
         return " ".join(one_line(str(part)) for part in parts if part) or self("entry.no_code")
 
+    def burnt_in(self, entry: Entry) -> str:
+        """Return what is burnt into a photo: `12.40 m ± 0.05 m   BAB B A   at 12 o'clock`."""
+        parts = (self.place(entry), self.code(entry), self.clock_in_words(entry))
+        return "   ".join(part for part in parts if part)
+
     def label(self, entry: Entry) -> str:
         """Return the meaning of the code."""
         return entry.label(self.language) or (

@@ -45,6 +45,13 @@ def left_out(report: Report, *, is_named: bool = False) -> Loss:
     return Loss(f"Only the JSON report has {named}.")
 
 
+def attached(report: Report) -> list[Loss]:
+    """Return what only the bundle has of an entry, beside its main photo."""
+    if any(entry.more_photos or entry.voice_notes for entry in report.entries):
+        return [Loss("Further photos and voice notes of a defect are in the evidence bundle only.")]
+    return []
+
+
 def coarser(report: Report) -> list[Loss]:
     """Return figures that are rounded, and texts that are joined to one line."""
     entries = [entry for entry in report.entries if entry.distance_m is not None]

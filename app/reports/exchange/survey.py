@@ -17,7 +17,7 @@ from pathlib import PurePath
 from app.reports.content.naming import ascii_file_name
 from app.reports.exchange.ascii import one_line
 from app.reports.exchange.fields import Fields
-from app.reports.exchange.losses import coarser
+from app.reports.exchange.losses import attached, coarser
 from app.reports.report import Entry, Loss, Report
 from app.survey.interval import half_width_text
 from app.survey.rounding import decimals
@@ -131,6 +131,7 @@ def rows_of(report: Report) -> tuple[list[Row], list[Loss]]:
         rows.append(row)
         losses += lost
     losses += coarser(report)
+    losses += attached(report)
     rows.sort(key=lambda row: (row.distance_m, row.entry.time_s or 0.0, row.entry.seq))
     ends = [index for index, row in enumerate(rows) if row.code == ABANDONED]
     if ends:

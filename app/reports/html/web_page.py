@@ -106,7 +106,11 @@ def write(report: Report) -> Written:
         CLEANED_AWAY=CLEANED_AWAY,
         strip=pipe_strip(report, t),
         reference=reference_of(report, t),
-        photographed=[entry for entry in report.entries if entry.photo and entry.photo.jpeg],
+        photographed=[
+            (entry, photo, n)
+            for entry in report.entries
+            for n, photo in enumerate(photo for photo in entry.photos if photo.jpeg)
+        ],
         jpeg_base64=_jpeg_base64,
         scene=scene,
         header=_header(report, t),

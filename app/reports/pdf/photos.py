@@ -24,7 +24,7 @@ _CAPTION = 17 * mm
 
 def photos(report: Report, t: Translator) -> list[Flowable]:
     """Build pages of photos in the order of the table."""
-    shown = [(entry, entry.photo) for entry in report.entries if entry.photo and entry.photo.jpeg]
+    shown = [(entry, photo) for entry in report.entries for photo in entry.photos if photo.jpeg]
     if not shown:
         return [Heading(t("photos.title")), note(t("photos.none")), PageBreak()]
     parts: list[Flowable] = []
@@ -60,7 +60,7 @@ def draw_photo(
     """Draw the picture as large as the field allows; without one, the field says so."""
     canvas.setFillColor(WASH)
     canvas.rect(x, y, width, height, 0, 1)
-    jpeg = photo.jpeg if photo else None
+    jpeg = photo.shown if photo else None
     picture = jpeg_of(jpeg, ENOUGH_PX) if jpeg else None
     if picture is not None:
         px_wide, px_high = picture.getSize()

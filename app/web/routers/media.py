@@ -4,6 +4,7 @@ uploads.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated
 from urllib.parse import quote
 
@@ -12,27 +13,21 @@ from starlette.responses import StreamingResponse
 
 from app.errors import (
     ExportNotAvailable,
-    FrameNotFound,
     InspectionNotFound,
-    MediaFailed,
-    MediaTimeout,
     NothingRecorded,
     StoreUnavailable,
     UnreadableKey,
 )
 from app.reports.content.naming import ascii_file_name
 from app.reports.formats import FORMATS
-from app.reports.report import Language, Units
+from app.reports.report import Extras, Language, Units
 from app.web.deps import InspectionId, ServicesDep, viewer
-from app.web.ranges import blob_response
-from app.web.schemas.failures import content, failures
+from app.web.ranges import PRIVATE, blob_response
+from app.web.schemas.failures import READING_A_FILM, content, failures
 from app.web.schemas.records import LossesOut
 from app.web.slow import slow
-from vo_core.errors import UnreadableVideo
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["media"])
-
-_HEADERS = {"Cache-Control": "private, no-cache", "Content-Security-Policy": "sandbox"}
 
 
 @router.get(
@@ -46,7 +41,7 @@ def video(inspection_id: InspectionId, services: ServicesDep, request: Request) 
     """Return the original film, also in ranges."""
     inspection = services.inspections.row(inspection_id)
     film = services.inspections.film(inspection)
-    return blob_response(request.headers, film, inspection.video["media_type"], _HEADERS)
+    return blob_response(request.headers, film, inspection.video["media_type"], PRIVATE)
 
 
 @router.get(
@@ -55,11 +50,7 @@ def video(inspection_id: InspectionId, services: ServicesDep, request: Request) 
     responses=content("image/jpeg")
     | failures(
         InspectionNotFound,
-        FrameNotFound,
-        NothingRecorded,
-        UnreadableVideo,
-        MediaFailed,
-        MediaTimeout,
+        *READING_A_FILM,
     ),
 )
 @viewer
@@ -71,7 +62,7 @@ def frame(
 ) -> Response:
     """Return a tracked frame as a picture, for videos that a browser cannot play."""
     jpeg = services.inspections.picture(inspection_id, frame)
-    return Response(jpeg, media_type="image/jpeg", headers=_HEADERS)
+    return Response(jpeg, media_type="image/jpeg", headers=PRIVATE)
 
 
 ExportKind = Annotated[str, Path(pattern=f"^({'|'.join(FORMATS)})$")]
@@ -91,9 +82,19 @@ def export(
     services: ServicesDep,
     lang: Language = "en",
     units: Units = "m",
+    burnt_in: bool = False,
+    clips: bool = False,
 ) -> Response:
-    """Return the report; language and units apply to formats that people read."""
-    export = services.reports.export(inspection_id, kind, language=lang, units=units)
+    """Return the report; language and units apply to formats that people read.
+
+    `burnt_in` puts distance and code below each photo of a format that shows photos; `clips` adds
+    the seconds around each observation to the bundle.
+    """
+    extras = Extras(
+        burnt_in=burnt_in,
+        clip_of=partial(services.clips.content_of, inspection_id) if clips else None,
+    )
+    export = services.reports.export(inspection_id, kind, language=lang, units=units, extras=extras)
     name = export.filename
     latin = ascii_file_name(name)  # for clients without RFC 6266
     disposition = f"attachment; filename=\"{latin}\"; filename*=UTF-8''{quote(name)}"

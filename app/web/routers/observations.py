@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Request, Response
+from starlette.responses import StreamingResponse
 
 from app.container import Services
 from app.errors import (
@@ -15,8 +16,10 @@ from app.errors import (
 )
 from app.survey.tag import Tag
 from app.web.deps import InspectionId, ObservationId, PrincipalDep, ServicesDep, operator, viewer
-from app.web.schemas.failures import content, failures
+from app.web.ranges import PRIVATE, blob_response
+from app.web.schemas.failures import READING_A_FILM, content, failures
 from app.web.schemas.observations import ObservationOut, ObservationsOut
+from app.web.slow import slow
 from app.web.versions import Replaced, tag_with
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}/observations", tags=["observations"])
@@ -122,8 +125,27 @@ def photo(
 ) -> Response:
     """Return the photo: the original picture of the observation's frame."""
     view = services.observations.get(inspection_id, observation_id)
-    return Response(
-        services.photos.jpeg(view.row),
-        media_type="image/jpeg",
-        headers={"Cache-Control": "private, no-cache", "Content-Security-Policy": "sandbox"},
-    )
+    return Response(services.photos.jpeg(view.row), media_type="image/jpeg", headers=PRIVATE)
+
+
+@router.get(
+    "/{observation_id}/clip",
+    response_class=StreamingResponse,
+    responses=content("video/mp4")
+    | failures(
+        InspectionNotFound,
+        ObservationNotFound,
+        *READING_A_FILM,
+    ),
+)
+@viewer
+@slow
+def clip(
+    inspection_id: InspectionId,
+    observation_id: ObservationId,
+    services: ServicesDep,
+    request: Request,
+) -> Response:
+    """Return the seconds of film around the observation as MP4, also in ranges."""
+    found = services.clips.of(inspection_id, observation_id)
+    return blob_response(request.headers, found, "video/mp4", PRIVATE)

@@ -6,8 +6,19 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from app.errors import ChangedMeanwhile, code_of
+from app.errors import (
+    ChangedMeanwhile,
+    FrameNotFound,
+    MediaFailed,
+    MediaTimeout,
+    NothingRecorded,
+    code_of,
+)
 from app.web.answers import EVERYWHERE, STATUS
+from vo_core.errors import UnreadableVideo
+
+READING_A_FILM = (FrameNotFound, NothingRecorded, UnreadableVideo, MediaFailed, MediaTimeout)
+"""How reading a frame of a film may fail."""
 
 
 class ErrorOut(BaseModel):

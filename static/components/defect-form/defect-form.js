@@ -15,8 +15,8 @@ import {
   changeStretch, dissolveStretch, finishStretch, joinPoints, otherEnd, startStretchAt,
 } from '../inspection-page/stretches.js';
 import { GRADES, severityMark, severityWord } from '../severity-mark/severity-mark.js';
-import { showPhoto } from './photo-dialog.js';
 import { unitOf } from './units.js';
+import '../attachments/defect-attachments.js';
 import './clock-dial.js';
 import './quick-key.js';
 
@@ -94,11 +94,9 @@ class DefectForm extends Component {
           </section>
           </fieldset>
           <section class="form__place form__wide" aria-label="${t('form.place')}">
-            <button type="button" class="form__photo" data-part="photo" hidden><img data-part="picture" alt="" /></button>
-            <div>
-              <p class="help number" data-part="anchor"></p>
-              <button type="button" class="button button--small" data-part="move" data-needs="operator" title="${t('form.move_help')}">${icon('move')}${t('form.move')}</button>
-            </div>
+            <p class="help number" data-part="anchor"></p>
+            <button type="button" class="button button--small" data-part="move" data-needs="operator" title="${t('form.move_help')}">${icon('move')}${t('form.move')}</button>
+            <defect-attachments data-part="attachments"></defect-attachments>
           </section>
         </form>`,
     );
@@ -110,9 +108,6 @@ class DefectForm extends Component {
     this.listen(parts.compare, 'click', () => desk.conflicts.open(desk.conflicts.about(this.observationId)));
     this.listen(parts.again, 'click', () => desk.observations.sendAgain(this.observationId));
     this.listen(parts.giveUp, 'click', () => desk.observations.giveUp(this.observationId));
-    this.listen(parts.photo, 'click', () => {
-      showPhoto(this.#item, parts.title.textContent, desk.inspection.value.video);
-    });
     this.listen(parts.move, 'click', () => desk.moveHere());
     this.listen(parts.stretchButtons, 'click', ({ target }) => {
       const button = target.closest('[data-do]');
@@ -256,7 +251,7 @@ class DefectForm extends Component {
     for (const name of ['remark', 'quant1', 'quant2']) this.#put(name, elements.namedItem(name), item[name], isDiscarded);
     this.#fillNeeds(item, catalogue.row(item.code, item.char1, item.char2));
     this.#fillStretch(item);
-    this.#fillPlace(item);
+    parts.anchor.textContent = anchorText(item);
   }
 
   /** Shows only the fields that the code needs; filled ones stay visible. */
@@ -304,15 +299,6 @@ class DefectForm extends Component {
       html`${buttons.filter(Boolean).map(([what, sign, label, key]) => html`<button type="button"
         class="button button--small" data-do="${what}" title="${withKey(label, key)}">${icon(sign)}${label}</button>`)}`,
     );
-  }
-
-  #fillPlace(item) {
-    const { parts } = this;
-    parts.photo.hidden = !item.photo;
-    if (item.photo && parts.picture.getAttribute('src') !== item.photo) parts.picture.src = item.photo;
-    parts.photo.setAttribute('aria-label', t('form.photo'));
-    parts.photo.title = t('form.photo');
-    parts.anchor.textContent = anchorText(item);
   }
 
   #offer(name, choices, value) {

@@ -6,6 +6,7 @@ import { Component } from '../../core/store.js';
 import { coveredShare, defectCount, stretchNumber, stretchRole, stretchesOf } from '../../core/stretches.js';
 import { chainage, clockHour, plusMinus, timecode } from '../../core/units.js';
 import { pieces, t } from '../../core/words.js';
+import { mainPhotoOf } from '../attachments/photos.js';
 import { icon } from '../icon/icon.js';
 import { linkTo } from '../inspection-page/links.js';
 import { severityMark } from '../severity-mark/severity-mark.js';
@@ -53,6 +54,7 @@ class DefectList extends Component {
     );
     const { desk, parts } = this;
     this.listen(desk.observations, 'change', () => this.#update());
+    this.listen(desk.attachments, 'change', () => this.#changePhotos());
     this.listen(desk.selection, 'change', () => this.#select());
     this.listen(desk.editing, 'change', () => this.#edit());
     this.listen(desk.track, 'change', () => this.#count());
@@ -203,7 +205,18 @@ class DefectList extends Component {
     parts.main.title = parts.more.textContent;
     parts.edit.setAttribute('aria-label', t('defects.edit_named', { name }));
     parts.remove.setAttribute('aria-label', t('defects.delete_named', { name }));
-    parts.photo.hidden = !item.photo;
+    this.#changePhoto(row);
+  }
+
+  #changePhotos() {
+    for (const row of this.parts.rows.children) this.#changePhoto(row);
+    this.repaint();
+  }
+
+  /** Notes the main photo of a row; it is loaded when the row becomes visible. */
+  #changePhoto(row) {
+    row.photo = mainPhotoOf(this.desk, row.item);
+    row.parts.photo.hidden = !row.photo;
   }
 
   /** Up and down go from row to row and select; Enter opens the form. */
@@ -278,7 +291,7 @@ class DefectList extends Component {
   }
 }
 
-function showPhoto({ item: { photo }, parts: { photo: shown } }) {
+function showPhoto({ photo, parts: { photo: shown } }) {
   if (photo && shown.getAttribute('src') !== photo) shown.src = photo;
 }
 

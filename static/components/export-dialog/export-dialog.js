@@ -4,7 +4,7 @@ import { ApiError } from '../../core/api.js';
 import { lossesOf, makeExport, save } from '../../core/exports.js';
 import { html, render } from '../../core/html.js';
 import { bytes } from '../../core/units.js';
-import { errorText, t } from '../../core/words.js';
+import { errorText, t, wordFor } from '../../core/words.js';
 import { sentenceOf } from '../checks-panel/sentences.js';
 import { openDialog } from '../dialog/dialog.js';
 import { icon } from '../icon/icon.js';
@@ -63,10 +63,10 @@ class ExportDialog {
   }
 
   async #askLosses() {
-    const { inspection, outbox } = this.#desk;
+    const { inspection } = this.#desk;
     this.#parts.losses.hidden = false;
     try {
-      await outbox.whenSent(inspection.id, this.#signal);
+      await this.#desk.whenSent(this.#signal);
       this.#losses = await lossesOf(inspection.id, this.#format.kind, this.#signal);
     } catch (error) {
       if (error.name === 'AbortError') return;
@@ -119,7 +119,7 @@ class ExportDialog {
   }
 
   async #download() {
-    const { inspection, outbox } = this.#desk;
+    const { inspection } = this.#desk;
     this.#making = new AbortController();
     const signal = AbortSignal.any([this.#signal, this.#making.signal]);
     render(this.#parts.fault, html``);
@@ -130,8 +130,8 @@ class ExportDialog {
     }, TICK_MS);
     try {
       // The report includes the last tags.
-      await outbox.whenSent(inspection.id, signal);
-      const file = await makeExport(inspection.id, this.#format.kind, signal);
+      await this.#desk.whenSent(signal);
+      const file = await makeExport(inspection.id, this.#format.kind, this.#extras, signal);
       if (signal.aborted) return;
       save(file);
       this.#dialog.close();
@@ -145,6 +145,10 @@ class ExportDialog {
       this.#making = null;
       this.#showMaking(false);
     }
+  }
+
+  get #extras() {
+    return [...this.#parts.extras.querySelectorAll(':checked')].map(({ name }) => name);
   }
 
   #showMaking(isMaking) {
@@ -177,8 +181,10 @@ class ExportDialog {
   }
 }
 
-const markup = ({ help }) => html`<div class="export">
+const markup = ({ help, extras = [] }) => html`<div class="export">
   <p>${help}</p>
+  <div class="export__extras" data-part="extras">${extras.map((name) => html`<label class="switch"><input type="checkbox"
+    name="${name}" />${wordFor('export.extra', name)}</label>`)}</div>
   <section data-part="losses" role="status" hidden><p class="dim">${t('export.looking')}</p></section>
   <section data-part="checks"><p class="dim">${t('checks.looking')}</p></section>
   <div data-part="fault" role="alert"></div>

@@ -7,6 +7,7 @@ import { t } from '../../core/words.js';
  * @property {string} kind as the API names it
  * @property {string} name
  * @property {string} help its purpose, in one line
+ * @property {('burnt_in'|'clips')[]} [extras] what it shows only where it is asked for
  * @property {boolean} [isWhole] contains everything; asking for its losses would create the file twice
  */
 
@@ -15,8 +16,8 @@ export const GROUPS = [
   {
     title: t('export.report'),
     formats: [
-      { kind: 'pdf', name: 'PDF', help: t('export.pdf'), isWhole: true },
-      { kind: 'html', name: 'HTML', help: t('export.html'), isWhole: true },
+      { kind: 'pdf', name: 'PDF', help: t('export.pdf'), extras: ['burnt_in'], isWhole: true },
+      { kind: 'html', name: 'HTML', help: t('export.html'), extras: ['burnt_in'], isWhole: true },
     ],
   },
   {
@@ -39,7 +40,7 @@ export const GROUPS = [
   },
   {
     title: t('export.evidence'),
-    formats: [{ kind: 'zip', name: 'ZIP', help: t('export.zip'), isWhole: true }],
+    formats: [{ kind: 'zip', name: 'ZIP', help: t('export.zip'), extras: ['burnt_in', 'clips'], isWhole: true }],
   },
 ];
 
@@ -48,6 +49,7 @@ export const EMERGENCY = {
   kind: 'emergency',
   name: t('export.emergency'),
   help: t('export.emergency_help'),
+  extras: ['burnt_in'],
   isWhole: true,
 };
 

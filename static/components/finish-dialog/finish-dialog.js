@@ -212,7 +212,7 @@ class FinishForm {
     parts.submit.disabled = true;
     await command(parts, async () => {
       // The server counts the stretches: the last tags must have arrived.
-      await this.#desk.outbox.whenSent(this.#desk.inspection.id, this.#signal);
+      await this.#desk.whenSent(this.#signal);
       await this.#desk.inspection.finish({
         end_condition: end,
         ...(end === 'abandoned' && { abandon_reason: reason }),

@@ -29,6 +29,8 @@ const OF_OBSERVATION = {
   changed: ['edit', (name) => t('history.observation_changed', { name })],
   deleted: ['trash', (name) => t('history.observation_deleted', { name })],
   restored: ['undo', (name) => t('history.observation_restored', { name })],
+  attached: ['plus', (name) => t('history.observation_attached', { name })],
+  detached: ['trash', (name) => t('history.observation_detached', { name })],
   told: ['check', (name) => t('history.client_notified', { name })],
   not_told: ['alert', (name) => t('history.client_not_notified', { name })],
 };

@@ -27,6 +27,7 @@ const SHAPES = {
   move: html`<path d="M10 2.500v15M2.500 10h15M7.500 5L10 2.500 12.500 5M7.500 15l2.500 2.500 2.500-2.500M5 7.500L2.500 10 5 12.500M15 7.500l2.500 2.500-2.500 2.500" />`,
   stretch: html`<path d="M3 5v10M17 5v10M3 10h14" /><path class="solid" d="M5.500 7.500v5h9v-5z" />`,
   newest: html`<path d="M4 5.500h7M4 10h7M4 14.500h4M15 15.500v-11M12.500 7L15 4.500 17.500 7" />`,
+  voice: html`<rect x="7.500" y="2.500" width="5" height="9" rx="2.500" /><path d="M4.500 9.500a5.500 5.500 0 0 0 11 0M10 15v2.500M7 17.500h6" />`,
   keys: html`<rect x="2" y="5" width="16" height="10.500" rx="2" /><path d="M5 8.500h.1M8.300 8.500h.1M11.600 8.500h.1M15 8.500h.1M6 12h8" />`,
   film: html`<rect x="2.500" y="4" width="15" height="12" rx="1.500" /><path d="M6.500 4v12M13.500 4v12M2.500 8h4M2.500 12h4M13.500 8h4M13.500 12h4" />`,
   network: html`<path d="M3 8.200a10 10 0 0 1 14 0M5.800 11.200a6 6 0 0 1 8.400 0" /><circle class="solid" cx="10" cy="14.500" r="1.600" />`,

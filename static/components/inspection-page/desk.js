@@ -1,6 +1,8 @@
 /** The shared state of the inspection page: the data, the play head, the selection, tagging. */
 
 import { ApiError } from '../../core/api.js';
+import { AttachmentOutbox } from '../../core/attachment-outbox.js';
+import { Attachments } from '../../core/attachments.js';
 import { Axis } from '../../core/axis.js';
 import { Checks } from '../../core/checks.js';
 import { Catalogue } from '../../core/codes.js';
@@ -17,6 +19,7 @@ import { Observations } from '../../core/observations.js';
 import { Outbox } from '../../core/outbox.js';
 import { pageId } from '../../core/page-id.js';
 import { may } from '../../core/rights.js';
+import { whenSent } from '../../core/sending.js';
 import { Store } from '../../core/store.js';
 import { Track } from '../../core/track.js';
 import { u95FromSigma } from '../../core/units.js';
@@ -89,10 +92,11 @@ export class Desk extends EventTarget {
       inspection.load().then(() => Catalogue.load(signal, inspection.value.header.code_pack)),
       WallGrid.load(id, signal),
     ]);
-    return new Desk({ inspection, outbox, catalogue, wall }, signal);
+    const attachmentOutbox = await AttachmentOutbox.open(outbox, signal);
+    return new Desk({ inspection, outbox, attachmentOutbox, catalogue, wall }, signal);
   }
 
-  constructor({ inspection, outbox, catalogue, wall }, signal) {
+  constructor({ inspection, outbox, attachmentOutbox, catalogue, wall }, signal) {
     super();
     this.#signal = signal;
     /** The part that fills the window. */
@@ -100,6 +104,7 @@ export class Desk extends EventTarget {
     this.#revision = inspection.value.revision;
     this.inspection = inspection;
     this.outbox = outbox;
+    this.attachmentOutbox = attachmentOutbox;
     this.catalogue = catalogue;
     /** null if the camera sees no wall, or nobody knows what it saw */
     this.wall = isUnmeasured(inspection.value) ? null : wall;
@@ -110,6 +115,8 @@ export class Desk extends EventTarget {
     this.observations = new Observations(
       inspection.id, outbox, this.history, (frame, pixel) => this.#placeOf(frame, pixel), signal,
     );
+    this.attachments = new Attachments(inspection.id, attachmentOutbox, this.history, signal);
+    this.attachments.loadPatiently();
     this.corrections = new Corrections(inspection.id, signal);
     this.counter = new FilmCounter(inspection.id, signal);
     this.checks = new Checks(inspection.id, signal);
@@ -138,7 +145,8 @@ export class Desk extends EventTarget {
   /** Reads again everything that contains distances, as they have been corrected. */
   async reload() {
     await Promise.all([
-      this.track.reload(this.#signal), this.observations.load(), this.corrections.load(), this.#loadWall(),
+      this.track.reload(this.#signal), this.observations.load(), this.attachments.load(), this.corrections.load(),
+      this.#loadWall(),
     ]);
   }
 
@@ -326,6 +334,11 @@ export class Desk extends EventTarget {
     if (!this.selection.value) return;
     if (row) this.observations.edit(this.selection.value, this.#anchor(frame, this.#middle));
     else this.fault(t('desk.not_tracked'));
+  }
+
+  /** Resolves when nothing that was entered in this browser waits for the server, or when `signal` aborts. */
+  async whenSent(signal) {
+    for (const box of [this.outbox, this.attachmentOutbox]) await whenSent(box, this.inspection.id, signal);
   }
 
   /** Selects an observation and shows its frame. */

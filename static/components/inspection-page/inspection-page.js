@@ -137,7 +137,7 @@ class InspectionPage extends Component {
     this.listen(desk.inspection, 'change', () => this.#showState());
     this.listen(desk.inspection, 'change', () => desk.inspection.isUnfinished && this.#follow());
     this.listen(desk.live, 'message', ({ detail }) => orToast(() => this.#lookFor(detail.header.state)));
-    this.listen(desk.outbox, 'change', () => this.#showSaving());
+    for (const box of [desk.outbox, desk.attachmentOutbox]) this.listen(box, 'change', () => this.#showSaving());
     this.listen(desk.conflicts, 'change', () => this.#showSaving());
     // <conflict-notice> asks about overtaken changes of this inspection.
     this.listen(desk.outbox, 'refused', ({ detail: { operation, error } }) => {
@@ -402,7 +402,9 @@ class InspectionPage extends Component {
   }
 
   #showSaving() {
-    const { count, reason } = this.desk.outbox;
+    const boxes = [this.desk.outbox, this.desk.attachmentOutbox];
+    const count = boxes.reduce((sum, box) => sum + box.count, 0);
+    const reason = boxes.map((box) => box.reason).find((found) => found !== null) ?? null;
     const isStuck = reason !== null && count > 0;
     const { length: undecided } = this.desk.conflicts.value;
     const settled = undecided ? t('desk.undecided', { n: undecided }) : t('desk.saved');

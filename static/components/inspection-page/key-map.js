@@ -4,6 +4,7 @@ import { preferences } from '../../core/preferences.js';
 import { may } from '../../core/rights.js';
 import { chainage } from '../../core/units.js';
 import { t } from '../../core/words.js';
+import { addPhoto } from '../attachments/actions.js';
 import { GRADES } from '../severity-mark/severity-mark.js';
 import { quickCodes } from '../video-panel/quick-codes.js';
 import { copyLink } from './links.js';
@@ -95,6 +96,7 @@ export function keyMap(page) {
           run: (event, key) => page.rate(Number(key.at(-1))),
         },
         { keys: ['m'], shown: ['M'], needs: 'operator', label: t('keys.move'), run: () => desk.moveHere() },
+        { keys: ['Shift+p'], shown: ['Shift + P'], needs: 'operator', label: t('attach.add_photo'), run: () => addPhoto(desk) },
         { keys: ['y'], shown: ['Y'], label: t('link.copy'), run: () => copyLink(desk) },
         { keys: ['Delete', 'Backspace'], shown: ['Del'], needs: 'operator', label: t('keys.delete'), run: () => page.remove() },
         { keys: ['Escape'], shown: ['Esc'], label: t('keys.leave'), run: () => page.leave() },

@@ -20,6 +20,10 @@ const NAMES = {
     return t('step.header', { ...firstDifference({ [name]: before }, { [name]: after }) });
   },
   correction: () => t('step.correction'),
+  attach: (item, [{ kind }]) => t('step.attach', { what: wordFor('attach.kind', kind), name: nameOf(item) }),
+  detach: (item, [{ kind }]) => t('step.detach', { what: wordFor('attach.kind', kind), name: nameOf(item) }),
+  draw: (item) => t('step.draw', { name: nameOf(item) }),
+  order: (item) => t('step.order', { name: nameOf(item) }),
 };
 
 /** Returns the first field that differs, before and after; a code is shown with its characters. */

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from app.jobs import nal
 from app.jobs.recording import Coding, Recording
 from vo_core.errors import UnreadableVideo
-from vo_core.sources import VideoFile, read_frame
+from vo_core.frames_at import read_frame
+from vo_core.sources import VideoFile
 
 Packets = list[tuple[int, bool, bytes]]
 

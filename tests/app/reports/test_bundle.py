@@ -15,10 +15,12 @@ from keys import Key
 from random_reports import reports
 from reports import entry, report
 
-from app.errors import ExportNotAvailable, UnusableBundle
+from app.errors import ExportNotAvailable, MediaFailed, UnusableBundle
+from app.reports.bundle import bundle
 from app.reports.bundle.signing import fingerprint, read_fingerprint
 from app.reports.bundle.verify import verify
 from app.reports.formats import FORMATS
+from app.reports.report import Extras
 from vo_core import Track
 
 KEY = Key()
@@ -178,6 +180,23 @@ def test_a_photo_that_is_gone_or_changed_is_reported(tmp_path):
     verdict = verify(path)
     assert verdict.is_right
     assert verdict.manifest.missing == ["photos/CUL-0041-001.jpg"]
+
+
+def test_a_clip_that_cannot_be_cut_is_reported_and_the_others_are_there():
+    made = report()
+
+    def cut(entry_id):
+        if entry_id == made.entries[0].id:
+            raise MediaFailed("The film is damaged there.")
+        return b"a clip"
+
+    written = bundle.write(replace(made, signer=KEY, extras=Extras(clip_of=cut)), {})
+    assert [(loss.entry.seq, loss.detail) for loss in written.losses] == [
+        (1, "There is no clip: The film is damaged there.")
+    ]
+    with zipfile.ZipFile(io.BytesIO(b"".join(written.blocks()))) as archive:
+        clips = [name for name in archive.namelist() if name.startswith("clips/")]
+    assert clips == [f"clips/CUL-0041-{e.seq:03d}.mp4" for e in made.entries[1:]]
 
 
 def test_without_a_key_there_is_no_bundle():

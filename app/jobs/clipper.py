@@ -1,0 +1,83 @@
+"""The process that cuts a few seconds out of a film, as an MP4 that every browser plays, then ends.
+
+Frames are chosen by their presentation time and keep it, so that the clip is as slow or as uneven
+as the film. It is coded anew: a copy of the packets could begin at key frames only.
+"""
+
+from __future__ import annotations
+
+import io
+import itertools
+from contextlib import suppress
+from fractions import Fraction
+
+import msgspec
+
+from app.jobs import limits
+from app.jobs.confinement import confine
+from app.jobs.failures import failure_of
+from app.jobs.messages import Clip, ClipRequest, encode
+from app.jobs.process import connection_from_arguments
+
+MOST_PX = 1280
+"""Longest side of the picture: a clip is for looking at, and is sent by mail."""
+MOST_FRAMES = 1200
+_TICK_S = Fraction(1, 90_000)
+_OPTIONS = {"preset": "veryfast", "crf": "21"}
+
+
+def main() -> None:
+    """Handle the one request on the pipe, then end."""
+    with connection_from_arguments() as connection:
+        request = msgspec.msgpack.decode(connection.recv_bytes(), type=ClipRequest)
+        limits.apply(request.limits)
+        confine(reads=[request.video])
+        try:
+            answer = encode(Clip(_cut(request)))
+        except Exception as error:
+            answer = encode(failure_of(error, "Cutting the clip"))
+        with suppress(BrokenPipeError):  # nobody wants the clip any more
+            connection.send_bytes(answer)
+
+
+def _cut(request: ClipRequest) -> bytes:
+    # Imported here so that the decoders are loaded under the limits.
+    import av
+
+    from vo_core.errors import UnreadableVideo
+    from vo_core.frames_at import frames_between
+
+    out = io.BytesIO()
+    with av.open(out, "w", format="mp4") as container:
+        stream = None
+        first_s = 0.0
+        frames = frames_between(request.video, request.start_s, request.end_s)
+        for frame in itertools.islice(frames, MOST_FRAMES):
+            height, width = frame.image.shape
+            scale = min(1.0, MOST_PX / max(width, height))
+            size_wh = _even(width * scale), _even(height * scale)
+            if stream is None:
+                first_s = frame.t_s
+                stream = container.add_stream("libx264", options=_OPTIONS)
+                stream.width, stream.height = size_wh
+                stream.pix_fmt = "yuv420p"
+                stream.thread_count = 1
+                stream.codec_context.time_base = _TICK_S
+            picture = av.VideoFrame.from_ndarray(frame.to_bgr(), format="bgr24")
+            coded = picture.reformat(*size_wh, format="yuv420p")
+            coded.pts = round((frame.t_s - first_s) / _TICK_S)
+            coded.time_base = _TICK_S
+            container.mux(stream.encode(coded))
+        if stream is None:
+            raise UnreadableVideo(f"The film has no frame at {request.start_s:.2f} s.")
+        container.mux(stream.encode())
+    return out.getvalue()
+
+
+def _even(px: float) -> int:
+    """Return the nearest even number: H.264 halves the colours in both directions."""
+    return max(2, 2 * round(px / 2))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,94 @@
+"""Gives an entry of the report its photos and voice notes."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from app.reports.content.marked_photo import MarkedPhoto
+from app.reports.report import Entry, Photo, VoiceNote
+from app.storage import keys
+from app.storage.blobs import Blobs, Readable, StoredBlob
+from app.survey.attachments import VOICE_SUFFIXES, Attachment, Stroke
+from app.survey.records import Observation
+
+
+class Attached:
+    """The files of the entries of one report."""
+
+    def __init__(
+        self,
+        blobs: Blobs,
+        asset: str,
+        attachments: Sequence[Attachment],
+        caption_of: Callable[[Entry], str] | None,
+    ) -> None:
+        """Sort the attachments by observation.
+
+        Args:
+            blobs: Where the files are.
+            asset: Stem of all names.
+            attachments: Those of the inspection, in their order.
+            caption_of: What is burnt into the photos of an entry; None for nothing.
+        """
+        self._blobs = blobs
+        self._asset = asset
+        self._caption_of = caption_of
+        self._of: dict[str, list[Attachment]] = defaultdict(list)
+        for attachment in attachments:
+            self._of[attachment.observation_id].append(attachment)
+
+    def added_to(self, entry: Entry, row: Observation) -> Entry:
+        """Return the entry with its files; the photo of lowest rank is the main one."""
+        found = self._of.get(row.id, [])
+        caption = self._caption_of(entry) if self._caption_of else None
+        pictures = [one for one in found if one.has_photo]
+        by_age = sorted(pictures, key=lambda one: (one.created_at, one.id))
+        ranked = [
+            (one.rank, self._picture(one, row, by_age.index(one) + 2, caption)) for one in pictures
+        ]
+        own = self._own(row, caption)
+        if own is not None:
+            ranked.append((0, own))
+        # The sort is stable, so the own photo is put before others of rank 0.
+        ranked.sort(key=lambda one: (one[0], one[1] is not own))
+        photos = tuple(photo for _, photo in ranked)
+        notes = [one for one in found if one.kind == "voice"]
+        return replace(
+            entry,
+            photo=photos[0] if photos else None,
+            more_photos=photos[1:],
+            voice_notes=tuple(self._note(note, row, n) for n, note in enumerate(notes, 1)),
+        )
+
+    def _own(self, row: Observation, caption: str | None) -> Photo | None:
+        if stated := row.tag.photo_name:
+            return Photo(stated, None, None)
+        if not row.is_photographed:
+            return None
+        name = f"{self._asset}-{row.seq:03d}.jpg"
+        jpeg = self._photo(row.inspection_id, row.id, row.frame) if row.has_photo else None
+        return Photo(name, jpeg, row.photo_sha256, _marked(jpeg, (), caption), row.id)
+
+    def _picture(self, one: Attachment, row: Observation, n: int, caption: str | None) -> Photo:
+        jpeg = self._photo(one.inspection_id, one.id, one.frame)
+        name = f"{self._asset}-{row.seq:03d}-{n}.jpg"
+        return Photo(name, jpeg, one.sha256, _marked(jpeg, one.strokes, caption), one.id)
+
+    def _photo(self, inspection_id: str, row_id: str, frame: int) -> Readable:
+        return StoredBlob(self._blobs, keys.photo(inspection_id, row_id, frame))
+
+    def _note(self, note: Attachment, row: Observation, n: int) -> VoiceNote:
+        suffix = VOICE_SUFFIXES[note.media_type or ""]
+        key = keys.voice(note.inspection_id, note.id, suffix)
+        name = f"{self._asset}-{row.seq:03d}-{n}{suffix}"
+        return VoiceNote(name, StoredBlob(self._blobs, key), note.sha256)
+
+
+def _marked(
+    jpeg: Readable | None, strokes: Sequence[Stroke], caption: str | None
+) -> MarkedPhoto | None:
+    if jpeg is None or not (strokes or caption):
+        return None
+    return MarkedPhoto(jpeg, strokes, caption)

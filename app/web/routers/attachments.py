@@ -1,0 +1,206 @@
+"""Attachments of observations: further photos, drawings on a copy of one, voice notes."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Header, Query, Request, Response
+from starlette.responses import StreamingResponse
+
+from app.container import Services
+from app.errors import (
+    AttachmentNotFound,
+    FrameNotFound,
+    FrameOutsideVideo,
+    InspectionNotFound,
+    ObservationNotFound,
+    PhotoNotFound,
+    TooManyAttachments,
+    WrongContentType,
+)
+from app.reports.report import Language, Units
+from app.survey.attachments import LONGEST_VOICE_S, VOICE_SUFFIXES, Picture
+from app.web.deps import (
+    AttachmentId,
+    InspectionId,
+    ObservationId,
+    PrincipalDep,
+    ServicesDep,
+    operator,
+    viewer,
+)
+from app.web.ranges import PRIVATE, blob_response
+from app.web.schemas.attachments import AttachmentOut, AttachmentsOut
+from app.web.schemas.failures import content, failures
+from app.web.slow import slow
+
+router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["attachments"])
+
+_ONE = "/observations/{observation_id}/attachments/{attachment_id}"
+
+
+@router.get("/attachments", responses=failures(InspectionNotFound))
+@viewer
+def list_all(inspection_id: InspectionId, services: ServicesDep) -> AttachmentsOut:
+    """Return the attachments of all observations that are not deleted."""
+    found = services.attachments.all(inspection_id)
+    return AttachmentsOut(attachments=[AttachmentOut.of(one) for one in found])
+
+
+@router.put(
+    _ONE,
+    responses=failures(
+        InspectionNotFound,
+        ObservationNotFound,
+        FrameNotFound,
+        FrameOutsideVideo,
+        TooManyAttachments,
+    ),
+)
+@operator
+def put(
+    inspection_id: InspectionId,
+    observation_id: ObservationId,
+    attachment_id: AttachmentId,
+    body: Picture,
+    services: ServicesDep,
+    principal: PrincipalDep,
+) -> AttachmentOut:
+    """Add a photo or a drawing, or change its place and strokes; synced. May be repeated."""
+    services.attachments.put_picture(
+        inspection_id, observation_id, attachment_id, body, principal.name
+    )
+    services.photos.wait_for_attached(inspection_id, attachment_id)
+    return _out(services, inspection_id, observation_id, attachment_id)
+
+
+@router.put(
+    f"{_ONE}/voice",
+    responses=failures(
+        InspectionNotFound, ObservationNotFound, WrongContentType, TooManyAttachments
+    ),
+)
+@operator
+def put_voice(
+    inspection_id: InspectionId,
+    observation_id: ObservationId,
+    attachment_id: AttachmentId,
+    duration_s: Annotated[float, Query(gt=0, le=LONGEST_VOICE_S)],
+    content_type: Annotated[str, Header()],
+    sound: Annotated[
+        bytes,
+        Body(
+            media_type="application/octet-stream",
+            description=f"The recording: {', '.join(VOICE_SUFFIXES)}, at most 1 MiB.",
+        ),
+    ],
+    services: ServicesDep,
+    principal: PrincipalDep,
+) -> AttachmentOut:
+    """Add a voice note; the answer comes when it is synced. May be repeated."""
+    services.attachments.put_voice(
+        inspection_id,
+        observation_id,
+        attachment_id,
+        sound,
+        content_type,
+        duration_s,
+        principal.name,
+    )
+    return _out(services, inspection_id, observation_id, attachment_id)
+
+
+@router.delete(_ONE, status_code=204, responses=failures(InspectionNotFound, AttachmentNotFound))
+@operator
+def delete(
+    inspection_id: InspectionId,
+    observation_id: ObservationId,
+    attachment_id: AttachmentId,
+    services: ServicesDep,
+    principal: PrincipalDep,
+) -> None:
+    """Delete the attachment; `restore` undoes it. May be repeated."""
+    services.attachments.delete(inspection_id, observation_id, attachment_id, principal.name)
+
+
+@router.post(f"{_ONE}/restore", responses=failures(InspectionNotFound, AttachmentNotFound))
+@operator
+def restore(
+    inspection_id: InspectionId,
+    observation_id: ObservationId,
+    attachment_id: AttachmentId,
+    services: ServicesDep,
+    principal: PrincipalDep,
+) -> AttachmentOut:
+    """Undo a deletion."""
+    services.attachments.restore(inspection_id, observation_id, attachment_id, principal.name)
+    return _out(services, inspection_id, observation_id, attachment_id)
+
+
+@router.get(
+    f"{_ONE}/voice",
+    response_class=StreamingResponse,
+    responses=content(*VOICE_SUFFIXES) | failures(InspectionNotFound, AttachmentNotFound),
+)
+@viewer
+def voice(
+    inspection_id: InspectionId,
+    observation_id: ObservationId,
+    attachment_id: AttachmentId,
+    services: ServicesDep,
+    request: Request,
+) -> Response:
+    """Return the voice note, also in ranges."""
+    note = services.attachments.get(inspection_id, observation_id, attachment_id)
+    sound = services.attachments.voice(note)
+    return blob_response(request.headers, sound, note.media_type or "", PRIVATE)
+
+
+@router.get(
+    f"{_ONE}/photo",
+    response_class=Response,
+    responses=content("image/jpeg")
+    | failures(InspectionNotFound, AttachmentNotFound, PhotoNotFound),
+)
+@viewer
+def photo(
+    inspection_id: InspectionId,
+    observation_id: ObservationId,
+    attachment_id: AttachmentId,
+    services: ServicesDep,
+) -> Response:
+    """Return the photo as it was taken; the strokes of a drawing are beside it, not in it."""
+    found = services.attachments.get(inspection_id, observation_id, attachment_id)
+    return Response(services.photos.jpeg(found), media_type="image/jpeg", headers=PRIVATE)
+
+
+@router.get(
+    "/photos/{photo_of}",
+    response_class=Response,
+    responses=content("image/jpeg") | failures(InspectionNotFound, PhotoNotFound),
+)
+@viewer
+@slow
+def shown_photo(
+    inspection_id: InspectionId,
+    photo_of: AttachmentId,
+    services: ServicesDep,
+    lang: Language = "en",
+    units: Units = "m",
+    burnt_in: bool = False,
+) -> Response:
+    """Return the photo of an observation or an attachment as reports show it, to be kept.
+
+    A drawing is in it; `burnt_in` adds distance and code below the picture.
+    """
+    name, jpeg = services.reports.photo(
+        inspection_id, photo_of, language=lang, units=units, burnt_in=burnt_in
+    )
+    headers = PRIVATE | {"Content-Disposition": f'attachment; filename="{name}"'}
+    return Response(jpeg, media_type="image/jpeg", headers=headers)
+
+
+def _out(
+    services: Services, inspection_id: str, observation_id: str, attachment_id: str
+) -> AttachmentOut:
+    return AttachmentOut.of(services.attachments.get(inspection_id, observation_id, attachment_id))

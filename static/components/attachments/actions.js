@@ -1,0 +1,27 @@
+/** Commands about what is attached to a defect, for buttons and keys. */
+
+import { may } from '../../core/rights.js';
+import { t } from '../../core/words.js';
+import { nameOf } from '../defect-list/names.js';
+
+/**
+ * Adds a photo of the shown frame to an observation, by default the selected one.
+ * @param {import('../inspection-page/desk.js').Desk} desk
+ */
+export function addPhoto(desk, id = desk.selection.value) {
+  const item = id && desk.observations.find(id);
+  const { frame, row } = desk.playhead.value;
+  if (!may('operator')) desk.fault(t('rights.viewer'));
+  else if (!item) desk.fault(t('attach.select_first'));
+  else if (!row) desk.fault(t('desk.not_tracked'));
+  else {
+    desk.attachments.add(item, { kind: 'photo', frame });
+    desk.done(t('attach.photo_added', { name: nameOf(item) }));
+  }
+}
+
+/** Deletes an attachment of an observation, which can be undone. */
+export function detach(desk, item, attachment) {
+  desk.attachments.remove(item, attachment);
+  desk.done(t('attach.deleted'));
+}

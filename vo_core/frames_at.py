@@ -1,0 +1,78 @@
+"""Frames of a video file by their presentation time."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+from vo_core.errors import UnreadableVideo
+from vo_core.sources import Frame, VideoFile
+from vo_core.types import ByteImage
+
+_SEEK_BACK_S = (0.0, 1.0, 4.0, 16.0, math.inf)
+"""Seconds to seek before the frame, one after the other: without an index (MPEG-TS) a seek may end
+after it."""
+
+_ROUNDING_S = 1e-5
+"""Tolerance of times, which come from track files with six decimals."""
+
+
+def read_frame(path: Path | str, t_s: float) -> ByteImage:
+    """Read the picture shown at presentation time `t_s` in colour, (H, W, 3) BGR.
+
+    Raises:
+        UnreadableVideo: The file cannot be opened, or ends before that time.
+    """
+    with VideoFile(path) as video:
+        for back_s in _SEEK_BACK_S:
+            video.seek(max(t_s - back_s, 0.0))
+            if (picture := _from_here(video, t_s)) is not None:
+                return picture
+    raise UnreadableVideo(f"The video has no frame at {t_s:.3f} s.")
+
+
+def frames_between(path: Path | str, start_s: float, end_s: float) -> Iterator[Frame]:
+    """Yield the frames shown from `start_s` to `end_s` in order; none if there are none.
+
+    Their numbers count from the place of the seek.
+
+    Raises:
+        UnreadableVideo: The file cannot be opened.
+    """
+    with VideoFile(path) as video:
+        for back_s in _SEEK_BACK_S:
+            video.seek(max(start_s - back_s, 0.0))
+            frames = _decodable(video)
+            first = next(frames, None)
+            is_late = first is not None and first.t_s > start_s + _ROUNDING_S
+            if first is None or (is_late and back_s < math.inf):
+                continue
+            for frame in itertools.chain((first,), frames):
+                if frame.t_s > end_s + _ROUNDING_S:
+                    return
+                if frame.t_s >= start_s - _ROUNDING_S:
+                    yield frame
+            return
+
+
+def _decodable(video: VideoFile) -> Iterator[Frame]:
+    """Yield frames from the current position on; none where none can be decoded, though perhaps
+    from an earlier position.
+    """
+    with suppress(UnreadableVideo):
+        yield from video
+
+
+def _from_here(video: VideoFile, t_s: float) -> ByteImage | None:
+    """Read on to the first frame at or after `t_s`; None if the source is already after it."""
+    is_first = True
+    for frame in _decodable(video):
+        if is_first and frame.t_s > t_s + _ROUNDING_S:
+            return None
+        if frame.t_s >= t_s - _ROUNDING_S:
+            return frame.to_bgr()
+        is_first = False
+    return None
