@@ -27,6 +27,7 @@ from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.inspections.picking import Picking
 from app.inspections.preferences import Preferences
+from app.inspections.reviews import Reviews
 from app.inspections.samples import Samples
 from app.inspections.scaling import Scaling
 from app.inspections.uploads import Uploads
@@ -53,6 +54,7 @@ from app.storage.files import DataFolder
 from app.storage.imports import ImportStore
 from app.storage.members import Hooks, members_of
 from app.storage.preferences import PreferenceStore
+from app.storage.reviews import ReviewStore
 from app.storage.runs import RunStore
 from app.storage.tokens import TokenFile
 from app.tracking.cameras import Sources
@@ -106,6 +108,7 @@ class Services:
     preferences: Preferences
     samples: Samples
     reports: Reports
+    reviews: Reviews
     search: Search
     archive_export: ArchiveExport
     live: Live
@@ -352,6 +355,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         preferences=Preferences(PreferenceStore(database)),
         samples=samples,
         reports=records.reports,
+        reviews=Reviews(records.inspection_store, ReviewStore(database), live),
         archive_export=records.archive_export,
         search=Search(records.defect_index, index_worker),
         live=live,
