@@ -28,7 +28,7 @@ const fieldsOf = (observation) =>
   Object.fromEntries(FIELDS.map((name) => [name, observation[name] ?? null]));
 
 /** Returns a random UUID; `crypto.randomUUID` exists only over https and on localhost. */
-function newId() {
+export function newId() {
   const bytes = crypto.getRandomValues(new Uint8Array(16));
   bytes[6] = (bytes[6] & 0x0f) | 0x40;
   bytes[8] = (bytes[8] & 0x3f) | 0x80;
@@ -190,6 +190,17 @@ export class Observations extends Store {
 
   remove(id) {
     this.#do('delete', [{ id, before: fieldsOf(this.find(id)), after: null }]);
+  }
+
+  /**
+   * Gives an observation the fields of an earlier version; one that was deleted since is there again.
+   * @returns {boolean} whether that is a change
+   */
+  restore(id, fields) {
+    const item = this.find(id);
+    const change = { id, before: item ? fieldsOf(item) : null, after: fieldsOf(fields) };
+    this.#do('restore', [change]);
+    return isReal(change);
   }
 
   /** Sends the refused change of an observation again. */

@@ -15,7 +15,8 @@ import { LiveFeed } from '../../core/live.js';
 import { Observations } from '../../core/observations.js';
 import { Outbox } from '../../core/outbox.js';
 import { pageId } from '../../core/page-id.js';
-import { may } from '../../core/rights.js';
+import { isLocked, Review } from '../../core/review.js';
+import { lock, may, mayEdit } from '../../core/rights.js';
 import { Store } from '../../core/store.js';
 import { Track } from '../../core/track.js';
 import { u95FromSigma } from '../../core/units.js';
@@ -107,8 +108,10 @@ export class Desk extends EventTarget {
     this.corrections = new Corrections(inspection.id, signal);
     this.counter = new FilmCounter(inspection.id, signal);
     this.checks = new Checks(inspection.id, signal);
+    this.review = new Review(inspection.id, signal);
+    lock(isLocked(inspection.value));
     outbox.addEventListener('change', () => this.#findConflicts(), { signal });
-    if (may('operator')) this.corrections.restore();
+    if (mayEdit()) this.corrections.restore();
     for (const store of [this.corrections, this.corrections.draft]) {
       store.addEventListener('change', () => this.#findOvertakenDraft(), { signal });
     }
@@ -240,8 +243,8 @@ export class Desk extends EventTarget {
     frame = this.playhead.value.frame, isSelected = true,
   }) {
     const row = this.#poseOf(frame);
-    if (!may('operator') || !row) {
-      this.fault(may('operator') ? t('desk.not_tracked') : t('rights.viewer'));
+    if (!mayEdit() || !row) {
+      this.fault(mayEdit() ? t('desk.not_tracked') : whyLocked());
       return null;
     }
     this.#tagged = { frame, row };
@@ -264,7 +267,7 @@ export class Desk extends EventTarget {
    */
   tagAs({ code, char1, char2 }) {
     const item = this.#pointed.id === this.selection.value ? this.observations.find(this.#pointed.id) : null;
-    if (!item || item.code || !this.#isWithin(POINTED_M, this.#pointed.row) || !may('operator')) {
+    if (!item || item.code || !this.#isWithin(POINTED_M, this.#pointed.row) || !mayEdit()) {
       this.tagCentre({ code, char1, char2 });
       return;
     }
@@ -429,3 +432,6 @@ export class Desk extends EventTarget {
     this.dispatchEvent(new CustomEvent('fault', { detail: text }));
   }
 }
+
+/** Returns why the person may not change the inspection. */
+const whyLocked = () => (may('operator') ? t('desk.approved') : t('rights.viewer'));
