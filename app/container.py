@@ -10,6 +10,7 @@ from contextlib import ExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass
 
 from app.access.access import Access
+from app.access.holders import Holders
 from app.alerts.webhook import Client, Webhook
 from app.archive.archive import Archive
 from app.archive.inbox import Inbox
@@ -87,6 +88,7 @@ class Services:
     """Everything that routers may call."""
 
     access: Access
+    holders: Holders
     archive: Archive
     uploads: Uploads
     aiming: Aiming
@@ -325,8 +327,10 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         )
     )
     token = settings.token.get_secret_value() if settings.token else folder.kept_token()
+    access_store, token_file = AccessStore(database), TokenFile(folder.root)
     return Services(
-        access=Access(AccessStore(database), TokenFile(folder.root), token),
+        access=Access(access_store, token_file, token),
+        holders=Holders(access_store, token_file, token),
         archive=archive,
         uploads=uploads,
         aiming=Aiming(uploads, media, counter_queue),

@@ -60,6 +60,7 @@ from app.web.routers import (
     samples,
     search,
     sources,
+    tokens,
     unrolled,
     uploads,
     viewer,
@@ -103,7 +104,7 @@ def create_app(settings: Settings) -> FastAPI:
     for part in (
         access, me, uploads, aiming, imports, inspections, observations, picking, corrections,
         counter, media, catalogue, packs, reviews, samples, archive, search, sources, meter_counter,
-        unrolled, health, metrics, live, viewer, pages,
+        tokens, unrolled, health, metrics, live, viewer, pages,
     ):  # fmt: skip
         app.include_router(part.router)
     app.add_middleware(Guard, allowed_hosts=(socket.gethostname(), *settings.allowed_hosts))

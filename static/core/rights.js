@@ -3,7 +3,7 @@
  * checks every request itself.
  */
 
-const ROLES = ['viewer', 'operator', 'admin'];
+export const ROLES = ['viewer', 'operator', 'admin'];
 const { role, insecure } = document.documentElement.dataset;
 
 /** Whether the role is `needed` or higher. `data-needs` hides parts of the page that need more. */

@@ -73,6 +73,7 @@ def test_an_inspection_goes_from_draft_to_approved_and_back(reviewed: Review) ->
     assert reviewed.settle().json()["remarks"][0]["settled_by"] == "server"
     assert_error(reviewed.move("approved", headers=reviewed.ana), 403, "forbidden")
     assert reviewed.move("approved").json()["state"] == "approved"
+    assert "approved by server" in reviewed.server.get(f"{reviewed.path}/exports/html").text
     expect_locked(reviewed)
     assert_error(reviewed.move("reopened"), 422, "invalid_request")
     assert_error(reviewed.move("reopened", "Wrong pipe", headers=reviewed.ana), 403, "forbidden")
