@@ -37,6 +37,7 @@ export const isOpen = ({ kind, settled_at: settled }) => kind === 'question' && 
 export class Review extends Store {
   #path;
   #signal;
+  #running = Promise.resolve();
 
   constructor(inspection, signal) {
     super(null);
@@ -55,8 +56,8 @@ export class Review extends Store {
     this.set(answer);
   }
 
-  async load() {
-    this.#take(await get(this.#path, this.#signal));
+  load() {
+    return this.#inTurn(() => get(this.#path, this.#signal));
   }
 
   /** @returns {Remark[]} about an observation, the oldest first */
@@ -74,19 +75,26 @@ export class Review extends Store {
     return this.about(id).some((remark) => remark.kind === 'accepted' && remark.version === version);
   }
 
-  async move(state, reason) {
-    this.#take(await post(this.#path, { state, reason }));
+  move(state, reason) {
+    return this.#inTurn(() => post(this.#path, { state, reason }));
   }
 
-  async say({ id, observation, kind, text }) {
-    this.#take(await put(`${this.#path}/remarks/${id}`, { observation, kind, text }));
+  say({ id, observation, kind, text }) {
+    return this.#inTurn(() => put(`${this.#path}/remarks/${id}`, { observation, kind, text }));
   }
 
-  async settle(id, settled) {
-    this.#take(await put(`${this.#path}/remarks/${id}/settled`, { settled }));
+  settle(id, settled) {
+    return this.#inTurn(() => put(`${this.#path}/remarks/${id}/settled`, { settled }));
   }
 
-  async withdraw(id) {
-    this.#take(await remove(`${this.#path}/remarks/${id}`));
+  withdraw(id) {
+    return this.#inTurn(() => remove(`${this.#path}/remarks/${id}`));
+  }
+
+  /** Sends requests one after the other, so that the answer of the last one is the newest. */
+  #inTurn(send) {
+    const result = this.#running.then(send).then((answer) => this.#take(answer));
+    this.#running = result.catch(() => {}); // the caller handles its failure
+    return result;
   }
 }

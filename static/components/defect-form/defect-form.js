@@ -99,11 +99,10 @@ class DefectForm extends Component {
               <button type="button" class="button button--small" data-part="move" data-needs="operator" title="${t('form.move_help')}">${icon('move')}${t('form.move')}</button>
             </div>
           </section>
-          <defect-review class="form__wide" data-part="review"></defect-review>
+          <defect-review class="form__wide"></defect-review>
         </form>`,
     );
     const { parts, desk } = this;
-    parts.review.observationId = this.observationId;
     this.elements = parts.form.elements;
     codeSearch(parts.code, parts.codes, desk.catalogue, (row) => this.#pickCode(row));
     this.listen(parts.done, 'click', () => desk.editing.set(false));

@@ -9,9 +9,6 @@ import { orToast } from '../toast-stack/toast-stack.js';
 import { pressed, remarkRow, say } from './remarks.js';
 
 class DefectReview extends Component {
-  /** @type {string} */
-  observationId;
-
   mount() {
     this.desk = this.closest('inspection-page').desk;
     const { desk } = this;
@@ -38,6 +35,10 @@ class DefectReview extends Component {
     this.#show();
   }
 
+  get #item() {
+    return this.desk.observations.find(this.closest('defect-form').observationId);
+  }
+
   async #say(kind) {
     const { parts, desk } = this;
     const text = parts.text.value.trim();
@@ -48,12 +49,17 @@ class DefectReview extends Component {
       parts.text.focus();
       return;
     }
-    await say(desk, desk.observations.find(this.observationId), kind, text);
-    parts.text.value = '';
+    parts.text.value = ''; // at once: the next button belongs to the next remark
+    try {
+      await say(desk, this.#item, kind, text);
+    } catch (error) {
+      parts.text.value ||= text;
+      throw error;
+    }
   }
 
   #show() {
-    const item = this.desk.observations.find(this.observationId);
+    const item = this.#item;
     const remarks = item ? this.desk.review.about(item.id) : [];
     const isOld = ({ kind, version }) => kind === 'accepted' && item.version !== null && version !== item.version;
     const shown = JSON.stringify([remarks, remarks.map(isOld)]);
