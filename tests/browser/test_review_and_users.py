@@ -56,6 +56,7 @@ def test_a_reviewer_asks_and_approves_and_the_page_is_locked_until_it_is_reopene
     page.get_by_label("Question or comment").fill("Crack or root?")
     press(page, "Ask")
     press(page, "Accept")
+
     expect(page.locator(".remark")).to_have_text(
         [re.compile("Question.*Crack or root?", re.DOTALL), re.compile("Accepted")]
     )
@@ -74,6 +75,7 @@ def test_a_reviewer_asks_and_approves_and_the_page_is_locked_until_it_is_reopene
     take_step(page, "Approve")
     expect(page.locator("toast-stack")).to_contain_text("Questions about defects are not settled")
     press(page, "Settled")
+    expect(page.locator(".review")).to_contain_text("No open questions")
     take_step(page, "Approve")
     expect(page.locator("[data-locked] .desk-bar__lock")).to_contain_text("Approved by server")
     expect_read(page)

@@ -379,7 +379,8 @@ class InspectionPage extends Component {
     parts.side.note('review', String(desk.review.questions.length || ''));
     if (parts.review.dataset.shows === review.state) return;
     parts.review.dataset.shows = review.state;
-    render(parts.review, reviewChip(review.state));
+    parts.review.hidden = review.state === 'draft'; // as in the list, it needs no word
+    render(parts.review, html`${review.state !== 'draft' && reviewChip(review.state)}`);
     parts.lock.hidden = !this.#isLocked;
     if (this.#isLocked) parts.lock.textContent = t('reviewing.locked', { who: review.by, when: date(review.at) });
   }
