@@ -56,7 +56,6 @@ def test_a_reviewer_asks_and_approves_and_the_page_is_locked_until_it_is_reopene
     page.get_by_label("Question or comment").fill("Crack or root?")
     press(page, "Ask")
     press(page, "Accept")
-
     expect(page.locator(".remark")).to_have_text(
         [re.compile("Question.*Crack or root?", re.DOTALL), re.compile("Accepted")]
     )
