@@ -10,6 +10,7 @@ from contextlib import ExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass
 
 from app.access.access import Access
+from app.access.holders import Holders
 from app.alerts.webhook import Client, Webhook
 from app.archive.archive import Archive
 from app.archive.inbox import Inbox
@@ -28,6 +29,7 @@ from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.inspections.picking import Picking
 from app.inspections.preferences import Preferences
+from app.inspections.reviews import Reviews
 from app.inspections.samples import Samples
 from app.inspections.scaling import Scaling
 from app.inspections.uploads import Uploads
@@ -54,6 +56,7 @@ from app.storage.files import DataFolder
 from app.storage.imports import ImportStore
 from app.storage.members import Hooks, members_of
 from app.storage.preferences import PreferenceStore
+from app.storage.reviews import ReviewStore
 from app.storage.runs import RunStore
 from app.storage.tokens import TokenFile
 from app.tracking.cameras import Sources
@@ -88,6 +91,7 @@ class Services:
     """Everything that routers may call."""
 
     access: Access
+    holders: Holders
     archive: Archive
     uploads: Uploads
     aiming: Aiming
@@ -111,6 +115,7 @@ class Services:
     preferences: Preferences
     samples: Samples
     reports: Reports
+    reviews: Reviews
     search: Search
     archive_export: ArchiveExport
     live: Live
@@ -328,8 +333,10 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         )
     )
     token = settings.token.get_secret_value() if settings.token else folder.kept_token()
+    access_store, token_file = AccessStore(database), TokenFile(folder.root)
     return Services(
-        access=Access(AccessStore(database), TokenFile(folder.root), token),
+        access=Access(access_store, token_file, token),
+        holders=Holders(access_store, token_file, token),
         archive=archive,
         uploads=uploads,
         aiming=Aiming(uploads, media, counter_queue),
@@ -367,6 +374,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         preferences=Preferences(PreferenceStore(database)),
         samples=samples,
         reports=records.reports,
+        reviews=Reviews(records.inspection_store, ReviewStore(database), live),
         archive_export=records.archive_export,
         search=Search(records.defect_index, index_worker),
         live=live,

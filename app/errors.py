@@ -6,6 +6,7 @@
         ├── Unauthenticated, Forbidden, CrossOrigin, UnknownHost, TooManyAttempts access
         ├── InvalidUpload, OffsetConflict, UploadBusy, ChecksumMismatch, ...      uploads
         ├── FrameOutsideVideo, StillRunning, ChangedMeanwhile, ...                inspections
+        ├── InspectionLocked, WrongReviewState, OpenQuestions                     the review
         ├── InvalidTable, FolderNotAllowed, NoSuchFilm, FilmChanged               the archive
         ├── MediaFailed, MediaTimeout, Busy, DiskFull, StoreUnavailable, NotReady,
         │   ...NotAvailable                                   not now, not yet
@@ -255,6 +256,22 @@ class NotAllTracked(AppError):
 
 class StillRunning(AppError):
     """The inspection is still running."""
+
+
+class InspectionLocked(AppError):
+    """The inspection is approved, so nobody changes it until it is reopened."""
+
+
+class WrongReviewState(AppError):
+    """The state of the review cannot directly follow the present one."""
+
+
+class OpenQuestions(AppError):
+    """A reviewer's question about a defect is not settled."""
+
+
+class RemarkNotFound(AppError):
+    """The inspection has no remark with this id."""
 
 
 class NotRunning(AppError):

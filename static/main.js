@@ -20,12 +20,14 @@ import './components/archive-rules/archive-rules.js';
 import './components/compare-page/compare-page.js';
 import './components/inspection-list/inspection-list.js';
 import './components/new-inspection/new-inspection.js';
+import './components/users-page/users-page.js';
 import './components/inspection-page/inspection-page.js';
 
 const PAGES = [
   [/^\/$/, 'inspection-list'],
   [/^\/new$/, 'new-inspection'],
   [/^\/compare$/, 'compare-page'],
+  [/^\/users$/, 'users-page'],
   [/^\/archive$/, 'archive-films'],
   [/^\/archive\/add$/, 'archive-add'],
   [/^\/archive\/failures$/, 'archive-failures'],

@@ -10,11 +10,11 @@ import secrets
 import threading
 import time
 from collections import OrderedDict, deque
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 
-from app.errors import DiskFull, Forbidden, TooManyAttempts, Unauthenticated
+from app.errors import Busy, DiskFull, Forbidden, TooManyAttempts, Unauthenticated
 from app.storage.access import AccessStore
 from app.storage.tokens import Role, TokenFile
 
@@ -31,6 +31,7 @@ _SEEN_STEP = timedelta(minutes=10)
 SERVER = "server"
 """Name of the server's own token; no other token may have it."""
 _WEAK_TOKEN_LENGTH = 16
+_NAME_LENGTH = 100
 
 _FAILURES = 10
 _FAILURES_WITHIN_S = 60.0
@@ -67,6 +68,8 @@ class Access:
         self._log_ins = _Attempts()
         self._guesses = _Attempts()
         self._guests = _Recent(_ADDRESSES)
+        self._used_at: dict[str, datetime] = {}
+        """By the digest of each valid token, when its use was last noted."""
         if len(server_token) < _WEAK_TOKEN_LENGTH:
             logger.warning(
                 "The access token has only %d characters; use %d or more.",
@@ -117,6 +120,7 @@ class Access:
             self._guesses.failed(address, digest)
         else:
             self._guests.add((address, digest))
+            self._note_token(digest)
         return principal
 
     def by_cookie(self, cookie: str) -> Principal | None:
@@ -158,14 +162,22 @@ class Access:
         if principal is None:
             return None
         if abs(now - login.seen_at) > _SEEN_STEP:
-            self._note_use(digest)
+            self._noted(lambda: self._store.touch_login(digest))
+        self._note_token(login.token_digest)
         return replace(principal, credential=digest)
 
-    def _note_use(self, digest: str) -> None:
+    def _note_token(self, digest: str) -> None:
+        now = datetime.now(UTC)
+        last = self._used_at.get(digest)
+        if last is None or abs(now - last) > _SEEN_STEP:
+            self._used_at[digest] = now
+            self._noted(lambda: self._store.note_use(digest))
+
+    def _noted(self, note: Callable[[], None]) -> None:
         try:
-            self._store.touch_login(digest)
-        except DiskFull as full:  # a reader needs no free disk space
-            logger.warning("The use of a session could not be noted: %s", full)
+            note()
+        except (Busy, DiskFull) as failure:  # a reader needs neither disk space nor a free writer
+            logger.warning("The use of a token could not be noted: %s", failure)
 
     def _holder(self, digest: str) -> Principal | None:
         if hmac.compare_digest(digest, self._server_digest):
@@ -183,6 +195,13 @@ def create_token(tokens: TokenFile, name: str, role: Role) -> str:
     secret = secrets.token_urlsafe(32)
     tokens.add(name, role, _digest(secret))
     return secret
+
+
+def fault_of_name(name: str) -> str | None:
+    """Return why no token may have this name; None if one may."""
+    if not (name == name.strip() and name.isprintable() and 0 < len(name) <= _NAME_LENGTH):
+        return f"must have 1 to {_NAME_LENGTH} printable characters"
+    return "is the name of the server's own token" if name == SERVER else None
 
 
 class _Recent:

@@ -23,8 +23,6 @@ commands = typer.Typer(
     help="Named access tokens of a data folder, also while a server uses it.", no_args_is_help=True
 )
 
-_NAME_LENGTH = 100
-
 
 @commands.command("create")
 def create_token(
@@ -39,16 +37,12 @@ def create_token(
     data: Data = None,
 ) -> None:
     """Make a token and print it once."""
-    from app.access.access import SERVER
     from app.access.access import create_token as create
+    from app.access.access import fault_of_name
     from app.storage.tokens import Role
 
-    if not (name == name.strip() and name.isprintable() and 0 < len(name) <= _NAME_LENGTH):
-        raise typer.BadParameter(
-            f"must have 1 to {_NAME_LENGTH} printable characters", param_hint="NAME"
-        )
-    if name == SERVER:
-        raise typer.BadParameter("is the name of the server's own token", param_hint="NAME")
+    if fault := fault_of_name(name):
+        raise typer.BadParameter(fault, param_hint="NAME")
     file = _token_file(data)
     secret = create(file, name, Role(role))
     err.print(f"Token {name} ({role}) for {file.folder}; it is not shown again:")

@@ -10,7 +10,7 @@ from app.inspections.observations import check_frame
 from app.storage import keys
 from app.storage.attachments import AttachmentStore
 from app.storage.blobs import Blobs, StoredBlob
-from app.storage.inspections import InspectionStore
+from app.storage.inspections import InspectionStore, require_unlocked
 from app.storage.observations import ObservationStore
 from app.survey.attachments import VOICE_SUFFIXES, Attachment, Picture
 from app.tracking.live import Live
@@ -66,6 +66,7 @@ class Attachments:
 
         Raises:
             InspectionNotFound, ObservationNotFound, TooManyAttachments: As they say.
+            InspectionLocked: It is approved.
             FrameOutsideVideo: The film has no such frame.
             FrameNotFound: The film is not on this server.
             InvalidRequest: The attachment exists and is of another kind, frame or observation.
@@ -108,10 +109,11 @@ class Attachments:
             who: Name for the history.
         Raises:
             InspectionNotFound, ObservationNotFound, TooManyAttachments: As they say.
+            InspectionLocked: It is approved.
             WrongContentType: No recorder gives this type.
             InvalidRequest: It is empty, or exists with another sound.
         """
-        self._inspections.get(inspection_id)
+        require_unlocked(self._inspections.get(inspection_id))
         frame = self._observations.get(inspection_id, observation_id).frame
         plain = media_type.partition(";")[0].strip().lower()
         if plain not in VOICE_SUFFIXES:

@@ -153,6 +153,7 @@ class Corrections:
             replaced: Version that the change was based on; None replaces any version.
         Raises:
             InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
             InvalidCorrection: It cannot be applied to the present track; nothing was stored.
             ChangedMeanwhile: The version is no longer `replaced`; nothing was stored.
         """
@@ -195,6 +196,7 @@ class Corrections:
 
         Raises:
             InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
             InvalidCorrection: It cannot be applied to the present track; nothing was stored.
             ChangedMeanwhile: Other changes came first at every try; nothing was stored.
         """

@@ -31,7 +31,7 @@ from app.settings import MIB
 from app.storage import keys
 from app.storage.blobs import Blobs
 from app.storage.files import DataFolder, copy_durably, sha256_of, sync_folder, write_durably
-from app.storage.inspections import InspectionStore
+from app.storage.inspections import InspectionStore, require_unlocked
 from app.storage.observations import ObservationStore
 from app.storage.runs import RunStore
 from app.storage.tables import ENDED, Inspection
@@ -283,6 +283,7 @@ class Films:
             who: Name for the history.
         Raises:
             InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
             StillRunning: It is queued or running.
             NothingRecorded: The inspection never was live, or has no film.
             NotAllTracked: The track ends before the film.
@@ -295,6 +296,7 @@ class Films:
 
     def _record_on(self, row: Inspection, url: str, between: Between, who: str) -> None:
         inspection_id = row.id
+        require_unlocked(row)
         if row.status not in ENDED:
             raise StillRunning(f"The inspection is {row.status}; stop it first.")
         if row.source_kind != "live":
@@ -350,6 +352,7 @@ class Films:
 
         Raises:
             InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
             OpenStretches: A stretch has no finish; the text names it.
         """
         self._inspections.row(inspection_id)  # raises unless it exists
@@ -371,6 +374,7 @@ class Films:
 
         Raises:
             InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
             StillRunning: It is queued or running.
             NothingRecorded: There is no film.
             InvalidRig: The text names field, value and the allowed values.

@@ -18,7 +18,13 @@ from app.jobs.parts import NOT_RECORDED
 from app.storage import keys
 from app.storage.blobs import Blobs, StoredBlob
 from app.storage.files import DataFolder
-from app.storage.inspections import Found, InspectionStore, Summary, Wanted
+from app.storage.inspections import (
+    Found,
+    InspectionStore,
+    Summary,
+    Wanted,
+    require_unlocked,
+)
 from app.storage.tables import ENDED, Inspection
 from app.survey.track_rows import estimate_at, since
 from app.survey.versions import require_version, version_of
@@ -49,6 +55,8 @@ class InspectionView:
     is_corrected: bool
     defects: int
     worst_severity: int | None
+    open_questions: int
+    """Questions of reviewers that are not settled."""
     camera: CameraStatus | None
     """State of the camera during a recording."""
     warning: str | None
@@ -92,10 +100,10 @@ class Inspections:
         return [self._view(summary) for summary in self._store.summaries()]
 
     def found(
-        self, search: str, status: str | None, offset: int, limit: int
+        self, search: str, status: str | None, review: str | None, offset: int, limit: int
     ) -> tuple[Found, list[InspectionView]]:
         """Return one page of the inspections that fit, the newest first; see `Wanted`."""
-        found = self._store.found(Wanted(search, status, offset, limit))
+        found = self._store.found(Wanted(search, status, review, offset, limit))
         return found, [self._view(summary) for summary in found.summaries]
 
     def get(self, inspection_id: str) -> InspectionView:
@@ -175,6 +183,7 @@ class Inspections:
 
         Raises:
             InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
             PackNotFound: The header names a code pack that does not exist.
             ChangedMeanwhile: Their version is no longer `replaced`; nothing was stored.
         """
@@ -192,9 +201,11 @@ class Inspections:
 
         Raises:
             InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
             StoreUnavailable: The object store is away; nothing is deleted.
         """
         row = self.row(inspection_id)
+        require_unlocked(row)
         self._blobs.exists(keys.rig(inspection_id))  # asked for its errors only
         if row.status not in ENDED:
             self._tracking.cancel(inspection_id)
@@ -229,6 +240,7 @@ class Inspections:
             raw_distance_mm=last.distance_mm if last else row.distance_mm,
             defects=summary.defects,
             worst_severity=summary.worst_severity,
+            open_questions=summary.open_questions,
             camera=self._runs.camera(row.id) if is_running else None,
             warning=(self._runs.hindrance(row.id) if is_running else None) or row.warning,
         )

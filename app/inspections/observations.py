@@ -88,6 +88,7 @@ class Observations:
             replaced: Version that the change was based on; None replaces any version.
         Raises:
             InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
             FrameOutsideVideo, PixelOutsidePicture: The film has no such frame or pixel.
             ChangedMeanwhile: The version is no longer `replaced`; nothing was stored.
         """
@@ -114,6 +115,7 @@ class Observations:
             replaced: Version that the person wants to delete; None deletes any version.
         Raises:
             ObservationNotFound: No observation ever had this id.
+            InspectionLocked: The inspection is approved.
             ChangedMeanwhile: The version is no longer `replaced`; nothing was deleted.
         """
         require = _required(None, replaced)
@@ -125,6 +127,7 @@ class Observations:
 
         Raises:
             ObservationNotFound: No observation ever had this id.
+            InspectionLocked: The inspection is approved.
         """
         if self._store.restore(inspection_id, observation_id, who):
             self._live.observations_changed(inspection_id)

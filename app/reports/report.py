@@ -21,6 +21,7 @@ from app.survey.catalogue.table import Code
 from app.survey.checks import Issue
 from app.survey.corrected import Corrected
 from app.survey.records import Event
+from app.survey.review import DRAFT, ReviewState
 from app.survey.tag import StatedTag
 from app.survey.track_rows import is_unmeasured
 from vo_core import Rig, Track
@@ -220,6 +221,10 @@ class Report:
     counter: CounterView = NO_COUNTER
     stance: Stance = AS_STATED
     """Pose of the camera in the pipe at the first frame, against the rig's."""
+    review: ReviewState = DRAFT
+    reviewed_by: str | None = None
+    """Who has set this state, and when; None while it is a draft."""
+    reviewed_at: datetime | None = None
     warning: str | None = None
     error: str | None = None
     error_code: str | None = None

@@ -8,7 +8,7 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from cachetools import TTLCache
@@ -45,6 +45,7 @@ from app.survey.catalogue.header import number_of
 from app.survey.catalogue.table import CodeTable
 from app.survey.interval import half_width_m
 from app.survey.place import ObservationView
+from app.survey.review import ReviewState
 from app.survey.rounding import metres, rounded
 from app.survey.stretches import role_and_number, stretches
 from app.survey.track_rows import is_unmeasured
@@ -247,6 +248,9 @@ class Reports:
             layout=layout,
             counter=self._counters.get(inspection_id),
             stance=self._tracks.stance(inspection_id),
+            review=cast("ReviewState", row.review_state),
+            reviewed_by=row.reviewed_by,
+            reviewed_at=row.reviewed_at,
             warning=row.warning,
             error=row.error_detail,
             error_code=row.error_code,

@@ -1,14 +1,14 @@
-"""Sessions of browsers in the database, by the SHA-256 of their cookies."""
+"""Sessions of browsers in the database, by the SHA-256 of their cookies, and the use of tokens."""
 
 from __future__ import annotations
 
 from datetime import UTC, datetime
 
-from sqlalchemy import delete, or_
+from sqlalchemy import delete, func, or_, select
 from sqlalchemy.orm import Session
 
 from app.storage.database import Database
-from app.storage.tables import LoginSession
+from app.storage.tables import LoginSession, TokenUse
 
 
 class AccessStore:
@@ -48,6 +48,26 @@ class AccessStore:
                 row.seen_at = datetime.now(UTC)
 
         self._database.write(touch)
+
+    def note_use(self, token_digest: str) -> None:
+        """Record that a token is used now."""
+        row = TokenUse(token_digest=token_digest, seen_at=datetime.now(UTC))
+        self._database.write(lambda session: session.merge(row))
+
+    def uses(self) -> dict[str, datetime]:
+        """Return when each token was last used, by its digest."""
+        with self._database.read() as session:
+            return {row.token_digest: row.seen_at for row in session.scalars(select(TokenUse))}
+
+    def logins(self, *, unused_since: datetime, begun_before: datetime) -> dict[str, int]:
+        """Return the number of sessions of each token that are neither too old nor unused."""
+        query = (
+            select(LoginSession.token_digest, func.count())
+            .where(LoginSession.seen_at >= unused_since, LoginSession.created_at >= begun_before)
+            .group_by(LoginSession.token_digest)
+        )
+        with self._database.read() as session:
+            return {digest: number for digest, number in session.execute(query)}  # noqa: C416
 
     def end_login(self, digest: str) -> None:
         """End a session, if it exists."""

@@ -19,6 +19,7 @@ from app.storage.archive_selection import (
     portions,
 )
 from app.storage.database import Database
+from app.storage.inspections import require_unlocked
 from app.storage.tables import ENDED, ArchiveFilm, EventRow, Inspection
 
 
@@ -167,6 +168,7 @@ def _changing(
                 before = row.editable()
                 row.header = _merged(row.header, stated)
                 if row.editable() != before:
+                    require_unlocked(row)
                     session.add(EventRow.now(row, "changed", who, before, row.editable()))
         if "priority" in values:
             session.execute(

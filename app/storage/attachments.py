@@ -11,6 +11,7 @@ from sqlalchemy.orm import Mapped, Session, mapped_column
 
 from app.errors import AttachmentNotFound, ObservationNotFound, TooManyAttachments
 from app.storage.database import Database
+from app.storage.inspections import unlocked
 from app.storage.tables import Base, EventRow, ObservationRow
 from app.survey.attachments import MOST, Attachment, Kind, Stroke, in_order
 
@@ -100,11 +101,13 @@ class AttachmentStore:
         """Create, change or restore an attachment; return whether anything changed.
 
         Raises:
+            InspectionLocked: It is approved.
             ObservationNotFound: No observation ever had this id.
             TooManyAttachments: The observation has as many as it may have.
         """
 
         def apply(session: Session) -> bool:
+            unlocked(session, attachment.inspection_id)
             key = (attachment.inspection_id, attachment.id)
             row = session.get(AttachmentRow, key)
             drawing = _drawing_of(attachment)
@@ -128,6 +131,7 @@ class AttachmentStore:
 
         Raises:
             AttachmentNotFound: No attachment ever had this id.
+            InspectionLocked: It is approved.
         """
         return self._mark((inspection_id, attachment_id), who, is_deleted=True)
 
@@ -136,11 +140,13 @@ class AttachmentStore:
 
         Raises:
             AttachmentNotFound: No attachment ever had this id.
+            InspectionLocked: It is approved.
         """
         return self._mark((inspection_id, attachment_id), who, is_deleted=False)
 
     def _mark(self, key: Key, who: str, *, is_deleted: bool) -> bool:
         def mark(session: Session) -> bool:
+            unlocked(session, key[0])
             row = _existing(session, key)
             if (row.deleted_at is not None) == is_deleted:
                 return False

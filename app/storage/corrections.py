@@ -10,7 +10,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.storage.database import Database
-from app.storage.inspections import existing
+from app.storage.inspections import existing, unlocked
 from app.storage.tables import ENDED, EventRow, Inspection
 from app.survey.records import RESCALED
 from app.survey.versions import Require
@@ -50,11 +50,12 @@ class CorrectionStore:
 
         Raises:
             InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
             Exception: Whatever `require` raises for what is stored.
         """
 
         def apply(session: Session) -> int:
-            row = existing(session, inspection_id)
+            row = unlocked(session, inspection_id)
             before, after = row.corrections or dict(unstated), dict(corrections)
             if require is not None:
                 require(before)

@@ -8,15 +8,16 @@ from datetime import datetime
 from functools import reduce
 from typing import Any
 
-from sqlalchemy import Integer, and_, cast, func, select
-from sqlalchemy.orm import Session
+from sqlalchemy import Integer, Select, and_, cast, func, select
+from sqlalchemy.orm import InstrumentedAttribute, Session, aliased
 
-from app.errors import InspectionNotFound
+from app.errors import InspectionLocked, InspectionNotFound
 from app.storage.alerts import EMERGENCY
 from app.storage.database import Database
 from app.storage.packs import require_pack_of
-from app.storage.tables import ENDED, EventRow, Inspection, ObservationRow
+from app.storage.tables import ENDED, EventRow, Inspection, ObservationRow, RemarkRow
 from app.survey.records import Event
+from app.survey.review import APPROVED
 from app.survey.versions import Require
 
 
@@ -27,6 +28,8 @@ class Summary:
     row: Inspection
     defects: int
     worst_severity: int | None
+    open_questions: int
+    """Questions of reviewers that are not settled."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +39,8 @@ class Wanted:
     search: str
     """Words that all occur in the name, the file's name or one of the searched header fields."""
     status: str | None
-    """None for any."""
+    """None for any, like the next one."""
+    review: str | None
     offset: int
     limit: int
 
@@ -110,6 +114,7 @@ class InspectionStore:
     def found(self, wanted: Wanted) -> Found:
         """Return one page of the inspections that fit, the newest first."""
         fits = [] if wanted.status is None else [Inspection.status == wanted.status]
+        fits += [] if wanted.review is None else [Inspection.review_state == wanted.review]
         fits += [_SEARCHED.icontains(word, autoescape=True) for word in wanted.search.split()]
         newest = (Inspection.created_at.desc(), Inspection.id)
         page = (
@@ -187,12 +192,13 @@ class InspectionStore:
 
         Raises:
             InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
             PackNotFound: The header names a code pack that does not exist.
             Exception: Whatever `require` raises for the name and header that are stored.
         """
 
         def apply(session: Session) -> None:
-            row = existing(session, inspection_id)
+            row = unlocked(session, inspection_id)
             before = row.editable()
             if require is not None:
                 require(before)
@@ -211,10 +217,11 @@ class InspectionStore:
 
         Raises:
             InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
         """
 
         def remove(session: Session) -> None:
-            row = existing(session, inspection_id)
+            row = unlocked(session, inspection_id)
             session.delete(row)
             session.add(EventRow.now(row, "deleted", who, row.editable(), None))
 
@@ -225,10 +232,11 @@ class InspectionStore:
 
         Raises:
             InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
         """
 
         def apply(session: Session) -> None:
-            row = existing(session, inspection_id)
+            row = unlocked(session, inspection_id)
             before = row.editable()
             row.header = {**row.header, **stated}
             session.add(EventRow.now(row, "finished", who, before, row.editable()))
@@ -236,10 +244,33 @@ class InspectionStore:
         self._database.write(apply)
 
 
+def open_questions(inspection_id: str | InstrumentedAttribute[str]) -> Select[int]:
+    """Count the unsettled questions about observations of an inspection that are not deleted."""
+    asked_about = aliased(ObservationRow)
+    return (
+        select(func.count())
+        .select_from(RemarkRow)
+        .join(
+            asked_about,
+            and_(
+                asked_about.inspection_id == RemarkRow.inspection_id,
+                asked_about.id == RemarkRow.observation_id,
+                asked_about.deleted_at.is_(None),
+            ),
+        )
+        .where(
+            RemarkRow.inspection_id == inspection_id,
+            RemarkRow.kind == "question",
+            RemarkRow.settled_at.is_(None),
+        )
+    )
+
+
 _NOT_FOUND = "There is no such inspection."
 _SEVERITY = cast(ObservationRow.fields["severity"].as_string(), Integer)
+_QUESTIONS = open_questions(Inspection.id).correlate(Inspection).scalar_subquery()
 _SUMMARY = (
-    select(Inspection, func.count(ObservationRow.id), func.max(_SEVERITY))
+    select(Inspection, func.count(ObservationRow.id), func.max(_SEVERITY), _QUESTIONS)
     .outerjoin(
         ObservationRow,
         and_(ObservationRow.inspection_id == Inspection.id, ObservationRow.deleted_at.is_(None)),
@@ -279,3 +310,24 @@ def existing(session: Session, inspection_id: str) -> Inspection:
     if row is None:
         raise InspectionNotFound(_NOT_FOUND)
     return row
+
+
+def unlocked(session: Session, inspection_id: str) -> Inspection:
+    """Return the row of this id for a change of its content, within the transaction of the change.
+
+    Raises:
+        InspectionNotFound: No inspection has this id.
+        InspectionLocked: It is approved.
+    """
+    row = existing(session, inspection_id)
+    require_unlocked(row)
+    return row
+
+
+def require_unlocked(row: Inspection) -> None:
+    """Raise InspectionLocked if the inspection is approved."""
+    if row.review_state == APPROVED:
+        raise InspectionLocked(
+            f"The inspection {row.name!r} was approved by {row.reviewed_by}, so it is locked; "
+            "reopen it first."
+        )

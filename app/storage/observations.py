@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 from app.errors import ObservationNotFound
 from app.storage.alerts import note_emergency
 from app.storage.database import Database
-from app.storage.inspections import existing
+from app.storage.inspections import unlocked
 from app.storage.tables import EventRow, ObservationRow
 from app.survey.records import Observation
 from app.survey.tag import StatedTag
@@ -90,10 +90,12 @@ class ObservationStore:
 
         Raises:
             InspectionNotFound: No inspection has this id.
+            InspectionLocked: The inspection is approved.
             Exception: Whatever `require` raises for the stored fields (None if there are none).
         """
 
         def apply(session: Session) -> bool:
+            unlocked(session, inspection_id)
             row = session.get(ObservationRow, (inspection_id, observation_id))
             before = None if row is None else row.fields
             was_deleted = row is not None and row.deleted_at is not None
@@ -114,10 +116,12 @@ class ObservationStore:
 
         Raises:
             ObservationNotFound: No observation ever had this id.
+            InspectionLocked: The inspection is approved.
             Exception: Whatever `require` raises for the stored fields (None if it is deleted).
         """
 
         def mark(session: Session) -> bool:
+            unlocked(session, inspection_id)
             row = _existing(session, inspection_id, observation_id)
             if require is not None:
                 require(None if row.deleted_at is not None else row.fields)
@@ -134,9 +138,11 @@ class ObservationStore:
 
         Raises:
             ObservationNotFound: No observation ever had this id.
+            InspectionLocked: The inspection is approved.
         """
 
         def unmark(session: Session) -> bool:
+            unlocked(session, inspection_id)
             row = _existing(session, inspection_id, observation_id)
             if row.deleted_at is None:
                 return False
@@ -206,7 +212,6 @@ def _put(
     now = datetime.now(UTC)
     row = session.get(ObservationRow, (inspection_id, observation_id))
     if row is None:
-        existing(session, inspection_id)
         highest = session.scalar(
             select(func.max(ObservationRow.seq)).where(
                 ObservationRow.inspection_id == inspection_id

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from app.errors import ClaimLost, StillRunning
 from app.storage.database import Database
-from app.storage.inspections import existing
+from app.storage.inspections import existing, require_unlocked, unlocked
 from app.storage.tables import ENDED, EventRow, Inspection, ObservationRow
 from app.survey.records import RIG_CHANGED
 from vo_core.track import Estimate
@@ -183,6 +183,7 @@ class RunStore:
 
         Raises:
             InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
             StillRunning: The inspection is queued or running.
         """
 
@@ -198,6 +199,7 @@ class RunStore:
 
         Raises:
             InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
             StillRunning: The inspection is queued or running.
         """
 
@@ -238,11 +240,12 @@ class RunStore:
             values: Its columns, as for a recording that has not ended.
         Raises:
             InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
             StillRunning: The inspection is queued or running.
         """
 
         def apply(session: Session) -> Inspection:
-            row = existing(session, inspection_id)
+            row = unlocked(session, inspection_id)
             _require_ended(row)
             before = row.editable()
             row.header = {
@@ -359,6 +362,7 @@ def _require_ended(row: Inspection) -> None:
 
 
 def _queue_again(session: Session, row: Inspection) -> None:
+    require_unlocked(row)
     _require_ended(row)
     row.status = "queued"
     row.queued_at = datetime.now(UTC)

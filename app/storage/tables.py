@@ -11,6 +11,7 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 from sqlalchemy.types import TypeDecorator
 
 from app.survey.records import Event, Observation
+from app.survey.review import DRAFT
 from app.survey.tag import StatedTag
 
 ENDED = ("done", "failed", "cancelled")
@@ -54,6 +55,15 @@ class LoginSession(Base):
     token_digest: Mapped[str] = mapped_column(String(64))
     """Digest of its token: the session ends with the token."""
     created_at: Mapped[datetime]
+    seen_at: Mapped[datetime]
+
+
+class TokenUse(Base):
+    """When a token was last used, by a browser or a program; precise to some minutes."""
+
+    __tablename__ = "token_uses"
+
+    token_digest: Mapped[str] = mapped_column(String(64), primary_key=True)
     seen_at: Mapped[datetime]
 
 
@@ -108,6 +118,10 @@ class Inspection(Base):
     """Server that tracks it."""
     claimed_until: Mapped[datetime | None]
     """When another server may claim it, unless the claim is renewed."""
+    review_state: Mapped[str] = mapped_column(String(10), default=DRAFT, index=True)
+    """One of `app.survey.review.STATES`; who has set it, and when, follows."""
+    reviewed_at: Mapped[datetime | None]
+    reviewed_by: Mapped[str | None] = mapped_column(String(100))
 
     @property
     def has_film(self) -> bool:
@@ -179,6 +193,29 @@ class ObservationRow(Base):
             edited_by=self.edited_by,
             deleted_at=self.deleted_at,
         )
+
+
+class RemarkRow(Base):
+    """What a reviewer said about one observation."""
+
+    __tablename__ = "remarks"
+
+    inspection_id: Mapped[str] = mapped_column(
+        ForeignKey("inspections.id", ondelete="CASCADE"), primary_key=True
+    )
+    id: Mapped[str] = mapped_column(String(36), primary_key=True)
+    """UUID made by the client, so that a repeated PUT names the same remark."""
+    observation_id: Mapped[str] = mapped_column(String(36))
+    kind: Mapped[str] = mapped_column(String(10))
+    """accepted, question or comment."""
+    text: Mapped[str] = mapped_column(Text)
+    version: Mapped[str] = mapped_column(String(16))
+    """Version of the observation that the reviewer saw: a later edit voids an acceptance."""
+    made_at: Mapped[datetime]
+    made_by: Mapped[str] = mapped_column(String(100))
+    settled_at: Mapped[datetime | None]
+    """When a question was answered to the reviewer's content."""
+    settled_by: Mapped[str | None] = mapped_column(String(100))
 
 
 class EventRow(Base):

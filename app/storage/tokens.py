@@ -102,17 +102,27 @@ class TokenFile:
         Raises:
             TokenNotFound: No valid token has this name.
         """
+        self._replace(name, revoked_at=datetime.now(UTC))
 
-        def revoked(tokens: tuple[NamedToken, ...]) -> tuple[NamedToken, ...]:
+    def change_role(self, name: str, role: Role) -> None:
+        """Give the valid token of this name another role and sync the file.
+
+        Raises:
+            TokenNotFound: No valid token has this name.
+        """
+        self._replace(name, role=role)
+
+    def _replace(self, name: str, **changes: object) -> None:
+        def replaced(tokens: tuple[NamedToken, ...]) -> tuple[NamedToken, ...]:
             for i, token in enumerate(tokens):
                 if token.name == name and token.revoked_at is None:
-                    ended = msgspec.structs.replace(token, revoked_at=datetime.now(UTC))
-                    return (*tokens[:i], ended, *tokens[i + 1 :])
+                    changed = msgspec.structs.replace(token, **changes)
+                    return (*tokens[:i], changed, *tokens[i + 1 :])
             raise _not_found(name)
 
         if not self._path.exists():
             raise _not_found(name)
-        self._change(revoked)
+        self._change(replaced)
 
     def _change(self, changed: Callable[[tuple[NamedToken, ...]], tuple[NamedToken, ...]]) -> None:
         with self._locked():

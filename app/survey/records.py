@@ -15,6 +15,8 @@ RESCALED = "rescaled"
 """Action of an event that Chainage itself caused: joints changed the scale."""
 RIG_CHANGED = "rig_changed"
 """Action of an event: the film was tracked again with another rig."""
+REVIEWED = "reviewed"
+"""Action of an event: the review of the inspection has reached another state."""
 BROUGHT_IN = "imported"
 """Action of an event: the inspection was imported from another server, unchanged."""
 

@@ -40,7 +40,7 @@ from app.jobs.messages import (
 from app.jobs.process import Child, describe_exit
 from app.logs import about
 from app.storage.blobs import StoredBlob
-from app.storage.inspections import InspectionStore
+from app.storage.inspections import InspectionStore, require_unlocked
 from app.storage.tables import ENDED
 from app.tracking.counter_files import SEARCHED, CounterFiles, KeptCounter
 from app.tracking.film_files import FilmFiles
@@ -129,10 +129,12 @@ class CounterQueue(Worker):
 
         Raises:
             InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
             NothingRecorded: There is no film.
             PixelOutsidePicture: The box is not in the picture.
         """
         row = self._inspections.get(inspection_id)
+        require_unlocked(row)
         if not row.has_film:
             raise NothingRecorded(NO_FILM)
         stated.require_picture_size(row.video["width"], row.video["height"])
@@ -150,9 +152,10 @@ class CounterQueue(Worker):
 
         Raises:
             InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
             NotRunning: It is neither waiting nor being read.
         """
-        self._inspections.get(inspection_id)
+        require_unlocked(self._inspections.get(inspection_id))
         with self._changed:
             kept = self._files.get(inspection_id)
             if kept is None or kept.state != "waiting":

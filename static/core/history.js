@@ -5,7 +5,7 @@
 
 /**
  * @typedef {object} Step
- * @property {string} what 'tag', 'edit', 'delete', 'stretch', 'header' or 'correction'
+ * @property {string} what 'tag', 'edit', 'delete', 'stretch', 'header', 'restore', 'remark' or 'correction'
  * @property {object} [item] the changed observation, in its earlier state
  * @property {object[]} [changes] the changes, for the name of the step
  * @property {object|null} [visit] of a text field: all letters typed in one visit are one step

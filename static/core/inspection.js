@@ -64,10 +64,23 @@ export class Inspection extends Store {
       theirs = isOther ? { theirs: now } : null;
       return isOther ? null : { header: withField(header, name, value) };
     });
-    if (theirs) return theirs;
+    if (!theirs) this.#edited(before);
+    return theirs;
+  }
+
+  /**
+   * Gives name and header the content of an earlier version; fires `edited` with the step of the history.
+   * @returns {Promise<boolean>} whether that is a change
+   */
+  async restore({ name, header }) {
+    return this.#edited(await this.#put(() => ({ name, header })));
+  }
+
+  /** Reports what has changed since `before`, as a step of the history; false if nothing has. */
+  #edited(before) {
     const detail = this.#step(differences(before, this.value));
     if (detail.changes.length) this.dispatchEvent(new CustomEvent('edited', { detail }));
-    return null;
+    return detail.changes.length > 0;
   }
 
   /**

@@ -184,6 +184,17 @@ export class Observations extends Store {
     this.#do('delete', [{ id, before: fieldsOf(this.find(id)), after: null }]);
   }
 
+  /**
+   * Gives an observation the fields of an earlier version; one that was deleted since is there again.
+   * @returns {boolean} whether that is a change
+   */
+  restore(id, fields) {
+    const item = this.find(id);
+    const change = { id, before: item ? fieldsOf(item) : null, after: fieldsOf(fields) };
+    this.#do('restore', [change]);
+    return isReal(change);
+  }
+
   /** Sends the refused change of an observation again. */
   sendAgain(id) {
     const item = this.find(id);

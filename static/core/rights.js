@@ -3,11 +3,22 @@
  * checks every request itself.
  */
 
-const ROLES = ['viewer', 'operator', 'admin'];
+export const ROLES = ['viewer', 'operator', 'admin'];
 const { role, insecure } = document.documentElement.dataset;
 
 /** Whether the role is `needed` or higher. `data-needs` hides parts of the page that need more. */
 export const may = (needed) => ROLES.indexOf(role) >= ROLES.indexOf(needed);
+
+let isLocked = false;
+
+/** Notes whether the inspection of the page is approved, so that nobody changes it. */
+export function lock(locked) {
+  isLocked = locked;
+  document.documentElement.toggleAttribute('data-locked', locked);
+}
+
+/** Whether the person may change the inspection of the page. */
+export const mayEdit = () => may('operator') && !isLocked;
 
 /** Whether other machines reach the server without encryption. */
 export const isInsecure = insecure !== undefined;

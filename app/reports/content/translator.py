@@ -142,6 +142,15 @@ class Translator:
         """Format day and time in UTC."""
         return f"{at.astimezone(UTC):%Y-%m-%d %H:%M} UTC"
 
+    def review(self, report: Report) -> str:
+        """Return the state of the review, and who has set it when."""
+        state = self(f"review.{report.review}")
+        if report.reviewed_by is None or report.reviewed_at is None:
+            return state
+        return self(
+            "review.by", state=state, who=report.reviewed_by, at=self.instant(report.reviewed_at)
+        )
+
     def severity(self, severity: int | None) -> str:
         """Return the word for a severity."""
         return self("severity.none") if severity is None else self.one_of("severity", severity)

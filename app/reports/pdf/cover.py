@@ -131,6 +131,7 @@ def cover_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
             t("cover.report"),
             t("cover.version", report=report.id, revision=report.revision),
         ),
+        (t("cover.review"), t.review(report)),
         (t("cover.made"), t.instant(report.made_at)),
     ]
 

@@ -28,6 +28,7 @@ def sign_off(report: Report, t: Translator) -> list[Flowable]:
         *_history(report, t),
         CondPageBreak(70 * mm),
         Heading(t("sign.signatures"), level=1, bookmark=False),
+        note(f"{t('cover.review')}: {t.review(report)}."),
         note(t("sign.statement", report=report.id, revision=report.revision)),
         Figure(52 * mm, lambda canvas: _signatures(canvas, report, t)),
     ]

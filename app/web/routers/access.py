@@ -20,7 +20,7 @@ from app.web.schemas.failures import failures
 router = APIRouter(tags=["access"])
 
 _OUR_PAGES = re.compile(
-    r"/(new|compare|archive(/[a-z]+)?|inspections/[0-9a-f]{32})?(\?[\w=&.:%+-]*)?", re.ASCII
+    r"/(new|compare|users|archive(/[a-z]+)?|inspections/[0-9a-f]{32})?(\?[\w=&.:%+-]*)?", re.ASCII
 )
 """Pages to which a log-in may lead, never another site."""
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
 
-from app.errors import ChangedMeanwhile, InspectionNotFound
+from app.errors import ChangedMeanwhile, InspectionLocked, InspectionNotFound
 from app.survey.stated import StatedIn
 from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, ServicesDep, operator, viewer
 from app.web.schemas.corrections import CorrectionsIn, CorrectionsOut, IntervalOut, MakeupOut
@@ -28,7 +28,8 @@ def get(inspection_id: InspectionId, services: ServicesDep, response: Response) 
 
 
 @router.put(
-    "/corrections", responses=failures(InspectionNotFound, InvalidCorrection, ChangedMeanwhile)
+    "/corrections",
+    responses=failures(InspectionNotFound, InspectionLocked, InvalidCorrection, ChangedMeanwhile),
 )
 @operator
 def put(

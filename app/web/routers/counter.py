@@ -8,6 +8,7 @@ from fastapi import APIRouter, Response
 
 from app.container import Services
 from app.errors import (
+    InspectionLocked,
     InspectionNotFound,
     NothingRecorded,
     NotRunning,
@@ -31,7 +32,8 @@ def get(inspection_id: InspectionId, services: ServicesDep) -> CounterOut:
 
 
 @router.put(
-    "/counter", responses=failures(InspectionNotFound, NothingRecorded, PixelOutsidePicture)
+    "/counter",
+    responses=failures(InspectionNotFound, InspectionLocked, NothingRecorded, PixelOutsidePicture),
 )
 @operator
 @slow
@@ -43,7 +45,9 @@ def put(inspection_id: InspectionId, body: CounterIn, services: ServicesDep) -> 
     return _shown(inspection_id, services)
 
 
-@router.post("/counter/cancel", responses=failures(InspectionNotFound, NotRunning))
+@router.post(
+    "/counter/cancel", responses=failures(InspectionNotFound, InspectionLocked, NotRunning)
+)
 @operator
 @slow
 def cancel(inspection_id: InspectionId, services: ServicesDep) -> CounterOut:

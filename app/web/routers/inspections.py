@@ -9,6 +9,7 @@ from fastapi import APIRouter, BackgroundTasks, Query, Response
 from app.errors import (
     ChangedMeanwhile,
     FrameNotFound,
+    InspectionLocked,
     InspectionNotFound,
     LiveSourceRefused,
     MediaFailed,
@@ -24,6 +25,7 @@ from app.errors import (
     UploadIncomplete,
     UploadNotFound,
 )
+from app.survey.review import ReviewState
 from app.web import columns
 from app.web.deps import InspectionId, PrincipalDep, ServicesDep, operator, viewer
 from app.web.schemas.failures import content, failures
@@ -94,16 +96,17 @@ def list_some(
         Query(max_length=200, description="Words in the name, the file's name or the header."),
     ] = None,
     status: Literal["queued", "running", "done", "failed", "cancelled"] | None = None,
+    review: ReviewState | None = None,
     offset: Annotated[int | None, Query(ge=0, le=10**9)] = None,
     limit: Annotated[int | None, Query(ge=1, le=200, description="Without it, 50.")] = None,
 ) -> FoundOut | InspectionsOut:
     """Return the inspections, the newest first: all without parameters, else a page of those that
     fit, with their number.
     """
-    if search is None and status is None and offset is None and limit is None:
+    if all(given is None for given in (search, status, review, offset, limit)):
         views = services.inspections.all()
         return InspectionsOut(inspections=[InspectionOut.of(view) for view in views])
-    found = services.inspections.found(search or "", status, offset or 0, limit or _PAGE)
+    found = services.inspections.found(search or "", status, review, offset or 0, limit or _PAGE)
     return FoundOut.of(*found)
 
 
@@ -117,7 +120,8 @@ def get(inspection_id: InspectionId, services: ServicesDep, response: Response) 
 
 
 @router.patch(
-    "/{inspection_id}", responses=failures(InspectionNotFound, PackNotFound, ChangedMeanwhile)
+    "/{inspection_id}",
+    responses=failures(InspectionNotFound, InspectionLocked, PackNotFound, ChangedMeanwhile),
 )
 @operator
 def change(
@@ -136,7 +140,11 @@ def change(
     return InspectionOut.of(view)
 
 
-@router.delete("/{inspection_id}", status_code=204, responses=failures(InspectionNotFound))
+@router.delete(
+    "/{inspection_id}",
+    status_code=204,
+    responses=failures(InspectionNotFound, InspectionLocked),
+)
 @slow
 def delete(inspection_id: InspectionId, services: ServicesDep, principal: PrincipalDep) -> None:
     """Stop the inspection and delete it with all its files."""
@@ -153,7 +161,8 @@ def cancel(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
 
 
 @router.post(
-    "/{inspection_id}/retry", responses=failures(InspectionNotFound, StillRunning, NothingRecorded)
+    "/{inspection_id}/retry",
+    responses=failures(InspectionNotFound, InspectionLocked, StillRunning, NothingRecorded),
 )
 @operator
 def retry(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
@@ -165,9 +174,10 @@ def retry(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
 @router.put(
     "/{inspection_id}/rig",
     responses=failures(
-        InspectionNotFound, StillRunning, NothingRecorded, InvalidRig, RigVideoMismatch
+        InspectionNotFound, InspectionLocked, StillRunning, NothingRecorded, InvalidRig,
+        RigVideoMismatch,
     ),
-)
+)  # fmt: skip
 @operator
 def track_with(
     inspection_id: InspectionId,
@@ -185,8 +195,8 @@ def track_with(
 @router.post(
     "/{inspection_id}/continue",
     responses=failures(
-        InspectionNotFound, StillRunning, NothingRecorded, NotAllTracked, LiveSourceRefused,
-        MediaFailed,
+        InspectionNotFound, InspectionLocked, StillRunning, NothingRecorded, NotAllTracked,
+        LiveSourceRefused, MediaFailed,
     ),
 )  # fmt: skip
 @operator
@@ -199,7 +209,10 @@ def record_on(
     return InspectionOut.of(services.inspections.get(inspection_id))
 
 
-@router.post("/{inspection_id}/finish", responses=failures(InspectionNotFound, OpenStretches))
+@router.post(
+    "/{inspection_id}/finish",
+    responses=failures(InspectionNotFound, InspectionLocked, OpenStretches),
+)
 @operator
 @slow
 def finish(

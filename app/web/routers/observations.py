@@ -9,6 +9,7 @@ from app.container import Services
 from app.errors import (
     ChangedMeanwhile,
     FrameOutsideVideo,
+    InspectionLocked,
     InspectionNotFound,
     ObservationNotFound,
     PhotoNotFound,
@@ -39,9 +40,10 @@ def list_all(inspection_id: InspectionId, services: ServicesDep) -> Observations
 @router.put(
     "/{observation_id}",
     responses=failures(
-        InspectionNotFound, FrameOutsideVideo, PixelOutsidePicture, ChangedMeanwhile
+        InspectionNotFound, InspectionLocked, FrameOutsideVideo, PixelOutsidePicture,
+        ChangedMeanwhile,
     ),
-)
+)  # fmt: skip
 @operator
 def put(
     inspection_id: InspectionId,
@@ -75,7 +77,7 @@ def get(
 @router.delete(
     "/{observation_id}",
     status_code=204,
-    responses=failures(InspectionNotFound, ObservationNotFound, ChangedMeanwhile),
+    responses=failures(InspectionNotFound, ObservationNotFound, InspectionLocked, ChangedMeanwhile),
 )
 @operator
 def delete(
@@ -90,7 +92,8 @@ def delete(
 
 
 @router.post(
-    "/{observation_id}/restore", responses=failures(InspectionNotFound, ObservationNotFound)
+    "/{observation_id}/restore",
+    responses=failures(InspectionNotFound, ObservationNotFound, InspectionLocked),
 )
 @operator
 def restore(

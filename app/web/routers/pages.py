@@ -113,6 +113,7 @@ def login_page(request: Request) -> Response:
 @router.get("/")
 @router.get("/new")
 @router.get("/compare")
+@router.get("/users")
 @router.get("/archive")
 @router.get("/archive/{part}")
 @router.get("/inspections/{inspection_id}")

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, field_validator
 
+from app.access.access import fault_of_name
+from app.access.holders import Holder
+from app.storage.tokens import Role
 from app.survey.given import Clock, CodeName, Given, Letter, PackId
 from app.survey.tag import Quantity, Severity
+
+RoleName = Literal["viewer", "operator", "admin"]
 
 
 class LoginIn(Given):
@@ -21,6 +27,63 @@ class SessionOut(BaseModel):
 
     name: str
     role: str
+
+
+class RoleIn(Given):
+    """The role of a token."""
+
+    role: RoleName
+
+    def to_role(self) -> Role:
+        """Convert to the stored form."""
+        return Role(self.role)
+
+
+class TokenIn(RoleIn):
+    """A token to be made."""
+
+    name: str = Field(description="User of the token, as shown in the history.")
+
+    @field_validator("name")
+    @classmethod
+    def _may_be_taken(cls, name: str) -> str:
+        if fault := fault_of_name(name):
+            raise ValueError(fault)
+        return name
+
+
+class TokenMadeOut(BaseModel):
+    """A token that was just made."""
+
+    secret: str
+    """Shown this once: it is stored nowhere."""
+
+
+class TokenOut(BaseModel):
+    """A token without its secret."""
+
+    name: str
+    role: RoleName
+    created_at: datetime | None
+    """None for the server's own token."""
+    revoked_at: datetime | None
+    seen_at: datetime | None
+    """Last use, precise to some minutes."""
+    sessions: int
+    """Browsers that are logged in with it."""
+    is_server: bool
+    """Whether it is the server's own token, which cannot be changed here."""
+
+    @classmethod
+    def of(cls, holder: Holder) -> TokenOut:
+        """Convert the service's view."""
+        return cls(**{name: getattr(holder, name) for name in cls.model_fields})
+
+
+class TokensOut(BaseModel):
+    """The server's own token, then the others in the order of creation."""
+
+    tokens: list[TokenOut]
 
 
 class QuickCode(Given):

@@ -16,6 +16,7 @@ from app.tracking.live import CameraStatus
 from app.web.schemas.counter import CounterIn
 from app.web.schemas.failures import ErrorOut
 from app.web.schemas.figures import metres, rounded
+from app.web.schemas.reviews import ReviewStateOut
 
 
 class UploadSource(Given):
@@ -182,6 +183,9 @@ class InspectionOut(BaseModel):
     corrected: bool
     defects: int
     worst_severity: int | None
+    review: ReviewStateOut
+    open_questions: int
+    """Questions of reviewers that are not settled."""
     error: ErrorOut | None
     warning: str | None
     created_at: datetime
@@ -216,6 +220,8 @@ class InspectionOut(BaseModel):
             corrected=view.is_corrected,
             defects=view.defects,
             worst_severity=view.worst_severity,
+            review=ReviewStateOut.of(row),
+            open_questions=view.open_questions,
             error=_error(row),
             warning=view.warning,
             created_at=row.created_at,

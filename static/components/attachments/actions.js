@@ -1,6 +1,7 @@
 /** Commands about what is attached to a defect, for buttons and keys. */
 
-import { may } from '../../core/rights.js';
+import { mayEdit } from '../../core/rights.js';
+import { whyLocked } from '../../core/review.js';
 import { t } from '../../core/words.js';
 import { nameOf } from '../defect-list/names.js';
 
@@ -11,7 +12,7 @@ import { nameOf } from '../defect-list/names.js';
 export function addPhoto(desk, id = desk.selection.value) {
   const item = id && desk.observations.find(id);
   const { frame, row } = desk.playhead.value;
-  if (!may('operator')) desk.fault(t('rights.viewer'));
+  if (!mayEdit()) desk.fault(whyLocked());
   else if (!item) desk.fault(t('attach.select_first'));
   else if (!row) desk.fault(t('desk.not_tracked'));
   else {

@@ -3,7 +3,7 @@
 import { html, patchList, render, setText } from '../../core/html.js';
 import { isUnfinished } from '../../core/inspection.js';
 import { withKey } from '../../core/keys.js';
-import { may } from '../../core/rights.js';
+import { mayEdit } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { timecode } from '../../core/units.js';
 import { t, wordFor } from '../../core/words.js';
@@ -141,7 +141,7 @@ class DefectAttachments extends Component {
       element,
       html`<p class="voices__name number">${name}${save === 'waiting' && html` <span class="dim">${t('attach.waiting')}</span>`}</p>
         ${kind === 'voice' && address && html`<audio controls preload="none" src="${address}" aria-label="${name}"></audio>`}
-        ${may('operator') && offers.map(([what, sign, label]) => html`<button type="button" class="button button--quiet button--small button--icon"
+        ${mayEdit() && offers.map(([what, sign, label]) => html`<button type="button" class="button button--quiet button--small button--icon"
           data-do="${what}" title="${label}" aria-label="${label}">${icon(sign)}</button>`)}
         ${refusal && html`<p class="fault">${refusal}</p>`}`,
     );
@@ -166,7 +166,7 @@ class DefectAttachments extends Component {
       render(button, html`${icon(isOn ? 'stop' : 'voice')}<span>${t('attach.record')}</span>`);
     }
     button.classList.toggle('voices__recording', isOn);
-    button.disabled = !canRecord() || !may('operator');
+    button.disabled = !canRecord() || !mayEdit();
     button.title = canRecord() ? '' : t('attach.needs_https');
     const seconds = isOn ? (performance.now() - this.#recording.since) / 1000 : 0;
     setText(button.lastElementChild, isOn ? t('attach.stop_recording', { length: timecode(seconds, 0) }) : t('attach.record'));

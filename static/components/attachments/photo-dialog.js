@@ -1,7 +1,7 @@
 /** The photos of a defect, enlarged one at a time: to be drawn on, ordered, saved and deleted. */
 
 import { html, render } from '../../core/html.js';
-import { may } from '../../core/rights.js';
+import { mayEdit } from '../../core/rights.js';
 import { lengthUnit } from '../../core/units.js';
 import { language, t } from '../../core/words.js';
 import { openDialog } from '../dialog/dialog.js';
@@ -112,7 +112,7 @@ class PhotoDialog {
 }
 
 const tool = (what, sign, label, isOff = false) => html`<button type="button" class="button button--small" data-do="${what}"
-  ${(isOff || !may('operator')) && 'disabled'}>${icon(sign)}${label}</button>`;
+  ${(isOff || !mayEdit()) && 'disabled'}>${icon(sign)}${label}</button>`;
 
 const step = (what, sign, label, isOff) => html`<button type="button" class="button button--small button--icon" data-do="${what}"
   title="${label}" aria-label="${label}" ${isOff && 'disabled'}>${icon(sign)}</button>`;

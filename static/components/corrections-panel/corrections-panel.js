@@ -6,7 +6,7 @@
 import { knownLength } from '../../core/corrections.js';
 import { refusalText } from '../../core/evidence.js';
 import { html, render } from '../../core/html.js';
-import { may } from '../../core/rights.js';
+import { mayEdit } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { errorText, t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
@@ -26,7 +26,7 @@ class CorrectionsPanel extends Component {
       this,
       html`<div class="fix__body">
           <correction-outcome class="fix"></correction-outcome>
-          <fieldset class="locked" ${!may('operator') && 'disabled'}><div class="fix__columns">
+          <fieldset class="locked" ${!mayEdit() && 'disabled'}><div class="fix__columns">
             <zero-section class="fix"></zero-section>
             <counter-section class="fix"></counter-section>
             <known-length class="fix"></known-length>

@@ -2,7 +2,7 @@
 
 import { html, render } from '../../core/html.js';
 import { withKey } from '../../core/keys.js';
-import { may } from '../../core/rights.js';
+import { mayEdit } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { openStretches, partsOf, stretchNumber, stretchRole } from '../../core/stretches.js';
 import { chainage, plusMinus, timecode } from '../../core/units.js';
@@ -17,6 +17,7 @@ import {
 import { GRADES, severityMark, severityWord } from '../severity-mark/severity-mark.js';
 import { unitOf } from './units.js';
 import '../attachments/defect-attachments.js';
+import '../review-panel/defect-review.js';
 import './clock-dial.js';
 import './quick-key.js';
 
@@ -53,7 +54,7 @@ class DefectForm extends Component {
               <button type="button" class="button button--small" data-part="again">${icon('retry')}${t('form.send_again')}</button>
               <button type="button" class="button button--small" data-part="giveUp">${icon('undo')}${t('form.give_up')}</button>
             </div></div></div>
-          <fieldset class="locked" ${!may('operator') && 'disabled'}>
+          <fieldset class="locked" ${!mayEdit() && 'disabled'}>
           <div class="field form__code code-search">
             ${head('defect-code', t('form.code'), 'code')}
             <input class="input" id="defect-code" role="combobox" aria-autocomplete="list" aria-expanded="false"
@@ -98,6 +99,7 @@ class DefectForm extends Component {
             <button type="button" class="button button--small" data-part="move" data-needs="operator" title="${t('form.move_help')}">${icon('move')}${t('form.move')}</button>
             <defect-attachments data-part="attachments"></defect-attachments>
           </section>
+          <defect-review class="form__wide"></defect-review>
         </form>`,
     );
     const { parts, desk } = this;

@@ -1,11 +1,12 @@
 /** The tagged defects along the culvert; the form of the selected one replaces the list. */
 
-import { html, patchList, render } from '../../core/html.js';
+import { html, patchList, render, setText } from '../../core/html.js';
 import { isKeyOn } from '../../core/keys.js';
+import { isOpen } from '../../core/review.js';
 import { Component } from '../../core/store.js';
 import { coveredShare, defectCount, stretchNumber, stretchRole, stretchesOf } from '../../core/stretches.js';
 import { chainage, clockHour, plusMinus, timecode } from '../../core/units.js';
-import { pieces, t } from '../../core/words.js';
+import { pieces, t, wordFor } from '../../core/words.js';
 import { mainPhotoOf } from '../attachments/photos.js';
 import { icon } from '../icon/icon.js';
 import { linkTo } from '../inspection-page/links.js';
@@ -58,6 +59,7 @@ class DefectList extends Component {
     this.listen(desk.selection, 'change', () => this.#select());
     this.listen(desk.editing, 'change', () => this.#edit());
     this.listen(desk.track, 'change', () => this.#count());
+    this.listen(desk.review, 'change', () => [...parts.rows.children].forEach((row) => this.#showReview(row)));
     this.listen(desk.inspection, 'change', () => this.#update());
     this.listen(parts.search, 'input', () => this.#update());
     this.listen(parts.filter, 'change', () => this.#update());
@@ -157,6 +159,7 @@ class DefectList extends Component {
           <span class="defect__what"><b data-part="code"></b> <span data-part="label"></span></span>
           <b class="defect__where number" data-part="distance"></b>
           <span class="defect__more dim number"><span class="defect__save" data-part="save"></span>
+            <span class="defect__review" data-part="review"></span>
             <span class="defect__lacks" data-part="lacks"></span>
             <span data-part="more"></span></span>
           <span class="defect__interval dim number" data-part="interval"></span>
@@ -206,6 +209,7 @@ class DefectList extends Component {
     parts.edit.setAttribute('aria-label', t('defects.edit_named', { name }));
     parts.remove.setAttribute('aria-label', t('defects.delete_named', { name }));
     this.#changePhoto(row);
+    this.#showReview(row);
   }
 
   #changePhotos() {
@@ -217,6 +221,15 @@ class DefectList extends Component {
   #changePhoto(row) {
     row.photo = mainPhotoOf(this.desk, row.item);
     row.parts.photo.hidden = !row.photo;
+  }
+
+  /** Shows what a reviewer has said about a defect. */
+  #showReview({ item, parts }) {
+    const { review } = this.desk;
+    const asked = review.about(item.id).filter(isOpen).length;
+    const text = asked ? t('reviewing.questions', { n: asked }) : review.isAccepted(item) && wordFor('remark', 'accepted');
+    setText(parts.review, text || '');
+    parts.review.classList.toggle('defect__review--open', asked > 0);
   }
 
   /** Up and down go from row to row and select; Enter opens the form. */

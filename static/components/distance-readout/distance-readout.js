@@ -3,7 +3,7 @@
 import { html, render, setText } from '../../core/html.js';
 import { isUnmeasured } from '../../core/inspection.js';
 import { isSeen, jointBehind } from '../../core/joints.js';
-import { may } from '../../core/rights.js';
+import { mayEdit } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { STATUSES } from '../../core/track.js';
 import { chainage, chainageNumber, lengthUnit, plusMinus, speed, u95FromSigma } from '../../core/units.js';
@@ -42,7 +42,7 @@ class DistanceReadout extends Component {
           <p class="readout__more dim number"><span data-part="joint"></span><span class="readout__speed" data-part="speed"></span></p>
         </div>
         <p class="readout__joints dim" data-part="joints" hidden><span data-part="jointsText"></span>
-          <button class="link" data-part="takeBack" ${!may('operator') && 'hidden'}>${t('readout.take_back')}</button></p>
+          <button class="link" data-part="takeBack" ${!mayEdit() && 'hidden'}>${t('readout.take_back')}</button></p>
         <p class="visually-hidden" role="status" data-part="announced"></p>`,
     );
     this.listen(this.parts.takeBack, 'click', () => this.#takeBack());

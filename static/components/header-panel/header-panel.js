@@ -6,7 +6,7 @@
 import { ApiError, pause } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { hasFilm } from '../../core/inspection.js';
-import { may } from '../../core/rights.js';
+import { mayEdit } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { errorText, t } from '../../core/words.js';
 import '../header-form/header-form.js';
@@ -42,7 +42,7 @@ class HeaderPanel extends Component {
       html`<p class="header-panel__rig"><button type="button" class="button button--small" data-part="rig" data-needs="operator"
           hidden>${icon('settings')}${t('again.rig_open')}</button></p>
         <p class="header-panel__state number" role="status" data-part="state"></p>
-        <fieldset class="locked" ${!may('operator') && 'disabled'}><header-form data-part="form"></header-form></fieldset>`,
+        <fieldset class="locked" ${!mayEdit() && 'disabled'}><header-form data-part="form"></header-form></fieldset>`,
     );
     const { form, rig } = this.parts;
     this.listen(rig, 'click', () => this.#editRig());
@@ -58,7 +58,7 @@ class HeaderPanel extends Component {
     this.listen(this.desk.counter, 'change', () => this.#propose());
     this.#showRig();
     this.#propose();
-    if (may('operator')) this.#goOn();
+    if (mayEdit()) this.#goOn();
   }
 
   /** Offers what is burnt into the film. */

@@ -34,7 +34,7 @@ export const labelOf = (name) =>
  * @returns {{name: string, before: string|null, after: string|null}[]}
  */
 export function differences({ action, before, after }) {
-  if (action === 'deleted' || action === 'restored') return [];
+  if (['deleted', 'restored', 'reviewed'].includes(action)) return [];
   const [was, is] = [flat(before), flat(after)];
   return [...new Set([...Object.keys(was), ...Object.keys(is)])]
     .filter((name) => JSON.stringify(was[name] ?? null) !== JSON.stringify(is[name] ?? null))

@@ -2,11 +2,13 @@
 
 import { ApiError, get } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
+import { mayEdit } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { date } from '../../core/units.js';
-import { errorText, pieces, t } from '../../core/words.js';
+import { errorText, pieces, t, wordFor } from '../../core/words.js';
 import { nameOf } from '../defect-list/names.js';
 import { icon } from '../icon/icon.js';
+import { orToast } from '../toast-stack/toast-stack.js';
 import { differences, labelOf } from './differences.js';
 import { remarkText } from './remarks.js';
 
@@ -32,8 +34,20 @@ const OF_OBSERVATION = {
   attached: ['plus', (name) => t('history.observation_attached', { name })],
   detached: ['trash', (name) => t('history.observation_detached', { name })],
   told: ['check', (name) => t('history.client_notified', { name })],
+  accepted: ['check', (name) => t('history.remark_accepted', { name })],
+  question: ['help', (name) => t('history.remark_question', { name })],
+  comment: ['edit', (name) => t('history.remark_comment', { name })],
+  settled: ['check', (name) => t('history.remark_settled', { name })],
+  unsettled: ['help', (name) => t('history.remark_unsettled', { name })],
+  withdrawn: ['trash', (name) => t('history.remark_withdrawn', { name })],
   not_told: ['alert', (name) => t('history.client_not_notified', { name })],
 };
+
+/** Events that replaced a version of what people state; it can be restored. */
+const VERSIONED = { observation: ['changed', 'deleted'], inspection: ['changed', 'finished', 'corrected'] };
+
+const hasVersion = ({ action, observation_id: id, before }) =>
+  before !== null && VERSIONED[id === null ? 'inspection' : 'observation'].includes(action);
 
 class HistoryPanel extends Component {
   #events = [];
@@ -59,6 +73,8 @@ class HistoryPanel extends Component {
       this.#show();
     });
     this.listen(parts.rows, 'click', ({ target }) => {
+      const button = target.closest('[data-restore]');
+      if (button) orToast(() => this.#restore(Number(button.dataset.restore)));
       const link = target.closest('[data-observation]');
       if (link && desk.observations.find(link.dataset.observation)) desk.goTo(link.dataset.observation);
     });
@@ -106,10 +122,10 @@ class HistoryPanel extends Component {
     const rest = this.#events.length - this.#shown;
     parts.more.hidden = rest <= 0;
     parts.more.textContent = t('history.more', { n: Math.min(rest, PAGE) });
-    render(parts.rows, html`${this.#events.slice(0, this.#shown).map((event) => this.#row(event))}`);
+    render(parts.rows, html`${this.#events.slice(0, this.#shown).map((event, i) => this.#row(event, i))}`);
   }
 
-  #row(event) {
+  #row(event, index) {
     const { at, who, observation_id: id } = event;
     const remark = remarkText(event);
     const [sign, title] = this.#titleOf(event);
@@ -123,11 +139,30 @@ class HistoryPanel extends Component {
           ({ name, before, after }) => html`<div><dt>${labelOf(name)}</dt><dd>${before !== null && html`<del>${before}</del> `}<ins>${after ?? '–'}</ins></dd></div>`,
         )}</dl>`}
         ${remark && html`<p class="event__remark">“${remark}”</p>`}
+        ${mayEdit() && hasVersion(event) && html`<p><button type="button" class="button button--small" data-restore="${index}"
+          aria-label="${t('history.restore_title', { name: title })}">${icon('undo')}${t('history.restore')}</button></p>`}
       </div>
       <p class="event__who dim"><time datetime="${at}">${date(at)}</time><span>${who}</span></p></li>`;
   }
 
+  /** Restores the version that an event has replaced, as a new change. */
+  async #restore(index) {
+    const { desk } = this;
+    const { observation_id: id, action, before } = this.#events[index];
+    let isChange;
+    if (id !== null) isChange = desk.observations.restore(id, before);
+    else if (action === 'corrected') {
+      isChange = JSON.stringify(before) !== JSON.stringify(desk.corrections.value?.stated);
+      if (isChange && !(await desk.correct(before, t('history.restored_remark')))) return;
+    } else isChange = await desk.inspection.restore(before);
+    if (isChange) desk.done(t('history.restored'));
+    else desk.done(t('history.same'), { action: null });
+  }
+
   #titleOf({ action, observation_id: id, before, after }) {
+    if (action === 'reviewed') {
+      return ['forward', t('history.inspection_reviewed', { state: wordFor('review', after.review) })];
+    }
     if (id === null) return OF_INSPECTION[action] ?? ['info', action];
     const known = this.desk.observations.find(id);
     const code = (after ?? before)?.code;

@@ -42,6 +42,8 @@ const SHAPES = {
   whole: html`<path d="M2.500 5v10M17.500 5v10M5 10h10M7.500 7.500L5 10l2.500 2.500M12.500 7.500L15 10l-2.500 2.500" />`,
   swap: html`<path d="M3.500 7h11M11.500 4l3 3-3 3M16.500 13h-11M8.500 10l-3 3 3 3" />`,
   flag: html`<path d="M5 17.500V3h10l-2.500 3.500L15 10H5" />`,
+  people: html`<circle cx="7.500" cy="7" r="3" /><path d="M2 16.500a5.500 5.500 0 0 1 11 0M13 4.300a3 3 0 0 1 0 5.400M15 11.800a5.500 5.500 0 0 1 3 4.700" />`,
+  lock: html`<rect x="4.500" y="9" width="11" height="7.500" rx="1.500" /><path d="M7 9V6.500a3 3 0 0 1 6 0V9" />`,
   forward: html`<path d="M7.500 4.500L13 10l-5.500 5.500" />`,
   contrast: html`<circle cx="10" cy="10" r="7.500" /><path class="solid" d="M10 2.500a7.500 7.500 0 0 1 0 15z" />`,
   large: html`<path d="M3 7.500V3h4.500M12.500 3H17v4.500M17 12.500V17h-4.500M7.500 17H3v-4.500" />`,

@@ -4,13 +4,14 @@ import { get, patch, pause, post, remove, sendFile } from '../../core/api.js';
 import { html, patchList, render } from '../../core/html.js';
 import { isUnfinished } from '../../core/inspection.js';
 import { PagedList } from '../../core/paged-list.js';
+import { STATES as REVIEW_STATES, isLocked } from '../../core/review.js';
 import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { chainage, count, date, duration } from '../../core/units.js';
 import { errorText, t, wordFor } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 import { GRAVEST, severityMark } from '../severity-mark/severity-mark.js';
-import { STATES, statusChip } from '../status-chip/status-chip.js';
+import { STATES, reviewChip, statusChip } from '../status-chip/status-chip.js';
 import { orToast, toast, toastError } from '../toast-stack/toast-stack.js';
 import { topBar } from '../top-bar/top-bar.js';
 import '../pager/pager.js';
@@ -59,6 +60,11 @@ class InspectionList extends Component {
                   <option value="">${t('list.all')}</option>
                   ${STATES.map((state) => html`<option value="${state}">${wordFor('status', state)}</option>`)}
                 </select></div>
+              <div class="field"><label class="visually-hidden" for="find-review">${t('reviewing.filter')}</label>
+                <select class="input" id="find-review" data-part="review">
+                  <option value="">${t('reviewing.any')}</option>
+                  ${REVIEW_STATES.map((state) => html`<option value="${state}">${wordFor('review', state)}</option>`)}
+                </select></div>
               <p class="dim number find__count" role="status" data-part="count"></p>
             </search>
             <div class="inspections">
@@ -74,19 +80,21 @@ class InspectionList extends Component {
           </div>
         </main>`,
     );
-    const { text, status, clear, sample, old, file } = this.parts;
+    const { text, status, review, clear, sample, old, file } = this.parts;
     this.listen(old, 'click', () => file.click());
     this.listen(file, 'change', () => orToast(() => this.#import()));
-    this.#list = new PagedList('/api/inspections', { filters: ['search', 'status'], signal: this.signal });
+    this.#list = new PagedList('/api/inspections', { filters: ['search', 'status', 'review'], signal: this.signal });
     text.value = this.#list.filters.search;
     status.value = this.#list.filters.status;
+    review.value = this.#list.filters.review;
     this.parts.pager.fill(this.#list);
-    const find = () => orToast(() => this.#list.want({ search: text.value, status: status.value }));
+    const find = () => orToast(() => this.#list.want({ search: text.value, status: status.value, review: review.value }));
     this.listen(text, 'input', find);
     this.listen(status, 'change', find);
+    this.listen(review, 'change', find);
     this.listen(clear, 'click', () => {
       text.value = '';
-      status.value = '';
+      status.value = review.value = '';
       find();
       text.focus();
     });
@@ -205,6 +213,10 @@ class InspectionList extends Component {
 
 const isGrave = ({ worst_severity: worst }) => worst === GRAVEST;
 
+/** A draft without a question needs no word. */
+const reviewMarkup = ({ review: { state }, open_questions: n }) =>
+  html`${state !== 'draft' && reviewChip(state)} ${n > 0 && html`<span class="chip chip--reopened">${icon('help')}${t('reviewing.questions', { n })}</span>`}`;
+
 const graveChip = () =>
   html`<span class="chip chip--grave">${icon('alert')}${wordFor('severity', String(GRAVEST))}</span>`;
 
@@ -242,7 +254,7 @@ function updateRow({ parts, classList }, inspection) {
   const { header, source, error } = inspection;
   parts.name.textContent = name;
   parts.source.textContent = [header.asset_id, source.filename].filter(Boolean).join(' · ');
-  render(parts.chip, html`${statusChip(status)} ${isGrave(inspection) && graveChip()}`);
+  render(parts.chip, html`${statusChip(status)} ${isGrave(inspection) && graveChip()} ${reviewMarkup(inspection)}`);
   parts.progress.hidden = !isUnfinished(inspection);
   parts.bar.value = progress.frames_total ? progress.frames_done / progress.frames_total : 0;
   parts.pace.textContent = status === 'running' ? pace(progress) : t('progress.waits');
@@ -257,8 +269,10 @@ function updateRow({ parts, classList }, inspection) {
     parts[part].setAttribute('aria-label', label);
   }
   parts.rename.title = t('list.rename');
+  const isOpen = !isLocked(inspection);
+  parts.rename.disabled = !isOpen;
   parts.remove.title = may('admin') ? t('list.delete') : t('rights.admin');
-  parts.remove.disabled = !may('admin');
+  parts.remove.disabled = !may('admin') || !isOpen;
 }
 
 function worstMarkup(severity) {

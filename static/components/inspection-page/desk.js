@@ -18,7 +18,8 @@ import { LiveFeed } from '../../core/live.js';
 import { Observations } from '../../core/observations.js';
 import { Outbox } from '../../core/outbox.js';
 import { pageId } from '../../core/page-id.js';
-import { may } from '../../core/rights.js';
+import { isLocked, Review, whyLocked } from '../../core/review.js';
+import { lock, may, mayEdit } from '../../core/rights.js';
 import { whenSent } from '../../core/sending.js';
 import { Store } from '../../core/store.js';
 import { Track } from '../../core/track.js';
@@ -120,8 +121,10 @@ export class Desk extends EventTarget {
     this.corrections = new Corrections(inspection.id, signal);
     this.counter = new FilmCounter(inspection.id, signal);
     this.checks = new Checks(inspection.id, signal);
+    this.review = new Review(inspection.id, signal);
+    lock(isLocked(inspection.value));
     outbox.addEventListener('change', () => this.#findConflicts(), { signal });
-    if (may('operator')) this.corrections.restore();
+    if (mayEdit()) this.corrections.restore();
     for (const store of [this.corrections, this.corrections.draft]) {
       store.addEventListener('change', () => this.#findOvertakenDraft(), { signal });
     }
@@ -251,8 +254,8 @@ export class Desk extends EventTarget {
    */
   tag({ pixel = null, frame = this.playhead.value.frame, isSelected = true, ...fields }) {
     const row = this.#poseOf(frame);
-    if (!may('operator') || !row) {
-      this.fault(may('operator') ? t('desk.not_tracked') : t('rights.viewer'));
+    if (!mayEdit() || !row) {
+      this.fault(mayEdit() ? t('desk.not_tracked') : whyLocked());
       return null;
     }
     this.#tagged = { frame, row };
@@ -265,9 +268,9 @@ export class Desk extends EventTarget {
   /** Notes the shown frame for a tag whose code is still being typed; false when nothing may be tagged. */
   hold() {
     const { frame, row } = this.playhead.value;
-    const isAllowed = may('operator') && row !== null;
+    const isAllowed = mayEdit() && row !== null;
     if (isAllowed) this.#held = { frame, pointed: this.#pointed };
-    else this.fault(may('operator') ? t('desk.not_tracked') : t('rights.viewer'));
+    else this.fault(mayEdit() ? t('desk.not_tracked') : whyLocked());
     if (isAllowed) this.#tagged = { frame, row };
     return isAllowed;
   }
@@ -300,7 +303,7 @@ export class Desk extends EventTarget {
    */
   tagAs(fields) {
     const item = this.#pointed.id === this.selection.value ? this.observations.find(this.#pointed.id) : null;
-    if (!item || item.code || !this.#isWithin(POINTED_M, this.#pointed.row) || !may('operator')) {
+    if (!item || item.code || !this.#isWithin(POINTED_M, this.#pointed.row) || !mayEdit()) {
       this.tagCentre(fields);
       return;
     }

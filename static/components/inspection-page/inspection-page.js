@@ -4,8 +4,9 @@ import { ApiError, poll } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { isUnfinished, mayGoOn } from '../../core/inspection.js';
 import { bindKeys, withKey } from '../../core/keys.js';
+import { isLocked } from '../../core/review.js';
 import { Component } from '../../core/store.js';
-import { chainage } from '../../core/units.js';
+import { chainage, date } from '../../core/units.js';
 import { defectCount } from '../../core/stretches.js';
 import { errorText, t } from '../../core/words.js';
 import { nameOf } from '../defect-list/names.js';
@@ -17,7 +18,7 @@ import { pace } from '../inspection-list/inspection-list.js';
 import { showKeys } from '../key-help/key-help.js';
 import { closesElsewhere } from '../menu/menu.js';
 import { askEndOfRecording, openRecordOn } from '../run-again/run-again.js';
-import { statusChip } from '../status-chip/status-chip.js';
+import { reviewChip, statusChip } from '../status-chip/status-chip.js';
 import { orToast, toast, toastError } from '../toast-stack/toast-stack.js';
 import { topBar } from '../top-bar/top-bar.js';
 import { isFinished, openFinish } from '../finish-dialog/finish-dialog.js';
@@ -49,6 +50,8 @@ class InspectionPage extends Component {
   #keys;
   #isKept = true;
   #isFollowing = false;
+  /** Whether the inspection was approved when the page was built. */
+  #isLocked = false;
 
   async mount() {
     document.title = 'Chainage';
@@ -79,6 +82,7 @@ class InspectionPage extends Component {
             <a class="brand" href="/" aria-label="${t('desk.all')}">${icon('back')}${icon('logo')}</a>
             <h1 class="desk-bar__name" title="${name}">${name}</h1>
             <span role="status" data-part="chip"></span>
+            <button type="button" class="chip-button" title="${t('tab.review')}" data-part="review"></button>
             <span class="desk-bar__pace dim number" data-part="pace"></span>
           </div>
           <div class="desk-bar__tools">
@@ -87,6 +91,7 @@ class InspectionPage extends Component {
             <button class="button button--small" data-part="retry" data-needs="operator" hidden>${icon('retry')}${t('desk.retry')}</button>
             <button class="button button--small" data-part="recordOn" data-needs="operator" title="${t('again.on_title')}" hidden>${icon('live')}<span
               class="desk-bar__word">${t('again.on')}</span></button>
+            <p class="desk-bar__lock dim" role="status" data-part="lock" hidden></p>
             <span class="spacer"></span>
             <p class="save number" role="status" data-part="save" data-needs="operator"></p>
             <button class="button button--quiet button--small" data-part="undo" data-needs="operator">${icon('undo')}
@@ -128,6 +133,7 @@ class InspectionPage extends Component {
         </main>
         <p class="visually-hidden" role="status" data-part="announce"></p>`,
     );
+    this.#isLocked = isLocked(desk.inspection.value);
     this.video = this.parts.video;
     this.strip = this.parts.strip;
     this.parts.side.fill(TABS, t('tab.label'), desk.tab);
@@ -142,6 +148,7 @@ class InspectionPage extends Component {
     // <conflict-notice> asks about overtaken changes of this inspection.
     this.listen(desk.outbox, 'refused', ({ detail: { operation, error } }) => {
       if (!error.isOvertaken || operation.inspection !== id) toastError(error);
+      if (error.code === 'inspection_locked') this.#lookAgain();
     });
     this.listen(desk.observations, 'change', () => this.#showObservations());
     this.listen(desk.history, 'change', () => this.#showHistory());
@@ -152,6 +159,8 @@ class InspectionPage extends Component {
     this.listen(desk, 'fault', ({ detail }) => toast(detail, { kind: 'error' }));
     this.listen(desk, 'done', ({ detail: { text, ...other } }) => this.#showDone(text, other));
     this.listen(desk, 'tagged', ({ detail }) => this.#announceTag(detail));
+    this.listen(desk.review, 'change', () => this.#showReview());
+    this.listen(parts.review, 'click', () => desk.tab.set('review'));
     this.listen(parts.cancel, 'click', () => orToast(() => this.#cancel()));
     this.listen(parts.recordOn, 'click', () => this.#recordOn());
     this.listen(parts.retry, 'click', () => orToast(() => this.#retry()));
@@ -182,6 +191,7 @@ class InspectionPage extends Component {
     followLinks(desk, this.signal);
     desk.observations.load().catch(toastError);
     desk.corrections.load().catch(toastError);
+    desk.review.load().catch(toastError);
     if (desk.inspection.isUnfinished) desk.counter.load().catch(toastError);
     this.#follow({ isOpening: true });
   }
@@ -369,8 +379,23 @@ class InspectionPage extends Component {
     parts.cancel.hidden = !desk.inspection.isUnfinished;
     parts.recordOn.hidden = !mayGoOn(desk.inspection.value);
     this.#showFinish();
+    this.#showReview();
     parts.retry.hidden = status !== 'failed' && status !== 'cancelled';
     this.#showMessages();
+  }
+
+  /** Shows the state of the review; what can be changed on the page depends on it, so it begins anew. */
+  #showReview() {
+    const { parts, desk } = this;
+    const { review } = desk.inspection.value;
+    if (isLocked(desk.inspection.value) !== this.#isLocked) location.reload();
+    parts.side.note('review', String(desk.review.questions.length || ''));
+    if (parts.review.dataset.shows === review.state) return;
+    parts.review.dataset.shows = review.state;
+    parts.review.hidden = review.state === 'draft'; // as in the list, it needs no word
+    render(parts.review, html`${review.state !== 'draft' && reviewChip(review.state)}`);
+    parts.lock.hidden = !this.#isLocked;
+    if (this.#isLocked) parts.lock.textContent = t('reviewing.locked', { who: review.by, when: date(review.at) });
   }
 
   #showFinish() {
@@ -436,7 +461,8 @@ class InspectionPage extends Component {
 
   /** Reads what others have tagged while the page was hidden. */
   #lookAgain() {
-    orToast(() => this.desk.observations.load());
+    const { observations, review, inspection } = this.desk;
+    orToast(() => Promise.all([observations.load(), review.load(), inspection.load()]));
   }
 
   #announceTag({ code, distance_m }) {

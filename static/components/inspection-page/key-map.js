@@ -1,11 +1,12 @@
 /** Every key of the inspection page, in the groups of the help. */
 
 import { preferences } from '../../core/preferences.js';
-import { may } from '../../core/rights.js';
+import { may, mayEdit } from '../../core/rights.js';
 import { chainage } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { addPhoto } from '../attachments/actions.js';
 import { GRADES } from '../severity-mark/severity-mark.js';
+import { goToQuestion } from '../review-panel/remarks.js';
 import { quickCodes } from '../video-panel/quick-codes.js';
 import { copyLink } from './links.js';
 import { HERE_M, changeStretch, finishStretch, startStretch } from './stretches.js';
@@ -87,6 +88,7 @@ export function keyMap(page) {
       bindings: [
         { keys: ['n'], shown: ['N'], label: t('keys.next'), run: () => desk.goToNeighbour(1) },
         { keys: ['p'], shown: ['P'], label: t('keys.previous'), run: () => desk.goToNeighbour(-1) },
+        { keys: ['q'], shown: ['Q'], label: t('reviewing.next'), run: () => goToQuestion(desk) },
         { keys: ['e', 'Enter'], shown: ['E', 'Enter'], label: t('keys.edit'), run: () => page.edit() },
         {
           keys: GRADES.map((grade) => `Shift+${grade}`),
@@ -115,7 +117,7 @@ export function keyMap(page) {
       bindings: [{ keys: ['?'], label: t('keys.list'), run: () => page.help() }],
     },
   ];
-  const isAllowed = ({ needs = 'viewer' }) => may(needs);
+  const isAllowed = ({ needs = 'viewer' }) => (needs === 'operator' ? mayEdit() : may(needs));
   return groups
     .filter(isAllowed)
     .map(({ title, bindings }) => ({ title, bindings: bindings.filter(isAllowed) }));

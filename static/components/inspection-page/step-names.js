@@ -14,11 +14,16 @@ const NAMES = {
     if ('frame' in after) return t('step.move', { name: nameOf(item) });
     return t('step.edit', { name: nameOf(item), ...firstDifference(before, after) });
   },
+  restore: (item) => t('step.restore', { name: nameOf(item) }),
   stretch: (item, changes) => t('step.stretch', { name: nameOf(item), n: changes.length }),
   header: (item, changes) => {
     const [{ name, before, after }] = changes;
     return t('step.header', { ...firstDifference({ [name]: before }, { [name]: after }) });
   },
+  remark: (item, [{ kind }]) =>
+    kind === 'settled'
+      ? t('reviewing.step_settled', { name: nameOf(item) })
+      : t('reviewing.step', { kind: wordFor('remark', kind), name: nameOf(item) }),
   correction: () => t('step.correction'),
   attach: (item, [{ kind }]) => t('step.attach', { what: wordFor('attach.kind', kind), name: nameOf(item) }),
   detach: (item, [{ kind }]) => t('step.detach', { what: wordFor('attach.kind', kind), name: nameOf(item) }),

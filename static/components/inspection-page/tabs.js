@@ -6,12 +6,14 @@ import '../corrections-panel/corrections-panel.js';
 import '../defect-list/defect-list.js';
 import '../header-panel/header-panel.js';
 import '../history-panel/history-panel.js';
+import '../review-panel/review-panel.js';
 
 const PANELS = [
   ['defects', 'defect-list'],
   ['header', 'header-panel'],
   ['corrections', 'corrections-panel'],
   ['checks', 'checks-panel'],
+  ['review', 'review-panel'],
   ['history', 'history-panel'],
 ];
 

@@ -1,4 +1,4 @@
-/** The state of an inspection, or of a film of the archive, as a word and a sign. */
+/** The states of an inspection and of its review, or of a film of the archive, as a word and a sign. */
 
 import { html } from '../../core/html.js';
 import { wordFor } from '../../core/words.js';
@@ -9,6 +9,8 @@ const SIGNS = { queued: 'wait', running: 'live', done: 'check', failed: 'alert',
 /** States of a film before it is an inspection. */
 const SIGNS_BEFORE = { unassigned: 'help', ready: 'play', waiting: 'wait', paused: 'pause', refused: 'alert' };
 
+const SIGNS_OF_REVIEW = { draft: 'edit', submitted: 'forward', in_review: 'search', approved: 'lock', reopened: 'undo' };
+
 export const STATES = Object.keys(SIGNS);
 export const FILM_STATES = [...Object.keys(SIGNS_BEFORE), ...STATES];
 
@@ -16,3 +18,7 @@ export const statusSign = (status) => icon(SIGNS[status] ?? SIGNS_BEFORE[status]
 
 export const statusChip = (status) =>
   html`<span class="chip chip--${status}">${statusSign(status)}${wordFor('status', status)}</span>`;
+
+/** The state of the review of an inspection. */
+export const reviewChip = (state) =>
+  html`<span class="chip chip--${state}">${icon(SIGNS_OF_REVIEW[state])}${wordFor('review', state)}</span>`;

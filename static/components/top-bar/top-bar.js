@@ -3,6 +3,7 @@
 import { post } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { preferences } from '../../core/preferences.js';
+import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { LANGUAGES, language, t, wordFor } from '../../core/words.js';
 import { showHelp } from '../help-dialog/help-dialog.js';
@@ -34,6 +35,7 @@ class PersonMenu extends Component {
               lang="${code}" aria-pressed="${String(code === language)}">${name}</button>`)}
           </div>
           <button class="menu__item menu__item--line" data-part="settings">${icon('settings')}${t('menu.settings')}</button>
+          ${may('admin') && html`<a class="menu__item menu__item--line" href="/users">${icon('people')}${t('menu.users')}</a>`}
           <button class="menu__item menu__item--line" data-part="help">${icon('help')}${t('menu.help')}</button>
           <button class="menu__item menu__item--line" data-part="leave">${icon('leave')}${t('menu.log_out')}</button>
           <p class="menu__note" data-part="person"></p>

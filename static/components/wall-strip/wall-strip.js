@@ -5,7 +5,7 @@
 
 import { ApiError, poll } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
-import { may } from '../../core/rights.js';
+import { mayEdit } from '../../core/rights.js';
 import { sharpContext } from '../../core/screen.js';
 import { stretchesOf } from '../../core/stretches.js';
 import { chainage, clockHour, u95FromSigma } from '../../core/units.js';
@@ -130,7 +130,7 @@ class WallStrip extends Strip {
       const found = await frameShowing(desk.inspection.id, this.#placeOf(mm, arc), near, this.signal);
       const { value: pick } = desk.picking;
       if (pick) pick(found);
-      else if (stripSettings.value.click === 'tag' && may('operator')) desk.tag(found);
+      else if (stripSettings.value.click === 'tag' && mayEdit()) desk.tag(found);
       else desk.seek(found.frame);
     } catch (error) {
       if (!(error instanceof ApiError)) {

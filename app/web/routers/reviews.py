@@ -1,0 +1,93 @@
+"""The review of an inspection: its state, and remarks on observations."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path
+
+from app.errors import (
+    InspectionLocked,
+    InspectionNotFound,
+    ObservationNotFound,
+    OpenQuestions,
+    RemarkNotFound,
+    StillRunning,
+    WrongReviewState,
+)
+from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, ServicesDep, operator, viewer
+from app.web.schemas.failures import failures
+from app.web.schemas.reviews import RemarkIn, ReviewIn, ReviewOut, SettledIn
+
+router = APIRouter(prefix="/api/inspections/{inspection_id}/review", tags=["review"])
+
+RemarkId = Annotated[str, Path(pattern=OBSERVATION_ID)]
+
+
+@router.get("", responses=failures(InspectionNotFound))
+@viewer
+def get(inspection_id: InspectionId, services: ServicesDep) -> ReviewOut:
+    """Return the state of the review, how it was reached, and the remarks."""
+    return ReviewOut.whole(services.reviews.get(inspection_id))
+
+
+@router.post(
+    "",
+    responses=failures(InspectionNotFound, StillRunning, WrongReviewState, OpenQuestions),
+)
+@operator
+def move(
+    inspection_id: InspectionId, body: ReviewIn, services: ServicesDep, principal: PrincipalDep
+) -> ReviewOut:
+    """Set the state; only admins approve, and reopen what is approved. May be repeated."""
+    services.reviews.move(inspection_id, body.state, principal, body.reason)
+    return ReviewOut.whole(services.reviews.get(inspection_id))
+
+
+@router.put(
+    "/remarks/{remark_id}",
+    responses=failures(InspectionNotFound, ObservationNotFound, InspectionLocked),
+)
+@operator
+def remark(
+    inspection_id: InspectionId,
+    remark_id: RemarkId,
+    body: RemarkIn,
+    services: ServicesDep,
+    principal: PrincipalDep,
+) -> ReviewOut:
+    """Add a remark on an observation. May be repeated: one that exists stays as it is."""
+    services.reviews.remark(
+        inspection_id, remark_id, body.observation, body.kind, body.text, principal.name
+    )
+    return ReviewOut.whole(services.reviews.get(inspection_id))
+
+
+@router.put(
+    "/remarks/{remark_id}/settled",
+    responses=failures(InspectionNotFound, RemarkNotFound, InspectionLocked),
+)
+@operator
+def settle(
+    inspection_id: InspectionId,
+    remark_id: RemarkId,
+    body: SettledIn,
+    services: ServicesDep,
+    principal: PrincipalDep,
+) -> ReviewOut:
+    """Settle a question, or open it again."""
+    services.reviews.settle(inspection_id, remark_id, principal.name, is_settled=body.settled)
+    return ReviewOut.whole(services.reviews.get(inspection_id))
+
+
+@router.delete("/remarks/{remark_id}", responses=failures(InspectionNotFound, InspectionLocked))
+@operator
+def withdraw(
+    inspection_id: InspectionId,
+    remark_id: RemarkId,
+    services: ServicesDep,
+    principal: PrincipalDep,
+) -> ReviewOut:
+    """Remove a remark; only its author or an admin may. May be repeated."""
+    services.reviews.withdraw(inspection_id, remark_id, principal)
+    return ReviewOut.whole(services.reviews.get(inspection_id))

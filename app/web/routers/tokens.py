@@ -1,0 +1,42 @@
+"""The tokens of people and programs; for admins."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path
+
+from app.errors import TokenNameTaken, TokenNotFound
+from app.web.deps import PrincipalDep, ServicesDep
+from app.web.schemas.access import RoleIn, TokenIn, TokenMadeOut, TokenOut, TokensOut
+from app.web.schemas.failures import failures
+
+router = APIRouter(prefix="/api/tokens", tags=["access"])
+
+TokenName = Annotated[str, Path(max_length=100)]
+
+
+@router.get("")
+def list_all(services: ServicesDep) -> TokensOut:
+    """Return all tokens without their secrets, including revoked ones."""
+    return TokensOut(tokens=[TokenOut.of(holder) for holder in services.holders.all()])
+
+
+@router.post("", status_code=201, responses=failures(TokenNameTaken))
+def create(body: TokenIn, services: ServicesDep, principal: PrincipalDep) -> TokenMadeOut:
+    """Make a token; the answer is the only place where its secret is shown."""
+    return TokenMadeOut(secret=services.holders.create(body.name, body.to_role(), principal.name))
+
+
+@router.put("/{name:path}/role", status_code=204, responses=failures(TokenNotFound))
+def change_role(
+    name: TokenName, body: RoleIn, services: ServicesDep, principal: PrincipalDep
+) -> None:
+    """Give the valid token of this name another role."""
+    services.holders.change_role(name, body.to_role(), principal.name)
+
+
+@router.delete("/{name:path}", status_code=204, responses=failures(TokenNotFound))
+def revoke(name: TokenName, services: ServicesDep, principal: PrincipalDep) -> None:
+    """End the valid token of this name and all of its sessions."""
+    services.holders.revoke(name, principal.name)

@@ -1,0 +1,131 @@
+"""The review of an inspection."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Annotated, Self
+
+from pydantic import BaseModel, Field, StringConstraints, model_validator
+
+from app.inspections.reviews import ReviewView
+from app.storage.tables import Inspection, RemarkRow
+from app.survey.given import TEXT, Given
+from app.survey.records import Event
+from app.survey.review import REOPENED, RemarkKind, ReviewState
+from app.web.deps import OBSERVATION_ID
+
+Sentence = Annotated[str, StringConstraints(strip_whitespace=True, max_length=2000, pattern=TEXT)]
+
+
+class ReviewIn(Given):
+    """The next state of a review."""
+
+    state: ReviewState
+    reason: Sentence | None = Field(None, description="Required to reopen an inspection.")
+
+    @model_validator(mode="after")
+    def _says_why(self) -> Self:
+        if self.state == REOPENED and not self.reason:
+            raise ValueError("reopening needs a reason")
+        return self
+
+
+class RemarkIn(Given):
+    """A remark on one observation."""
+
+    observation: Annotated[str, Field(pattern=OBSERVATION_ID)]
+    kind: RemarkKind
+    text: Sentence = Field(description="May be empty for an acceptance.")
+
+    @model_validator(mode="after")
+    def _says_something(self) -> Self:
+        if self.kind != "accepted" and not self.text:
+            raise ValueError(f"a {self.kind} needs a text")
+        return self
+
+
+class SettledIn(Given):
+    """Whether a question is settled."""
+
+    settled: bool
+
+
+class ReviewStateOut(BaseModel):
+    """The state of a review, and who has set it."""
+
+    state: ReviewState
+    at: datetime | None
+    """None while it is a draft that was never submitted."""
+    by: str | None
+
+    @classmethod
+    def of(cls, row: Inspection) -> ReviewStateOut:
+        """Convert the stored row."""
+        return cls(
+            state=row.review_state,  # type: ignore[arg-type]  # checked by pydantic
+            at=row.reviewed_at,
+            by=row.reviewed_by,
+        )
+
+
+class StepOut(BaseModel):
+    """A change of the state."""
+
+    state: ReviewState
+    at: datetime
+    by: str
+    reason: str | None
+
+    @classmethod
+    def of(cls, event: Event) -> StepOut:
+        """Convert the event."""
+        state = (event.after or {})["review"]
+        return cls(state=state, at=event.at, by=event.who, reason=event.remark)
+
+
+class RemarkOut(BaseModel):
+    """A remark on one observation."""
+
+    id: str
+    observation: str
+    kind: RemarkKind
+    text: str
+    version: str
+    """Version of the observation that was seen: after an edit, an acceptance counts no more."""
+    at: datetime
+    by: str
+    settled_at: datetime | None
+    settled_by: str | None
+
+    @classmethod
+    def of(cls, row: RemarkRow) -> RemarkOut:
+        """Convert the stored row."""
+        return cls(
+            id=row.id,
+            observation=row.observation_id,
+            kind=row.kind,  # type: ignore[arg-type]  # checked by pydantic
+            text=row.text,
+            version=row.version,
+            at=row.made_at,
+            by=row.made_by,
+            settled_at=row.settled_at,
+            settled_by=row.settled_by,
+        )
+
+
+class ReviewOut(ReviewStateOut):
+    """A review with everything said in it."""
+
+    steps: list[StepOut]
+    """Every change of the state, oldest first."""
+    remarks: list[RemarkOut]
+    """On observations that are not deleted, oldest first."""
+
+    @classmethod
+    def whole(cls, view: ReviewView) -> ReviewOut:
+        """Convert the service's view."""
+        return cls(
+            **ReviewStateOut.of(view.row).model_dump(),
+            steps=[StepOut.of(step) for step in view.steps],
+            remarks=[RemarkOut.of(row) for row in view.remarks],
+        )

@@ -1,0 +1,153 @@
+"""A reviewer approves in the page, which is then locked; earlier versions; the users' tokens."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from clips import numbered_clip, rig_for_clip
+from desks import expect_read, expect_saved, observations
+from playwright.sync_api import Page, expect
+from steps import Server, log_in
+
+TAGS = [f"0123abcd-0000-4000-8000-00000000000{n}" for n in range(2)]
+
+
+@pytest.fixture(scope="module")
+def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
+    folder = tmp_path_factory.mktemp("clip")
+    clip = numbered_clip(folder / "clip.mp4", "libx264", frames=12)
+    inspection = server.track(clip, rig_for_clip(folder / "rig.json"))
+    for n, tag in enumerate(TAGS):
+        path = f"/api/inspections/{inspection}/observations/{tag}"
+        server.ask("PUT", path, {"frame": 2 + 5 * n, "code": "BAB", "severity": 2})
+    return inspection
+
+
+def press(page: Page, name: str) -> None:
+    page.get_by_role("button", name=name, exact=True).click()
+
+
+def take_step(page: Page, name: str, reason: str | None = None) -> None:
+    press(page, name)
+    dialog = page.get_by_role("dialog", name=name)
+    if reason is not None:
+        dialog.get_by_label("Reason").fill(reason)
+    dialog.get_by_role("button", name=name, exact=True).click()
+    expect(dialog).to_have_count(0)
+
+
+def expect_accessible(page: Page) -> None:
+    found = Axe().run(page).response["violations"]
+    assert found == [], json.dumps([(each["id"], each["nodes"][0]["html"]) for each in found])
+
+
+def test_a_reviewer_asks_and_approves_and_the_page_is_locked_until_it_is_reopened(
+    page: Page, server: Server, inspection: str
+) -> None:
+    log_in(page, server, f"/inspections/{inspection}")
+    expect_read(page)
+    page.locator(".defect__main").nth(1).click()
+    page.keyboard.press("e")
+    press(page, "Ask")
+    expect(page.locator("defect-review")).to_contain_text("Write the question or comment first.")
+    page.get_by_label("Question or comment").fill("Crack or root?")
+    press(page, "Ask")
+    press(page, "Accept")
+    expect(page.locator(".remark")).to_have_text(
+        [re.compile("Question.*Crack or root?", re.DOTALL), re.compile("Accepted")]
+    )
+    expect_accessible(page)
+    page.keyboard.press("Escape")
+    expect(page.locator(".defect").nth(1)).to_contain_text("1 open question")
+    page.keyboard.press("u")  # the acceptance
+    page.keyboard.press("p")
+    page.keyboard.press("q")
+    expect(page.locator("defect-form .remark")).to_have_count(1)
+    page.keyboard.press("Escape")
+
+    page.get_by_role("tab", name="Review").click()
+    take_step(page, "Submit for review")
+    take_step(page, "Start review")
+    take_step(page, "Approve")
+    expect(page.locator("toast-stack")).to_contain_text("Questions about defects are not settled")
+    press(page, "Settled")
+    expect(page.locator(".review")).to_contain_text("No open questions")
+    take_step(page, "Approve")
+    expect(page.locator("[data-locked] .desk-bar__lock")).to_contain_text("Approved by server")
+    expect_read(page)
+    before = observations(server, inspection)
+    for key in ("t", "1", "n", "m", "Delete", "e"):
+        page.keyboard.press(key)
+    expect(page.get_by_label("Remark")).to_be_disabled()
+    expect(page.get_by_role("button", name="Accept")).to_have_count(0)
+    assert observations(server, inspection) == before
+
+    page.get_by_role("tab", name="Review").click()
+    expect_accessible(page)
+    press(page, "Reopen")
+    press(page.get_by_role("dialog"), "Reopen")  # type: ignore[arg-type]
+    expect(page.get_by_role("dialog")).to_contain_text("State why")
+    page.keyboard.press("Escape")
+    take_step(page, "Reopen", "The wrong pipe")
+    expect(page.locator("[data-locked]")).to_have_count(0)
+    page.get_by_role("tab", name="Review").click()
+    expect(page.locator(".review")).to_contain_text("The wrong pipe")
+    page.goto(f"{server.url}/?review=approved")
+    expect(page.locator(".find__nothing")).to_be_visible()
+    page.get_by_label("Review", exact=True).select_option("reopened")
+    expect(page.locator(".inspection")).to_contain_text("Reopened")
+
+
+def test_an_earlier_version_comes_back_from_the_history_and_can_be_undone(
+    page: Page, server: Server, inspection: str
+) -> None:
+    def severities() -> list[int]:
+        return sorted(item["severity"] for item in observations(server, inspection))
+
+    server.ask("PATCH", f"/api/inspections/{inspection}", {"header": {"asset_id": "A 1"}})
+    server.ask("PATCH", f"/api/inspections/{inspection}", {"header": {"asset_id": "B 2"}})
+    path = f"/api/inspections/{inspection}/observations"
+    server.ask("PUT", f"{path}/{TAGS[0]}", {"frame": 2, "code": "BAB", "severity": 4})
+    server.ask("DELETE", f"{path}/{TAGS[1]}")
+    log_in(page, server, f"/inspections/{inspection}")
+    expect_read(page)
+    page.get_by_role("tab", name="History").click()
+    press(page, "Restore this version: Deleted defect BAB deleted")
+    expect(page.locator(".defect")).to_have_count(2)
+    press(page, "Restore this version: BAB at 0.00 m edited")
+    expect_saved(page)
+    assert severities() == [2, 2]
+    page.keyboard.press("u")
+    expect(page.locator("toast-stack")).to_contain_text("earlier version of BAB")
+    expect_saved(page)
+    assert severities() == [2, 4]
+    page.locator(".event", has_text="A 1").get_by_role("button").first.click()
+    expect(page.locator(".event").first).to_have_text(re.compile("B 2.*A 1", re.DOTALL))
+    shown = json.load(server.ask("GET", f"/api/inspections/{inspection}"))
+    assert shown["header"] == {"asset_id": "A 1"}
+
+
+def test_an_admin_makes_a_token_changes_its_role_and_revokes_it(page: Page, server: Server) -> None:
+    log_in(page, server, "/")
+    page.get_by_label("Menu").click()
+    page.get_by_role("link", name="Users").click()
+    press(page, "New token")
+    page.get_by_label("Name").fill("server")
+    press(page, "Create")
+    expect(page.get_by_role("alert")).not_to_be_empty()
+    page.get_by_label("Name").fill("Ana")
+    press(page, "Create")
+    ana = {"Authorization": f"Bearer {page.get_by_label('Token to hand over').input_value()}"}
+    expect_accessible(page)
+    page.keyboard.press("Escape")
+    page.get_by_label("Role of Ana").select_option("viewer")
+    expect(page.locator("toast-stack")).to_contain_text("Ana has the role viewer now.")
+    assert json.load(server.ask("GET", "/api/me", headers=ana))["role"] == "viewer"
+    press(page, "Revoke the token of Ana")
+    press(page, "Revoke")
+    expect(page.get_by_text("1 revoked token")).to_be_visible()
+    expect(page.get_by_label("Role of Ana")).to_have_count(0)
+    expect_accessible(page)
