@@ -1,4 +1,4 @@
-"""The first picture of an upload, the rig of a camera that looks along the pipe, the counter."""
+"""The first picture of an upload, what a rig makes of it, and the counter."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from app.web.deps import ServicesDep, operator
 from app.web.schemas.aiming import AimIn, AimOut, FirstPictureOut
 from app.web.schemas.counter import CounterFoundOut
 from app.web.schemas.failures import content, failures
+from app.web.schemas.rig_view import AdviceOut, RigIn, RulingOut
 from app.web.slow import slow
 from vo_core.errors import InvalidRig, UnreadableVideo
 
@@ -60,3 +61,18 @@ def aim(body: AimIn, services: ServicesDep) -> AimOut:
     """Aim a rig's camera by the pixel of the pipe's axis; nothing is stored."""
     u, v = body.axis
     return AimOut.of(services.aiming.aim(body.rig, (u, v)))
+
+
+@router.post("/rig/ruling", responses=failures(InvalidRig))
+@operator
+def ruling(body: RigIn, services: ServicesDep) -> RulingOut:
+    """Rule the wall in the picture of a rig's camera; nothing is stored."""
+    return RulingOut.of(services.aiming.ruling(body.rig))
+
+
+@router.post("/rig/advice", responses=failures(InvalidRig))
+@operator
+@slow
+def advice(body: RigIn, services: ServicesDep) -> AdviceOut:
+    """Judge a rig before any drive, as `chainage advise` does; nothing is stored."""
+    return AdviceOut.of(services.aiming.advice(body.rig))

@@ -1,0 +1,84 @@
+"""What a rig sees: a ruler on its wall, and a judgement before any drive."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+from pydantic import BaseModel, Field
+
+from app.survey.given import Given
+from app.web.schemas.aiming import line_out
+from vo_core.advice import Advice
+from vo_core.geometry.ruling import Line, Ruling
+
+
+class RigIn(Given):
+    """A rig that is being entered."""
+
+    rig: dict[str, Any] = Field(description="The rig file: camera, mount and pipe.")
+
+
+class LineOut(BaseModel):
+    """One line on the wall in the picture."""
+
+    at: float
+    """mm ahead of the camera; for a line along: hour of the clock, or mm to the right on a
+    floor."""
+    uv: list[tuple[float, float] | None]
+    """Pixels; None where the lens does not see the wall."""
+
+    @classmethod
+    def of(cls, line: Line) -> Self:
+        """Round the pixels."""
+        return cls(at=line.at, uv=line_out(line.uv))
+
+
+class RulingOut(BaseModel):
+    """The wall in the picture as lines."""
+
+    step_mm: int
+    """Distance between two lines across."""
+    across: list[LineOut]
+    along: list[LineOut]
+
+    @classmethod
+    def of(cls, ruling: Ruling) -> Self:
+        """Convert the core's lines."""
+        return cls(
+            step_mm=ruling.step_mm,
+            across=[LineOut.of(line) for line in ruling.across],
+            along=[LineOut.of(line) for line in ruling.along],
+        )
+
+
+class AdviceOut(BaseModel):
+    """How a rig is expected to measure."""
+
+    verdict: str
+    """fit, fit with care, not fit."""
+    findings: list[str]
+    """What speaks against it: forward, fast, hurried, near, coarse, oblique."""
+    seen_mm: float
+    """Length of the wall along the pipe on which motion is measured."""
+    mm_per_px: float
+    """Wall under a pixel of the measured picture."""
+    good_speed_mm_s: float
+    limit_speed_mm_s: float
+    height_error_percent: float
+    """Error of the distance if the camera stands 1 mm higher than stated."""
+    measured_share: float
+    """Share of the picture that shows the wall finely enough to measure on."""
+
+    @classmethod
+    def of(cls, advice: Advice) -> Self:
+        """Round the figures."""
+        return cls(
+            verdict=advice.verdict.value,
+            findings=[finding.name for finding in advice.findings],
+            seen_mm=round(advice.measured_axial_mm, 1),
+            mm_per_px=round(advice.measured_mm_per_px, 3),
+            good_speed_mm_s=round(advice.good_speed_mm_s, 1),
+            limit_speed_mm_s=round(advice.speed_limit_mm_s, 1),
+            height_error_percent=round(advice.height_error_percent, 3),
+            measured_share=round(advice.measured_share, 3),
+        )
