@@ -27,6 +27,7 @@ from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.inspections.picking import Picking
 from app.inspections.preferences import Preferences
+from app.inspections.rigs import Rigs
 from app.inspections.samples import Samples
 from app.inspections.scaling import Scaling
 from app.inspections.uploads import Uploads
@@ -53,6 +54,7 @@ from app.storage.files import DataFolder
 from app.storage.imports import ImportStore
 from app.storage.members import Hooks, members_of
 from app.storage.preferences import PreferenceStore
+from app.storage.rigs import RigStore
 from app.storage.runs import RunStore
 from app.storage.tokens import TokenFile
 from app.tracking.cameras import Sources
@@ -103,6 +105,7 @@ class Services:
     photos: Photos
     media: Media
     packs: Packs
+    rigs: Rigs
     preferences: Preferences
     samples: Samples
     reports: Reports
@@ -349,6 +352,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         photos=photos,
         media=media,
         packs=records.packs,
+        rigs=Rigs(RigStore(database)),
         preferences=Preferences(PreferenceStore(database)),
         samples=samples,
         reports=records.reports,

@@ -229,6 +229,14 @@ class PackNameTaken(AppError):
     """Another code pack has this name."""
 
 
+class RigNotFound(AppError):
+    """No rig of the library has this id."""
+
+
+class RigNameTaken(AppError):
+    """Another rig of the library has this name."""
+
+
 class PackInUse(AppError):
     """An inspection uses the pack."""
 

@@ -56,6 +56,7 @@ from app.web.routers import (
     packs,
     pages,
     picking,
+    rigs,
     samples,
     search,
     sources,
@@ -101,7 +102,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.mount("/static", pages.Assets(directory=pages.static_folder()))
     for part in (
         access, me, uploads, aiming, imports, inspections, observations, picking, corrections,
-        counter, media, catalogue, packs, samples, archive, search, sources, meter_counter,
+        counter, media, catalogue, packs, rigs, samples, archive, search, sources, meter_counter,
         unrolled, health, metrics, live, viewer, pages,
     ):  # fmt: skip
         app.include_router(part.router)

@@ -28,7 +28,7 @@ const fieldsOf = (observation) =>
   Object.fromEntries(FIELDS.map((name) => [name, observation[name] ?? null]));
 
 /** Returns a random UUID; `crypto.randomUUID` exists only over https and on localhost. */
-function newId() {
+export function newId() {
   const bytes = crypto.getRandomValues(new Uint8Array(16));
   bytes[6] = (bytes[6] & 0x0f) | 0x40;
   bytes[8] = (bytes[8] & 0x3f) | 0x80;

@@ -64,6 +64,24 @@ def test_a_first_rig_needs_no_pixels_and_shows_its_wall(
     expect(page.get_by_label("How well is this known?")).to_have_value("own")
     expect_no_fault(page)
 
+    # It is kept under a name, which the header takes over, and is there for the next film.
+    page.get_by_role("button", name="Library", exact=True).click()
+    page.get_by_label("Keep this rig as").fill("Crawler 2")
+    page.get_by_role("button", name="Keep", exact=True).click()
+    expect(page.locator("#header-rig_id")).to_have_value("Crawler 2")
+    page.locator("#rig-mount-height_mm").fill("111")
+    page.get_by_role("button", name="Library", exact=True).click()
+    name = page.get_by_label("Name of Crawler 2")
+    name.fill("Crawler 3")
+    name.blur()
+    page.get_by_role("button", name="Delete Crawler 3").click()
+    expect(page.get_by_role("button", name="Take Crawler 3")).to_have_count(0)
+    page.get_by_role("button", name="Undo").click()
+    expect_no_fault(page)
+    page.get_by_role("button", name="Take Crawler 3").click()
+    expect(page.get_by_label("Height of the lens")).to_have_value("230")
+    expect(page.locator("#header-rig_id")).to_have_value("Crawler 3")
+
 
 def test_a_calibrated_lens_goes_with_a_smaller_film(
     page: Page, server: Server, tmp_path: Path

@@ -109,6 +109,7 @@ class NewInspection extends Component {
     // The log-in page is next: the question about leaving would be in its way.
     this.listen(session, 'signed-out', () => picker.queue.pause());
     this.listen(this.parts.rig, 'rig', () => this.#suggestPipe());
+    this.listen(this.parts.rig, 'named', ({ detail }) => this.parts.header.suggest({ rig_id: detail }));
     this.listen(this.parts.wizard, 'shown', ({ detail }) => this.parts.header.propose(detail));
     this.#recall();
     this.#showFilms();

@@ -2,7 +2,7 @@
  * The rig: presets, a rig.json, or by hand, checked while typing.
  *
  * `value` is the rig in the form of the API, `check()` shows every fault and returns whether there is none.
- * Event `rig`: a value has changed.
+ * Event `rig`: a value has changed. Event `named`: it has a name in the library, which is the detail.
  */
 
 import { get } from '../../core/api.js';
@@ -15,6 +15,7 @@ import { ALL_FIELDS, FOLDED, GROUPS, LENS_PX, fault, jointFaults, parse } from '
 import './known-by.js';
 import './lens-fields.js';
 import './rig-picture.js';
+import { openRigLibrary } from './rig-library.js';
 import { rigSketch } from './rig-sketch.js';
 
 const REMEMBERED = 'chainage.rig';
@@ -26,6 +27,8 @@ class RigForm extends Component {
   #touched = new Set();
   #videoSize = null;
   #presets = [];
+  /** Under which the rig was taken from the library or kept there. */
+  #name = '';
 
   mount() {
     this.parts = render(
@@ -35,6 +38,7 @@ class RigForm extends Component {
             <label for="rig-preset">${t('rig.start_from')}</label>
             <select class="input" id="rig-preset" data-part="preset"><option value="">${t('rig.choose')}</option></select>
           </div>
+          <button type="button" class="button" data-part="library">${icon('layers')}${t('library.open')}</button>
           <button type="button" class="button" data-part="pick">${icon('upload')}${t('rig.load')}</button>
           <input type="file" accept=".json,application/json" data-part="file" hidden />
         </div>
@@ -75,6 +79,7 @@ class RigForm extends Component {
     this.listen(known, 'known', ({ detail }) => this.change(detail));
     this.listen(picture, 'size', ({ detail }) => (this.videoSize = detail));
     this.listen(picture, 'turn', ({ detail }) => this.#turn(detail));
+    this.listen(this.parts.library, 'click', () => this.#openLibrary());
     this.listen(take, 'click', () => this.#takeSize());
     this.#fill(JSON.parse(localStorage.getItem(REMEMBERED) ?? 'null') ?? {});
     lens.mode = localStorage.getItem(REMEMBERED_LENS) ?? lens.mode;
@@ -131,6 +136,15 @@ class RigForm extends Component {
   remember() {
     localStorage.setItem(REMEMBERED, JSON.stringify(this.value));
     localStorage.setItem(REMEMBERED_LENS, this.parts.lens.mode);
+  }
+
+  /** A rig is taken from the library, or the present one is kept there. */
+  async #openLibrary() {
+    const taken = await openRigLibrary(this.#showFaults() ? null : this.value, this.#name);
+    if (!taken) return;
+    this.#name = taken.name;
+    if (JSON.stringify(taken.rig) !== JSON.stringify(this.value)) this.#fill(taken.rig);
+    this.dispatchEvent(new CustomEvent('named', { detail: taken.name }));
   }
 
   async #loadPresets() {

@@ -164,6 +164,39 @@ ROWS_0007 = ROWS_0004 | {
         "changed_by": "server",
     },
 }
+ROWS_0008 = ROWS_0007 | {
+    "indexed_inspections": {
+        "inspection_id": INSPECTION,
+        "index_version": 0,
+        "revision": 0,
+        "name": "An old run",
+        "surveyed_on": "2026-10-01",
+        "folded": "an old run",
+        "defects": 1,
+    },
+    "indexed_defects": {
+        "inspection_id": INSPECTION,
+        "observation_id": TAG,
+        "revision": 0,
+        "inspection": "An old run",
+        "surveyed_on": "2026-10-01",
+        "seq": 1,
+        "frame": 10,
+        "code": "BAB",
+        "clock_hours": 0,
+        "created_at": NOW,
+        "folded": "bab",
+    },
+}
+ROWS_0009 = ROWS_0008 | {
+    "rigs": {
+        "id": TAG,
+        "name": "Crawler",
+        "rig": json.dumps(clip_rig()),
+        "changed_at": NOW,
+        "changed_by": "server",
+    },
+}
 ROWS = {
     "0001": ROWS_0001,
     "0002": ROWS_0002,
@@ -172,6 +205,7 @@ ROWS = {
     "0005": ROWS_0004,
     "0006": ROWS_0004,
     "0007": ROWS_0007,
+    "0008": ROWS_0008,
 }
 """What a database of each version may hold: a row of every table."""
 
