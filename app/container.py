@@ -23,6 +23,8 @@ from app.inspections.file_reader import CPU_S, FileReader
 from app.inspections.films import Films
 from app.inspections.imports import Imports
 from app.inspections.inspections import Inspections
+from app.inspections.lenses import CPU_S as LENS_CPU_S
+from app.inspections.lenses import Lenses
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.inspections.picking import Picking
@@ -106,6 +108,7 @@ class Services:
     media: Media
     packs: Packs
     rigs: Rigs
+    lenses: Lenses
     preferences: Preferences
     samples: Samples
     reports: Reports
@@ -353,6 +356,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         media=media,
         packs=records.packs,
         rigs=Rigs(RigStore(database)),
+        lenses=Lenses(uploads, Limits(settings.child_memory_bytes, LENS_CPU_S, reads=())),
         preferences=Preferences(PreferenceStore(database)),
         samples=samples,
         reports=records.reports,

@@ -237,6 +237,10 @@ class RigNameTaken(AppError):
     """Another rig of the library has this name."""
 
 
+class InvalidCalibration(AppError):
+    """A film of a board does not determine a camera; the text says what to do."""
+
+
 class PackInUse(AppError):
     """An inspection uses the pack."""
 

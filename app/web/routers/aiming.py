@@ -5,6 +5,8 @@ from __future__ import annotations
 from fastapi import APIRouter, Response
 
 from app.errors import (
+    Busy,
+    InvalidCalibration,
     MediaFailed,
     MediaTimeout,
     PixelOutsidePicture,
@@ -12,11 +14,12 @@ from app.errors import (
     UploadIncomplete,
     UploadNotFound,
 )
+from app.jobs.messages import CalibrationRequest
 from app.web.deps import ServicesDep, operator
 from app.web.schemas.aiming import AimIn, AimOut, FirstPictureOut
 from app.web.schemas.counter import CounterFoundOut
 from app.web.schemas.failures import content, failures
-from app.web.schemas.rig_view import AdviceOut, RigIn, RulingOut
+from app.web.schemas.rig_view import AdviceOut, BoardIn, CalibratedOut, RigIn, RulingOut
 from app.web.slow import slow
 from vo_core.errors import InvalidRig, UnreadableVideo
 
@@ -76,3 +79,23 @@ def ruling(body: RigIn, services: ServicesDep) -> RulingOut:
 def advice(body: RigIn, services: ServicesDep) -> AdviceOut:
     """Judge a rig before any drive, as `chainage advise` does; nothing is stored."""
     return AdviceOut.of(services.aiming.advice(body.rig))
+
+
+@router.post(
+    "/uploads/{upload_id}/lens",
+    responses=failures(
+        UploadNotFound,
+        UploadIncomplete,
+        UploadBusy,
+        InvalidCalibration,
+        MediaFailed,
+        MediaTimeout,
+        Busy,
+    ),
+)
+@operator
+@slow
+def lens(upload_id: str, body: BoardIn, services: ServicesDep) -> CalibratedOut:
+    """Measure the camera by a complete upload that is the film of a board; takes up to a minute."""
+    board = CalibrationRequest(video="", **body.model_dump())
+    return CalibratedOut.of(services.lenses.calibrate(upload_id, board))

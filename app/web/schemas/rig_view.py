@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel, Field
 
+from app.jobs.messages import Calibrated
 from app.survey.given import Given
 from app.web.schemas.aiming import line_out
 from vo_core.advice import Advice
@@ -81,4 +82,45 @@ class AdviceOut(BaseModel):
             limit_speed_mm_s=round(advice.speed_limit_mm_s, 1),
             height_error_percent=round(advice.height_error_percent, 3),
             measured_share=round(advice.measured_share, 3),
+        )
+
+
+class BoardIn(Given):
+    """The printed board of a film."""
+
+    columns: int = Field(
+        ge=4, le=40, description="ChArUco: squares along a row; checkerboard: inner corners."
+    )
+    rows: int = Field(ge=4, le=40, description="The same along a column.")
+    square_mm: float = Field(ge=0.1, le=10_000, description="Side of a square in mm.")
+    marker_mm: float | None = Field(
+        None, gt=0, le=10_000, description="Side of a marker in mm; ChArUco only."
+    )
+    model: Literal["pinhole", "fisheye"] = Field(description="Lens.")
+
+
+class CalibratedOut(BaseModel):
+    """A measured camera."""
+
+    camera: dict[str, Any]
+    """The camera of a rig file."""
+    focal_percent: float
+    """For `tolerance.focal_percent`."""
+    pictures: int
+    rms_px: float
+    coverage: float
+    """Share of the picture that the boards covered."""
+    weaknesses: list[str]
+    """What to do better; empty for a good calibration."""
+
+    @classmethod
+    def of(cls, found: Calibrated) -> Self:
+        """Round the figures."""
+        return cls(
+            camera=found.camera,
+            focal_percent=round(found.focal_percent, 4),
+            pictures=found.pictures,
+            rms_px=round(found.rms_px, 3),
+            coverage=round(found.coverage, 3),
+            weaknesses=found.weaknesses,
         )

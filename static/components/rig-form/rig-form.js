@@ -12,6 +12,7 @@ import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 import { ALL_FIELDS, FOLDED, GROUPS, LENS_PX, fault, jointFaults, parse } from './fields.js';
+import { askBoard } from './board-dialog.js';
 import './known-by.js';
 import './lens-fields.js';
 import './rig-picture.js';
@@ -47,7 +48,8 @@ class RigForm extends Component {
           <div class="rig__fields">
             ${GROUPS.map(({ name, title, fields }) => html`<fieldset class="rig__group rig__group--${name}">
               <legend>${title}</legend>
-              ${name === 'camera' && html`<lens-fields data-part="lens"></lens-fields>`}
+              ${name === 'camera' && html`<lens-fields data-part="lens"></lens-fields>
+                <button type="button" class="button button--small rig__board" data-part="board">${icon('layers')}${t('board.open')}</button>`}
               <div class="rig__grid">${fields.map(fieldMarkup)}</div>
             </fieldset>`)}
             <p class="message rig__resize" data-part="resize" hidden>${icon('info')}
@@ -80,6 +82,7 @@ class RigForm extends Component {
     this.listen(picture, 'size', ({ detail }) => (this.videoSize = detail));
     this.listen(picture, 'turn', ({ detail }) => this.#turn(detail));
     this.listen(this.parts.library, 'click', () => this.#openLibrary());
+    this.listen(this.parts.board, 'click', () => this.#calibrate());
     this.listen(take, 'click', () => this.#takeSize());
     this.#fill(JSON.parse(localStorage.getItem(REMEMBERED) ?? 'null') ?? {});
     lens.mode = localStorage.getItem(REMEMBERED_LENS) ?? lens.mode;
@@ -145,6 +148,20 @@ class RigForm extends Component {
     this.#name = taken.name;
     if (JSON.stringify(taken.rig) !== JSON.stringify(this.value)) this.#fill(taken.rig);
     this.dispatchEvent(new CustomEvent('named', { detail: taken.name }));
+  }
+
+  /** The lens is measured with a board. */
+  async #calibrate() {
+    const found = await askBoard(this.value.camera.model);
+    if (!found) return;
+    const { distortion, ...camera } = found.camera;
+    const values = Object.entries(camera).map(([name, value]) => [`camera.${name}`, value]);
+    this.parts.lens.mode = 'px';
+    this.change({
+      ...Object.fromEntries(values),
+      'camera.distortion': distortion.join(', '),
+      'tolerance.focal_percent': found.focal_percent,
+    });
   }
 
   async #loadPresets() {
