@@ -14,7 +14,6 @@ from app.errors import (
     UploadIncomplete,
     UploadNotFound,
 )
-from app.jobs.messages import CalibrationRequest
 from app.web.deps import ServicesDep, operator
 from app.web.schemas.aiming import AimIn, AimOut, FirstPictureOut
 from app.web.schemas.counter import CounterFoundOut
@@ -97,5 +96,4 @@ def advice(body: RigIn, services: ServicesDep) -> AdviceOut:
 @slow
 def lens(upload_id: str, body: BoardIn, services: ServicesDep) -> CalibratedOut:
     """Measure the camera by a complete upload that is the film of a board; takes up to a minute."""
-    board = CalibrationRequest(video="", **body.model_dump())
-    return CalibratedOut.of(services.lenses.calibrate(upload_id, board))
+    return CalibratedOut.of(services.lenses.calibrate(upload_id, body.request()))

@@ -6,7 +6,7 @@ from typing import Any, Literal, Self
 
 from pydantic import BaseModel, Field
 
-from app.jobs.messages import Calibrated
+from app.jobs.messages import Calibrated, CalibrationRequest
 from app.survey.given import Given
 from app.web.schemas.aiming import line_out
 from vo_core.advice import Advice
@@ -97,6 +97,10 @@ class BoardIn(Given):
         None, gt=0, le=10_000, description="Side of a marker in mm; ChArUco only."
     )
     model: Literal["pinhole", "fisheye"] = Field(description="Lens.")
+
+    def request(self) -> CalibrationRequest:
+        """Convert it for the calibrator; the service names the film."""
+        return CalibrationRequest(video="", **self.model_dump())
 
 
 class CalibratedOut(BaseModel):
