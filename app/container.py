@@ -25,11 +25,14 @@ from app.inspections.file_reader import CPU_S, FileReader
 from app.inspections.films import Films
 from app.inspections.imports import Imports
 from app.inspections.inspections import Inspections
+from app.inspections.lenses import CPU_S as LENS_CPU_S
+from app.inspections.lenses import Lenses
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.inspections.picking import Picking
 from app.inspections.preferences import Preferences
 from app.inspections.reviews import Reviews
+from app.inspections.rigs import Rigs
 from app.inspections.samples import Samples
 from app.inspections.scaling import Scaling
 from app.inspections.uploads import Uploads
@@ -57,6 +60,7 @@ from app.storage.imports import ImportStore
 from app.storage.members import Hooks, members_of
 from app.storage.preferences import PreferenceStore
 from app.storage.reviews import ReviewStore
+from app.storage.rigs import RigStore
 from app.storage.runs import RunStore
 from app.storage.tokens import TokenFile
 from app.tracking.cameras import Sources
@@ -112,6 +116,8 @@ class Services:
     clips: Clips
     media: Media
     packs: Packs
+    rigs: Rigs
+    lenses: Lenses
     preferences: Preferences
     samples: Samples
     reports: Reports
@@ -371,6 +377,8 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         ),
         media=media,
         packs=records.packs,
+        rigs=Rigs(RigStore(database)),
+        lenses=Lenses(uploads, Limits(settings.child_memory_bytes, LENS_CPU_S, reads=())),
         preferences=Preferences(PreferenceStore(database)),
         samples=samples,
         reports=records.reports,

@@ -238,6 +238,18 @@ class PackNameTaken(AppError):
     """Another code pack has this name."""
 
 
+class RigNotFound(AppError):
+    """No rig of the library has this id."""
+
+
+class RigNameTaken(AppError):
+    """Another rig of the library has this name."""
+
+
+class InvalidCalibration(AppError):
+    """A film of a board does not determine a camera; the text says what to do."""
+
+
 class PackInUse(AppError):
     """An inspection uses the pack."""
 

@@ -68,6 +68,8 @@ class Verdict(StrEnum):
 class Finding:
     """One reason for a verdict."""
 
+    name: str
+    """One word, by which other languages find their sentence."""
     verdict: Verdict
     sentence: str
     """What was found and what to change."""
@@ -274,14 +276,16 @@ def advise(rig: Rig, move: Pose, frame_rate_hz: float = 30.0) -> Advice:
 def _findings(rig: Rig, advice: Advice) -> tuple[Finding, ...]:
     """Collect what speaks against the rig, with what to change."""
     care, unfit = Verdict.CARE, Verdict.UNFIT
-    found: list[tuple[bool, Verdict, str]] = [
+    found: list[tuple[str, bool, Verdict, str]] = [
         (
+            "forward",
             rig.mount.view == "forward",
             care,
             "The camera looks forward along the pipe, which has been tried on rendered pipes only: "
             "check the distance against a known length.",
         ),
         (
+            "fast",
             advice.overlap < LEAST_OVERLAP,
             unfit,
             f"After this motion only {advice.overlap:.0%} of the wall is still seen: drive at most "
@@ -289,6 +293,7 @@ def _findings(rig: Rig, advice: Advice) -> tuple[Finding, ...]:
             "wider lens or more frames.",
         ),
         (
+            "hurried",
             LEAST_OVERLAP <= advice.overlap < GOOD_OVERLAP,
             care,
             f"After this motion {advice.overlap:.0%} of the wall is still seen: "
@@ -296,25 +301,30 @@ def _findings(rig: Rig, advice: Advice) -> tuple[Finding, ...]:
             f"{advice.frame_rate_hz:g} frames/s.",
         ),
         (
+            "near",
             abs(advice.height_error_percent) > HEIGHT_ERROR_PERCENT,
             care,
             f"1 mm of wrong height is {abs(advice.height_error_percent):.1f} % of distance: mount "
             "the camera higher, or set the scale by a length that was measured with a tape.",
         ),
         (
+            "coarse",
             advice.measured_mm_per_px > COARSE_MM_PER_PX,
             care,
             f"A pixel of the measured picture is {advice.measured_mm_per_px:.1f} mm of wall, too "
             "coarse for the grain of concrete: mount the camera lower or take a longer lens.",
         ),
         (
+            "oblique",
             advice.measured_share < LEAST_SHARE,
             care,
             f"Only {advice.measured_share:.0%} of the picture show the wall well enough to be "
             "measured on: take a longer lens or turn the camera to the invert.",
         ),
     ]
-    return tuple(Finding(verdict, sentence) for holds, verdict, sentence in found if holds)
+    return tuple(
+        Finding(name, verdict, sentence) for name, holds, verdict, sentence in found if holds
+    )
 
 
 def _pixel_grid(camera: Camera) -> Points:

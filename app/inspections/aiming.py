@@ -14,8 +14,16 @@ from app.jobs.messages import CounterFound, FirstPicture
 from app.tracking.counter_queue import CounterQueue
 from app.tracking.media import Media
 from vo_core import Pose, Rig
+from vo_core.advice import Advice, advise
 from vo_core.geometry.gaze import gaze
 from vo_core.geometry.grid import Grid, grid
+from vo_core.geometry.ruling import Ruling, ruling
+
+USUAL_SPEED_MM_S = 100.0
+"""Speed of a crawler in a culvert, by which a rig is judged before it drives."""
+
+USUAL_RATE_HZ = 25.0
+"""Frame rate of most inspection cameras, for the same."""
 
 
 @dataclass(frozen=True)
@@ -76,3 +84,20 @@ class Aiming:
         mount = rig.mount.model_copy(update={"pitch_deg": pitch_deg})
         aimed = rig.model_copy(update={"mount": mount})
         return Aim(pitch_deg, float(np.degrees(yaw_rad)), grid(aimed, Pose(yaw_rad=yaw_rad)))
+
+    def ruling(self, stated: Mapping[str, Any]) -> Ruling:
+        """Rule the wall in the picture of a rig's camera.
+
+        Raises:
+            InvalidRig: The text names field, value and the allowed values; or it sees no wall.
+        """
+        return ruling(Rig.parse(dict(stated)))
+
+    def advice(self, stated: Mapping[str, Any]) -> Advice:
+        """Judge a rig at the usual speed and frame rate; it takes some tenths of a second.
+
+        Raises:
+            InvalidRig: The text names field, value and the allowed values; or it sees no wall.
+        """
+        move = Pose(x_mm=USUAL_SPEED_MM_S / USUAL_RATE_HZ)
+        return advise(Rig.parse(dict(stated)), move, USUAL_RATE_HZ)

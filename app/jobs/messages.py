@@ -469,6 +469,33 @@ class FirstPicture(msgspec.Struct, frozen=True, tag="first"):
     """Pixel of the axis of the pipe along which the camera looks; None if it does not show."""
 
 
+class CalibrationRequest(msgspec.Struct, frozen=True, tag="calibrate"):
+    """Parent to calibrator: measure the camera that filmed a board."""
+
+    video: str
+    columns: int
+    rows: int
+    square_mm: float
+    marker_mm: float | None
+    """Side of a ChArUco board's markers; None for a checkerboard."""
+    model: Literal["pinhole", "fisheye"]
+
+
+class Calibrated(msgspec.Struct, frozen=True, tag="calibrated"):
+    """Calibrator to parent: the camera, and how well it is known."""
+
+    camera: dict[str, Any]
+    focal_percent: float
+    """Standard uncertainty of the focal length in percent."""
+    pictures: int
+    rms_px: float
+    coverage: float
+    """Share of the picture that the boards covered."""
+    weaknesses: list[str]
+    """What to do better; empty for a good calibration."""
+
+
+FromCalibrator = Calibrated | Failed
 FromTracker = Batch | Checkpoint | Passing | Done | Failed
 ToCamera = LiveRequest | StopCapture
 FromCamera = Batch | CameraState | Done | Failed

@@ -332,6 +332,19 @@ class CodePack(Base):
     created_by: Mapped[str] = mapped_column(String(100))
 
 
+class LibraryRig(Base):
+    """A rig that a person keeps under a name, for the next inspections."""
+
+    __tablename__ = "rigs"
+
+    id: Mapped[str] = mapped_column(String(36), primary_key=True)
+    """UUID, given by the client."""
+    name: Mapped[str] = mapped_column(String(100), unique=True)
+    rig: Mapped[dict[str, Any]]
+    changed_at: Mapped[datetime]
+    changed_by: Mapped[str] = mapped_column(String(100))
+
+
 class ArchiveFilm(Base):
     """A film of the archive: a file of this machine of which an inspection is made in its turn."""
 

@@ -79,3 +79,4 @@ InspectionId = Annotated[str, Path(pattern=r"^[0-9a-f]{32}$")]
 OBSERVATION_ID = r"^[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}$"
 ObservationId = Annotated[str, Path(pattern=OBSERVATION_ID)]
 AttachmentId = Annotated[str, Path(pattern=OBSERVATION_ID)]
+LibraryRigId = Annotated[str, Path(pattern=OBSERVATION_ID)]

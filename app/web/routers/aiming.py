@@ -1,10 +1,12 @@
-"""The first picture of an upload, the rig of a camera that looks along the pipe, the counter."""
+"""The first picture of an upload, what a rig makes of it, and the counter."""
 
 from __future__ import annotations
 
 from fastapi import APIRouter, Response
 
 from app.errors import (
+    Busy,
+    InvalidCalibration,
     MediaFailed,
     MediaTimeout,
     PixelOutsidePicture,
@@ -16,6 +18,7 @@ from app.web.deps import ServicesDep, operator
 from app.web.schemas.aiming import AimIn, AimOut, FirstPictureOut
 from app.web.schemas.counter import CounterFoundOut
 from app.web.schemas.failures import content, failures
+from app.web.schemas.rig_view import AdviceOut, BoardIn, CalibratedOut, RigIn, RulingOut
 from app.web.slow import slow
 from vo_core.errors import InvalidRig, UnreadableVideo
 
@@ -60,3 +63,37 @@ def aim(body: AimIn, services: ServicesDep) -> AimOut:
     """Aim a rig's camera by the pixel of the pipe's axis; nothing is stored."""
     u, v = body.axis
     return AimOut.of(services.aiming.aim(body.rig, (u, v)))
+
+
+@router.post("/rig/ruling", responses=failures(InvalidRig))
+@operator
+def ruling(body: RigIn, services: ServicesDep) -> RulingOut:
+    """Rule the wall in the picture of a rig's camera; nothing is stored."""
+    return RulingOut.of(services.aiming.ruling(body.rig))
+
+
+@router.post("/rig/advice", responses=failures(InvalidRig))
+@operator
+@slow
+def advice(body: RigIn, services: ServicesDep) -> AdviceOut:
+    """Judge a rig before any drive, as `chainage advise` does; nothing is stored."""
+    return AdviceOut.of(services.aiming.advice(body.rig))
+
+
+@router.post(
+    "/uploads/{upload_id}/lens",
+    responses=failures(
+        UploadNotFound,
+        UploadIncomplete,
+        UploadBusy,
+        InvalidCalibration,
+        MediaFailed,
+        MediaTimeout,
+        Busy,
+    ),
+)
+@operator
+@slow
+def lens(upload_id: str, body: BoardIn, services: ServicesDep) -> CalibratedOut:
+    """Measure the camera by a complete upload that is the film of a board; takes up to a minute."""
+    return CalibratedOut.of(services.lenses.calibrate(upload_id, body.request()))

@@ -53,12 +53,13 @@ class AimOut(BaseModel):
         return cls(
             pitch_deg=round(aim.pitch_deg, 2),
             right_deg=round(aim.right_deg, 2),
-            rings=[_line(line) for line in aim.grid.rings_uv],
-            generators=[_line(line) for line in aim.grid.generators_uv],
+            rings=[line_out(line) for line in aim.grid.rings_uv],
+            generators=[line_out(line) for line in aim.grid.generators_uv],
         )
 
 
-def _line(points: Points) -> list[tuple[float, float] | None]:
+def line_out(points: Points) -> list[tuple[float, float] | None]:
+    """Round the (N, 2) pixels of a line; None where the lens does not see it."""
     return [_pixel(point) if np.isfinite(point).all() else None for point in points.tolist()]
 
 

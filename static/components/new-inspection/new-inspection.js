@@ -109,9 +109,11 @@ class NewInspection extends Component {
     // The log-in page is next: the question about leaving would be in its way.
     this.listen(session, 'signed-out', () => picker.queue.pause());
     this.listen(this.parts.rig, 'rig', () => this.#suggestPipe());
+    this.listen(this.parts.rig, 'named', ({ detail }) => this.parts.header.suggest({ rig_id: detail }));
     this.listen(this.parts.wizard, 'shown', ({ detail }) => this.parts.header.propose(detail));
     this.#recall();
     this.#showFilms();
+    this.#showWizard();
   }
 
   get #queue() {
@@ -151,11 +153,12 @@ class NewInspection extends Component {
     this.#showStart();
   }
 
-  /** The wizard shows the first film that has arrived. */
+  /** Wizard and rig show the first film that has arrived. */
   #showWizard() {
     const { films } = this.#queue;
     const arrived = films.find(({ upload, inspection }) => upload.state === 'DONE' && !inspection);
     this.parts.wizard.uploadId = arrived?.upload.id ?? null;
+    this.parts.rig.picture = arrived ? `/api/uploads/${arrived.upload.id}/picture` : null;
   }
 
   /** Compares the picture size of a film with the rig's, if this browser can open the file. */

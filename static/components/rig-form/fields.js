@@ -133,6 +133,9 @@ export const FOLDED = [KNOWN, FINE];
 
 export const ALL_FIELDS = [...GROUPS, ...FOLDED].flatMap(({ fields }) => fields);
 
+/** What only experts know of a lens; others state it as an angle or in mm. */
+export const LENS_PX = ['camera.fx', 'camera.fy', 'camera.cx', 'camera.cy'];
+
 /** Largest ratio of focal length to a side of the picture, as on the server; a larger one is no lens. */
 const LONGEST_SIDE = { pinhole: 7.5, fisheye: 12.5 };
 

@@ -2,18 +2,25 @@
  * The rig: presets, a rig.json, or by hand, checked while typing.
  *
  * `value` is the rig in the form of the API, `check()` shows every fault and returns whether there is none.
- * Event `rig`: a value has changed.
+ * Event `rig`: a value has changed. Event `named`: it has a name in the library, which is the detail.
  */
 
 import { get } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
+import { resized } from '../../core/lens.js';
 import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
-import { ALL_FIELDS, FOLDED, GROUPS, fault, jointFaults, parse } from './fields.js';
+import { ALL_FIELDS, FOLDED, GROUPS, LENS_PX, fault, jointFaults, parse } from './fields.js';
+import { askBoard } from './board-dialog.js';
+import './known-by.js';
+import './lens-fields.js';
+import './rig-picture.js';
+import { openRigLibrary } from './rig-library.js';
 import { rigSketch } from './rig-sketch.js';
 
 const REMEMBERED = 'chainage.rig';
+const REMEMBERED_LENS = 'chainage.rig.lens';
 const OF_A_PIPE = ['pipe.diameter_mm', 'tolerance.diameter_mm'];
 const idOf = (path) => `rig-${path.replace('.', '-')}`;
 
@@ -21,6 +28,8 @@ class RigForm extends Component {
   #touched = new Set();
   #videoSize = null;
   #presets = [];
+  /** Under which the rig was taken from the library or kept there. */
+  #name = '';
 
   mount() {
     this.parts = render(
@@ -30,6 +39,7 @@ class RigForm extends Component {
             <label for="rig-preset">${t('rig.start_from')}</label>
             <select class="input" id="rig-preset" data-part="preset"><option value="">${t('rig.choose')}</option></select>
           </div>
+          <button type="button" class="button" data-part="library">${icon('layers')}${t('library.open')}</button>
           <button type="button" class="button" data-part="pick">${icon('upload')}${t('rig.load')}</button>
           <input type="file" accept=".json,application/json" data-part="file" hidden />
         </div>
@@ -38,18 +48,26 @@ class RigForm extends Component {
           <div class="rig__fields">
             ${GROUPS.map(({ name, title, fields }) => html`<fieldset class="rig__group rig__group--${name}">
               <legend>${title}</legend>
+              ${name === 'camera' && html`<lens-fields data-part="lens"></lens-fields>
+                <button type="button" class="button button--small rig__board" data-part="board">${icon('layers')}${t('board.open')}</button>`}
               <div class="rig__grid">${fields.map(fieldMarkup)}</div>
             </fieldset>`)}
-            ${FOLDED.map(({ name, title, help, fields }) => html`<details class="rig__fine" data-part="${name}">
+            <p class="message rig__resize" data-part="resize" hidden>${icon('info')}
+              <button type="button" class="button button--small" data-part="take">${t('rig.take_size')}</button></p>
+            <known-by data-part="known"></known-by>
+            ${FOLDED.map(({ name, title, help, fields }) => html`<details class="rig__fine" data-part="folded_${name}">
               <summary>${title}</summary>
               ${help && html`<p class="help">${help}</p>`}
               <div class="rig__grid">${fields.map(fieldMarkup)}</div>
             </details>`)}
           </div>
-          <figure class="rig__sketch">
-            <div data-part="sketch"></div>
-            <figcaption class="help">${t('rig.sketch_help')}</figcaption>
-          </figure>
+          <div class="rig__side">
+            <rig-picture data-part="picture"></rig-picture>
+            <figure class="rig__sketch">
+              <div data-part="sketch"></div>
+              <figcaption class="help">${t('rig.sketch_help')}</figcaption>
+            </figure>
+          </div>
         </div>`,
     );
     this.listen(this, 'input', (event) => this.#typed(event.target));
@@ -57,7 +75,17 @@ class RigForm extends Component {
     this.listen(this.parts.preset, 'change', () => this.#choosePreset());
     this.listen(this.parts.pick, 'click', () => this.parts.file.click());
     this.listen(this.parts.file, 'change', () => this.#readFile());
+    const { lens, picture, known, take } = this.parts;
+    this.listen(lens, 'lens', ({ detail }) => this.change(detail));
+    this.listen(lens, 'mode', () => this.#showFaults());
+    this.listen(known, 'known', ({ detail }) => this.change(detail));
+    this.listen(picture, 'size', ({ detail }) => (this.videoSize = detail));
+    this.listen(picture, 'turn', ({ detail }) => this.#turn(detail));
+    this.listen(this.parts.library, 'click', () => this.#openLibrary());
+    this.listen(this.parts.board, 'click', () => this.#calibrate());
+    this.listen(take, 'click', () => this.#takeSize());
     this.#fill(JSON.parse(localStorage.getItem(REMEMBERED) ?? 'null') ?? {});
+    lens.mode = localStorage.getItem(REMEMBERED_LENS) ?? lens.mode;
     this.#loadPresets();
   }
 
@@ -85,7 +113,13 @@ class RigForm extends Component {
   /** Size of the chosen video in px, compared with the camera's; null when unknown. */
   set videoSize(size) {
     this.#videoSize = size;
-    this.#showFaults();
+    this.#adoptSize();
+    this.#changed();
+  }
+
+  /** Address of a picture of the film, on which the wall is drawn; null when there is none yet. */
+  set picture(address) {
+    this.parts.picture.source = address;
   }
 
   /** Shows every fault; returns whether the rig can be used, and focuses the first fault if not. */
@@ -94,8 +128,9 @@ class RigForm extends Component {
     const first = this.#showFaults();
     if (first) {
       const folded = FOLDED.find(({ fields }) => fields.includes(first));
-      if (folded) this.parts[folded.name].open = true;
-      this.#input(first).focus();
+      if (folded) this.parts[`folded_${folded.name}`].open = true;
+      if (this.#isShown(first)) this.#input(first).focus();
+      else this.parts.lens.focus();
     }
     return !first;
   }
@@ -103,6 +138,30 @@ class RigForm extends Component {
   /** Stores the rig for the next inspection. */
   remember() {
     localStorage.setItem(REMEMBERED, JSON.stringify(this.value));
+    localStorage.setItem(REMEMBERED_LENS, this.parts.lens.mode);
+  }
+
+  /** A rig is taken from the library, or the present one is kept there. */
+  async #openLibrary() {
+    const taken = await openRigLibrary(this.#showFaults() ? null : this.value, this.#name);
+    if (!taken) return;
+    this.#name = taken.name;
+    if (JSON.stringify(taken.rig) !== JSON.stringify(this.value)) this.#fill(taken.rig);
+    this.dispatchEvent(new CustomEvent('named', { detail: taken.name }));
+  }
+
+  /** The lens is measured with a board. */
+  async #calibrate() {
+    const found = await askBoard(this.value.camera.model);
+    if (!found) return;
+    const { distortion, ...camera } = found.camera;
+    const values = Object.entries(camera).map(([name, value]) => [`camera.${name}`, value]);
+    this.parts.lens.mode = 'px';
+    this.change({
+      ...Object.fromEntries(values),
+      'camera.distortion': distortion.join(', '),
+      'tolerance.focal_percent': found.focal_percent,
+    });
   }
 
   async #loadPresets() {
@@ -151,7 +210,27 @@ class RigForm extends Component {
       if (value !== undefined && value !== null) input.value = [value].flat().join(', ');
       else input.value = field.kind === 'choice' ? field.options[0][0] : '';
     }
+    this.parts.lens.mode = rig.camera?.fx ? 'px' : 'angle';
+    this.#adoptSize();
     this.#changed();
+  }
+
+  /** Takes the size of the film's picture over, unless it was stated with a lens in px. */
+  #adoptSize() {
+    const { width, height } = this.value.camera;
+    if (!this.#videoSize || (this.parts.lens.mode === 'px' && (width || height))) return;
+    [this.#input({ path: 'camera.width' }).value, this.#input({ path: 'camera.height' }).value] = this.#videoSize;
+  }
+
+  /** Takes the film's size over with a lens in px: a smaller film of the same camera. */
+  #takeSize() {
+    const camera = resized(this.value.camera, ...this.#videoSize);
+    this.change(Object.fromEntries(Object.entries(camera).map(([name, value]) => [`camera.${name}`, value])));
+  }
+
+  #turn(degrees) {
+    const turned = (this.value.mount.rotation_deg ?? 0) + degrees;
+    this.change({ 'mount.rotation_deg': ((((turned + 180) % 360) + 360) % 360) - 180 });
   }
 
   #typed(input) {
@@ -167,8 +246,11 @@ class RigForm extends Component {
   }
 
   #changed() {
-    this.#showFaults();
-    render(this.parts.sketch, rigSketch(this.value));
+    const rig = this.value;
+    this.parts.lens.camera = rig.camera;
+    this.parts.known.tolerance = rig.tolerance;
+    this.parts.picture.rig = this.#showFaults() ? null : rig;
+    render(this.parts.sketch, rigSketch(rig));
     this.dispatchEvent(new Event('rig'));
   }
 
@@ -187,27 +269,38 @@ class RigForm extends Component {
       const input = this.#input(field);
       input.setAttribute('aria-invalid', String(reason !== ''));
       input.closest('.field').querySelector('.fault').textContent = reason;
-      input.closest('.field').hidden = !this.#isUsed(field);
+      input.closest('.field').hidden = !this.#isShown(field);
     }
+    const lensFaults = LENS_PX.filter((path) => this.#touched.has(path)).map((path) => faults.get(path));
+    this.parts.lens.fault = (this.parts.lens.mode !== 'px' && lensFaults.find(Boolean)) || '';
     return ALL_FIELDS.find(({ path }) => faults.has(path)) ?? null;
   }
 
   #compareWithVideo({ width, height }, faults) {
+    this.parts.resize.hidden = true;
     if (!this.#videoSize || faults.has('camera.width') || faults.has('camera.height')) return;
     const [videoWidth, videoHeight] = this.#videoSize;
     if (width === videoWidth && height === videoHeight) return;
     faults.set('camera.width', t('rig.video_size', { width: videoWidth, height: videoHeight }));
     this.#touched.add('camera.width');
+    this.parts.resize.hidden = !isSameShape(width / height, videoWidth / videoHeight);
   }
 
   #isUsed({ path }) {
     return !OF_A_PIPE.includes(path) || this.#input({ path: 'pipe.shape' }).value === 'circular';
   }
 
+  #isShown(field) {
+    return this.#isUsed(field) && (this.parts.lens.mode === 'px' || !LENS_PX.includes(field.path));
+  }
+
   #input({ path }) {
     return this.querySelector(`#${idOf(path)}`);
   }
 }
+
+/** Pixels are whole, so equal shapes differ a little. */
+const isSameShape = (shape, other) => Math.abs(shape / other - 1) < 0.005;
 
 function fieldMarkup({ path, kind, label, unit, optional, help, options }) {
   const id = idOf(path);

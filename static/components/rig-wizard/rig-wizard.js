@@ -8,6 +8,7 @@
 
 import { ApiError, get, post } from '../../core/api.js';
 import { html, render, setText } from '../../core/html.js';
+import { newest } from '../../core/newest.js';
 import { Component } from '../../core/store.js';
 import { errorText, t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
@@ -32,9 +33,8 @@ class RigWizard extends Component {
   #isLensGuessed = false;
   /** What was answered about the counter; null: nobody has, so it is searched. */
   #counter = null;
-  /** Whether an aim is being asked for, and whether another one is wanted after it. */
-  #isAsking = false;
-  #isOutdated = false;
+  /** Asks where the camera looks, and for the wall. */
+  #aim = newest(() => this.#askAim());
 
   mount() {
     this.parts = render(
@@ -260,24 +260,17 @@ class RigWizard extends Component {
     cross.setAttribute('aria-valuetext', t('wizard.cross_at', { u: Math.round(u), v: Math.round(v) }));
   }
 
-  /** Asks where the camera looks, and for the wall; while an answer is awaited, only the newest question waits. */
-  async #aim() {
-    this.#isOutdated = true;
-    if (this.#isAsking) return;
-    this.#isAsking = true;
-    while (this.#isOutdated && this.#first) {
-      this.#isOutdated = false;
-      const question = { rig: statedOf(this.#rig.value), axis: this.#axis };
-      try {
-        const aim = await post('/api/aim', question, this.signal);
-        if (this.#first) this.#show(aim);
-      } catch (error) {
-        if (error.name === 'AbortError') return;
-        if (!(error instanceof ApiError)) throw error;
-        if (this.#first) this.#show(null, errorText(error));
-      }
+  async #askAim() {
+    if (!this.#first) return;
+    const question = { rig: statedOf(this.#rig.value), axis: this.#axis };
+    try {
+      const aim = await post('/api/aim', question, this.signal);
+      if (this.#first) this.#show(aim);
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      if (!(error instanceof ApiError)) throw error;
+      if (this.#first) this.#show(null, errorText(error));
     }
-    this.#isAsking = false;
   }
 
   #show(aim, reason = '') {

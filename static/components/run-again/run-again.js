@@ -56,7 +56,7 @@ export async function openRecordOn(inspection) {
  * @returns {Promise<boolean>} whether tracking has started
  */
 export async function openRig(inspection) {
-  const { rig, video } = inspection.value;
+  const { id, rig, video } = inspection.value;
   const { dialog, parts, closed } = openDialog({
     title: t('again.rig_title'),
     content: html`<form class="confirm" data-part="form" novalidate>
@@ -66,6 +66,7 @@ export async function openRig(inspection) {
   });
   parts.rig.value = rig;
   parts.rig.videoSize = [video.width, video.height];
+  parts.rig.picture = `/api/inspections/${id}/frames/0.jpg`;
   answered(dialog, parts, async () => {
     if (!parts.rig.check()) return false;
     await inspection.trackWith(parts.rig.value);

@@ -188,6 +188,27 @@ ROWS_0008 = ROWS_0007 | {
         "folded": "bab",
     },
 }
+ROWS_0009 = ROWS_0008 | {
+    "rigs": {
+        "id": TAG,
+        "name": "Crawler",
+        "rig": json.dumps(clip_rig()),
+        "changed_at": NOW,
+        "changed_by": "server",
+    },
+}
+ROWS_0010 = ROWS_0009 | {
+    "attachments": {
+        "inspection_id": INSPECTION,
+        "id": INSPECTION,
+        "observation_id": TAG,
+        "kind": "photo",
+        "rank": 1,
+        "frame": 12,
+        "created_at": NOW,
+        "created_by": "server",
+    },
+}
 ROWS = {
     "0001": ROWS_0001,
     "0002": ROWS_0002,
@@ -197,6 +218,8 @@ ROWS = {
     "0006": ROWS_0004,
     "0007": ROWS_0007,
     "0008": ROWS_0008,
+    "0009": ROWS_0009,
+    "0010": ROWS_0010,
 }
 """What a database of each version may hold: a row of every table."""
 

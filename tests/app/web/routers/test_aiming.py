@@ -89,3 +89,16 @@ def test_a_film_that_is_none_and_a_rig_that_is_none_are_refused_with_the_reason(
     floor = stated() | {"pipe": {"shape": "flat"}}
     answer = shared.post("/api/aim", json={"rig": floor, "axis": [1, 1]})
     assert "no rings" in assert_error(answer, 422, "invalid_rig")
+
+
+def test_a_rig_is_judged_and_ruled_before_any_drive(shared: Client) -> None:
+    ruler = shared.post("/api/rig/ruling", json={"rig": stated()}).json()
+    assert ruler["step_mm"] == 100
+    assert [line["at"] for line in ruler["along"]] == list(range(1, 13))
+    advice = shared.post("/api/rig/advice", json={"rig": stated()}).json()
+    assert (advice["verdict"], advice["findings"]) == ("fit with care", ["forward"])
+    assert 0 < advice["good_speed_mm_s"] < advice["limit_speed_mm_s"]
+    assert advice["seen_mm"] > advice["mm_per_px"] > 0
+    for path in ("/api/rig/ruling", "/api/rig/advice"):
+        refused = shared.post(path, json={"rig": stated(height_mm=0.25)})
+        assert "mount.height_mm" in assert_error(refused, 422, "invalid_rig")

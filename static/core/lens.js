@@ -1,0 +1,40 @@
+/**
+ * The focal length in px from what people know of a lens. Angles are in degrees. Pixels are square, and the lens
+ * looks through the middle of the picture.
+ */
+
+const RADIANS = Math.PI / 180;
+
+/** Returns the length in px on which an angle of view is seen. @param {'horizontal'|'diagonal'} across */
+const pixelsOf = (across, { width, height }) => (across === 'diagonal' ? Math.hypot(width, height) : width);
+
+/**
+ * Returns the focal length in px of an angle of view, NaN if no such lens can be.
+ * A pinhole sees f tan(angle) from the middle, a fisheye f angle.
+ */
+export function focalOfAngle(angle, across, camera) {
+  const half = (angle / 2) * RADIANS;
+  const isPossible = half > 0 && (camera.model === 'fisheye' || half < Math.PI / 2);
+  return isPossible ? pixelsOf(across, camera) / 2 / (camera.model === 'fisheye' ? half : Math.tan(half)) : NaN;
+}
+
+/** Returns the angle of view of a focal length in px: the inverse of `focalOfAngle`. */
+export function angleOfFocal(focal, across, camera) {
+  const ratio = pixelsOf(across, camera) / 2 / focal;
+  return (2 * (camera.model === 'fisheye' ? ratio : Math.atan(ratio))) / RADIANS;
+}
+
+/** Returns the focal length in px of a lens in mm before a sensor whose width, in mm, fills the picture. */
+export const focalOfSensor = (focalMm, sensorMm, { width }) => (focalMm / sensorMm) * width;
+
+/** Returns the camera's values for a picture of another size and the same shape, from the same lens. */
+export function resized(camera, width, height) {
+  const scale = width / camera.width;
+  const to = (centre) => (centre + 0.5) * scale - 0.5; // pixel centres are at integers
+  return {
+    width, height,
+    fx: camera.fx * scale, fy: camera.fy * scale,
+    cx: to(camera.cx), cy: to(camera.cy),
+    ...(camera.skew && { skew: camera.skew * scale }),
+  };
+}
