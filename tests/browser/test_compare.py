@@ -94,8 +94,17 @@ def test_a_run_from_the_other_end_is_turned_round(
 
 def test_runs_are_chosen_on_the_page(page: Page, server: Server, runs: tuple[str, str]) -> None:
     a, b = runs
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
     log_in(page, server, f"/compare?a={a}")
-    page.get_by_label("Run B").select_option(b)
+    run_b, search = page.get_by_label("Run B"), page.get_by_label("Find inspections")
+    expect(run_b.locator("option")).to_have_count(3)
+    search.fill("nothing has this name")
+    expect(run_b.locator("option")).to_have_count(2)  # the chosen run stays
+    search.fill("later")
+    expect(run_b.locator("option")).to_have_count(3)
+    assert not [url for url in asked if url.endswith("/api/inspections")], "the whole list"
+    run_b.select_option(b)
     page.wait_for_url(f"**/compare?a={a}&b={b}")
     expect(page.locator(".pair")).to_have_count(3)
     expect_no_fault(page)

@@ -19,6 +19,7 @@ import { align } from './alignment.js';
 import { growth, match, mirrored, sectorOf } from './matching.js';
 import { Run } from './run.js';
 import './compare-strip.js';
+import './run-choice.js';
 
 const STEP_MM = 10;
 const LEAP_MM = 500;
@@ -58,18 +59,13 @@ class ComparePage extends Component {
       html`${topBar(t('compare.title'))}
         <main id="main" class="compare" tabindex="-1">
           <h1 class="visually-hidden">${t('compare.title')}</h1>
-          <div class="compare__choose">
-            ${SIDES.map((side) => html`<div class="field"><label for="compare-${side}">${side === 'a' ? t('compare.run_a') : t('compare.run_b')}</label>
-              <select class="input" id="compare-${side}" data-part="${side}Choice"></select></div>`)}
-            <button class="button" data-part="swap">${icon('swap')}${t('compare.swap')}</button>
-          </div>
+          <run-choice data-part="choice"></run-choice>
           <div data-part="message" role="status"></div>
           <div class="compare__body" data-part="body" hidden></div>
         </main>`,
     );
     try {
-      const { inspections } = await get('/api/inspections', this.signal);
-      this.#offer(inspections.filter(({ distance_m: m }) => m !== null));
+      await this.parts.choice.load();
       if (this.ids.a && this.ids.b) await this.#open();
       else this.#say(t('compare.choose_help'));
     } catch (error) {
@@ -84,33 +80,6 @@ class ComparePage extends Component {
       this.parts.message,
       html`<p class="message message--${kind}">${icon(kind === 'error' ? 'alert' : 'info')}<span>${text}</span></p>`,
     );
-  }
-
-  /** Offers both lists of runs; those of the other run's asset come first. */
-  #offer(inspections) {
-    const { parts, ids } = this;
-    const assetOf = (id) => inspections.find((other) => other.id === id)?.header.asset_id;
-    for (const [side, other] of [['a', 'b'], ['b', 'a']]) {
-      const asset = assetOf(ids[other]);
-      const sorted = inspections.toSorted(
-        (one, two) => Number(two.header.asset_id === asset) - Number(one.header.asset_id === asset),
-      );
-      render(
-        parts[`${side}Choice`],
-        html`<option value="">${t('compare.choose')}</option>${sorted.map((inspection) => html`<option
-          value="${inspection.id}">${labelOf(inspection)}</option>`)}`,
-      );
-      parts[`${side}Choice`].value = ids[side] ?? '';
-      this.listen(parts[`${side}Choice`], 'change', () => this.#go({ ...ids, [side]: parts[`${side}Choice`].value }));
-    }
-    this.listen(parts.swap, 'click', () => this.#go({ a: ids.b, b: ids.a }));
-    parts.swap.disabled = !ids.a || !ids.b;
-  }
-
-  /** Writes the compared runs into the address. */
-  #go({ a, b }) {
-    const query = new URLSearchParams([['a', a], ['b', b]].filter(([, id]) => id));
-    location.assign(`/compare?${query}`);
   }
 
   async #open() {
@@ -387,8 +356,6 @@ class ComparePage extends Component {
     if (next) this.#select(next);
   }
 }
-
-const labelOf = ({ name, header }) => [name, header.asset_id, header.date].filter(Boolean).join(' · ');
 
 const keyOf = ({ a, b }) => `${a?.id ?? ''}:${b?.id ?? ''}`;
 
