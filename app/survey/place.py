@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from app.survey.adjustment.adjusted_track import Adjusted, Source
 from app.survey.adjustment.joints import NearJoint
 from app.survey.interval import half_width_m
+from app.survey.measure import Figure
 from app.survey.records import Observation
 from app.survey.tag import Tag
 from app.survey.track_rows import estimate_at, is_unmeasured
@@ -66,6 +67,8 @@ class ObservationView:
 
     row: Observation
     place: Place | None
+    figures: tuple[Figure | None, ...] = ()
+    """Of its measures, in their order; None where nothing can be said."""
 
     @property
     def at_joint(self) -> bool:
@@ -110,6 +113,8 @@ class Course:
     """Places derived before with the same correction and stance of the same run."""
     stance: Stance = AS_STATED
     """Pose of the camera in the pipe at the first frame."""
+    figures: MutableMapping[str, Figure] = field(default_factory=dict)
+    """Figures of measures, kept like the places."""
 
     @cached_property
     def is_unmeasured(self) -> bool:
