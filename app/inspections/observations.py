@@ -185,7 +185,9 @@ class Observations:
     def wall_grid(self, inspection_id: str) -> WallGrid:
         """Return the rays of a grid of pixels over the picture, with pose 0."""
         return wall_grid(
-            rig_of(self._inspections.get(inspection_id)), self._tracks.stance(inspection_id)
+            rig_of(self._inspections.get(inspection_id)),
+            self._tracks.stance(inspection_id),
+            self._corrections.adjusted(inspection_id).scale,
         )
 
     def next_stretch(self, inspection_id: str) -> int:

@@ -179,9 +179,13 @@ class WallGrid:
     """None on a floor."""
     start: Pose
     """Pose of the camera in the first frame: from the pipe's axis, or from the floor."""
+    scale: float
+    """True length over the length of the raw track."""
 
 
-def wall_grid(rig: Rig, stance: Stance, cols: int = 33, rows: int = 25) -> WallGrid:
+def wall_grid(
+    rig: Rig, stance: Stance, scale: float = 1.0, cols: int = 33, rows: int = 25
+) -> WallGrid:
     """Compute the rays of a grid of pixels, with the pose of the first frame."""
     u_px = np.linspace(0, rig.camera.width - 1, cols)
     v_px = np.linspace(0, rig.camera.height - 1, rows)
@@ -193,6 +197,7 @@ def wall_grid(rig: Rig, stance: Stance, cols: int = 33, rows: int = 25) -> WallG
         robot_rays(rig, pixels).reshape(rows, cols, 3),
         None if rig.pipe.diameter_mm is None else rig.pipe.diameter_mm / 2,
         replace(stance.pose, y_mm=y_mm, z_mm=z_mm),
+        scale,
     )
 
 

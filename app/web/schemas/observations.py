@@ -172,6 +172,8 @@ class WallGridOut(BaseModel):
     radius_mm: float | None
     """None on a floor."""
     start: StartOut
+    scale: float
+    """True length over the length of the raw track, by the corrections."""
 
     @classmethod
     def of(cls, grid: WallGrid) -> WallGridOut:
@@ -185,6 +187,7 @@ class WallGridOut(BaseModel):
             rays=[[_ray(ray) for ray in row] for row in grid.rays.tolist()],
             radius_mm=grid.radius_mm,
             start=StartOut.of(grid.start),
+            scale=grid.scale,
         )
 
 

@@ -2,6 +2,7 @@
 
 import { chainage } from '../../core/units.js';
 import { t, wordFor } from '../../core/words.js';
+import { kindsText } from '../measure-tool/figures.js';
 import { ALL_FIELDS } from '../rig-form/fields.js';
 
 /** Labels of the statements about distances. */
@@ -17,6 +18,7 @@ const STATED = {
     if (use === false) return t('history.joints_off');
     return use ? t('history.joints_text', counts) : t('history.joints_auto', counts);
   },
+  measures: kindsText,
   robot: (robot) => (robot === 'moved' ? t('again.moved') : t('again.stood_still')),
   rig_sigma: ({ height_mm: height, focal_px: focal }) => t('history.rig_text', { height, focal }),
 };

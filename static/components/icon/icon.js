@@ -40,6 +40,7 @@ const SHAPES = {
   minus: html`<path d="M4 10h12" />`,
   whole: html`<path d="M2.500 5v10M17.500 5v10M5 10h10M7.500 7.500L5 10l2.500 2.500M12.500 7.500L15 10l-2.500 2.500" />`,
   swap: html`<path d="M3.500 7h11M11.500 4l3 3-3 3M16.500 13h-11M8.500 10l-3 3 3 3" />`,
+  ruler: html`<path d="M2.500 13L13 2.500l4.500 4.500L7 17.500zM6 9.500l2 2M8.500 7l1.500 1.500M11 4.500l2 2" />`,
   flag: html`<path d="M5 17.500V3h10l-2.500 3.500L15 10H5" />`,
   forward: html`<path d="M7.500 4.500L13 10l-5.500 5.500" />`,
   back: html`<path d="M12.500 4.500L7 10l5.500 5.500" />`,

@@ -22,6 +22,7 @@ import { u95FromSigma } from '../../core/units.js';
 import { Unrolled } from '../../core/unrolled.js';
 import { WallGrid, frameShowing } from '../../core/wall.js';
 import { errorText, t } from '../../core/words.js';
+import { Measuring } from '../measure-tool/measuring.js';
 
 /** How often the 3D robot follows the shown frame. */
 const SHOW_EVERY_MS = 66;
@@ -107,6 +108,7 @@ export class Desk extends EventTarget {
     this.corrections = new Corrections(inspection.id, signal);
     this.counter = new FilmCounter(inspection.id, signal);
     this.checks = new Checks(inspection.id, signal);
+    this.measuring = new Measuring(this, signal);
     outbox.addEventListener('change', () => this.#findConflicts(), { signal });
     if (may('operator')) this.corrections.restore();
     for (const store of [this.corrections, this.corrections.draft]) {

@@ -75,6 +75,7 @@ export function keyMap(page) {
           run: (event, key) => page.rate(Number(key.at(-1))),
         },
         { keys: ['m'], shown: ['M'], needs: 'operator', label: t('keys.move'), run: () => desk.moveHere() },
+        { keys: ['Shift+m'], shown: ['Shift + M'], needs: 'operator', label: t('measure.start_help'), run: () => desk.measuring.startSelected() },
         { keys: ['y'], shown: ['Y'], label: t('link.copy'), run: () => copyLink(desk) },
         { keys: ['Delete', 'Backspace'], shown: ['Del'], needs: 'operator', label: t('keys.delete'), run: () => page.remove() },
         { keys: ['Escape'], shown: ['Esc'], label: t('keys.leave'), run: () => page.leave() },

@@ -13,6 +13,7 @@ import { chainage, clockHour, timecode } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { drawSeverity } from '../severity-mark/severity-mark.js';
 import { icon } from '../icon/icon.js';
+import { paintOnPicture } from '../measure-tool/on-picture.js';
 import { quickCodes } from './quick-codes.js';
 import './picture-age.js';
 import { BlankPlayer, FilePlayer, LivePlayer, StillPlayer } from './players.js';
@@ -96,6 +97,7 @@ class VideoPanel extends Component {
     this.listen(desk.playhead, 'change', () => this.repaint());
     this.listen(desk.selection, 'change', () => this.repaint());
     this.listen(desk.observations, 'change', () => this.repaint());
+    this.listen(desk.measuring, 'change', () => this.repaint());
     this.listen(desk.track, 'change', () => this.#tracked());
     this.listen(desk.inspection, 'change', () => this.#stateChanged());
     this.listen(desk.live, 'message', ({ detail }) => this.#ended(detail.header));
@@ -391,7 +393,9 @@ class VideoPanel extends Component {
       labelled.add(room);
       paintLabel(context, mark.code, x, y + MARK_PX, layout, styles);
     }
-    if (this.#cursor) this.#paintCursor(context, toStage(this.#cursor), layout, styles);
+    const label = (text, x, y) => paintLabel(context, text, x, y, layout, styles);
+    paintOnPicture(context, desk, { toStage, layout, cursor: this.#cursor, label, styles });
+    if (this.#cursor && !desk.measuring.value) this.#paintCursor(context, toStage(this.#cursor), layout, styles);
   }
 
   #paintCursor(context, [x, y], layout, styles) {

@@ -12,6 +12,7 @@ import { chainage, clockHour, u95FromSigma } from '../../core/units.js';
 import { TilePictures } from '../../core/unrolled.js';
 import { frameShowing } from '../../core/wall.js';
 import { errorText, t } from '../../core/words.js';
+import { paintMeasure, paintScaleBar, runningMeasure, storedMeasures } from '../measure-tool/paint.js';
 import { numberEvery, paintHair, paintMark, paintPlate, paintPlayhead, paintStretch } from '../strip/paint.js';
 import { stripSettings } from '../strip/settings.js';
 import { Strip, markText, nearestMark } from '../strip/strip.js';
@@ -28,6 +29,8 @@ const JOINT_LINE_PX = 18;
 /** Padding of a plate, with a gap to the next one. */
 const PLATE_PX = 22;
 const REFRESH_S = 1;
+/** Greatest length of the scale bar. */
+const BAR_PX = 140;
 /** A wide lens sees farther along the pipe, but at too flat an angle to be useful. */
 const SEEN_RADII = 4;
 /** A step of the cursor, as a share of the visible length and of the arc. */
@@ -77,6 +80,7 @@ class WallStrip extends Strip {
       this.#showEmpty();
     });
     this.listen(stripSettings, 'change', () => this.#showSettings());
+    this.listen(desk.measuring, 'change', () => this.repaint());
     for (const store of [desk.unrolled, this.pictures, desk.track]) {
       this.listen(store, 'change', () => this.stale());
     }
@@ -199,6 +203,7 @@ class WallStrip extends Strip {
   }
 
   markAt(x, y) {
+    if (this.desk.picking.value) return null; // the click is wanted, not the mark under it
     const marks = this.marks.map((mark) => ({ item: mark.item, apart: Math.hypot(mark.x - x, mark.y - y) }));
     return nearestMark(marks, MARK_PX);
   }
@@ -217,7 +222,10 @@ class WallStrip extends Strip {
     const { plot, height } = this;
     const { row } = this.desk.playhead.value;
     if (row) this.#paintNow(context, styles, plot, row, height);
-    if (this.rows) this.#paintPointer(context, styles, plot, height);
+    if (!this.rows) return;
+    this.#paintMeasures(context, styles, plot, runningMeasure(this.desk.measuring, null));
+    this.#paintScale(context, styles, plot, height);
+    this.#paintPointer(context, styles, plot, height);
   }
 
   #showEmpty() {
@@ -243,6 +251,8 @@ class WallStrip extends Strip {
     this.#paintRowLines(context, plot);
     this.#paintJoints(context, styles, plot, height);
     this.#paintStretches(context, styles, plot);
+    const measured = this.desk.observations.value.filter((item) => item.measures);
+    this.#paintMeasures(context, styles, plot, storedMeasures(this.desk, measured));
     context.restore();
     this.#paintRowLabels(context, colour, plot, height);
     this.#paintMarks(context, styles, plot);
@@ -340,6 +350,32 @@ class WallStrip extends Strip {
       this.marks.push({ item, x, y });
       paintMark(context, styles, item, x, y, MARK_PX, item.id === selection.value);
     }
+  }
+
+  /** @param {import('../measure-tool/paint.js').Drawn[]} drawn */
+  #paintMeasures(context, styles, plot, drawn) {
+    const label = (text, x, y) => paintPlate(context, styles, text, x, y, [plot.left, plot.right]);
+    context.save();
+    context.beginPath();
+    context.rect(plot.left, 0, plot.width, this.height);
+    context.clip();
+    for (const one of drawn) {
+      const places = one.measure.points.map((point) => this.#placeOfPoint(plot, point));
+      paintMeasure(context, one, places, label);
+    }
+    context.restore();
+  }
+
+  #placeOfPoint(plot, { frame, pixel }) {
+    const row = this.desk.track.row(frame);
+    const point = row && this.desk.wall?.at(...pixel, row);
+    return point ? [plot.toX(1000 * point.distance_m), this.rows.toY(this.#arcOf(point))] : null;
+  }
+
+  #paintScale(context, styles, plot, height) {
+    const textOf = (size) => t('measure.bar_along', { size });
+    const at = [plot.right - BAR_PX - 10, height - 8];
+    paintScaleBar(context, 1 / plot.mmPerUnit, at, BAR_PX, textOf, styles.getPropertyValue('--sans'));
   }
 
   /** Returns the row of an observation: of its pixel, else of its clock position, else of the invert. */
