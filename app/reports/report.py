@@ -20,6 +20,7 @@ from app.survey.adjustment.joints import ExpectedJoint, FittedJoint
 from app.survey.catalogue.table import Code
 from app.survey.checks import Issue
 from app.survey.corrected import Corrected
+from app.survey.measure import Figure
 from app.survey.records import Event
 from app.survey.tag import StatedTag
 from app.survey.track_rows import is_unmeasured
@@ -90,6 +91,8 @@ class Entry:
     tagged_at: datetime
     edited_at: datetime | None
     edited_by: str | None
+    figures: tuple[Figure | None, ...] = ()
+    """Of the tag's measures, in their order; None where nothing can be derived."""
 
     @property
     def unit1(self) -> str | None:
