@@ -65,3 +65,5 @@ class Figure:
     percent: float | None
     """Of the diameter, for a depth; with `percent_u95`."""
     percent_u95: float | None
+    points_mm: tuple[tuple[float, float, float], ...] = ()
+    """Where it was measured: X along the axis of the corrected track, Y right, Z down."""

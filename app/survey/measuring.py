@@ -87,10 +87,10 @@ def figure_of(course: Course, measure: Measure) -> Figure | None:
         a depth on a floor, a step straight below the camera.
     """
     estimates = [course.estimates(point.frame) for point in measure.points]
-    found = [both for both in estimates if both is not None]
-    if len(found) < len(estimates) or course.is_unmeasured:
+    tracked = [both for both in estimates if both is not None]
+    if len(tracked) < len(estimates) or course.is_unmeasured:
         return None
-    raw, corrected = zip(*found, strict=True)
+    raw, corrected = zip(*tracked, strict=True)
     path = _Path(
         poses=Poses.of([estimate.pose for estimate in raw]),
         distance_mm=np.array([estimate.distance_mm for estimate in corrected]),
@@ -100,22 +100,36 @@ def figure_of(course: Course, measure: Measure) -> Figure | None:
     )
     pixels = np.array([point.pixel for point in measure.points])
     rig, is_corrected = course.adjusted.rig, course.adjusted.source != "odometry"
-    if measure.kind == "depth":
-        return None if rig.pipe.diameter_mm is None else _depth(rig, path, pixels)
-    size = _SIZE[measure.kind]
+    found = (
+        _depth(rig, path, pixels)
+        if measure.kind == "depth"
+        else _size(measure.kind, rig, path, pixels, is_corrected=is_corrected)
+    )
+    if found is None:
+        return None
+    points = path.sight(rig, pixels).points_xyz.tolist()
+    return replace(found, points_mm=tuple((x, y, z) for x, y, z in points))
+
+
+def _size(
+    kind: MeasureKind, rig: Rig, path: _Path, pixels: Points, *, is_corrected: bool
+) -> Figure | None:
+    size = _SIZE[kind]
     value = size(path.sight(rig, pixels))
     errors = [*_by_clicks(rig, path, pixels, size), size(path.drifted(rig, pixels)) - value]
     # A known length sets the scale whatever the rig states; what is left of the rig is its tilt.
     errors += [size(path.sight(other, pixels)) - value for other in _tilted(rig)]
     if is_corrected:
-        errors.append(path.scale_sigma * value * (2 if measure.kind == "area" else 1))
+        errors.append(path.scale_sigma * value * (2 if kind == "area" else 1))
     else:
         errors += [size(path.sight(other, pixels)) - value for other in _resized(rig)]
-    return _figure(measure.kind, value, errors)
+    return _figure(kind, value, errors)
 
 
 def _depth(rig: Rig, path: _Path, pixels: Points) -> Figure | None:
-    diameter_mm = rig.pipe.diameter_mm or 0.0
+    diameter_mm = rig.pipe.diameter_mm
+    if diameter_mm is None:
+        return None
 
     def share(sight: _Sight) -> float:
         return fill_share(sight.points_xyz)

@@ -12,7 +12,8 @@ import { chainage, clockHour, u95FromSigma } from '../../core/units.js';
 import { TilePictures } from '../../core/unrolled.js';
 import { frameShowing } from '../../core/wall.js';
 import { errorText, t } from '../../core/words.js';
-import { paintMeasure, paintScaleBar, runningMeasure, storedMeasures } from '../measure-tool/paint.js';
+import { paintOnWall, paintWallScale } from '../measure-tool/on-wall.js';
+import { runningMeasure, storedMeasures } from '../measure-tool/paint.js';
 import { numberEvery, paintHair, paintMark, paintPlate, paintPlayhead, paintStretch } from '../strip/paint.js';
 import { stripSettings } from '../strip/settings.js';
 import { Strip, markText, nearestMark } from '../strip/strip.js';
@@ -29,8 +30,6 @@ const JOINT_LINE_PX = 18;
 /** Padding of a plate, with a gap to the next one. */
 const PLATE_PX = 22;
 const REFRESH_S = 1;
-/** Greatest length of the scale bar. */
-const BAR_PX = 140;
 /** A wide lens sees farther along the pipe, but at too flat an angle to be useful. */
 const SEEN_RADII = 4;
 /** A step of the cursor, as a share of the visible length and of the arc. */
@@ -223,8 +222,8 @@ class WallStrip extends Strip {
     const { row } = this.desk.playhead.value;
     if (row) this.#paintNow(context, styles, plot, row, height);
     if (!this.rows) return;
-    this.#paintMeasures(context, styles, plot, runningMeasure(this.desk.measuring, null));
-    this.#paintScale(context, styles, plot, height);
+    paintOnWall(context, styles, plot, height, runningMeasure(this.desk.measuring, null), this.#toPlace);
+    paintWallScale(context, styles, plot, height);
     this.#paintPointer(context, styles, plot, height);
   }
 
@@ -252,8 +251,8 @@ class WallStrip extends Strip {
     this.#paintJoints(context, styles, plot, height);
     this.#paintStretches(context, styles, plot);
     const measured = this.desk.observations.value.filter((item) => item.measures);
-    this.#paintMeasures(context, styles, plot, storedMeasures(this.desk, measured));
     context.restore();
+    paintOnWall(context, styles, plot, height, storedMeasures(this.desk, measured), this.#toPlace);
     this.#paintRowLabels(context, colour, plot, height);
     this.#paintMarks(context, styles, plot);
   }
@@ -352,31 +351,12 @@ class WallStrip extends Strip {
     }
   }
 
-  /** @param {import('../measure-tool/paint.js').Drawn[]} drawn */
-  #paintMeasures(context, styles, plot, drawn) {
-    const label = (text, x, y) => paintPlate(context, styles, text, x, y, [plot.left, plot.right]);
-    context.save();
-    context.beginPath();
-    context.rect(plot.left, 0, plot.width, this.height);
-    context.clip();
-    for (const one of drawn) {
-      const places = one.measure.points.map((point) => this.#placeOfPoint(plot, point));
-      paintMeasure(context, one, places, label);
-    }
-    context.restore();
-  }
-
-  #placeOfPoint(plot, { frame, pixel }) {
+  /** Returns the place of a measured point on the strip. */
+  #toPlace = ({ frame, pixel }) => {
     const row = this.desk.track.row(frame);
     const point = row && this.desk.wall?.at(...pixel, row);
-    return point ? [plot.toX(1000 * point.distance_m), this.rows.toY(this.#arcOf(point))] : null;
-  }
-
-  #paintScale(context, styles, plot, height) {
-    const textOf = (size) => t('measure.bar_along', { size });
-    const at = [plot.right - BAR_PX - 10, height - 8];
-    paintScaleBar(context, 1 / plot.mmPerUnit, at, BAR_PX, textOf, styles.getPropertyValue('--sans'));
-  }
+    return point ? [this.plot.toX(1000 * point.distance_m), this.rows.toY(this.#arcOf(point))] : null;
+  };
 
   /** Returns the row of an observation: of its pixel, else of its clock position, else of the invert. */
   #rowOf({ frame, pixel, clock_from: from, clock }) {
