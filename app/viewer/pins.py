@@ -260,7 +260,7 @@ class Pins:
             ]
             xs = np.array([first_m, last_m])
             lines += [_lines_at(section, xs, np.full(2, arc)) for arc in (arc_from_m, arc_to_m)]
-        lines += [_along_wall(section, np.array(points)) for points in pin.measured_m]
+        lines += [along_wall(section, np.array(points)) for points in pin.measured_m]
         return np.concatenate([line.reshape(-1, 2, 3) for line in lines])
 
     def _ring(self, pin: Pin) -> NDArray[np.float64]:
@@ -346,7 +346,7 @@ def _lines_at(section: Section, xs_m: Vector, arcs_m: Vector) -> NDArray[np.floa
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
-def _along_wall(section: Section, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+def along_wall(section: Section, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (M, 2, 3) lines through (N, 3) points that follow the wall between them."""
     corners = developed_points(points_m, section.radius_m)
     at = np.linspace(0, len(corners) - 1, _BETWEEN * (len(corners) - 1) + 1)

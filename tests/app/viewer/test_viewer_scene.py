@@ -8,7 +8,6 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -304,18 +303,6 @@ def test_stretches_and_sectors_are_patches_of_their_colour(served: Served) -> No
 
     assert {n for n in drawn if "/pins/patches/" in n} == {"/pins/patches/5", "/pins/patches/1"}
     assert {n for n in left if "/pins/patches/" in n} == {"/pins/patches/1"}
-
-
-def test_what_was_measured_is_drawn_along_the_wall(served: Served) -> None:
-    def lines() -> int:
-        sent = [message for message in replay(served) if message["type"] == "LineSegmentsMessage"]
-        return len(next(m for m in sent if m["name"] == "/pins/lines")["props"]["points"])
-
-    pin = Pin("a", 1, 6, 0.01, 5, "BAB")
-    served.scene.set_pins([pin])
-    before = lines()
-    served.scene.set_pins([replace(pin, measured_m=(((1, 0, 0.15), (1.1, 0, 0.15)),))])
-    assert lines() > before
 
 
 def test_an_hour_of_everything_is_no_more_to_keep_than_a_minute(
