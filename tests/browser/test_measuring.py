@@ -72,7 +72,7 @@ def test_a_crack_is_measured_on_the_picture_and_on_the_wall(
     for n, (along_mm, arc_mm) in enumerate([(10, -10), (30, 0), (40, 0)], 1):
         x, y = page.evaluate(ON_STRIP, [along_mm, arc_mm])
         wall.click(position={"x": x, "y": y}, force=True)
-        expect(box.locator("[data-part=figure]")).to_have_text(re.compile(f"^{n} points"))
+        expect(box.locator("[data-part=figure]")).to_have_text(re.compile(f"^Points: {n}"))
     box.get_by_role("button", name="Last point back").click()
     box.get_by_role("button", name="Keep").click()
     expect(width).to_have_count(2)

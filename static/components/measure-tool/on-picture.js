@@ -5,6 +5,10 @@ import { t } from '../../core/words.js';
 import { paintMeasure, paintScaleBar, runningMeasure, storedMeasures } from './paint.js';
 
 const BAR_AT = [14, 16];
+/** From a measure to the middle of its label. */
+const AWAY_PX = 22;
+/** Where the scale holds without a pointer, as a share of the height: the middle of a camera that looks ahead is far away. */
+const REST_SHARE = { down: 0.5, forward: 0.88 };
 /** Greatest length of the scale bar as a share of the picture's width. */
 const BAR_SHARE = 0.22;
 /** Half of the pixels over which the scale at a place is read. */
@@ -24,12 +28,14 @@ export function paintOnPicture(context, desk, stage) {
   );
   const pointer = stage.cursor && { frame, pixel: stage.cursor };
   const drawn = [...storedMeasures(desk, chosen), ...runningMeasure(desk.measuring, pointer)];
+  const lowest = stage.toStage([0, stage.layout.height - 1])[1] - 3 * AWAY_PX; // the scale bar is below
+  const label = (text, x, top, bottom) => stage.label(text, x, bottom < lowest ? bottom + AWAY_PX : top - AWAY_PX);
   for (const one of drawn) {
     const places = one.measure.points.map((point) => {
       const pixel = pixelNow(desk, point, frame, row);
       return pixel && stage.toStage(pixel);
     });
-    paintMeasure(context, one, places, stage.label);
+    paintMeasure(context, one, places, label);
   }
   paintScale(context, desk, stage, row);
 }
@@ -42,9 +48,10 @@ function pixelNow({ wall, track }, point, frame, row) {
   return place && wall.pixel(place, row);
 }
 
-/** Draws the scale of one place of the wall, as it differs over the picture: at the pointer, else in the middle. */
-function paintScale(context, { wall }, { toStage, layout, cursor, styles }, row) {
-  const [u, v] = cursor ?? [layout.width / 2, layout.height / 2];
+/** Draws the scale of one place of the wall, as it differs over the picture: at the pointer, else near the invert. */
+function paintScale(context, { wall, inspection }, { toStage, layout, cursor, styles }, row) {
+  const { view } = inspection.value.rig.mount;
+  const [u, v] = cursor ?? [layout.width / 2, layout.height * REST_SHARE[view]];
   const ends = [u - BESIDE_PX, u + BESIDE_PX].map((side) => wall.sight(side, v, row));
   const place = wall.at(u, v, row);
   if (ends.includes(null) || !place) return;
@@ -52,7 +59,7 @@ function paintScale(context, { wall }, { toStage, layout, cursor, styles }, row)
   const perMm = (2 * BESIDE_PX * layout.scale) / apartMm;
   const [left, bottom] = toStage([0, layout.height - 1]);
   const textOf = (size) => {
-    const across = cursor ? t('measure.bar_at_pointer', { size }) : t('measure.bar_in_middle', { size });
+    const across = cursor ? t('measure.bar_at_pointer', { size }) : t('measure.bar_at_invert', { size });
     return place.clock_h === null ? across : `${across} · ${clockHour(place.clock_h)}`;
   };
   const at = [left + BAR_AT[0], bottom - BAR_AT[1]];

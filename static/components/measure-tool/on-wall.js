@@ -6,6 +6,8 @@ import { paintMeasure, paintScaleBar } from './paint.js';
 
 /** Greatest length of the scale bar. */
 const BAR_PX = 140;
+/** From a measure to the middle of its label. */
+const AWAY_PX = 20;
 
 /**
  * Draws measures within the plot of the strip.
@@ -17,7 +19,10 @@ const BAR_PX = 140;
  * @param {(point: import('../../core/measure.js').Point) => [number, number]|null} toPlace
  */
 export function paintOnWall(context, styles, plot, height, drawn, toPlace) {
-  const label = (text, x, y) => paintPlate(context, styles, text, x, y, [plot.left, plot.right]);
+  const label = (text, x, top, bottom) => {
+    const y = bottom + 2 * AWAY_PX < height ? bottom + AWAY_PX : top - AWAY_PX;
+    paintPlate(context, styles, text, x, y, [plot.left, plot.right]);
+  };
   context.save();
   context.beginPath();
   context.rect(plot.left, 0, plot.width, height);

@@ -13,7 +13,7 @@ const NICE_MM = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_0
 /**
  * @typedef {object} Drawn
  * @property {import('../../core/measure.js').Measure} measure
- * @property {string} text
+ * @property {string} text '' as long as there is no size
  * @property {boolean} isStrong of the selected defect, or just being measured
  */
 
@@ -42,7 +42,7 @@ export function runningMeasure(measuring, pointer) {
   const isOpen = pointer && value.points.length < KINDS[kind].most;
   const points = isOpen ? [...value.points, pointer] : value.points;
   const size = !isOpen && figure ? figure : measuring.sizeOf({ kind, points });
-  return [{ measure: { kind, points }, text: `${kindText(kind)} ${figureText(size)}`, isStrong: true }];
+  return [{ measure: { kind, points }, text: size ? `${kindText(kind)} ${figureText(size)}` : '', isStrong: true }];
 }
 
 /**
@@ -50,7 +50,7 @@ export function runningMeasure(measuring, pointer) {
  * @param {CanvasRenderingContext2D} context
  * @param {Drawn} drawn
  * @param {([number, number]|null)[]} places of its points; null out of sight
- * @param {(text: string, x: number, y: number) => void} label draws a text about a place
+ * @param {(text: string, x: number, top: number, bottom: number) => void} label draws a text above or below what is drawn
  */
 export function paintMeasure(context, { measure, text, isStrong }, places, label) {
   const shown = places.filter((place) => place !== null);
@@ -70,9 +70,10 @@ export function paintMeasure(context, { measure, text, isStrong }, places, label
     }
   }
   context.lineWidth = 1;
-  if (!isStrong) return;
+  if (!isStrong || !text) return;
   const x = shown.reduce((sum, place) => sum + place[0], 0) / shown.length;
-  label(text, x, Math.max(...shown.map((place) => place[1])) + 22);
+  const ys = shown.map((place) => place[1]);
+  label(text, x, Math.min(...ys), Math.max(...ys));
 }
 
 /**
