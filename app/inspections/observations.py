@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Mapping, MutableMapping, Sequence
+from collections.abc import Mapping, MutableMapping
 from functools import lru_cache
 from typing import Any
 
@@ -95,7 +95,9 @@ class Observations:
         """
         inspection = self._inspections.get(inspection_id)
         track = self._tracks.get(inspection_id)
-        _check_anchor(inspection, len(track), tag.frame, tag.pixel)
+        check_frame(inspection, len(track), tag.frame)
+        if tag.pixel is not None:
+            check_pixel(inspection, *tag.pixel)
         for measure in tag.measures or ():
             _check_points(inspection, len(track), measure)
         if tag.pixel and inspection.source_kind == IMPORTED and is_unmeasured(track):
@@ -247,14 +249,8 @@ def check_pixel(inspection: Inspection, u: float, v: float) -> None:
         )
 
 
-def _check_points(inspection: Inspection, tracked: int, measure: Measure) -> None:
-    for point in measure.points:
-        _check_anchor(inspection, tracked, point.frame, point.pixel)
-
-
-def _check_anchor(
-    inspection: Inspection, tracked: int, frame: int, pixel: Sequence[float] | None
-) -> None:
+def check_frame(inspection: Inspection, tracked: int, frame: int) -> None:
+    """Raise FrameOutsideVideo unless the film has the frame; `tracked` is the number so far."""
     total = inspection.video.get("frames")
     if inspection.status == "done":
         limit = tracked
@@ -265,5 +261,9 @@ def _check_anchor(
         limit = frame + 1
     if frame >= limit:
         raise FrameOutsideVideo(f"The video has no frame {frame}; its last one is {limit - 1}.")
-    if pixel is not None:
-        check_pixel(inspection, *pixel)
+
+
+def _check_points(inspection: Inspection, tracked: int, measure: Measure) -> None:
+    for point in measure.points:
+        check_frame(inspection, tracked, point.frame)
+        check_pixel(inspection, *point.pixel)

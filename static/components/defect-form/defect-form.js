@@ -14,10 +14,10 @@ import { copyLink } from '../inspection-page/links.js';
 import {
   changeStretch, dissolveStretch, finishStretch, joinPoints, otherEnd, startStretchAt,
 } from '../inspection-page/stretches.js';
+import '../measure-tool/measure-box.js';
 import { GRADES, severityMark, severityWord } from '../severity-mark/severity-mark.js';
 import { showPhoto } from './photo-dialog.js';
 import { unitOf } from './units.js';
-import '../measure-tool/measure-box.js';
 import './clock-dial.js';
 
 const NEEDS = ['code', 'char1', 'char2', 'clock', 'quant1', 'quant2', 'remark'];

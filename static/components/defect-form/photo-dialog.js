@@ -3,19 +3,21 @@
 import { html } from '../../core/html.js';
 import { t } from '../../core/words.js';
 import { openDialog } from '../dialog/dialog.js';
+import { measuresOnPhoto } from '../measure-tool/on-photo.js';
 
 /**
  * @param {object} item the observation
  * @param {string} title
  * @param {{width: number, height: number}} video size of its picture in px
  */
-export const showPhoto = ({ photo, pixel }, title, { width, height }) =>
+export const showPhoto = ({ photo, pixel, frame, measures }, title, { width, height }) =>
   openDialog({
     title,
     size: 'wide',
     content: html`<div class="photo">
         <img src="${photo}" alt="${t('form.photo_alt', { name: title })}" width="${width}" height="${height}" />
         ${pixel && mark(pixel, width, height)}
+        ${measuresOnPhoto({ frame, measures }, width, height)}
       </div>
       <p><a href="${photo}" download>${t('form.photo_save')}</a></p>`,
   });

@@ -7,6 +7,7 @@ import { ALL_FIELDS } from '../rig-form/fields.js';
 
 /** Labels of the statements about distances. */
 const STATED = {
+  measures: kindsText,
   zero: (zero) => t('history.zero_text', { frame: zero.frame, offset: chainage(zero.offset_m) }),
   lengths: (lengths) =>
     lengths
@@ -18,7 +19,6 @@ const STATED = {
     if (use === false) return t('history.joints_off');
     return use ? t('history.joints_text', counts) : t('history.joints_auto', counts);
   },
-  measures: kindsText,
   robot: (robot) => (robot === 'moved' ? t('again.moved') : t('again.stood_still')),
   rig_sigma: ({ height_mm: height, focal_px: focal }) => t('history.rig_text', { height, focal }),
 };

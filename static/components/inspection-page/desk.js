@@ -102,13 +102,13 @@ export class Desk extends EventTarget {
     this.health = new Health(inspection.id);
     this.unrolled = new Unrolled(inspection.id, signal);
     this.history = new History();
+    this.measuring = new Measuring(this, signal);
     this.observations = new Observations(
       inspection.id, outbox, this.history, (frame, pixel) => this.#placeOf(frame, pixel), signal,
     );
     this.corrections = new Corrections(inspection.id, signal);
     this.counter = new FilmCounter(inspection.id, signal);
     this.checks = new Checks(inspection.id, signal);
-    this.measuring = new Measuring(this, signal);
     outbox.addEventListener('change', () => this.#findConflicts(), { signal });
     if (may('operator')) this.corrections.restore();
     for (const store of [this.corrections, this.corrections.draft]) {
