@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.survey.interval import U95
 from app.survey.measure import Figure, Measure, MeasureKind
@@ -16,7 +17,14 @@ from app.survey.place import Course
 from app.survey.tag import Tag
 from vo_core import Rig
 from vo_core.geometry.measure import area_mm2, fill_share, gap_mm, length_mm, step_mm
-from vo_core.geometry.wall import Points, Poses, camera_position, cast, robot_rays
+from vo_core.geometry.wall import (
+    Points,
+    Poses,
+    camera_position,
+    cast,
+    pixel_rays,
+    rotation_robot_camera,
+)
 from vo_core.types import Matrix
 
 PICKED_PX = 1.0
@@ -91,54 +99,53 @@ def figure_of(course: Course, measure: Measure) -> Figure | None:
     if len(tracked) < len(estimates) or course.is_unmeasured:
         return None
     raw, corrected = zip(*tracked, strict=True)
+    rig, pixels = course.adjusted.rig, np.array([point.pixel for point in measure.points])
     path = _Path(
+        rig=rig,
+        pixels=pixels,
+        rays=pixel_rays(rig.camera, pixels),
         poses=Poses.of([estimate.pose for estimate in raw]),
         distance_mm=np.array([estimate.distance_mm for estimate in corrected]),
         registration_mm=np.array([estimate.sigma_registration_mm for estimate in corrected]),
         scale=course.adjusted.scale,
         scale_sigma=course.adjusted.scale_sigma or 0.0,
     )
-    pixels = np.array([point.pixel for point in measure.points])
-    rig, is_corrected = course.adjusted.rig, course.adjusted.source != "odometry"
+    is_corrected = course.adjusted.source != "odometry"
     found = (
-        _depth(rig, path, pixels)
+        _depth(path)
         if measure.kind == "depth"
-        else _size(measure.kind, rig, path, pixels, is_corrected=is_corrected)
+        else _size(measure.kind, path, is_corrected=is_corrected)
     )
     if found is None:
         return None
-    points = path.sight(rig, pixels).points_xyz.tolist()
+    points = path.sight(rig).points_xyz.tolist()
     return replace(found, points_mm=tuple((x, y, z) for x, y, z in points))
 
 
-def _size(
-    kind: MeasureKind, rig: Rig, path: _Path, pixels: Points, *, is_corrected: bool
-) -> Figure | None:
+def _size(kind: MeasureKind, path: _Path, *, is_corrected: bool) -> Figure | None:
     size = _SIZE[kind]
-    value = size(path.sight(rig, pixels))
-    errors = [*_by_clicks(rig, path, pixels, size), size(path.drifted(rig, pixels)) - value]
+    value = size(path.sight(path.rig))
+    errors = [*_by_clicks(path, size), size(path.drifted()) - value]
     # A known length sets the scale whatever the rig states; what is left of the rig is its tilt.
-    errors += [size(path.sight(other, pixels)) - value for other in _tilted(rig)]
+    errors += [size(path.sight(other)) - value for other in _tilted(path.rig)]
     if is_corrected:
         errors.append(path.scale_sigma * value * (2 if kind == "area" else 1))
     else:
-        errors += [size(path.sight(other, pixels)) - value for other in _resized(rig)]
+        errors += [size(path.sight(other)) - value for other in _resized(path.rig)]
     return _figure(kind, value, errors)
 
 
-def _depth(rig: Rig, path: _Path, pixels: Points) -> Figure | None:
-    diameter_mm = rig.pipe.diameter_mm
+def _depth(path: _Path) -> Figure | None:
+    rig, diameter_mm = path.rig, path.rig.pipe.diameter_mm
     if diameter_mm is None:
         return None
 
     def share(sight: _Sight) -> float:
         return fill_share(sight.points_xyz)
 
-    value = share(path.sight(rig, pixels))
-    errors = list(_by_clicks(rig, path, pixels, share))
-    errors += [
-        share(path.sight(other, pixels)) - value for other in (*_tilted(rig), *_resized(rig))
-    ]
+    value = share(path.sight(rig))
+    errors = list(_by_clicks(path, share))
+    errors += [share(path.sight(other)) - value for other in (*_tilted(rig), *_resized(rig))]
     by_diameter = value * rig.tolerance.diameter_mm / diameter_mm
     percent = _figure("depth", 100 * value, [100 * error for error in errors])
     of_diameter = [diameter_mm * error for error in (*errors, by_diameter)]
@@ -155,8 +162,13 @@ def _figure(kind: MeasureKind, value: float, errors: Sequence[float]) -> Figure 
 
 @dataclass(frozen=True)
 class _Path:
-    """The poses from which the points of a measure were seen, one for each point."""
+    """Clicks, and the poses from which they were seen, one for each click."""
 
+    rig: Rig
+    pixels: Points
+    """(N, 2)"""
+    rays: Points
+    """(N, 3) in camera axes: finding them for a fisheye takes longer than all the rest here."""
     poses: Poses
     """Of the raw track, which agree with the rig."""
     distance_mm: Matrix
@@ -165,32 +177,36 @@ class _Path:
     scale: float
     scale_sigma: float
 
-    def sight(self, rig: Rig, pixels: Points, of: int | None = None) -> _Sight:
-        """Cast the rays of the pixels with a rig, to the corrected scale.
+    def sight(self, rig: Rig) -> _Sight:
+        """Return the points as a rig sees them: the stated one, or what it may be instead."""
+        same_lens = rig.camera is self.rig.camera
+        rays = self.rays if same_lens else pixel_rays(rig.camera, self.pixels)
+        return self._cast(rig, rays, np.arange(len(rays)))
 
-        Args:
-            rig: The rig, or what it may be instead.
-            pixels: (N, 2), one for each pose; of one pose if `of` is given.
-            of: Index of that pose.
-        """
-        poses, distance_mm = self.poses, self.distance_mm
-        if of is not None:
-            poses = Poses(*(getattr(poses, name)[[of]] for name in Poses.__match_args__))
-            distance_mm = distance_mm[[of]]
-        wall = cast(rig, poses, robot_rays(rig, pixels))
-        camera = camera_position(rig, poses).T
-        origin, start = _along(poses.x_mm), _along(distance_mm)
-        radius_mm = None if rig.pipe.diameter_mm is None else self.scale * rig.pipe.diameter_mm / 2
-        return _Sight(
-            start + self.scale * (wall - origin), start + self.scale * (camera - origin), radius_mm
-        )
+    def missed(self) -> Points:
+        """(N, 2, 3) points that each click shows if it misses across, or down, by `PICKED_PX`."""
+        beside = self.pixels[:, None] + PICKED_PX * np.eye(2)
+        rays = pixel_rays(self.rig.camera, beside.reshape(-1, 2))
+        points = self._cast(self.rig, rays, np.repeat(np.arange(len(beside)), 2)).points_xyz
+        return points.reshape(-1, 2, 3)
 
-    def drifted(self, rig: Rig, pixels: Points) -> _Sight:
+    def drifted(self) -> _Sight:
         """What the points are when the camera drove farther between their frames, by one sigma."""
         driven_mm = self.distance_mm - self.distance_mm[0]
         variance = np.abs(self.registration_mm**2 - self.registration_mm[0] ** 2)
         drift_mm = np.sqrt(variance + (self.scale_sigma * driven_mm) ** 2) * np.sign(driven_mm)
-        return self.sight(rig, pixels).moved(drift_mm)
+        return self.sight(self.rig).moved(drift_mm)
+
+    def _cast(self, rig: Rig, rays: Points, of: NDArray[np.intp]) -> _Sight:
+        """Cast rays in camera axes from the poses with the indices `of`, to the corrected scale."""
+        poses = Poses(*(getattr(self.poses, name)[of] for name in Poses.__match_args__))
+        wall = cast(rig, poses, rays @ rotation_robot_camera(rig.mount).T)
+        camera = camera_position(rig, poses).T
+        origin, start = _along(poses.x_mm), _along(self.distance_mm[of])
+        radius_mm = None if rig.pipe.diameter_mm is None else self.scale * rig.pipe.diameter_mm / 2
+        return _Sight(
+            start + self.scale * (wall - origin), start + self.scale * (camera - origin), radius_mm
+        )
 
 
 def _along(x_mm: Matrix) -> Points:
@@ -198,14 +214,11 @@ def _along(x_mm: Matrix) -> Points:
     return np.column_stack([x_mm, np.zeros((len(x_mm), 2))])
 
 
-def _by_clicks(
-    rig: Rig, path: _Path, pixels: Points, size: Callable[[_Sight], float]
-) -> Iterator[float]:
+def _by_clicks(path: _Path, size: Callable[[_Sight], float]) -> Iterator[float]:
     """Yield the error by each click, across and down."""
-    sight = path.sight(rig, pixels)
+    sight = path.sight(path.rig)
     value = size(sight)
-    for index, pixel in enumerate(pixels):
-        beside = path.sight(rig, pixel + PICKED_PX * np.eye(2), of=index).points_xyz
+    for index, beside in enumerate(path.missed()):
         for xyz in beside:
             yield size(sight.with_point(index, xyz)) - value
 

@@ -280,6 +280,24 @@ def test_the_page_measures_what_the_server_does(site: Page) -> None:
         assert percent == (figure.percent and pytest.approx(figure.percent, rel=0.01))
 
 
+def test_a_size_becomes_the_quantity_of_a_code_in_its_unit(site: Page) -> None:
+    stated = site.evaluate(
+        """async () => {
+          const { quantityOf } = await import('/static/core/measure.js');
+          const depth = { value: 41.2, percent: 13.7 };
+          const other = { value: -18.04, percent: null };
+          return [
+            quantityOf('depth', depth, '%', 150), quantityOf('depth', depth, 'mm', 150),
+            quantityOf('step', other, '%', 150), quantityOf('gap', other, 'mm', null),
+            quantityOf('width', { value: 2.34, percent: null }, 'mm', 150),
+            quantityOf('area', other, 'mm', 150), quantityOf('length', other, 'deg', 150),
+            quantityOf('step', other, '%', null),
+          ];
+        }"""
+    )
+    assert stated == [14, 41, 6, 18, 2.3, None, None, None]
+
+
 @pytest.mark.parametrize("pose", LOOKING, ids=["ahead", "aside"])
 def test_the_outline_of_the_view_crosses_the_unrolled_wall_nowhere(site: Page, pose: Pose) -> None:
     """Ahead it goes round the pipe once, and is cut at the crown; aside it is one loop."""

@@ -49,6 +49,7 @@ class MeasureBox extends Component {
     this.listen(parts.cancel, 'click', () => measuring.cancel());
     this.listen(measuring, 'change', () => this.#showRunning());
     this.signal.addEventListener('abort', () => measuring.cancel());
+    parts.kind.querySelector('[value=depth]').disabled = desk.wall?.radius === null; // a floor has no diameter
     this.#showRunning();
   }
 
